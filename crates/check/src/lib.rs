@@ -1,0 +1,1 @@
+//! Closed forms, numerical integrators and error against run time for linear vibrating systems

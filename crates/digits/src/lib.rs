@@ -1,0 +1,7 @@
+//! Arithmetic with more digits than a double has.
+//!
+//! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits.
+
+mod double_double;
+
+pub use double_double::DoubleDouble;

@@ -1,0 +1,2 @@
+//! eigentone
+fn main() {}

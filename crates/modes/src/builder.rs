@@ -1,0 +1,367 @@
+//! From named parameters to a checked [`System`].
+
+use std::collections::HashMap;
+
+use faer::{Mat, MatRef};
+use thiserror::Error;
+
+use crate::element::{Element, ElementKind, GROUND, MatrixKind, Node};
+use crate::structure::determinant;
+use crate::system::System;
+
+/// The largest number of coordinates a system may have: three dense matrices of this order take
+/// 2.4 GB, and the dense solvers several times that.
+pub const MAX_COORDINATES: usize = 10_000;
+
+/// Collects masses, springs, dampers and matrices by name; [`build`](SystemBuilder::build) checks
+/// them and returns the [`System`]. Made by [`System::builder`].
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+///
+/// let system = System::builder()
+///     .mass("m1", 2.0)
+///     .mass("m2", 1.0)
+///     .spring(GROUND, "m1", 2.0)
+///     .spring("m1", "m2", 0.2)
+///     .damper("m1", "m2", 2.0)
+///     .build()?;
+/// assert_eq!(system.len(), 2);
+/// # Ok::<(), eigentone_modes::BuildError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+#[must_use = "a builder does nothing until `build` is called"]
+pub struct SystemBuilder {
+    masses: Vec<(String, f64)>,
+    elements: Vec<(ElementKind, String, String, f64)>,
+    matrices: Vec<(MatrixKind, Mat<f64>)>,
+}
+
+impl SystemBuilder {
+    /// Adds a coordinate `name` with a mass in kg (or an inertia in kg·m²). A mass of 0 makes a
+    /// massless node. The order of calls is the order of the coordinates.
+    pub fn mass(mut self, name: impl Into<String>, mass: f64) -> Self {
+        self.masses.push((name.into(), mass));
+        self
+    }
+
+    /// Joins two different nodes by a spring of stiffness in N/m; [`GROUND`] may be one of them.
+    /// Parallel springs add up. A negative stiffness is allowed.
+    pub fn spring(
+        mut self,
+        first: impl Into<String>,
+        second: impl Into<String>,
+        stiffness: f64,
+    ) -> Self {
+        let ends = (first.into(), second.into());
+        self.elements
+            .push((ElementKind::Spring, ends.0, ends.1, stiffness));
+        self
+    }
+
+    /// Joins two different nodes by a damper of damping in N·s/m; [`GROUND`] may be one of them.
+    /// Parallel dampers add up. A negative damping is allowed.
+    pub fn damper(
+        mut self,
+        first: impl Into<String>,
+        second: impl Into<String>,
+        damping: f64,
+    ) -> Self {
+        let ends = (first.into(), second.into());
+        self.elements
+            .push((ElementKind::Damper, ends.0, ends.1, damping));
+        self
+    }
+
+    /// Adds a whole mass, damping or stiffness matrix (n × n) to what the elements give; a second
+    /// matrix of the same kind replaces the first. Without any [`mass`](Self::mass) the
+    /// coordinates are named x1, x2, ….
+    pub fn matrix(mut self, kind: MatrixKind, entries: MatRef<'_, f64>) -> Self {
+        self.matrices.retain(|(present, _)| *present != kind);
+        self.matrices.push((kind, entries.to_owned()));
+        self
+    }
+
+    /// Checks everything and returns the system.
+    ///
+    /// # Errors
+    /// A [`BuildError`] naming the first thing that is wrong.
+    pub fn build(self) -> Result<System, BuildError> {
+        let (names, masses) = self.coordinates()?;
+        let n = names.len();
+        let index: HashMap<&str, usize> = names
+            .iter()
+            .enumerate()
+            .map(|(i, name)| (name.as_str(), i))
+            .collect();
+
+        let mut springs = Vec::new();
+        let mut dampers = Vec::new();
+        for (kind, first, second, coefficient) in &self.elements {
+            let list = match kind {
+                ElementKind::Spring => &mut springs,
+                ElementKind::Damper => &mut dampers,
+            };
+            let element = list.len();
+            let node = |name: &String| match index.get(name.as_str()) {
+                Some(&i) => Ok(Node::Coordinate(i)),
+                None if name == GROUND => Ok(Node::Ground),
+                None => Err(BuildError::UnknownNode {
+                    kind: *kind,
+                    index: element,
+                    name: name.clone(),
+                    known: names.join(", "),
+                }),
+            };
+            let (a, b) = (node(first)?, node(second)?);
+            if a == b {
+                let name = first.clone();
+                return Err(BuildError::SelfJoined {
+                    kind: *kind,
+                    index: element,
+                    name,
+                });
+            }
+            if !coefficient.is_finite() {
+                return Err(BuildError::ElementNotFinite {
+                    kind: *kind,
+                    index: element,
+                    value: *coefficient,
+                });
+            }
+            list.push(Element {
+                first: a,
+                second: b,
+                coefficient: *coefficient,
+            });
+        }
+
+        let mut added = [const { None }; 3];
+        for (kind, matrix) in self.matrices {
+            check_matrix(kind, matrix.as_ref(), n)?;
+            added[kind as usize] = Some(matrix);
+        }
+        let system = System::assemble(names, masses, springs, dampers, added);
+        for (kind, matrix) in [
+            (MatrixKind::Mass, system.mass_matrix()),
+            (MatrixKind::Damping, system.damping_matrix()),
+            (MatrixKind::Stiffness, system.stiffness_matrix()),
+        ] {
+            if let Some((row, column)) = first_not_finite(matrix.as_ref()) {
+                return Err(BuildError::Overflow { kind, row, column });
+            }
+        }
+        if determinant::vanishes(&system) {
+            return Err(BuildError::Singular);
+        }
+        Ok(system)
+    }
+
+    /// Names and masses of the coordinates, from the masses or else from the matrices' order.
+    fn coordinates(&self) -> Result<(Vec<String>, Vec<f64>), BuildError> {
+        if self.masses.is_empty() {
+            let n = match self.matrices.first() {
+                Some((kind, matrix)) if matrix.nrows() != matrix.ncols() => {
+                    return Err(BuildError::MatrixShape {
+                        kind: *kind,
+                        rows: matrix.nrows(),
+                        columns: matrix.ncols(),
+                        expected: matrix.nrows().max(matrix.ncols()),
+                    });
+                }
+                Some((_, matrix)) => matrix.nrows(),
+                None => 0,
+            };
+            check_count(n)?;
+            return Ok(((1..=n).map(|i| format!("x{i}")).collect(), vec![0.0; n]));
+        }
+        check_count(self.masses.len())?;
+        let mut seen = HashMap::new();
+        for (index, (name, mass)) in self.masses.iter().enumerate() {
+            if name.is_empty() {
+                return Err(BuildError::EmptyName { index });
+            }
+            if name == GROUND {
+                return Err(BuildError::ReservedName { index });
+            }
+            if let Some(first) = seen.insert(name, index) {
+                return Err(BuildError::DuplicateName {
+                    name: name.clone(),
+                    first,
+                    second: index,
+                });
+            }
+            if mass.is_nan() || *mass < 0.0 || mass.is_infinite() {
+                return Err(BuildError::InvalidMass {
+                    index,
+                    name: name.clone(),
+                    value: *mass,
+                });
+            }
+        }
+        Ok(self
+            .masses
+            .iter()
+            .map(|(name, mass)| (name.clone(), mass.abs()))
+            .unzip())
+    }
+}
+
+fn check_count(n: usize) -> Result<(), BuildError> {
+    match n {
+        0 => Err(BuildError::Empty),
+        n if n > MAX_COORDINATES => Err(BuildError::TooLarge { count: n }),
+        _ => Ok(()),
+    }
+}
+
+fn check_matrix(kind: MatrixKind, matrix: MatRef<'_, f64>, n: usize) -> Result<(), BuildError> {
+    let (rows, columns) = (matrix.nrows(), matrix.ncols());
+    if rows != n || columns != n {
+        return Err(BuildError::MatrixShape {
+            kind,
+            rows,
+            columns,
+            expected: n,
+        });
+    }
+    match first_not_finite(matrix) {
+        Some((row, column)) => Err(BuildError::MatrixNotFinite {
+            kind,
+            row,
+            column,
+            value: matrix[(row, column)],
+        }),
+        None => Ok(()),
+    }
+}
+
+fn first_not_finite(matrix: MatRef<'_, f64>) -> Option<(usize, usize)> {
+    (0..matrix.nrows())
+        .flat_map(|i| (0..matrix.ncols()).map(move |j| (i, j)))
+        .find(|&at| !matrix[at].is_finite())
+}
+
+/// What can be wrong with the parameters of a system. Indices count from 0.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// Neither masses nor matrices were given.
+    #[error("the system has no coordinates: give at least one mass or a matrix")]
+    Empty,
+    /// More coordinates than [`MAX_COORDINATES`].
+    #[error("{count} coordinates are more than the {MAX_COORDINATES} that dense matrices allow")]
+    TooLarge {
+        /// How many were given.
+        count: usize,
+    },
+    /// A mass has the empty name.
+    #[error("the name of mass {index} is empty: give it a name")]
+    EmptyName {
+        /// Which mass.
+        index: usize,
+    },
+    /// A mass is named like the ground.
+    #[error(
+        "mass {index} is named \"ground\", which is reserved for the fixed frame: choose another name"
+    )]
+    ReservedName {
+        /// Which mass.
+        index: usize,
+    },
+    /// Two masses share a name.
+    #[error("masses {first} and {second} are both named {name:?}: names must differ")]
+    DuplicateName {
+        /// The shared name.
+        name: String,
+        /// The earlier mass.
+        first: usize,
+        /// The later mass.
+        second: usize,
+    },
+    /// A mass is negative, infinite or NaN.
+    #[error("the mass of {name:?} is {value}: it must be a finite number ≥ 0")]
+    InvalidMass {
+        /// Which mass.
+        index: usize,
+        /// Its name.
+        name: String,
+        /// The value given.
+        value: f64,
+    },
+    /// A spring's stiffness or a damper's damping is infinite or NaN.
+    #[error("the coefficient of {kind} {index} is {value}: it must be a finite number")]
+    ElementNotFinite {
+        /// Spring or damper.
+        kind: ElementKind,
+        /// Which of its kind.
+        index: usize,
+        /// The value given.
+        value: f64,
+    },
+    /// A spring or damper ends at a name that no mass has.
+    #[error(
+        "{kind} {index} ends at {name:?}, which is not a coordinate: known are {known} and ground"
+    )]
+    UnknownNode {
+        /// Spring or damper.
+        kind: ElementKind,
+        /// Which of its kind.
+        index: usize,
+        /// The name that was not found.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// A spring or damper has both ends at one node.
+    #[error("{kind} {index} joins {name:?} to itself: its ends must differ")]
+    SelfJoined {
+        /// Spring or damper.
+        kind: ElementKind,
+        /// Which of its kind.
+        index: usize,
+        /// The node.
+        name: String,
+    },
+    /// A matrix does not have one row and one column for each coordinate.
+    #[error("the {kind} matrix is {rows} × {columns}: it must be {expected} × {expected}")]
+    MatrixShape {
+        /// Which matrix.
+        kind: MatrixKind,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+        /// The number of coordinates.
+        expected: usize,
+    },
+    /// A matrix entry is infinite or NaN.
+    #[error("entry ({row}, {column}) of the {kind} matrix is {value}: it must be finite")]
+    MatrixNotFinite {
+        /// Which matrix.
+        kind: MatrixKind,
+        /// The entry's row.
+        row: usize,
+        /// The entry's column.
+        column: usize,
+        /// The value given.
+        value: f64,
+    },
+    /// Elements that are each finite add up to more than the largest double.
+    #[error(
+        "entry ({row}, {column}) of the {kind} matrix overflows when its elements are added up: choose units that make the numbers smaller"
+    )]
+    Overflow {
+        /// Which matrix.
+        kind: MatrixKind,
+        /// The entry's row.
+        row: usize,
+        /// The entry's column.
+        column: usize,
+    },
+    /// det(λ²M + λC + K) vanishes for every λ: the motion is not determined.
+    #[error(
+        "the system is singular: det(λ²M + λC + K) = 0 for every λ, so some motion meets no mass, damper or spring; give the free node a mass, or join it to something"
+    )]
+    Singular,
+}

@@ -1,0 +1,22 @@
+//! The exact response of a linear vibrating system at chosen instants.
+
+mod grid;
+mod load;
+mod massless;
+mod method;
+mod plan;
+mod problem;
+mod response;
+mod state;
+mod timeline;
+mod trajectory;
+
+pub use grid::{MAX_STEPS, TimeGrid};
+pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
+pub use method::ResponseMethod;
+pub use plan::ResponsePlan;
+pub use problem::{AppliedLoad, Problem, ResponseError};
+pub use response::Response;
+pub use state::State;
+pub use timeline::{Piece, Straight, Timeline};
+pub use trajectory::Trajectory;

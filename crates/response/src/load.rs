@@ -1,0 +1,233 @@
+//! Forces on the coordinates, as functions of time that the response treats without error.
+
+use thiserror::Error;
+
+/// A force on one coordinate, in N (or a torque in N·m). Loads on the same coordinate add up.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Load {
+    /// A constant force from an instant on.
+    Step(Step),
+    /// A force that grows in proportion to time from an instant on.
+    Ramp(Ramp),
+    /// A blow that changes the velocity at once.
+    Impulse(Impulse),
+    /// A sinusoidal force from t = 0 on.
+    Harmonic(Harmonic),
+    /// A force given by equally spaced samples from t = 0 on.
+    Samples(Samples),
+}
+
+/// `force` N for t ≥ `start`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// In N.
+    pub force: f64,
+    /// In s. A step that starts before 0 is already on at 0.
+    pub start: f64,
+}
+
+impl Step {
+    /// A force in N that is on from t = 0.
+    pub fn of(force: f64) -> Step {
+        Step { force, start: 0.0 }
+    }
+
+    /// The same step from `start` s on.
+    pub fn starting_at(self, start: f64) -> Step {
+        Step { start, ..self }
+    }
+}
+
+/// `rate`·(t − `start`) N for t ≥ `start`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// In N/s.
+    pub rate: f64,
+    /// In s. A ramp that starts before 0 is already running at 0.
+    pub start: f64,
+}
+
+impl Ramp {
+    /// A force growing by `rate` N/s from t = 0.
+    pub fn of(rate: f64) -> Ramp {
+        Ramp { rate, start: 0.0 }
+    }
+
+    /// The same ramp from `start` s on.
+    pub fn starting_at(self, start: f64) -> Ramp {
+        Ramp { start, ..self }
+    }
+}
+
+/// A momentum of `magnitude` N·s given at the instant `at`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impulse {
+    /// In N·s.
+    pub magnitude: f64,
+    /// In s, not before 0.
+    pub at: f64,
+}
+
+impl Impulse {
+    /// A blow of `magnitude` N·s at t = 0.
+    pub fn of(magnitude: f64) -> Impulse {
+        Impulse { magnitude, at: 0.0 }
+    }
+
+    /// The same blow at the instant `at`, in s.
+    pub fn at(self, at: f64) -> Impulse {
+        Impulse { at, ..self }
+    }
+}
+
+/// `amplitude`·sin(`frequency`·t + `phase`) N for t ≥ 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Harmonic {
+    /// In N.
+    pub amplitude: f64,
+    /// In rad/s.
+    pub frequency: f64,
+    /// In rad.
+    pub phase: f64,
+}
+
+impl Harmonic {
+    /// amplitude·sin(frequency·t), with the amplitude in N and the frequency in rad/s.
+    pub fn of(amplitude: f64, frequency: f64) -> Harmonic {
+        Harmonic {
+            amplitude,
+            frequency,
+            phase: 0.0,
+        }
+    }
+
+    /// The same with a phase in rad.
+    pub fn with_phase(self, phase: f64) -> Harmonic {
+        Harmonic { phase, ..self }
+    }
+}
+
+/// What a sampled force does between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// It keeps the last sample (zero-order hold).
+    Zero,
+    /// It runs straight from one sample to the next (first-order hold).
+    First,
+}
+
+/// Sample j holds at t = j·`step`; after the last sample its value stays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    /// In s; the response's step times or divided by a whole number.
+    pub step: f64,
+    /// In N; at least one.
+    pub values: Vec<f64>,
+    /// What happens in between.
+    pub hold: Hold,
+}
+
+macro_rules! into_load {
+    ($($kind:ident),*) => {$(
+        impl From<$kind> for Load {
+            fn from(load: $kind) -> Load {
+                Load::$kind(load)
+            }
+        }
+    )*};
+}
+into_load!(Step, Ramp, Impulse, Harmonic, Samples);
+
+/// What can be wrong with a load by itself.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// A parameter is infinite or NaN.
+    #[error("its {parameter} is {value}: it must be a finite number")]
+    NotFinite {
+        /// The parameter's name.
+        parameter: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// An impulse before the response starts.
+    #[error("its instant is {at}: an impulse must not come before 0")]
+    ImpulseBeforeStart {
+        /// The instant given.
+        at: f64,
+    },
+    /// A sampled force without samples.
+    #[error("it has no values: give at least one sample")]
+    NoSamples,
+    /// A sample is infinite or NaN.
+    #[error("its sample {index} is {value}: it must be a finite number")]
+    SampleNotFinite {
+        /// Which sample, from 0.
+        index: usize,
+        /// The value given.
+        value: f64,
+    },
+    /// The samples' spacing is not positive.
+    #[error("its step is {step}: it must be greater than 0")]
+    SampleStep {
+        /// The spacing given.
+        step: f64,
+    },
+    /// The samples' spacing does not fit the response's grid.
+    #[error(
+        "its step is {step}, but the response's is {grid}: it must be that times or divided by a whole number"
+    )]
+    SampleGrid {
+        /// The spacing given.
+        step: f64,
+        /// The response's step.
+        grid: f64,
+    },
+}
+
+impl Load {
+    /// Checks the parameters by themselves; the fit of a sample step to a time grid is checked
+    /// where both are known.
+    pub(crate) fn check(&self) -> Result<(), LoadError> {
+        let finite = |parameters: &[(&'static str, f64)]| match parameters
+            .iter()
+            .find(|(_, value)| !value.is_finite())
+        {
+            Some(&(parameter, value)) => Err(LoadError::NotFinite { parameter, value }),
+            None => Ok(()),
+        };
+        match self {
+            Load::Step(step) => finite(&[("force", step.force), ("start", step.start)]),
+            Load::Ramp(ramp) => finite(&[("rate", ramp.rate), ("start", ramp.start)]),
+            Load::Impulse(impulse) => {
+                finite(&[("magnitude", impulse.magnitude), ("at", impulse.at)])?;
+                if impulse.at < 0.0 {
+                    return Err(LoadError::ImpulseBeforeStart { at: impulse.at });
+                }
+                Ok(())
+            }
+            Load::Harmonic(harmonic) => finite(&[
+                ("amplitude", harmonic.amplitude),
+                ("frequency", harmonic.frequency),
+                ("phase", harmonic.phase),
+            ]),
+            Load::Samples(samples) => {
+                finite(&[("step", samples.step)])?;
+                if samples.step <= 0.0 {
+                    return Err(LoadError::SampleStep { step: samples.step });
+                }
+                if samples.values.is_empty() {
+                    return Err(LoadError::NoSamples);
+                }
+                match samples.values.iter().position(|value| !value.is_finite()) {
+                    Some(index) => {
+                        let value = samples.values[index];
+                        Err(LoadError::SampleNotFinite { index, value })
+                    }
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+}

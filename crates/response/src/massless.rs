@@ -1,0 +1,59 @@
+//! What a node without mass cannot be given.
+
+use eigentone_modes::{MatrixKind, System};
+
+use crate::load::Load;
+use crate::problem::{AppliedLoad, ResponseError};
+use crate::state::State;
+
+/// Refuses initial values and impulses that a massless node cannot take.
+pub(crate) fn check(
+    system: &System,
+    initial: &State,
+    loads: &[AppliedLoad],
+) -> Result<(), ResponseError> {
+    let mass = system.mass_matrix();
+    let damping = system.damping_matrix();
+    let n = system.len();
+    let empty = |matrix: &faer::Mat<f64>, i: usize| {
+        (0..n).all(|j| matrix[(i, j)] == 0.0 && matrix[(j, i)] == 0.0)
+    };
+    let without_mass = |i: usize| empty(&mass, i);
+    let without_damper = |i: usize| {
+        let joined = |element: &eigentone_modes::Element| {
+            let ends = [element.first.coordinate(), element.second.coordinate()];
+            element.coefficient != 0.0 && ends.contains(&Some(i))
+        };
+        system.added(MatrixKind::Damping).map_or_else(
+            || !system.dampers().iter().any(joined),
+            |_| empty(&damping, i),
+        )
+    };
+    for (name, _) in &initial.displacements {
+        if system
+            .index_of(name)
+            .is_some_and(|i| without_mass(i) && without_damper(i))
+        {
+            return Err(ResponseError::InitialOnMassless { name: name.clone() });
+        }
+    }
+    for (name, velocity) in &initial.velocities {
+        let Some(i) = system.index_of(name).filter(|i| without_mass(*i)) else {
+            continue;
+        };
+        if without_damper(i) {
+            return Err(ResponseError::InitialOnMassless { name: name.clone() });
+        }
+        if *velocity != 0.0 {
+            return Err(ResponseError::VelocityOnMassless { name: name.clone() });
+        }
+    }
+    for (index, applied) in loads.iter().enumerate() {
+        let i = applied.coordinate;
+        if matches!(applied.load, Load::Impulse(_)) && without_mass(i) && without_damper(i) {
+            let name = system.names()[i].clone();
+            return Err(ResponseError::ImpulseOnMassless { index, name });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,108 @@
+//! The answer: displacement and velocity at the instants asked for.
+
+use faer::{Mat, MatRef};
+
+/// The motion at the instants asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    steps: Vec<u64>,
+    times: Vec<f64>,
+    displacement: Mat<f64>,
+    velocity: Mat<f64>,
+    acceleration: Option<Mat<f64>>,
+    displacement_bound: Vec<Option<f64>>,
+    velocity_bound: Vec<Option<f64>>,
+    method: &'static str,
+}
+
+impl Trajectory {
+    /// An answer from its parts: step indices, their instants in s, and n × N matrices with one
+    /// column for each instant. Bounds are absent until [`with_bounds`](Self::with_bounds).
+    ///
+    /// # Panics
+    /// If the number of columns is not the number of instants.
+    pub fn new(
+        method: &'static str,
+        steps: Vec<u64>,
+        times: Vec<f64>,
+        displacement: Mat<f64>,
+        velocity: Mat<f64>,
+    ) -> Trajectory {
+        let count = steps.len();
+        assert!(times.len() == count && displacement.ncols() == count && velocity.ncols() == count);
+        Trajectory {
+            steps,
+            times,
+            displacement,
+            velocity,
+            acceleration: None,
+            displacement_bound: vec![None; count],
+            velocity_bound: vec![None; count],
+            method,
+        }
+    }
+
+    /// The same with accelerations (n × N).
+    pub fn with_acceleration(self, acceleration: Mat<f64>) -> Trajectory {
+        Trajectory {
+            acceleration: Some(acceleration),
+            ..self
+        }
+    }
+
+    /// The same with estimated bounds, one for each instant, over all coordinates.
+    pub fn with_bounds(self, displacement: Vec<Option<f64>>, velocity: Vec<Option<f64>>) -> Self {
+        Trajectory {
+            displacement_bound: displacement,
+            velocity_bound: velocity,
+            ..self
+        }
+    }
+
+    /// How many instants it has.
+    #[allow(clippy::len_without_is_empty)] // `steps().is_empty()` says it where it matters
+    pub fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    /// The name of the method that computed it.
+    pub fn method(&self) -> &'static str {
+        self.method
+    }
+
+    /// The step index of each instant.
+    pub fn steps(&self) -> &[u64] {
+        &self.steps
+    }
+
+    /// Each instant in s.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Displacements in m: row i is coordinate i, column j the j-th instant.
+    pub fn displacement(&self) -> MatRef<'_, f64> {
+        self.displacement.as_ref()
+    }
+
+    /// Velocities in m/s, laid out as the displacements.
+    pub fn velocity(&self) -> MatRef<'_, f64> {
+        self.velocity.as_ref()
+    }
+
+    /// Accelerations in m/s², laid out as the displacements, where they were asked for.
+    pub fn acceleration(&self) -> Option<MatRef<'_, f64>> {
+        self.acceleration.as_ref().map(Mat::as_ref)
+    }
+
+    /// First-order estimate of the largest error of any displacement at each instant, in m;
+    /// `None` where none can be given.
+    pub fn displacement_bound(&self) -> &[Option<f64>] {
+        &self.displacement_bound
+    }
+
+    /// The same for the velocities, in m/s.
+    pub fn velocity_bound(&self) -> &[Option<f64>] {
+        &self.velocity_bound
+    }
+}

@@ -18,5 +18,5 @@ pub use plan::ResponsePlan;
 pub use problem::{AppliedLoad, Problem, ResponseError};
 pub use response::Response;
 pub use state::State;
-pub use timeline::{Piece, Straight, Timeline};
+pub use timeline::{Instant, Piece, Straight, Timeline};
 pub use trajectory::Trajectory;

@@ -10,14 +10,14 @@ use crate::problem::AppliedLoad;
 
 /// An exact instant: about 32 digits, and the grid index where it is one of the grid's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Instant {
+pub struct Instant {
     pub(crate) time: DoubleDouble,
     pub(crate) index: Option<u64>,
 }
 
 impl Instant {
     /// t_k = k·step, exactly.
-    pub(crate) fn on_grid(grid: &TimeGrid, index: u64) -> Instant {
+    pub fn on_grid(grid: &TimeGrid, index: u64) -> Instant {
         let time = DoubleDouble::product(index as f64, grid.step());
         Instant {
             time,
@@ -26,7 +26,7 @@ impl Instant {
     }
 
     /// An event's double; where it is the one printed for t_k, it is t_k.
-    fn event(grid: &TimeGrid, at: f64) -> Instant {
+    pub fn event(grid: &TimeGrid, at: f64) -> Instant {
         let index = (at / grid.step()).round();
         if (0.0..=grid.last() as f64).contains(&index) && grid.time(index as u64) == at {
             return Instant::on_grid(grid, index as u64);
@@ -38,7 +38,7 @@ impl Instant {
     }
 
     /// Earlier or later; two grid instants by their indices.
-    pub(crate) fn order(&self, other: &Instant) -> Ordering {
+    pub fn order(&self, other: &Instant) -> Ordering {
         match (self.index, other.index) {
             (Some(a), Some(b)) => a.cmp(&b),
             _ => self
@@ -48,12 +48,22 @@ impl Instant {
         }
     }
 
-    /// The seconds from an earlier instant to this one, rounded once; whole steps exactly.
-    pub(crate) fn since(&self, earlier: &Instant, grid: &TimeGrid) -> f64 {
+    /// Its index on the grid, if it is one of the grid's own.
+    pub fn index(&self) -> Option<u64> {
+        self.index
+    }
+
+    /// The seconds from an earlier instant to this one; whole steps exactly.
+    pub fn elapsed(&self, earlier: &Instant, grid: &TimeGrid) -> DoubleDouble {
         match (earlier.index, self.index) {
-            (Some(a), Some(b)) => (b - a) as f64 * grid.step(),
-            _ => (self.time - earlier.time).to_f64(),
+            (Some(a), Some(b)) => DoubleDouble::product((b - a) as f64, grid.step()),
+            _ => self.time - earlier.time,
         }
+    }
+
+    /// [`elapsed`](Self::elapsed), rounded once.
+    pub(crate) fn since(&self, earlier: &Instant, grid: &TimeGrid) -> f64 {
+        self.elapsed(earlier, grid).to_f64()
     }
 }
 
@@ -143,6 +153,11 @@ impl Piece {
     /// Where it begins, in s; it ends where the next one begins.
     pub fn start(&self) -> f64 {
         self.start.time.to_f64()
+    }
+
+    /// Where it begins, exactly.
+    pub fn start_instant(&self) -> Instant {
+        self.start
     }
 
     /// The forces that are constant or grow steadily, one entry for each coordinate that has any.

@@ -2,6 +2,8 @@
 //!
 //! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits.
 
+mod complex;
 mod double_double;
 
+pub use complex::ComplexDoubleDouble;
 pub use double_double::DoubleDouble;

@@ -1,17 +1,25 @@
 //! Masses, springs and dampers to M, C, K, and the quadratic eigenproblem.
 
+mod balance;
 mod builder;
 mod element;
+mod first_order;
 mod modes;
 mod plan;
+mod quality;
 mod solver;
 mod structure;
 mod system;
 
+pub use balance::{Balanced, balance};
 pub use builder::{BuildError, MAX_COORDINATES, SystemBuilder};
 pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
+pub use first_order::{FirstOrder, FirstOrderError};
 pub use modes::{Eigenvalue, Frequency, Mode, Modes, Motion};
 pub use plan::ModePlan;
-pub use solver::{ModeSolver, ModesError, solvers};
+pub use solver::{
+    Classical, ClassicalModes, ModeSolver, ModesError, SpringFactor, StateMatrix, Symmetric,
+    solvers,
+};
 pub use structure::Structure;
 pub use system::System;

@@ -1,7 +1,13 @@
 //! The exact response of a linear vibrating system at chosen instants.
 
+mod by_exponential;
+mod by_superposition;
+mod estimate;
+mod exponential;
 mod grid;
+mod hold;
 mod load;
+mod march;
 mod massless;
 mod method;
 mod plan;
@@ -11,10 +17,13 @@ mod state;
 mod timeline;
 mod trajectory;
 
+pub use by_exponential::ByExponential;
+pub use by_superposition::BySuperposition;
+pub use exponential::{Exponential, Pade13};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
 pub use method::ResponseMethod;
-pub use plan::ResponsePlan;
+pub use plan::{ResponsePlan, methods};
 pub use problem::{AppliedLoad, Problem, ResponseError};
 pub use response::Response;
 pub use state::State;

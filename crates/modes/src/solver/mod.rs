@@ -1,11 +1,28 @@
-//! Mode solvers behind one trait.
+//! Solvers of the quadratic eigenproblem (λ²M + λC + K)x = 0 behind one trait, and the choice
+//! among them.
+
+mod classical;
+mod cluster;
+mod rigid;
+mod roots;
+mod spring_factor;
+mod state_matrix;
+mod symmetric;
+
 use thiserror::Error;
 
+pub use classical::{Classical, ClassicalModes};
+pub use spring_factor::SpringFactor;
+pub use state_matrix::StateMatrix;
+pub use symmetric::Symmetric;
+
+use crate::first_order::FirstOrderError;
 use crate::modes::Modes;
+use crate::plan::ModePlan;
 use crate::structure::Structure;
 use crate::system::System;
 
-/// A way to solve the quadratic eigenproblem.
+/// A way to solve the quadratic eigenproblem, as a value, so that solvers can be looped over.
 pub trait ModeSolver: Sync {
     /// A short name for tables and plots.
     fn name(&self) -> &'static str;
@@ -13,27 +30,99 @@ pub trait ModeSolver: Sync {
     /// Why it cannot solve this system, or `None` if it can.
     fn refuses(&self, system: &System, structure: &Structure) -> Option<String>;
 
-    /// All modes.
+    /// Why it is the right choice where it applies, as a clause for the plan.
+    fn reason(&self) -> &'static str;
+
+    /// All modes of a system that it does not refuse.
     ///
     /// # Errors
-    /// [`ModesError`]
+    /// [`ModesError::Refused`] where [`refuses`](Self::refuses) gives a reason, and what goes wrong
+    /// on the way.
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError>;
 }
 
-/// Every mode solver there is.
+/// Every mode solver there is, in the order in which the plan prefers them.
 pub fn solvers() -> &'static [&'static dyn ModeSolver] {
-    &[]
+    &[&SpringFactor, &Symmetric, &Classical, &StateMatrix]
 }
 
-pub(crate) fn solve(_system: &System) -> Result<Modes, ModesError> {
-    todo!()
+/// Picks the first solver that does not refuse.
+pub(crate) fn plan(
+    system: &System,
+    structure: &Structure,
+) -> Result<(&'static dyn ModeSolver, ModePlan), ModesError> {
+    let mut left_out = Vec::new();
+    let mut chosen: Option<&'static dyn ModeSolver> = None;
+    for &solver in solvers() {
+        match (chosen, solver.refuses(system, structure)) {
+            (None, None) => chosen = Some(solver),
+            (None, Some(reason)) => left_out.push((solver.name(), reason)),
+            (Some(_), None) => left_out.push((solver.name(), "not needed".to_owned())),
+            (Some(_), Some(reason)) => left_out.push((solver.name(), reason)),
+        }
+    }
+    let Some(solver) = chosen else {
+        let (method, reason) = left_out.pop().expect("there are solvers");
+        return Err(ModesError::Refused { method, reason });
+    };
+    let plan = ModePlan {
+        solver: solver.name(),
+        reason: solver.reason().to_owned(),
+        left_out,
+    };
+    Ok((solver, plan))
+}
+
+/// Modes by the solver that the plan picks.
+pub(crate) fn solve(system: &System) -> Result<Modes, ModesError> {
+    let structure = system.structure();
+    let (solver, plan) = plan(system, &structure)?;
+    Ok(Modes {
+        plan,
+        ..solver.solve(system, &structure)?
+    })
+}
+
+/// Refuses with the solver's own reason.
+fn admit(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<(), ModesError> {
+    match solver.refuses(system, structure) {
+        Some(reason) => Err(ModesError::Refused {
+            method: solver.name(),
+            reason,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Why there are no modes.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModesError {
-    /// The iteration did not converge.
-    #[error("the eigenvalue iteration did not converge")]
-    NoConvergence,
+    /// An iteration of linear algebra did not converge.
+    #[error("{method}: the iteration did not converge")]
+    NoConvergence {
+        /// The solver.
+        method: &'static str,
+    },
+    /// The solver does not apply to this system.
+    #[error("{method} does not apply: {reason}")]
+    Refused {
+        /// The solver.
+        method: &'static str,
+        /// Why not.
+        reason: String,
+    },
+    /// The system has no first-order form.
+    #[error(transparent)]
+    FirstOrder(#[from] FirstOrderError),
+    /// A frequency leaves the range of doubles.
+    #[error("{method}: a frequency exceeds the range of doubles; choose other units")]
+    OutOfRange {
+        /// The solver.
+        method: &'static str,
+    },
 }

@@ -1,0 +1,340 @@
+//! The system as first-order equations z′ = A z + B f, with massless nodes eliminated.
+
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatRef};
+use thiserror::Error;
+
+use crate::element::{Element, MatrixKind};
+use crate::system::System;
+
+/// z′ = A z + B f(t), x = X z + D f, with n coordinates and N = 2·(massive) + (relaxing) states.
+///
+/// z holds the displacements of the coordinates with mass, then their velocities, then one state
+/// for each independent damper between massless nodes. Massless nodes that no damper holds have no
+/// state: they follow from equilibrium. The elimination does not round the count of states; its
+/// numbers are those of an LU factorisation in doubles.
+#[derive(Clone, Debug)]
+pub struct FirstOrder {
+    massive: Vec<usize>,
+    a: Mat<f64>,
+    b: Mat<f64>,
+    x: Mat<f64>,
+    d: Option<Mat<f64>>,
+    initial: Mat<f64>,
+}
+
+/// Why a system has no first-order form with the states described in [`FirstOrder`].
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FirstOrderError {
+    /// The masses that are there do not determine all accelerations.
+    #[error("the mass matrix is singular although no row of it vanishes")]
+    SingularMass,
+    /// The stiffness seen by undamped massless nodes is singular: they form a constraint.
+    #[error("the springs on the massless nodes cancel, which makes them a constraint")]
+    Constraint,
+    /// Dampers on massless nodes cancel or act in one direction only.
+    #[error("the dampers on the massless nodes do not determine how they relax")]
+    SingularDamping,
+}
+
+/// The massless coordinates: new coordinates (w, a) with x_p = T (w, a), where w relaxes through
+/// dampers and a follows at once.
+struct Massless {
+    nodes: Vec<usize>,
+    /// T, of entries 0 and 1.
+    change: Mat<f64>,
+    /// w = S x_p, of entries 0, 1 and −1.
+    states: Mat<f64>,
+    relaxing: usize,
+}
+
+impl FirstOrder {
+    /// The first-order form of a system.
+    ///
+    /// # Errors
+    /// [`FirstOrderError`] for a singular mass matrix without massless nodes, and for massless
+    /// nodes whose springs or dampers cancel.
+    pub fn of(system: &System) -> Result<FirstOrder, FirstOrderError> {
+        let n = system.len();
+        let (m, c, k) = (
+            system.mass_matrix(),
+            system.damping_matrix(),
+            system.stiffness_matrix(),
+        );
+        let has_mass = |i: &usize| (0..n).any(|j| m[(*i, j)] != 0.0 || m[(j, *i)] != 0.0);
+        let (massive, nodes): (Vec<usize>, Vec<usize>) = (0..n).partition(has_mass);
+        let massless = Massless::of(system, nodes, c.as_ref());
+        let (nf, nw) = (massive.len(), massless.relaxing);
+        let na = massless.nodes.len() - nw;
+
+        let nr = nf + nw;
+
+        // The congruence P with x = P (x_f, w, a).
+        let mut p = Mat::<f64>::zeros(n, n);
+        for (column, &i) in massive.iter().enumerate() {
+            p[(i, column)] = 1.0;
+        }
+        for (row, &i) in massless.nodes.iter().enumerate() {
+            for column in 0..nw + na {
+                p[(i, nf + column)] = massless.change[(row, column)];
+            }
+        }
+        let transform = |matrix: &Mat<f64>| {
+            if massless.nodes.is_empty() {
+                matrix.clone()
+            } else {
+                p.transpose() * matrix * &p
+            }
+        };
+        let (m, c, k) = (transform(&m), transform(&c), transform(&k));
+
+        // Algebraic coordinates: a = K_aa⁻¹ (f_a − K_ar r).
+        let force = p.transpose().to_owned();
+        let (stiffness, force, follow, feed) = if na == 0 {
+            (k, force, Mat::zeros(0, nr), Mat::zeros(0, n))
+        } else {
+            let k_aa =
+                Factored::of(k.submatrix(nr, nr, na, na)).ok_or(FirstOrderError::Constraint)?;
+            let follow = k_aa.solve(k.submatrix(nr, 0, na, nr));
+            let feed = k_aa.solve(force.submatrix(nr, 0, na, n));
+            let k_ra = k.submatrix(0, nr, nr, na);
+            let reduced = k.submatrix(0, 0, nr, nr) - k_ra * &follow;
+            let force = force.submatrix(0, 0, nr, n) - k_ra * &feed;
+            (reduced, force, follow, feed)
+        };
+
+        // Relaxing coordinates: w′ = C_ww⁻¹ (f_w − C_wf v − K_wf x − K_ww w).
+        let n_states = 2 * nf + nw;
+        let mut a = Mat::<f64>::zeros(n_states, n_states);
+        let mut b = Mat::<f64>::zeros(n_states, n);
+        for i in 0..nf {
+            a[(i, nf + i)] = 1.0;
+        }
+        // Rows of the momentum equation as (x_f, v, w), before division by M.
+        let mut momentum = Mat::<f64>::zeros(nf, n_states);
+        momentum
+            .submatrix_mut(0, 0, nf, nf)
+            .copy_from(-stiffness.submatrix(0, 0, nf, nf));
+        momentum
+            .submatrix_mut(0, nf, nf, nf)
+            .copy_from(-c.submatrix(0, 0, nf, nf));
+        momentum
+            .submatrix_mut(0, 2 * nf, nf, nw)
+            .copy_from(-stiffness.submatrix(0, nf, nf, nw));
+        let mut momentum_force = force.submatrix(0, 0, nf, n).to_owned();
+        if nw > 0 {
+            let c_ww = Factored::of(c.submatrix(nf, nf, nw, nw))
+                .ok_or(FirstOrderError::SingularDamping)?;
+            let mut rate = Mat::<f64>::zeros(nw, n_states);
+            rate.submatrix_mut(0, 0, nw, nf)
+                .copy_from(-stiffness.submatrix(nf, 0, nw, nf));
+            rate.submatrix_mut(0, nf, nw, nf)
+                .copy_from(-c.submatrix(nf, 0, nw, nf));
+            rate.submatrix_mut(0, 2 * nf, nw, nw)
+                .copy_from(-stiffness.submatrix(nf, nf, nw, nw));
+            let rate = c_ww.solve(rate.as_ref());
+            let rate_force = c_ww.solve(force.submatrix(nf, 0, nw, n));
+            let c_fw = c.submatrix(0, nf, nf, nw);
+            momentum -= c_fw * &rate;
+            momentum_force -= c_fw * &rate_force;
+            a.submatrix_mut(2 * nf, 0, nw, n_states).copy_from(&rate);
+            b.submatrix_mut(2 * nf, 0, nw, n).copy_from(&rate_force);
+        }
+        if nf > 0 {
+            let m_ff =
+                Factored::of(m.submatrix(0, 0, nf, nf)).ok_or(FirstOrderError::SingularMass)?;
+            a.submatrix_mut(nf, 0, nf, n_states)
+                .copy_from(m_ff.solve(momentum.as_ref()));
+            b.submatrix_mut(nf, 0, nf, n)
+                .copy_from(m_ff.solve(momentum_force.as_ref()));
+        }
+
+        // Back to the coordinates: x = P (x_f, w, a).
+        let mut reduced = Mat::<f64>::zeros(nr, n_states);
+        for i in 0..nf {
+            reduced[(i, i)] = 1.0;
+        }
+        for i in 0..nw {
+            reduced[(nf + i, 2 * nf + i)] = 1.0;
+        }
+        let p_a = p.submatrix(0, nr, n, na);
+        let x = p.submatrix(0, 0, n, nr) * &reduced - p_a * (&follow * &reduced);
+        let d = (na > 0).then(|| p_a * &feed);
+
+        let mut initial = Mat::<f64>::zeros(nr, n);
+        for (row, &i) in massive.iter().enumerate() {
+            initial[(row, i)] = 1.0;
+        }
+        for row in 0..nw {
+            for (column, &i) in massless.nodes.iter().enumerate() {
+                initial[(nf + row, i)] = massless.states[(row, column)];
+            }
+        }
+        Ok(FirstOrder {
+            massive,
+            a,
+            b,
+            x,
+            d,
+            initial,
+        })
+    }
+
+    /// The number N of states.
+    pub fn states(&self) -> usize {
+        self.a.nrows()
+    }
+
+    /// The coordinates that have mass, whose displacements and velocities come first in z.
+    pub fn massive(&self) -> &[usize] {
+        &self.massive
+    }
+
+    /// A (N × N).
+    pub fn a(&self) -> MatRef<'_, f64> {
+        self.a.as_ref()
+    }
+
+    /// B (N × n). It is also the change of z that unit impulses make.
+    pub fn b(&self) -> MatRef<'_, f64> {
+        self.b.as_ref()
+    }
+
+    /// X (n × N).
+    pub fn x(&self) -> MatRef<'_, f64> {
+        self.x.as_ref()
+    }
+
+    /// D (n × n), what forces on undamped massless nodes displace at once; `None` if there are no
+    /// such nodes.
+    pub fn d(&self) -> Option<MatRef<'_, f64>> {
+        self.d.as_ref().map(Mat::as_ref)
+    }
+
+    /// z from displacements and velocities of all n coordinates; what massless nodes cannot be
+    /// given is passed over.
+    pub fn state(&self, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
+        let nf = self.massive.len();
+        let mut z = vec![0.0; self.states()];
+        for row in 0..self.initial.nrows() {
+            let at = if row < nf { row } else { nf + row };
+            z[at] = (0..displacement.len())
+                .map(|j| self.initial[(row, j)] * displacement[j])
+                .sum();
+        }
+        for (row, &i) in self.massive.iter().enumerate() {
+            z[nf + row] = velocity[i];
+        }
+        z
+    }
+}
+
+impl Massless {
+    /// Groups massless nodes that only dampers among themselves hold: such a group relaxes in its
+    /// differences and follows at once as a whole.
+    fn of(system: &System, nodes: Vec<usize>, c: MatRef<'_, f64>) -> Massless {
+        let n = c.nrows();
+        let p = nodes.len();
+        let mut group: Vec<usize> = (0..p).collect();
+        for (row, &i) in nodes.iter().enumerate() {
+            for (column, &j) in nodes.iter().enumerate().take(row) {
+                if c[(i, j)] != 0.0 || c[(j, i)] != 0.0 {
+                    let (from, to) = (group[row], group[column]);
+                    for member in group.iter_mut().filter(|member| **member == from) {
+                        *member = to;
+                    }
+                }
+            }
+        }
+        // A group floats if no damper leaves it. Where a damping matrix was added, only nodes that
+        // it does not touch count as floating.
+        let inside = |label: usize, i: usize| {
+            nodes
+                .iter()
+                .position(|node| *node == i)
+                .is_some_and(|at| group[at] == label)
+        };
+        let floats = |label: usize| {
+            let members = nodes.iter().zip(&group).filter(|(_, g)| **g == label);
+            let untouched = members
+                .clone()
+                .all(|(&i, _)| (0..n).all(|j| c[(i, j)] == 0.0 && c[(j, i)] == 0.0));
+            let leaves = |element: &Element| {
+                let ends = [element.first, element.second]
+                    .map(|end| end.coordinate().is_some_and(|i| inside(label, i)));
+                element.coefficient != 0.0 && ends[0] != ends[1]
+            };
+            let closed =
+                system.added(MatrixKind::Damping).is_none() && !system.dampers().iter().any(leaves);
+            untouched || closed
+        };
+        let mut roots = Vec::new();
+        let mut relaxing = Vec::new();
+        for row in 0..p {
+            let label = group[row];
+            let first = group
+                .iter()
+                .position(|g| *g == label)
+                .expect("row is in its own group");
+            if first == row && floats(label) {
+                roots.push(row);
+            } else {
+                relaxing.push((row, roots.contains(&first).then_some(first)));
+            }
+        }
+        let mut change = Mat::<f64>::zeros(p, p);
+        let mut states = Mat::<f64>::zeros(relaxing.len(), p);
+        for (column, (row, root)) in relaxing.iter().enumerate() {
+            change[(*row, column)] = 1.0;
+            states[(column, *row)] = 1.0;
+            if let Some(root) = root {
+                states[(column, *root)] = -1.0;
+            }
+        }
+        for (column, root) in roots.iter().enumerate() {
+            for row in (0..p).filter(|row| group[*row] == group[*root]) {
+                change[(row, relaxing.len() + column)] = 1.0;
+            }
+        }
+        Massless {
+            nodes,
+            change,
+            states,
+            relaxing: relaxing.len(),
+        }
+    }
+}
+
+/// A square matrix ready to be divided by: by its diagonal where it has nothing else.
+enum Factored {
+    Diagonal(Vec<f64>),
+    Lu(PartialPivLu<f64>),
+}
+
+impl Factored {
+    /// `None` if it is singular.
+    fn of(matrix: MatRef<'_, f64>) -> Option<Factored> {
+        let n = matrix.nrows();
+        let is_diagonal = (0..n).all(|i| (0..n).all(|j| i == j || matrix[(i, j)] == 0.0));
+        if is_diagonal {
+            let diagonal: Vec<f64> = (0..n).map(|i| matrix[(i, i)]).collect();
+            return diagonal
+                .iter()
+                .all(|d| *d != 0.0)
+                .then_some(Factored::Diagonal(diagonal));
+        }
+        let lu = matrix.partial_piv_lu();
+        let nonsingular = (0..n).all(|i| lu.U()[(i, i)] != 0.0 && lu.U()[(i, i)].is_finite());
+        nonsingular.then_some(Factored::Lu(lu))
+    }
+
+    fn solve(&self, right: MatRef<'_, f64>) -> Mat<f64> {
+        match self {
+            Factored::Diagonal(diagonal) => Mat::from_fn(right.nrows(), right.ncols(), |i, j| {
+                right[(i, j)] / diagonal[i]
+            }),
+            Factored::Lu(lu) => lu.solve(right),
+        }
+    }
+}

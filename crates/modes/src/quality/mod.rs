@@ -1,0 +1,4 @@
+//! How far a root and its shape may be off.
+
+pub(crate) mod pencil;
+pub(crate) mod rayleigh;

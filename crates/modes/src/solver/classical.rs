@@ -1,0 +1,303 @@
+//! Classically damped modes: real shapes, and one scalar quadratic for each.
+
+use eigentone_digits::DoubleDouble;
+use faer::{Mat, MatRef};
+use num_complex::Complex;
+
+use crate::modes::Modes;
+use crate::quality::rayleigh::Forms;
+use crate::structure::Structure;
+use crate::system::System;
+
+use super::roots::{Root, collect};
+use super::spring_factor::{self, RealMode};
+use super::{ModeSolver, ModesError, admit, rigid, symmetric};
+
+/// The undamped modes, and for each the roots of mλ² + cλ + k with the modal mass, damping and
+/// stiffness: for systems with C M⁻¹ K = K M⁻¹ C (Caughey & O'Kelly 1965, *J. Appl. Mech.* 32),
+/// proved exactly.
+#[derive(Clone, Copy, Debug)]
+pub struct Classical;
+
+impl ModeSolver for Classical {
+    fn name(&self) -> &'static str {
+        "classical modes"
+    }
+
+    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+        if structure.is_undamped() {
+            return Some("there is no damping".to_owned());
+        }
+        if !structure.is_classical() {
+            return Some("not classically damped: C M⁻¹ K differs from K M⁻¹ C".to_owned());
+        }
+        spring_factor::refuses_springs(system)
+            .and_then(|_| symmetric::refuses_matrices(system, structure))
+    }
+
+    fn reason(&self) -> &'static str {
+        "classically damped: the undamped shapes stay, and each damps by itself"
+    }
+
+    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system, structure)?;
+        let mut roots = Vec::new();
+        let mut at_rest = Vec::new();
+        let mut zeros = 0;
+        for ModalForms {
+            shape,
+            forms,
+            rigid,
+        } in modal_forms(self, system, structure)?
+        {
+            let stiffness = if rigid {
+                DoubleDouble::ZERO
+            } else {
+                forms.k.re
+            };
+            let quadratic = Quadratic {
+                m: forms.m.re,
+                c: forms.c.re,
+                k: stiffness,
+            };
+            if rigid {
+                at_rest.push(shape.clone());
+                zeros += if quadratic.c == DoubleDouble::ZERO {
+                    2
+                } else {
+                    1
+                };
+            }
+            let exact = system.len() == 1;
+            let found = quadratic
+                .roots(exact)
+                .into_iter()
+                .filter(|root| root.value.norm() != 0.0);
+            roots.extend(found.map(|root| root.with_shape(&shape)));
+        }
+        roots.extend(rigid::roots(at_rest, zeros));
+        Ok(collect(self, system, roots))
+    }
+}
+
+/// The real shapes of an undamped or classically damped system with their modal masses, dampings
+/// and stiffnesses: m q″ + c q′ + k q = shape · f for each, by itself.
+#[derive(Clone, Debug)]
+pub struct ClassicalModes {
+    shapes: Mat<f64>,
+    mass: Vec<f64>,
+    damping: Vec<f64>,
+    stiffness: Vec<f64>,
+}
+
+impl ClassicalModes {
+    /// The real modes, or `None` where the damping is not proved to be classical or M and K have
+    /// none.
+    ///
+    /// # Errors
+    /// [`ModesError`] where an iteration fails.
+    pub fn of(system: &System) -> Result<Option<ClassicalModes>, ModesError> {
+        let structure = system.structure();
+        let undamped = structure.is_undamped()
+            && (spring_factor::refuses_springs(system).is_none()
+                || symmetric::refuses_matrices(system, &structure).is_none());
+        if !undamped && Classical.refuses(system, &structure).is_some() {
+            return Ok(None);
+        }
+        let forms = modal_forms(&Classical, system, &structure)?;
+        let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i].re);
+        let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
+        Ok(Some(ClassicalModes {
+            shapes,
+            mass: value(|mode| mode.forms.m.re.to_f64()),
+            damping: value(|mode| mode.forms.c.re.to_f64()),
+            stiffness: value(|mode| {
+                if mode.rigid {
+                    0.0
+                } else {
+                    mode.forms.k.re.to_f64()
+                }
+            }),
+        }))
+    }
+
+    /// The shapes (n × modes), each with largest entry 1, by rising frequency.
+    pub fn shapes(&self) -> MatRef<'_, f64> {
+        self.shapes.as_ref()
+    }
+
+    /// Modal masses in kg.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// Modal dampings in N·s/m.
+    pub fn damping(&self) -> &[f64] {
+        &self.damping
+    }
+
+    /// Modal stiffnesses in N/m; exactly 0 for rigid-body modes.
+    pub fn stiffness(&self) -> &[f64] {
+        &self.stiffness
+    }
+}
+
+/// A real shape with its forms.
+struct ModalForms {
+    shape: Vec<Complex<f64>>,
+    forms: Forms,
+    rigid: bool,
+}
+
+/// The real shapes that neither K nor C couples.
+fn modal_forms(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Vec<ModalForms>, ModesError> {
+    let mut modes = if spring_factor::refuses_springs(system).is_none() {
+        spring_factor::real_modes(solver, system, structure)?
+    } else {
+        symmetric::real_modes(solver, system, structure)?
+    };
+    separate(system, &mut modes);
+    let form = |mode: RealMode| {
+        let shape = unit(&mode).complex_shape();
+        ModalForms {
+            forms: Forms::of(system, &shape, &shape),
+            shape,
+            rigid: mode.rigid,
+        }
+    };
+    Ok(modes.into_iter().map(form).collect())
+}
+
+/// The shape scaled so that its largest entry is exactly 1, which keeps the forms of a single mass
+/// exact.
+fn unit(mode: &RealMode) -> RealMode {
+    let pivot = mode
+        .shape
+        .iter()
+        .copied()
+        .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    let shape = mode.shape.iter().map(|x| x / pivot).collect();
+    RealMode { shape, ..*mode }
+}
+
+/// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
+/// those that C does not couple.
+fn separate(system: &System, modes: &mut [RealMode]) {
+    const NEAR: f64 = 1e-6;
+    const COUPLED: f64 = 1e-13;
+    const SWEEPS: usize = 30;
+    modes.sort_by(|a, b| a.square.total_cmp(&b.square));
+    for mode in modes.iter_mut() {
+        let shape = mode.complex_shape();
+        let mass = Forms::of(system, &shape, &shape).m.re.to_f64().sqrt();
+        mode.shape.iter_mut().for_each(|x| *x /= mass);
+    }
+    let near = |a: &RealMode, b: &RealMode| {
+        (b.square - a.square).abs() <= NEAR * b.square.abs().max(a.square.abs())
+    };
+    for _ in 0..SWEEPS {
+        let mut rotated = false;
+        for p in 0..modes.len() {
+            for q in p + 1..modes.len() {
+                if !near(&modes[p], &modes[q]) {
+                    break;
+                }
+                let (x, y) = (modes[p].complex_shape(), modes[q].complex_shape());
+                let damping =
+                    |a: &[Complex<f64>], b: &[Complex<f64>]| Forms::of(system, a, b).c.re.to_f64();
+                let (a, b, g) = (damping(&x, &x), damping(&y, &y), damping(&x, &y));
+                if g.abs() <= COUPLED * (a.abs() + b.abs()) {
+                    continue;
+                }
+                rotated = true;
+                let zeta = (b - a) / (2.0 * g);
+                let t = zeta.signum() / (zeta.abs() + 1f64.hypot(zeta));
+                let cosine = 1.0 / 1f64.hypot(t);
+                let sine = cosine * t;
+                for i in 0..x.len() {
+                    modes[p].shape[i] = cosine * x[i].re - sine * y[i].re;
+                    modes[q].shape[i] = sine * x[i].re + cosine * y[i].re;
+                }
+            }
+        }
+        if !rotated {
+            break;
+        }
+    }
+}
+
+/// mλ² + cλ + k with m > 0.
+struct Quadratic {
+    m: DoubleDouble,
+    c: DoubleDouble,
+    k: DoubleDouble,
+}
+
+/// A root of a [`Quadratic`] with Im ≥ 0.
+struct ScalarRoot {
+    value: Complex<f64>,
+    count: usize,
+    error: (f64, f64),
+}
+
+impl ScalarRoot {
+    fn with_shape(self, shape: &[Complex<f64>]) -> Root {
+        Root {
+            count: self.count,
+            defective: self.count > 1,
+            error: Some(self.error),
+            ..Root::simple(self.value, shape.to_vec())
+        }
+    }
+}
+
+impl Quadratic {
+    /// The roots without cancellation. A discriminant that the coefficients' own error hides is
+    /// taken for critical damping; `exact` coefficients have no such error.
+    fn roots(&self, exact: bool) -> Vec<ScalarRoot> {
+        const HIDDEN: f64 = 1e-28;
+        let Quadratic { m, c, k } = *self;
+        let discriminant = c * c - m * k * 4.0;
+        let hidden = if exact { 0.0 } else { HIDDEN };
+        let size = (c * c).to_f64().max((m * k).to_f64().abs());
+        let ulp = 4.0 * f64::EPSILON;
+        if discriminant.to_f64().abs() <= hidden * size {
+            let value = (-c / (m * 2.0)).to_f64();
+            let error = (ulp + hidden.sqrt()) * value.abs();
+            return vec![ScalarRoot {
+                value: Complex::from(value),
+                count: 2,
+                error: (error, error),
+            }];
+        }
+        if discriminant.to_f64() < 0.0 {
+            let re = (-c / (m * 2.0)).to_f64();
+            let im = ((-discriminant).sqrt() / (m * 2.0)).to_f64();
+            let value = Complex::new(re, im);
+            let error = (ulp * value.norm(), ulp * re.abs());
+            return vec![ScalarRoot {
+                value,
+                count: 1,
+                error,
+            }];
+        }
+        let root = discriminant.sqrt();
+        let sum = if c.to_f64() < 0.0 {
+            root - c
+        } else {
+            -c - root
+        };
+        let (large, small) = ((sum / (m * 2.0)).to_f64(), (k * 2.0 / sum).to_f64());
+        [large, small]
+            .map(|value| ScalarRoot {
+                value: Complex::from(value),
+                count: 1,
+                error: (ulp * value.abs(), ulp * value.abs()),
+            })
+            .into()
+    }
+}

@@ -1,0 +1,39 @@
+//! Groups of computed roots that doubles cannot tell apart.
+
+use num_complex::Complex;
+
+/// Indices of roots whose estimated error discs touch, in groups; every root is in one.
+pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> {
+    let n = values.len();
+    let mut label: Vec<usize> = (0..n).collect();
+    for i in 0..n {
+        for j in 0..i {
+            let touch = (values[i] - values[j]).norm() <= radii[i] + radii[j];
+            if touch && label[i] != label[j] {
+                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
+                label
+                    .iter_mut()
+                    .filter(|l| **l == from)
+                    .for_each(|l| *l = to);
+            }
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for (i, label) in label.into_iter().enumerate() {
+        groups[label].push(i);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn touching_discs_chain_together() {
+        let values = [0.0, 1.0, 5.0, 2.0].map(Complex::from);
+        let groups = groups(&values, &[0.6, 0.6, 0.1, 0.6]);
+        assert_eq!(groups, vec![vec![0, 1, 3], vec![2]]);
+    }
+}

@@ -1,0 +1,147 @@
+//! From roots and raw shapes to ordered modes with their quality.
+
+use std::cmp::Ordering;
+
+use num_complex::Complex;
+
+use crate::modes::{Eigenvalue, Mode, Modes};
+use crate::plan::ModePlan;
+use crate::quality::pencil::{Pencil, norm};
+use crate::system::System;
+
+use super::ModeSolver;
+
+/// A root with Im λ ≥ 0 as a solver finds it; its conjugate is understood.
+#[derive(Clone, Debug)]
+pub(crate) struct Root {
+    pub(crate) value: Complex<f64>,
+    /// x, of any length and phase.
+    pub(crate) shape: Vec<Complex<f64>>,
+    /// y, or `None` where M, C, K are symmetric and y is the conjugate of x.
+    pub(crate) left: Option<Vec<Complex<f64>>>,
+    /// How many roots this one entry stands for (without conjugates).
+    pub(crate) count: usize,
+    pub(crate) defective: bool,
+    /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
+    /// tells.
+    pub(crate) error: Option<(f64, f64)>,
+}
+
+impl Root {
+    /// A simple root of symmetric M, C, K.
+    pub(crate) fn simple(value: Complex<f64>, shape: Vec<Complex<f64>>) -> Root {
+        Root {
+            value,
+            shape,
+            left: None,
+            count: 1,
+            defective: false,
+            error: None,
+        }
+    }
+
+    /// y, given or by symmetry.
+    pub(crate) fn left(&self) -> Vec<Complex<f64>> {
+        match &self.left {
+            Some(left) => left.clone(),
+            None => self.shape.iter().map(|entry| entry.conj()).collect(),
+        }
+    }
+}
+
+/// Sorts the roots, normalises the shapes and adds the quality of each.
+pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
+    let pencil = Pencil::of(system);
+    let mut modes: Vec<Mode> = roots.iter().map(|root| mode(&pencil, root)).collect();
+    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    let mut eigenvalues = Vec::new();
+    for mode in &modes {
+        let listed = if mode.defective { mode.multiplicity } else { 1 };
+        for _ in 0..listed {
+            eigenvalues.push(mode.eigenvalue);
+            if mode.eigenvalue.value.im != 0.0 {
+                eigenvalues.push(mode.eigenvalue.conjugate());
+            }
+        }
+    }
+    eigenvalues.sort_by(order);
+    let values: Vec<Complex<f64>> = modes.iter().map(|mode| mode.eigenvalue.value).collect();
+    for mode in modes.iter_mut().filter(|mode| !mode.defective) {
+        mode.multiplicity = values
+            .iter()
+            .filter(|z| **z == mode.eigenvalue.value)
+            .count();
+    }
+    let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
+    let plan = ModePlan {
+        solver: solver.name(),
+        reason: "asked for by name".to_owned(),
+        left_out: Vec::new(),
+    };
+    Modes {
+        modes,
+        eigenvalues,
+        infinite,
+        plan,
+    }
+}
+
+/// |λ|, then Re λ, then + before − Im λ.
+fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
+    let size = |e: &Eigenvalue| e.natural_frequency().radians_per_second();
+    size(a)
+        .total_cmp(&size(b))
+        .then(a.value.re.total_cmp(&b.value.re))
+        .then(b.value.im.total_cmp(&a.value.im))
+}
+
+fn mode(pencil: &Pencil, root: &Root) -> Mode {
+    let shape = normalised(&root.shape);
+    let backward_error = pencil.backward_error(root.value, &shape);
+    let condition = if root.defective || root.value.norm() == 0.0 {
+        None
+    } else {
+        pencil.condition(root.value, &root.shape, &root.left())
+    };
+    // To first order |λ̂ − λ| ≤ κ η |λ|; η itself is only known to a few units of rounding.
+    let estimate = condition.map(|condition| {
+        let error = condition * (backward_error + 4.0 * f64::EPSILON) * root.value.norm();
+        (error, error)
+    });
+    let error = root.error.or(estimate);
+    Mode {
+        eigenvalue: Eigenvalue {
+            value: root.value,
+            bound: error.map(|(whole, _)| whole),
+            real_bound: error.map(|(_, real)| real),
+        },
+        multiplicity: root.count,
+        defective: root.defective,
+        shape,
+        backward_error,
+        condition,
+    }
+}
+
+/// The shape with its largest component made 1 + 0i: the first of those that are within rounding
+/// of the largest.
+fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    const TIE: f64 = 1.0 - 1e-12;
+    let largest = shape.iter().map(|entry| entry.norm()).fold(0.0, f64::max);
+    let Some(pivot) = shape.iter().position(|entry| entry.norm() >= TIE * largest) else {
+        return shape.to_vec();
+    };
+    if largest == 0.0 || !norm(shape).is_finite() {
+        return shape.to_vec();
+    }
+    let divisor = shape[pivot];
+    let mut result: Vec<Complex<f64>> = shape
+        .iter()
+        .map(|entry| (entry / largest) / (divisor / largest))
+        .collect();
+    result[pivot] = Complex::ONE;
+    for entry in &mut result {
+        *entry += Complex::ZERO;
+    }
+    result
+}

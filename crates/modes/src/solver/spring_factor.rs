@@ -1,0 +1,345 @@
+//! Undamped modes from the springs themselves: one-sided Jacobi on the spring factor.
+//!
+//! With K = GᵀD_kG (G the incidence matrix of the springs, D_k their stiffnesses) and M diagonal,
+//! the natural frequencies are the singular values of F = D_k^{1/2} G M^{-1/2}. One-sided Jacobi
+//! (Hestenes 1958; accuracy: Demmel & Veselić 1992, *SIAM J. Matrix Anal.* 13; for networks Demmel
+//! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
+//! stiff the system, since each spring alone changes ω by at most half its own relative change.
+
+use faer::Mat;
+use num_complex::Complex;
+
+use crate::element::{Element, Node};
+use crate::quality::rayleigh::Forms;
+use crate::structure::Structure;
+use crate::system::System;
+
+use super::roots::{Root, collect};
+use super::{ModeSolver, ModesError, admit, rigid};
+use crate::modes::Modes;
+
+/// One-sided Jacobi on D_k^{1/2} G M^{-1/2}: for undamped systems of positive springs and lumped
+/// masses. Its frequencies are exact to a few units in the last place, whatever the spread of
+/// springs and masses.
+#[derive(Clone, Copy, Debug)]
+pub struct SpringFactor;
+
+/// Above this many coordinates the O(sweeps·n³) of the Jacobi method is too dear.
+const LARGEST: usize = 400;
+
+/// An undamped mode: ω² (negative where the motion diverges) and a real shape.
+#[derive(Clone, Debug)]
+pub(crate) struct RealMode {
+    pub(crate) square: f64,
+    pub(crate) shape: Vec<f64>,
+    pub(crate) rigid: bool,
+}
+
+impl ModeSolver for SpringFactor {
+    fn name(&self) -> &'static str {
+        "spring factor"
+    }
+
+    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+        if !structure.is_undamped() {
+            return Some("there is damping".to_owned());
+        }
+        refuses_springs(system)
+    }
+
+    fn reason(&self) -> &'static str {
+        "undamped, built of positive springs and lumped masses: singular values of the springs' own factor, to the last digits however stiff"
+    }
+
+    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system, structure)?;
+        let modes = real_modes(self, system, structure)?;
+        Ok(collect(self, system, undamped_roots(modes)))
+    }
+}
+
+/// Why the springs and masses do not fit the spring factor, damping apart.
+pub(crate) fn refuses_springs(system: &System) -> Option<String> {
+    use crate::element::MatrixKind::{Mass, Stiffness};
+    if system.added(Mass).is_some() || system.added(Stiffness).is_some() {
+        return Some("it was given matrices, not springs and masses alone".to_owned());
+    }
+    if system
+        .springs()
+        .iter()
+        .any(|spring| spring.coefficient < 0.0)
+    {
+        return Some("a spring is negative".to_owned());
+    }
+    let n = system.len();
+    (n > LARGEST).then(|| format!("{n} coordinates are more than the {LARGEST} it is meant for"))
+}
+
+/// λ = ±iω, with Re λ = 0 exactly, and two roots at 0 for each rigid-body mode.
+pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
+    let (rigid, elastic): (Vec<RealMode>, Vec<RealMode>) =
+        modes.into_iter().partition(|mode| mode.rigid);
+    let count = 2 * rigid.len();
+    let mut roots = rigid::roots(rigid.iter().map(RealMode::complex_shape).collect(), count);
+    for mode in elastic {
+        let shape = mode.complex_shape();
+        let omega = mode.square.abs().sqrt();
+        if mode.square >= 0.0 {
+            let error = Some((4.0 * f64::EPSILON * omega, 0.0));
+            roots.push(Root {
+                error,
+                ..Root::simple(Complex::new(0.0, omega), shape)
+            });
+        } else {
+            roots.push(Root::simple(Complex::from(omega), shape.clone()));
+            roots.push(Root::simple(Complex::from(-omega), shape));
+        }
+    }
+    roots
+}
+
+impl RealMode {
+    pub(crate) fn complex_shape(&self) -> Vec<Complex<f64>> {
+        self.shape.iter().map(|x| Complex::from(*x)).collect()
+    }
+}
+
+/// The undamped modes of M and K, from the springs.
+pub(crate) fn real_modes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Vec<RealMode>, ModesError> {
+    let n = system.len();
+    let network = Condensed::of(system);
+    let massive = &network.massive;
+    let column: Vec<Option<usize>> = (0..n)
+        .map(|i| massive.iter().position(|m| *m == i))
+        .collect();
+    let factor_entry = |spring: &Element, node: Node| {
+        let i = node.coordinate()?;
+        let entry = spring.coefficient.sqrt() / system.masses()[i].sqrt();
+        Some((column[i]?, entry))
+    };
+    let (rows, columns) = (network.springs.len(), massive.len());
+    let mut factor = Mat::<f64>::zeros(rows, columns);
+    for (row, spring) in network.springs.iter().enumerate() {
+        if let Some((j, entry)) = factor_entry(spring, spring.first) {
+            factor[(row, j)] = entry;
+        }
+        if let Some((j, entry)) = factor_entry(spring, spring.second) {
+            factor[(row, j)] = -entry;
+        }
+    }
+    if !factor.norm_max().is_finite() {
+        return Err(ModesError::OutOfRange {
+            method: solver.name(),
+        });
+    }
+    let rank = columns
+        - structure
+            .spring_floating()
+            .iter()
+            .filter(|part| has_mass(system, part))
+            .count();
+    // The columns that are rotated should be independent where that can be had.
+    let singular = if rows <= columns {
+        jacobi(factor.transpose().to_owned(), false)
+    } else {
+        jacobi(factor, true)
+    };
+    let singular = singular.ok_or(ModesError::NoConvergence {
+        method: solver.name(),
+    })?;
+    let mut order: Vec<usize> = (0..singular.values.len()).collect();
+    order.sort_by(|a, b| singular.values[*b].total_cmp(&singular.values[*a]));
+
+    let mut modes: Vec<RealMode> = Vec::new();
+    for &j in order.iter().take(rank) {
+        let sigma = singular.values[j];
+        let mut shape = vec![0.0; n];
+        for (row, &i) in massive.iter().enumerate() {
+            shape[i] = singular.vectors[(row, j)] / system.masses()[i].sqrt();
+        }
+        network.extend(&mut shape);
+        modes.push(RealMode {
+            square: refined(system, &shape, sigma),
+            shape,
+            rigid: false,
+        });
+    }
+    for part in structure
+        .spring_floating()
+        .iter()
+        .filter(|part| has_mass(system, part))
+    {
+        let mut shape = vec![0.0; n];
+        for &i in part {
+            shape[i] = 1.0;
+        }
+        modes.push(RealMode {
+            square: 0.0,
+            shape,
+            rigid: true,
+        });
+    }
+    Ok(modes)
+}
+
+fn has_mass(system: &System, part: &[usize]) -> bool {
+    part.iter().any(|i| system.masses()[*i] > 0.0)
+}
+
+/// ω² as the Rayleigh quotient of the shape, summed over the elements; σ² where that is not finite.
+pub(crate) fn refined(system: &System, shape: &[f64], sigma: f64) -> f64 {
+    let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(*x)).collect();
+    let forms = Forms::of(system, &shape, &shape);
+    let square = (forms.k.re / forms.m.re).to_f64();
+    if square.is_finite() && (square.sqrt() - sigma).abs() <= 1e-6 * sigma {
+        square
+    } else {
+        sigma * sigma
+    }
+}
+
+/// The springs between the coordinates with mass, after the massless ones are eliminated by
+/// star–mesh steps: a node with springs k_i to its neighbours becomes springs k_i·k_j/Σk between
+/// them, without any subtraction.
+struct Condensed {
+    massive: Vec<usize>,
+    springs: Vec<Element>,
+    eliminated: Vec<(usize, Vec<(Node, f64)>)>,
+}
+
+impl Condensed {
+    fn of(system: &System) -> Condensed {
+        let (massive, massless): (Vec<usize>, Vec<usize>) =
+            (0..system.len()).partition(|i| system.masses()[*i] > 0.0);
+        let positive = system
+            .springs()
+            .iter()
+            .filter(|spring| spring.coefficient > 0.0);
+        let mut springs: Vec<Element> = positive.copied().collect();
+        let mut eliminated = Vec::new();
+        for node in massless {
+            let here = Node::Coordinate(node);
+            let touches = |spring: &Element| spring.first == here || spring.second == here;
+            let star: Vec<(Node, f64)> = springs
+                .iter()
+                .filter(|spring| touches(spring))
+                .map(|spring| {
+                    let other = if spring.first == here {
+                        spring.second
+                    } else {
+                        spring.first
+                    };
+                    (other, spring.coefficient)
+                })
+                .collect();
+            springs.retain(|spring| !touches(spring));
+            let total: f64 = star.iter().map(|(_, k)| k).sum();
+            for (at, &(first, k)) in star.iter().enumerate() {
+                for &(second, other) in &star[at + 1..] {
+                    if first != second {
+                        springs.push(Element {
+                            first,
+                            second,
+                            coefficient: k / total * other,
+                        });
+                    }
+                }
+            }
+            eliminated.push((node, star));
+        }
+        Condensed {
+            massive,
+            springs,
+            eliminated,
+        }
+    }
+
+    /// Gives the eliminated nodes their place between their neighbours.
+    fn extend(&self, shape: &mut [f64]) {
+        for (node, star) in self.eliminated.iter().rev() {
+            let total: f64 = star.iter().map(|(_, k)| k).sum();
+            let at = |node: &Node| node.coordinate().map_or(0.0, |i| shape[i]);
+            shape[*node] = star.iter().map(|(other, k)| k / total * at(other)).sum();
+        }
+    }
+}
+
+/// Singular values and either the right singular vectors of F or, of its transpose, the left ones:
+/// one row for each coordinate with mass.
+struct Singular {
+    values: Vec<f64>,
+    vectors: Mat<f64>,
+}
+
+/// Rotates pairs of columns until all are orthogonal; their norms are then the singular values.
+/// With `accumulate` the rotations themselves are returned as vectors, else the normalised columns.
+fn jacobi(mut columns: Mat<f64>, accumulate: bool) -> Option<Singular> {
+    const SWEEPS: usize = 60;
+    let (rows, count) = (columns.nrows(), columns.ncols());
+    // A power of two keeps squares within range.
+    let scale = columns.norm_max().log2().floor();
+    let scale = if scale.is_finite() {
+        (-scale).clamp(-1000.0, 1000.0).exp2()
+    } else {
+        1.0
+    };
+    columns *= faer::Scale(scale);
+    let mut rotations = if accumulate {
+        Mat::identity(count, count)
+    } else {
+        Mat::zeros(0, count)
+    };
+    let tolerance = f64::EPSILON * (rows as f64).sqrt();
+    let mut converged = count < 2;
+    for _ in 0..SWEEPS {
+        let mut rotated = false;
+        for p in 0..count {
+            for q in p + 1..count {
+                let (a, b) = (columns.col(p), columns.col(q));
+                let (alpha, beta, gamma) =
+                    (a.squared_norm_l2(), b.squared_norm_l2(), a.transpose() * b);
+                let limit = tolerance * alpha.sqrt() * beta.sqrt();
+                if gamma == 0.0 || gamma.abs() <= limit {
+                    continue;
+                }
+                rotated = true;
+                let zeta = (beta - alpha) / (2.0 * gamma);
+                let t = zeta.signum() / (zeta.abs() + 1f64.hypot(zeta));
+                let cosine = 1.0 / 1f64.hypot(t);
+                rotate(&mut columns, p, q, cosine, cosine * t);
+                rotate(&mut rotations, p, q, cosine, cosine * t);
+            }
+        }
+        if !rotated {
+            converged = true;
+            break;
+        }
+    }
+    if !converged {
+        return None;
+    }
+    let values: Vec<f64> = (0..count)
+        .map(|j| columns.col(j).norm_l2() / scale)
+        .collect();
+    if accumulate {
+        return Some(Singular {
+            values,
+            vectors: rotations,
+        });
+    }
+    let vectors = Mat::from_fn(rows, count, |i, j| columns[(i, j)] / (values[j] * scale));
+    Some(Singular { values, vectors })
+}
+
+/// (a_p, a_q) ← (c·a_p − s·a_q, s·a_p + c·a_q).
+fn rotate(matrix: &mut Mat<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
+    for i in 0..matrix.nrows() {
+        let (a, b) = (matrix[(i, p)], matrix[(i, q)]);
+        matrix[(i, p)] = cosine * a - sine * b;
+        matrix[(i, q)] = sine * a + cosine * b;
+    }
+}

@@ -1,0 +1,121 @@
+//! Undamped modes of assembled symmetric matrices.
+
+use faer::{Mat, Side};
+
+use crate::first_order::FirstOrder;
+use crate::modes::Modes;
+use crate::structure::Structure;
+use crate::system::System;
+
+use super::roots::collect;
+use super::spring_factor::{RealMode, refined, undamped_roots};
+use super::{ModeSolver, ModesError, admit};
+
+/// The symmetric eigenproblem of L⁻¹KL⁻ᵀ with M = LLᵀ (Golub & Van Loan, *Matrix Computations*,
+/// §8.7): for undamped systems with symmetric K and positive definite M. Its errors are small
+/// against the largest ω², not against each.
+#[derive(Clone, Copy, Debug)]
+pub struct Symmetric;
+
+impl ModeSolver for Symmetric {
+    fn name(&self) -> &'static str {
+        "symmetric eigenproblem"
+    }
+
+    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+        if !structure.is_undamped() {
+            return Some("there is damping".to_owned());
+        }
+        refuses_matrices(system, structure)
+    }
+
+    fn reason(&self) -> &'static str {
+        "undamped, with symmetric M and K"
+    }
+
+    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system, structure)?;
+        let modes = real_modes(self, system, structure)?;
+        Ok(collect(self, system, undamped_roots(modes)))
+    }
+}
+
+/// Why M and K do not fit a symmetric eigenproblem, damping apart.
+pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option<String> {
+    if !structure.is_symmetric() {
+        return Some("a matrix is not symmetric".to_owned());
+    }
+    let Ok(form) = FirstOrder::of(system) else {
+        return Some("the mass matrix is singular".to_owned());
+    };
+    let massive = form.massive();
+    let mass = system.mass_matrix();
+    let mass = Mat::from_fn(massive.len(), massive.len(), |i, j| {
+        mass[(massive[i], massive[j])]
+    });
+    if mass.llt(Side::Lower).is_err() {
+        return Some("the mass matrix is not positive definite".to_owned());
+    }
+    None
+}
+
+/// The undamped modes of M and K, from the assembled matrices.
+pub(crate) fn real_modes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Vec<RealMode>, ModesError> {
+    let method = solver.name();
+    let form = FirstOrder::of(system)?;
+    let massive = form.massive();
+    let nf = massive.len();
+    let mass = system.mass_matrix();
+    let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
+    let cholesky = mass
+        .llt(Side::Lower)
+        .map_err(|_| ModesError::NoConvergence { method })?;
+    let lower = cholesky.L();
+    // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.
+    let a21 = form.a().submatrix(nf, 0, nf, nf);
+    let mut inverse = Mat::<f64>::identity(nf, nf);
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+        lower,
+        inverse.as_mut(),
+        faer::Par::Seq,
+    );
+    let scaled = -(lower.transpose() * a21 * inverse.transpose());
+    let symmetric = Mat::from_fn(nf, nf, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
+    if !symmetric.norm_max().is_finite() {
+        return Err(ModesError::OutOfRange { method });
+    }
+    let eigen = symmetric
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| ModesError::NoConvergence { method })?;
+    let shapes = form.x().submatrix(0, 0, system.len(), nf) * inverse.transpose() * eigen.U();
+    let mut order: Vec<usize> = (0..nf).collect();
+    let square = |j: &usize| eigen.S()[*j];
+    order.sort_by(|a, b| square(a).abs().total_cmp(&square(b).abs()));
+    let rigid = structure.zero_roots().unwrap_or(0) / 2;
+    let modes = order.into_iter().enumerate().map(|(rank, j)| {
+        let shape: Vec<f64> = shapes.col(j).iter().copied().collect();
+        if rank < rigid {
+            return RealMode {
+                square: 0.0,
+                shape,
+                rigid: true,
+            };
+        }
+        let square = square(&j);
+        let square = if square > 0.0 {
+            refined(system, &shape, square.sqrt())
+        } else {
+            square
+        };
+        RealMode {
+            square,
+            shape,
+            rigid: false,
+        }
+    });
+    Ok(modes.collect())
+}

@@ -1,0 +1,111 @@
+//! The exact response by the matrix exponential of the whole state.
+
+use std::collections::HashMap;
+
+use eigentone_modes::FirstOrder;
+use faer::Mat;
+
+use crate::estimate::Estimate;
+use crate::exponential::{Exponential, Pade13};
+use crate::hold::{Held, exact};
+use crate::march::{Flow, Inputs, Outputs, Signals, march};
+use crate::method::ResponseMethod;
+use crate::problem::{Problem, ResponseError};
+use crate::trajectory::Trajectory;
+
+/// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
+/// form, at resonance, at critical damping and without supports. One exponential for each length of
+/// step, then a matrix–vector product a step.
+#[derive(Clone, Copy, Debug)]
+pub struct ByExponential;
+
+impl ResponseMethod for ByExponential {
+    fn name(&self) -> &'static str {
+        "exponential"
+    }
+
+    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        FirstOrder::of(problem.system())
+            .err()
+            .map(|error| error.to_string())
+    }
+
+    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        let form =
+            FirstOrder::of(problem.system()).map_err(|error| ResponseError::NotApplicable {
+                method: self.name(),
+                reason: error.to_string(),
+            })?;
+        let inputs = Inputs::of(problem);
+        let z = form.state(problem.initial_displacement(), problem.initial_velocity());
+        let mut flow = Dense {
+            a: form.a().to_owned(),
+            u: inputs.columns(form.b()),
+            inputs,
+            held: HashMap::new(),
+            next: vec![0.0; form.states()],
+        };
+        let outputs = Outputs::of(&form, None);
+        let estimate = Estimate::of(problem.system(), &form);
+        march(
+            self.name(),
+            problem,
+            &mut flow,
+            z,
+            form.b(),
+            &outputs,
+            estimate,
+        )
+    }
+}
+
+/// The whole state matrix, with the holds computed so far by the bits of their length.
+struct Dense {
+    a: Mat<f64>,
+    u: Mat<f64>,
+    inputs: Inputs,
+    held: HashMap<u64, Held>,
+    next: Vec<f64>,
+}
+
+/// So many lengths of step are kept.
+const KEPT: usize = 64;
+
+impl Flow for Dense {
+    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals) {
+        if self.held.len() >= KEPT && !self.held.contains_key(&h.to_bits()) {
+            self.held.clear();
+        }
+        let held = self.held.entry(h.to_bits()).or_insert_with(|| {
+            let method: &dyn Exponential = &Pade13;
+            exact(
+                method,
+                self.a.as_ref(),
+                self.u.as_ref(),
+                h,
+                &self.inputs.laws,
+            )
+        });
+        self.next.fill(0.0);
+        accumulate(&held.phi, z, &mut self.next);
+        for (gamma, values) in held.gamma.iter().zip(&signals.values) {
+            accumulate(gamma, values, &mut self.next);
+        }
+        z.copy_from_slice(&self.next);
+    }
+
+    fn preparation(&self) -> u64 {
+        32 * self.a.nrows() as u64
+    }
+}
+
+/// sum += matrix · vector.
+pub(crate) fn accumulate(matrix: &Mat<f64>, vector: &[f64], sum: &mut [f64]) {
+    for (j, factor) in vector.iter().enumerate() {
+        if *factor != 0.0 {
+            for (entry, column) in sum.iter_mut().zip(matrix.col(j).iter()) {
+                *entry += column * factor;
+            }
+        }
+    }
+}

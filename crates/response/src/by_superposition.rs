@@ -1,0 +1,257 @@
+//! The exact response by modal superposition: small blocks instead of one large state.
+
+use std::collections::HashMap;
+
+use eigentone_modes::{ClassicalModes, FirstOrder, Modes};
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::{Mat, MatRef};
+
+use crate::by_exponential::accumulate;
+use crate::estimate::Estimate;
+use crate::exponential::Pade13;
+use crate::hold::{Held, exact};
+use crate::march::{Flow, Inputs, Outputs, Signals, march};
+use crate::method::ResponseMethod;
+use crate::problem::{Problem, ResponseError};
+use crate::trajectory::Trajectory;
+
+/// The state as a sum of modes, each of which moves by itself and exactly: O(n) a step.
+///
+/// Classically damped systems use their real shapes and keep displacement and velocity of each, so
+/// that rigid-body motion, resonance and critical damping stay exact. Other systems use pairs of
+/// complex shapes, where those are well conditioned; at defective roots it refuses.
+#[derive(Clone, Copy, Debug)]
+pub struct BySuperposition;
+
+/// Complex shapes are refused where inverting them would lose more than this factor.
+const LARGEST_CONDITION: f64 = 1e8;
+
+impl ResponseMethod for BySuperposition {
+    fn name(&self) -> &'static str {
+        "superposition"
+    }
+
+    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        Basis::of(problem).err().map(|error| match error {
+            ResponseError::NotApplicable { reason, .. } => reason,
+            other => other.to_string(),
+        })
+    }
+
+    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        let basis = Basis::of(problem)?;
+        let inputs = Inputs::of(problem);
+        let form = &basis.form;
+        let z = form.state(problem.initial_displacement(), problem.initial_velocity());
+        let mut modal = vec![0.0; z.len()];
+        accumulate(&basis.inverse, &z, &mut modal);
+        let b = &basis.inverse * form.b();
+        let outputs = Outputs::of(form, Some(basis.t.as_ref()));
+        let estimate = Estimate::of(problem.system(), form);
+        let mut flow = Blocks {
+            blocks: basis.blocks,
+            u: inputs.columns(b.as_ref()),
+            inputs,
+            held: HashMap::new(),
+            modal: Vec::new(),
+        };
+        march(
+            self.name(),
+            problem,
+            &mut flow,
+            modal,
+            b.as_ref(),
+            &outputs,
+            estimate,
+        )
+    }
+}
+
+/// z = T ζ with A T = T diag(blocks).
+struct Basis {
+    form: FirstOrder,
+    t: Mat<f64>,
+    inverse: Mat<f64>,
+    blocks: Vec<Mat<f64>>,
+}
+
+impl Basis {
+    fn of(problem: &Problem<'_>) -> Result<Basis, ResponseError> {
+        let system = problem.system();
+        let refused = |reason: String| ResponseError::NotApplicable {
+            method: BySuperposition.name(),
+            reason,
+        };
+        let form = FirstOrder::of(system).map_err(|error| refused(error.to_string()))?;
+        match ClassicalModes::of(system)? {
+            Some(modes) => Ok(Basis::classical(form, system, &modes)),
+            None => Basis::complex(form, &system.modes()?).map_err(refused),
+        }
+    }
+
+    /// Blocks [0 1; −k/m −c/m] of real shapes.
+    fn classical(
+        form: FirstOrder,
+        system: &eigentone_modes::System,
+        modes: &ClassicalModes,
+    ) -> Basis {
+        let nf = form.massive().len();
+        let n = 2 * nf;
+        let mass = system.mass_matrix();
+        let massive = form.massive();
+        let shapes = Mat::from_fn(nf, nf, |i, j| modes.shapes()[(massive[i], j)]);
+        let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
+        let weighted = shapes.transpose() * mass;
+        let (mut t, mut inverse) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+        for j in 0..nf {
+            for i in 0..nf {
+                let back = weighted[(j, i)] / modes.mass()[j];
+                for half in 0..2 {
+                    t[(half * nf + i, 2 * j + half)] = shapes[(i, j)];
+                    inverse[(2 * j + half, half * nf + i)] = back;
+                }
+            }
+        }
+        let blocks = (0..nf).map(|j| {
+            let m = modes.mass()[j];
+            let rows = [
+                [0.0, 1.0],
+                [-modes.stiffness()[j] / m, -modes.damping()[j] / m],
+            ];
+            Mat::from_fn(2, 2, |i, j| rows[i][j])
+        });
+        Basis {
+            blocks: blocks.collect(),
+            form,
+            t,
+            inverse,
+        }
+    }
+
+    /// Blocks [α β; −β α] of conjugate pairs and [α] of real roots.
+    fn complex(form: FirstOrder, modes: &Modes) -> Result<Basis, String> {
+        if modes.iter().any(|mode| mode.is_defective()) {
+            return Err("a root is defective: its shapes do not span the motion".to_owned());
+        }
+        let n = form.states();
+        let mut t = Mat::<f64>::zeros(n, n);
+        let mut blocks = Vec::new();
+        let mut column = 0;
+        for mode in modes {
+            let lambda = mode.eigenvalue().value;
+            let width = if lambda.im == 0.0 { 1 } else { 2 };
+            if column + width > n {
+                return Err("there are more roots than states".to_owned());
+            }
+            let parts = |part: fn(&num_complex::Complex<f64>) -> f64| {
+                let x: Vec<f64> = mode.shape().iter().map(part).collect();
+                let v: Vec<f64> = mode.shape().iter().map(|x| part(&(x * lambda))).collect();
+                form.state(&x, &v)
+            };
+            let real = parts(|z| z.re);
+            let imaginary = parts(|z| z.im);
+            let size = real
+                .iter()
+                .chain(&imaginary)
+                .fold(0.0f64, |a, b| a.hypot(*b));
+            for i in 0..n {
+                t[(i, column)] = real[i] / size;
+                if width == 2 {
+                    t[(i, column + 1)] = imaginary[i] / size;
+                }
+            }
+            let rows = [[lambda.re, lambda.im], [-lambda.im, lambda.re]];
+            blocks.push(Mat::from_fn(width, width, |i, j| rows[i][j]));
+            column += width;
+        }
+        if column != n {
+            return Err("there are fewer roots than states".to_owned());
+        }
+        // Rows of unlike units are evened out before the condition is judged.
+        let rows: Vec<f64> = (0..n).map(|i| t.row(i).norm_l2()).collect();
+        if rows.contains(&0.0) {
+            return Err("the shapes do not span the motion".to_owned());
+        }
+        let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
+        let lu = even.partial_piv_lu();
+        let inverse = lu.inverse();
+        let condition = even.norm_l2() * inverse.norm_l2();
+        if condition.is_nan() || condition > LARGEST_CONDITION {
+            return Err(format!(
+                "its complex shapes are ill-conditioned ({condition:.0e})"
+            ));
+        }
+        let scaled = Mat::from_fn(n, n, |i, j| if i == j { 1.0 / rows[i] } else { 0.0 });
+        let inverse = lu.solve(scaled);
+        Ok(Basis {
+            form,
+            t,
+            inverse,
+            blocks,
+        })
+    }
+}
+
+/// Independent blocks of one or two states.
+struct Blocks {
+    blocks: Vec<Mat<f64>>,
+    /// T⁻¹B for the loaded coordinates.
+    u: Mat<f64>,
+    inputs: Inputs,
+    held: HashMap<u64, Vec<Held>>,
+    modal: Vec<f64>,
+}
+
+/// So many lengths of step are kept.
+const KEPT: usize = 64;
+
+impl Flow for Blocks {
+    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals) {
+        if self.held.len() >= KEPT && !self.held.contains_key(&h.to_bits()) {
+            self.held.clear();
+        }
+        let held = self.held.entry(h.to_bits()).or_insert_with(|| {
+            let hold = |block: &Mat<f64>| {
+                let unit = Mat::<f64>::identity(block.nrows(), block.nrows());
+                exact(&Pade13, block.as_ref(), unit.as_ref(), h, &self.inputs.laws)
+            };
+            self.blocks.iter().map(hold).collect()
+        });
+        // The forces on each modal coordinate, law by law.
+        let laws = signals.values.len();
+        self.modal.clear();
+        self.modal.resize(laws * z.len(), 0.0);
+        for (law, values) in signals.values.iter().enumerate() {
+            accumulate(
+                &self.u,
+                values,
+                &mut self.modal[law * z.len()..(law + 1) * z.len()],
+            );
+        }
+        let mut first = 0;
+        for held in held.iter() {
+            let width = held.phi.nrows();
+            let mut next = [0.0; 2];
+            add(held.phi.as_ref(), &z[first..first + width], &mut next);
+            for (law, gamma) in held.gamma.iter().enumerate() {
+                let at = law * z.len() + first;
+                add(gamma.as_ref(), &self.modal[at..at + width], &mut next);
+            }
+            z[first..first + width].copy_from_slice(&next[..width]);
+            first += width;
+        }
+    }
+
+    fn preparation(&self) -> u64 {
+        256
+    }
+}
+
+/// sum += matrix · vector, for one or two states.
+fn add(matrix: MatRef<'_, f64>, vector: &[f64], sum: &mut [f64; 2]) {
+    for (j, factor) in vector.iter().enumerate() {
+        for i in 0..vector.len() {
+            sum[i] += matrix[(i, j)] * factor;
+        }
+    }
+}

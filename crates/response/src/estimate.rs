@@ -1,0 +1,64 @@
+//! A first-order estimate of how far a response computed in doubles is off.
+
+use eigentone_modes::{FirstOrder, System, balance};
+
+/// Counts the rounding errors met so far.
+///
+/// In a passive system that is held in place the energy of an error does not grow, so that errors
+/// add up at most linearly: a few units of rounding for each step and state, and for the phase one
+/// unit for each radian that the fastest motion has turned. For other systems no estimate is given.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimate {
+    applies: bool,
+    /// The largest rate in 1/s: the norm of the balanced state matrix.
+    rate: f64,
+    states: f64,
+    steps: f64,
+    elapsed: f64,
+    displacement: f64,
+    velocity: f64,
+}
+
+impl Estimate {
+    pub(crate) fn of(system: &System, form: &FirstOrder) -> Estimate {
+        let structure = system.structure();
+        let balanced = balance(form.a());
+        let rate = (0..form.states())
+            .map(|j| balanced.matrix.col(j).norm_l1())
+            .fold(0.0, f64::max);
+        Estimate {
+            applies: structure.is_passive() && structure.zero_roots() == Some(0),
+            rate,
+            states: form.states() as f64,
+            steps: 0.0,
+            elapsed: 0.0,
+            displacement: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// Notes a step of `h` seconds.
+    pub(crate) fn step(&mut self, h: f64) {
+        self.steps += 1.0;
+        self.elapsed += h;
+    }
+
+    /// Bounds for the largest displacement and velocity of the instant reached.
+    pub(crate) fn bounds(
+        &mut self,
+        displacement: f64,
+        velocity: f64,
+    ) -> (Option<f64>, Option<f64>) {
+        self.displacement = self.displacement.max(displacement);
+        self.velocity = self.velocity.max(velocity);
+        if !self.applies {
+            return (None, None);
+        }
+        let units = 8.0 * self.states * (self.steps + 1.0) + 4.0 * self.rate * self.elapsed;
+        let factor = units * f64::EPSILON;
+        let displacement = factor * self.displacement;
+        let velocity = factor * (self.velocity + self.rate * self.displacement);
+        let finite = |bound: f64| bound.is_finite().then_some(bound);
+        (finite(displacement), finite(velocity))
+    }
+}

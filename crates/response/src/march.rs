@@ -1,0 +1,442 @@
+//! From instant to instant: the loop that both exact methods share.
+
+use eigentone_digits::DoubleDouble;
+use eigentone_modes::FirstOrder;
+use faer::{Mat, MatRef};
+
+use crate::estimate::Estimate;
+use crate::hold::Laws;
+use crate::problem::{Problem, ResponseError};
+use crate::timeline::{Instant, Piece};
+use crate::trajectory::Trajectory;
+
+/// The most memory that a trajectory may take, in bytes.
+const BUDGET: f64 = 2e9;
+
+/// z′ = A z + B f in the method's own coordinates, able to step over any interval.
+pub(crate) trait Flow {
+    /// Moves z over `h` seconds under the signals that hold at its start.
+    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals);
+
+    /// How many unit steps cost as much as preparing one step of a new length.
+    fn preparation(&self) -> u64;
+}
+
+/// What the loads are at the start of an interval: for each law one value for each loaded
+/// coordinate, in the order of [`crate::hold::Held::gamma`]; slopes are multiplied by the
+/// interval's length.
+#[derive(Clone, Debug)]
+pub(crate) struct Signals {
+    pub(crate) values: Vec<Vec<f64>>,
+}
+
+/// The loads of a problem, by loaded coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct Inputs {
+    /// Indices of the coordinates that any load but an impulse acts on.
+    pub(crate) loaded: Vec<usize>,
+    pub(crate) laws: Laws,
+    /// Position in `loaded`, position in `laws.frequencies`, amplitude, phase.
+    harmonics: Vec<(usize, usize, f64, f64)>,
+}
+
+impl Inputs {
+    pub(crate) fn of(problem: &Problem<'_>) -> Inputs {
+        let timeline = problem.timeline();
+        let straight = || timeline.pieces().iter().flat_map(Piece::straight);
+        let mut loaded: Vec<usize> = straight().map(|straight| straight.coordinate).collect();
+        loaded.extend(
+            timeline
+                .harmonics()
+                .iter()
+                .map(|(coordinate, _)| *coordinate),
+        );
+        loaded.sort_unstable();
+        loaded.dedup();
+        let mut frequencies: Vec<f64> = Vec::new();
+        let mut harmonics = Vec::new();
+        for (coordinate, harmonic) in timeline.harmonics() {
+            let position = loaded.binary_search(coordinate).expect("collected above");
+            let known = frequencies
+                .iter()
+                .position(|known| *known == harmonic.frequency);
+            let frequency = known.unwrap_or_else(|| {
+                frequencies.push(harmonic.frequency);
+                frequencies.len() - 1
+            });
+            harmonics.push((position, frequency, harmonic.amplitude, harmonic.phase));
+        }
+        let laws = Laws {
+            straight: straight().any(|s| s.value != 0.0 || s.slope != 0.0),
+            sloped: straight().any(|s| s.slope != 0.0),
+            frequencies,
+        };
+        Inputs {
+            loaded,
+            laws,
+            harmonics,
+        }
+    }
+
+    /// The columns of B for the loaded coordinates.
+    pub(crate) fn columns(&self, b: MatRef<'_, f64>) -> Mat<f64> {
+        Mat::from_fn(b.nrows(), self.loaded.len(), |i, j| b[(i, self.loaded[j])])
+    }
+
+    /// The signals at `now`, within `piece`, for an interval of `h` seconds.
+    fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
+        for values in &mut signals.values {
+            values.fill(0.0);
+        }
+        let elapsed = (now.time - piece.start.time).to_f64();
+        if self.laws.straight {
+            for straight in piece.straight() {
+                let j = self
+                    .loaded
+                    .binary_search(&straight.coordinate)
+                    .expect("collected in of");
+                signals.values[0][j] = straight.value + straight.slope * elapsed;
+                if self.laws.sloped {
+                    signals.values[1][j] = straight.slope * h;
+                }
+            }
+        }
+        let first = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
+        for &(j, frequency, amplitude, phase) in &self.harmonics {
+            let angle = reduced_angle(self.laws.frequencies[frequency], now.time, phase);
+            let (sine, cosine) = angle.sin_cos();
+            signals.values[first + 2 * frequency][j] += amplitude * sine;
+            signals.values[first + 2 * frequency + 1][j] += amplitude * cosine;
+        }
+    }
+
+    fn empty_signals(&self) -> Signals {
+        let laws = &self.laws;
+        let count =
+            usize::from(laws.straight) + usize::from(laws.sloped) + 2 * laws.frequencies.len();
+        Signals {
+            values: vec![vec![0.0; self.loaded.len()]; count],
+        }
+    }
+
+    /// f, f′ and f″ on every coordinate at `now`.
+    fn forces(&self, now: &Instant, piece: &Piece, forces: &mut [Vec<f64>; 3]) {
+        for force in forces.iter_mut() {
+            force.fill(0.0);
+        }
+        let elapsed = (now.time - piece.start.time).to_f64();
+        for straight in piece.straight() {
+            forces[0][straight.coordinate] += straight.value + straight.slope * elapsed;
+            forces[1][straight.coordinate] += straight.slope;
+        }
+        for &(j, frequency, amplitude, phase) in &self.harmonics {
+            let rate = self.laws.frequencies[frequency];
+            let (sine, cosine) = reduced_angle(rate, now.time, phase).sin_cos();
+            let coordinate = self.loaded[j];
+            forces[0][coordinate] += amplitude * sine;
+            forces[1][coordinate] += amplitude * rate * cosine;
+            forces[2][coordinate] -= amplitude * rate * rate * sine;
+        }
+    }
+}
+
+/// Ωt + φ less whole turns, kept in double-double until the end.
+fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f64 {
+    let angle = time * frequency;
+    let turns = (angle.to_f64() / std::f64::consts::TAU).round();
+    let rest = angle - DoubleDouble::TAU * turns + phase;
+    rest.to_f64()
+}
+
+/// How the method's coordinates ζ give what is asked for: x = X ζ + D f and its derivatives.
+pub(crate) struct Outputs {
+    /// X, X A and X A² (n × N).
+    maps: [Mat<f64>; 3],
+    /// D, and X B; absent where they vanish.
+    feed: Option<(Mat<f64>, Mat<f64>)>,
+    /// X A B.
+    acceleration_feed: Mat<f64>,
+}
+
+impl Outputs {
+    /// The outputs of a first-order form whose state is z = T ζ.
+    pub(crate) fn of(form: &FirstOrder, t: Option<MatRef<'_, f64>>) -> Outputs {
+        let x = form.x().to_owned();
+        let v = &x * form.a();
+        let a = &v * form.a();
+        let feed = form.d().map(|d| (d.to_owned(), &x * form.b()));
+        let acceleration_feed = &v * form.b();
+        let into = |map: Mat<f64>| match t {
+            Some(t) => map * t,
+            None => map,
+        };
+        Outputs {
+            maps: [into(x), into(v), into(a)],
+            feed,
+            acceleration_feed,
+        }
+    }
+}
+
+/// Runs the flow over the problem's timeline and collects the instants asked for. `z` is the state
+/// at 0 and `b` (N × n) what unit impulses add to it, both in the flow's coordinates.
+pub(crate) fn march(
+    method: &'static str,
+    problem: &Problem<'_>,
+    flow: &mut dyn Flow,
+    mut z: Vec<f64>,
+    b: MatRef<'_, f64>,
+    outputs: &Outputs,
+    mut estimate: Estimate,
+) -> Result<Trajectory, ResponseError> {
+    let grid = problem.grid();
+    let inputs = Inputs::of(problem);
+    let mut recorder = Recorder::new(method, problem, outputs)?;
+    let mut signals = inputs.empty_signals();
+    let pieces = problem.timeline().pieces();
+    let mut piece = 0;
+    let mut now = Instant::on_grid(grid, 0);
+    strike(&pieces[0], problem, outputs, b, &mut z)?;
+    while let Some(target) = recorder.next() {
+        let target = Instant::on_grid(grid, target);
+        // Go to the target, stopping where a piece begins.
+        loop {
+            let begins = pieces.get(piece + 1).map(|next| next.start);
+            let stop = begins.filter(|start| start.order(&target).is_le());
+            let end = stop.unwrap_or(target);
+            while now.order(&end).is_lt() {
+                let next = hop(&now, &end, problem, flow.preparation());
+                let h = next.since(&now, grid);
+                inputs.signals(&now, &pieces[piece], h, &mut signals);
+                flow.advance(h, &mut z, &signals);
+                now = next;
+                estimate.step(h);
+            }
+            if stop.is_none() {
+                break;
+            }
+            now = end;
+            piece += 1;
+            strike(&pieces[piece], problem, outputs, b, &mut z)?;
+        }
+        recorder.record(&z, &target, &inputs, &pieces[piece], &mut estimate)?;
+    }
+    Ok(recorder.finish())
+}
+
+/// The next instant on the way to `end`: the end itself, or one grid step where several of them are
+/// cheaper than preparing one long step.
+fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) -> Instant {
+    match (now.index, end.index) {
+        (Some(from), Some(to)) if to - from > 1 && to - from <= preparation => {
+            Instant::on_grid(problem.grid(), from + 1)
+        }
+        _ => *end,
+    }
+}
+
+/// Adds what the impulses at the start of a piece do to the state.
+fn strike(
+    piece: &Piece,
+    problem: &Problem<'_>,
+    outputs: &Outputs,
+    b: MatRef<'_, f64>,
+    z: &mut [f64],
+) -> Result<(), ResponseError> {
+    for &(coordinate, magnitude) in piece.impulses() {
+        let moves_at_once = |(d, _): &(Mat<f64>, Mat<f64>)| {
+            (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0)
+        };
+        if outputs.feed.as_ref().is_some_and(moves_at_once) {
+            let name = problem.system().names()[coordinate].clone();
+            let is_it = |applied: &crate::problem::AppliedLoad| {
+                applied.coordinate == coordinate
+                    && matches!(applied.load, crate::load::Load::Impulse(_))
+            };
+            let index = problem.loads().iter().position(is_it).unwrap_or(0);
+            return Err(ResponseError::ImpulseOnMassless { index, name });
+        }
+        for (entry, column) in z.iter_mut().zip(b.col(coordinate).iter()) {
+            *entry += column * magnitude;
+        }
+    }
+    Ok(())
+}
+
+/// Keeps the instants asked for, in the order in which time meets them, and hands them back in the
+/// order in which they were asked for.
+struct Recorder<'a, 'b> {
+    method: &'static str,
+    problem: &'a Problem<'b>,
+    outputs: &'a Outputs,
+    /// Distinct indices in ascending order, or `None` for the whole grid.
+    wanted: Option<Vec<u64>>,
+    count: usize,
+    taken: usize,
+    values: [Mat<f64>; 3],
+    bounds: [Vec<Option<f64>>; 2],
+    forces: [Vec<f64>; 3],
+}
+
+impl<'a, 'b> Recorder<'a, 'b> {
+    fn new(
+        method: &'static str,
+        problem: &'a Problem<'b>,
+        outputs: &'a Outputs,
+    ) -> Result<Recorder<'a, 'b>, ResponseError> {
+        let n = problem.system().len();
+        let wanted = problem.instants().map(|instants| {
+            let mut wanted = instants.to_vec();
+            wanted.sort_unstable();
+            wanted.dedup();
+            wanted
+        });
+        let instants = match &wanted {
+            Some(wanted) => wanted.len() as u64,
+            None => problem.grid().last() + 1,
+        };
+        let kinds = 2 + usize::from(problem.wants_acceleration());
+        let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
+        if bytes > BUDGET {
+            let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
+            return Err(ResponseError::TooLarge {
+                instants,
+                coordinates: n,
+                gigabytes,
+                limit,
+            });
+        }
+        let count = instants as usize;
+        let columns = |wanted: bool| Mat::zeros(n, if wanted { count } else { 0 });
+        Ok(Recorder {
+            method,
+            problem,
+            outputs,
+            wanted,
+            count,
+            taken: 0,
+            values: [
+                columns(true),
+                columns(true),
+                columns(problem.wants_acceleration()),
+            ],
+            bounds: [Vec::with_capacity(count), Vec::with_capacity(count)],
+            forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        })
+    }
+
+    /// The index of the next instant to be recorded.
+    fn next(&self) -> Option<u64> {
+        if self.taken == self.count {
+            return None;
+        }
+        Some(match &self.wanted {
+            Some(wanted) => wanted[self.taken],
+            None => self.taken as u64,
+        })
+    }
+
+    fn record(
+        &mut self,
+        z: &[f64],
+        now: &Instant,
+        inputs: &Inputs,
+        piece: &Piece,
+        estimate: &mut Estimate,
+    ) -> Result<(), ResponseError> {
+        let n = self.problem.system().len();
+        let column = self.taken;
+        for (value, map) in self.values.iter_mut().zip(&self.outputs.maps) {
+            if value.ncols() == 0 {
+                continue;
+            }
+            for (j, entry) in z.iter().enumerate() {
+                for i in 0..n {
+                    value[(i, column)] += map[(i, j)] * entry;
+                }
+            }
+        }
+        let [x, v, a] = &mut self.values;
+        if self.outputs.feed.is_some() || a.ncols() > 0 {
+            inputs.forces(now, piece, &mut self.forces);
+            let [f, rate, curvature] = &self.forces;
+            let add = |to: &mut Mat<f64>, map: &Mat<f64>, force: &[f64]| {
+                for (j, entry) in force.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                    for i in 0..n {
+                        to[(i, column)] += map[(i, j)] * entry;
+                    }
+                }
+            };
+            if let Some((d, xb)) = &self.outputs.feed {
+                add(x, d, f);
+                add(v, d, rate);
+                add(v, xb, f);
+                if a.ncols() > 0 {
+                    add(a, d, curvature);
+                    add(a, xb, rate);
+                }
+            }
+            if a.ncols() > 0 {
+                add(a, &self.outputs.acceleration_feed, f);
+            }
+        }
+        let largest = |m: &Mat<f64>| {
+            m.col(column).iter().fold(0.0, |top: f64, entry| {
+                if entry.abs() > top || entry.is_nan() {
+                    entry.abs()
+                } else {
+                    top
+                }
+            })
+        };
+        let (displacement, velocity) = (largest(x), largest(v));
+        if !displacement.is_finite() || !velocity.is_finite() {
+            let index = now.index.expect("only grid instants are recorded");
+            return Err(ResponseError::Overflow { index });
+        }
+        let (displacement, velocity) = estimate.bounds(displacement, velocity);
+        self.bounds[0].push(displacement);
+        self.bounds[1].push(velocity);
+        self.taken += 1;
+        Ok(())
+    }
+
+    fn finish(self) -> Trajectory {
+        let grid = self.problem.grid();
+        let [x, v, a] = self.values;
+        let [x_bound, v_bound] = self.bounds;
+        let with_acceleration = self.problem.wants_acceleration();
+        let build = |steps: Vec<u64>, pick: Option<&[usize]>| {
+            let times = steps.iter().map(|step| grid.time(*step)).collect();
+            let columns = |m: &Mat<f64>| match pick {
+                Some(pick) => Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]),
+                None => m.clone(),
+            };
+            let bounds = |b: &[Option<f64>]| match pick {
+                Some(pick) => pick.iter().map(|j| b[*j]).collect(),
+                None => b.to_vec(),
+            };
+            let trajectory = Trajectory::new(self.method, steps, times, columns(&x), columns(&v))
+                .with_bounds(bounds(&x_bound), bounds(&v_bound));
+            if with_acceleration {
+                trajectory.with_acceleration(columns(&a))
+            } else {
+                trajectory
+            }
+        };
+        match (&self.wanted, self.problem.instants()) {
+            (Some(wanted), Some(asked)) => {
+                let pick: Vec<usize> = asked
+                    .iter()
+                    .map(|step| {
+                        wanted
+                            .binary_search(step)
+                            .expect("wanted holds what was asked")
+                    })
+                    .collect();
+                build(asked.to_vec(), Some(&pick))
+            }
+            _ => build((0..=grid.last()).collect(), None),
+        }
+    }
+}

@@ -280,7 +280,7 @@ pub enum BuildError {
         second: usize,
     },
     /// A mass is negative, infinite or NaN.
-    #[error("the mass of {name:?} is {value}: it must be a finite number ≥ 0")]
+    #[error("the mass of {name:?} is {value:?}: it must be a finite number ≥ 0")]
     InvalidMass {
         /// Which mass.
         index: usize,
@@ -290,7 +290,7 @@ pub enum BuildError {
         value: f64,
     },
     /// A spring's stiffness or a damper's damping is infinite or NaN.
-    #[error("the coefficient of {kind} {index} is {value}: it must be a finite number")]
+    #[error("the coefficient of {kind} {index} is {value:?}: it must be a finite number")]
     ElementNotFinite {
         /// Spring or damper.
         kind: ElementKind,
@@ -336,7 +336,7 @@ pub enum BuildError {
         expected: usize,
     },
     /// A matrix entry is infinite or NaN.
-    #[error("entry ({row}, {column}) of the {kind} matrix is {value}: it must be finite")]
+    #[error("entry ({row}, {column}) of the {kind} matrix is {value:?}: it must be finite")]
     MatrixNotFinite {
         /// Which matrix.
         kind: MatrixKind,

@@ -144,7 +144,7 @@ into_load!(Step, Ramp, Impulse, Harmonic, Samples);
 #[non_exhaustive]
 pub enum LoadError {
     /// A parameter is infinite or NaN.
-    #[error("its {parameter} is {value}: it must be a finite number")]
+    #[error("its {parameter} is {value:?}: it must be a finite number")]
     NotFinite {
         /// The parameter's name.
         parameter: &'static str,
@@ -152,7 +152,7 @@ pub enum LoadError {
         value: f64,
     },
     /// An impulse before the response starts.
-    #[error("its instant is {at}: an impulse must not come before 0")]
+    #[error("its instant is {at:?}: an impulse must not come before 0")]
     ImpulseBeforeStart {
         /// The instant given.
         at: f64,
@@ -161,7 +161,7 @@ pub enum LoadError {
     #[error("it has no values: give at least one sample")]
     NoSamples,
     /// A sample is infinite or NaN.
-    #[error("its sample {index} is {value}: it must be a finite number")]
+    #[error("its sample {index} is {value:?}: it must be a finite number")]
     SampleNotFinite {
         /// Which sample, from 0.
         index: usize,
@@ -169,14 +169,14 @@ pub enum LoadError {
         value: f64,
     },
     /// The samples' spacing is not positive.
-    #[error("its step is {step}: it must be greater than 0")]
+    #[error("its step is {step:?}: it must be greater than 0")]
     SampleStep {
         /// The spacing given.
         step: f64,
     },
     /// The samples' spacing does not fit the response's grid.
     #[error(
-        "its step is {step}, but the response's is {grid}: it must be that times or divided by a whole number"
+        "its step is {step:?}, but the response's is {grid:?}: it must be that times or divided by a whole number"
     )]
     SampleGrid {
         /// The spacing given.

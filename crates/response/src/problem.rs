@@ -152,19 +152,19 @@ fn resolve(system: &System, named: &[(String, f64)]) -> Result<Vec<f64>, Respons
 #[non_exhaustive]
 pub enum ResponseError {
     /// The step is not a positive number.
-    #[error("the step is {step}: it must be a finite number greater than 0")]
+    #[error("the step is {step:?}: it must be a finite number greater than 0")]
     Step {
         /// The step given, in s.
         step: f64,
     },
     /// The end is negative, infinite or NaN.
-    #[error("the end is {end}: it must be a finite number, 0 or later")]
+    #[error("the end is {end:?}: it must be a finite number, 0 or later")]
     End {
         /// The end given, in s.
         end: f64,
     },
     /// The grid has more than [`MAX_STEPS`](crate::MAX_STEPS) steps.
-    #[error("from 0 to {end} in steps of {step} are more than 2^53 steps: take a larger step")]
+    #[error("from 0 to {end:?} in steps of {step:?} are more than 2^53 steps: take a larger step")]
     TooManySteps {
         /// The step given, in s.
         step: f64,
@@ -183,7 +183,7 @@ pub enum ResponseError {
         known: String,
     },
     /// An initial displacement or velocity is infinite or NaN.
-    #[error("an initial value of {name:?} is {value}: it must be a finite number")]
+    #[error("an initial value of {name:?} is {value:?}: it must be a finite number")]
     InitialNotFinite {
         /// The coordinate.
         name: String,

@@ -1,0 +1,236 @@
+//! What can be wrong with a scene file, in words.
+
+use std::path::PathBuf;
+
+use eigentone_modes::{BuildError, MatrixKind};
+use eigentone_response::ResponseError;
+use thiserror::Error;
+
+use super::place::Place;
+use super::text::MAX_BYTES;
+
+/// What is wrong with a scene file: one message with the file, the place in it, what is wrong and
+/// what would be right.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// It cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// It is a directory.
+    #[error("{}: is a directory: give the scene file inside it", file.display())]
+    Directory {
+        /// The directory.
+        file: PathBuf,
+    },
+    /// It has more than [`MAX_BYTES`].
+    #[error("{}: is larger than {} MiB, the most a scene may have", file.display(), MAX_BYTES >> 20)]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+    },
+    /// It has nothing in it.
+    #[error(
+        "{}: is empty: a scene is a JSON object with \"masses\" or \"matrices\"",
+        file.display()
+    )]
+    Empty {
+        /// The file.
+        file: PathBuf,
+    },
+    /// It is not text, or not in UTF-8.
+    #[error("{at}: is not UTF-8 text from here on: save the file as UTF-8")]
+    NotUtf8 {
+        /// The first wrong byte.
+        at: Place,
+    },
+    /// It is not JSON.
+    #[error("{at}: {}: {}", if source.is_eof() { "ends too early" } else { "is not JSON" }, reason(source))]
+    NotJson {
+        /// Where it stops being JSON.
+        at: Place,
+        /// What the JSON reader says.
+        source: serde_json::Error,
+    },
+    /// A number is infinite or not a number at all.
+    #[error("{at}: {number} is not a finite number: every number must be one, up to ±1.79e308")]
+    NotFinite {
+        /// The number.
+        at: Place,
+        /// Its text.
+        number: String,
+    },
+    /// Something is missing, unknown, repeated or of another kind than belongs there.
+    #[error("{at}: {}", reason(source))]
+    Shape {
+        /// Where.
+        at: Place,
+        /// What is wrong.
+        source: serde_json::Error,
+    },
+    /// A name is not that of a coordinate.
+    #[error("{at}: {name:?} is not the name of a coordinate: {hint}")]
+    UnknownName {
+        /// Where.
+        at: Place,
+        /// The name.
+        name: String,
+        /// The nearest known name, or the names there are.
+        hint: String,
+    },
+    /// A load or an initial state was given to the ground.
+    #[error("{at}: the ground does not move: name a mass instead")]
+    OnGround {
+        /// Where.
+        at: Place,
+    },
+    /// A load has no kind, or more than one.
+    #[error("{at}: {}", load_kinds(given))]
+    LoadKind {
+        /// The load.
+        at: Place,
+        /// The kinds given.
+        given: Vec<&'static str>,
+    },
+    /// A matrix is given by the name of a file.
+    #[error(
+        "{at}: {path:?} is the name of a file: only rows of numbers are read so far, such as [[2, -1], [-1, 2]]"
+    )]
+    MatrixFile {
+        /// The matrix.
+        at: Place,
+        /// Which one.
+        kind: MatrixKind,
+        /// The file named.
+        path: String,
+    },
+    /// A row of a matrix has another length than the first one.
+    #[error(
+        "{at}: the row has {length} entries, the first one has {expected}: rows must be equally long"
+    )]
+    RaggedRow {
+        /// The row.
+        at: Place,
+        /// Which matrix.
+        kind: MatrixKind,
+        /// Entries of the row.
+        length: usize,
+        /// Entries of the first row.
+        expected: usize,
+    },
+    /// The parameters make no system.
+    #[error("{at}: {source}")]
+    System {
+        /// Where.
+        at: Place,
+        /// What is wrong.
+        source: Box<BuildError>,
+    },
+    /// The initial state, the loads or the instants make no response.
+    #[error("{at}: {}", response_reason(source))]
+    Response {
+        /// Where.
+        at: Place,
+        /// What is wrong.
+        source: Box<ResponseError>,
+    },
+}
+
+/// What the JSON reader says, without the position, which the place has.
+fn reason(error: &serde_json::Error) -> String {
+    let position = format!(" at line {} column {}", error.line(), error.column());
+    let text = error.to_string();
+    let text = text.strip_suffix(&position).unwrap_or(&text);
+    let missing = text.strip_prefix("missing field `");
+    match missing.and_then(|rest| rest.strip_suffix('`')) {
+        Some(key) => format!("the key {key:?} is missing: give it"),
+        None => text.to_owned(),
+    }
+}
+
+/// What the response says, without the number of the load, which the place has.
+fn response_reason(error: &ResponseError) -> String {
+    match error {
+        ResponseError::Load { error, .. } => error.to_string(),
+        error => error.to_string(),
+    }
+}
+
+fn load_kinds(given: &[&str]) -> String {
+    let all = "\"step\", \"ramp\", \"impulse\", \"harmonic\" or \"samples\"";
+    match given {
+        [] => format!("the load has no force: give it one of {all}"),
+        _ => format!(
+            "the load has {}: give each a load of its own",
+            listed(given.iter().map(|kind| format!("{kind:?}")), "and")
+        ),
+    }
+}
+
+/// A text cut to a length that a message can bear.
+pub(super) fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 60;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+/// What may have been meant by an unknown word: the known one nearest to it if one is near, or all
+/// of them.
+pub(super) fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
+    const SHOWN: usize = 12;
+    if let Some(near) = nearest(word, known) {
+        return format!("did you mean {:?}?", excerpt(near));
+    }
+    let shown = if known.len() > SHOWN + 1 {
+        SHOWN
+    } else {
+        known.len()
+    };
+    let mut words: Vec<String> = known[..shown]
+        .iter()
+        .map(|word| format!("{:?}", excerpt(word.as_ref())))
+        .collect();
+    if known.len() > shown {
+        words.push(format!("{} more", known.len() - shown));
+    }
+    format!("known are {}", listed(words.into_iter(), "and"))
+}
+
+fn listed(words: impl Iterator<Item = String>, last: &str) -> String {
+    let mut words: Vec<String> = words.collect();
+    match words.pop() {
+        Some(word) if words.is_empty() => word,
+        Some(word) => format!("{} {last} {word}", words.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// The known word at the smallest edit distance, if at most one letter in three is wrong.
+fn nearest<'a>(word: &str, known: &'a [impl AsRef<str>]) -> Option<&'a str> {
+    const LONGEST: usize = 64;
+    let length = word.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    let lower = word.to_lowercase();
+    known
+        .iter()
+        .map(AsRef::as_ref)
+        .filter(|candidate| candidate.len() <= 4 * LONGEST)
+        .map(|candidate| {
+            (
+                strsim::osa_distance(&lower, &candidate.to_lowercase()),
+                candidate,
+            )
+        })
+        .filter(|(distance, _)| 3 * distance <= length)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}

@@ -2,6 +2,7 @@
 
 mod builder;
 mod element;
+mod exact;
 mod modes;
 mod plan;
 mod solver;

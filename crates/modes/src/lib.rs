@@ -3,6 +3,7 @@
 mod balance;
 mod builder;
 mod element;
+mod exact;
 mod first_order;
 mod modes;
 mod plan;

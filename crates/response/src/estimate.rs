@@ -1,17 +1,22 @@
 //! A first-order estimate of how far a response computed in doubles is off.
 
 use eigentone_modes::{FirstOrder, System, balance};
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
 
 /// Counts the rounding errors met so far.
 ///
 /// In a passive system that is held in place the energy of an error does not grow, so that errors
-/// add up at most linearly: a few units of rounding for each step and state, and for the phase one
-/// unit for each radian that the fastest motion has turned. For other systems no estimate is given.
+/// add up at most linearly: a few units of rounding for each step and state, and for the rounding of
+/// A itself, which acts like a force for as long as the motion lasts, one unit for each radian that
+/// the fastest motion turns, times the condition of A. For other systems no estimate is given.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     applies: bool,
     /// The largest rate in 1/s: the norm of the balanced state matrix.
     rate: f64,
+    /// The condition of the balanced state matrix.
+    condition: f64,
     states: f64,
     steps: f64,
     elapsed: f64,
@@ -23,12 +28,21 @@ impl Estimate {
     pub(crate) fn of(system: &System, form: &FirstOrder) -> Estimate {
         let structure = system.structure();
         let balanced = balance(form.a());
-        let rate = (0..form.states())
-            .map(|j| balanced.matrix.col(j).norm_l1())
-            .fold(0.0, f64::max);
+        let norm = |matrix: &Mat<f64>| {
+            let columns = (0..matrix.ncols()).map(|j| matrix.col(j).norm_l1());
+            columns.fold(0.0, f64::max)
+        };
+        let rate = norm(&balanced.matrix);
+        let applies = structure.is_passive() && structure.zero_roots() == Some(0);
+        let condition = if applies {
+            rate * norm(&balanced.matrix.partial_piv_lu().inverse())
+        } else {
+            f64::INFINITY
+        };
         Estimate {
-            applies: structure.is_passive() && structure.zero_roots() == Some(0),
+            applies,
             rate,
+            condition,
             states: form.states() as f64,
             steps: 0.0,
             elapsed: 0.0,
@@ -54,7 +68,8 @@ impl Estimate {
         if !self.applies {
             return (None, None);
         }
-        let units = 8.0 * self.states * (self.steps + 1.0) + 4.0 * self.rate * self.elapsed;
+        let units = 8.0 * self.states * (self.steps + 1.0)
+            + 4.0 * self.rate * self.elapsed * self.condition;
         let factor = units * f64::EPSILON;
         let displacement = factor * self.displacement;
         let velocity = factor * (self.velocity + self.rate * self.displacement);

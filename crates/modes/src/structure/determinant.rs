@@ -1,7 +1,505 @@
-//! The polynomial det(λ²M + λC + K), in exact arithmetic.
+//! The polynomial det(λ²M + λC + K): whether it vanishes, its degree, and its order at λ = 0, all
+//! in exact arithmetic. The degree is the number of finite roots, the order that of zero roots.
+//!
+//! Both come from one argument, read forwards and backwards. In det(A₀ + λA₁ + λ²A₂) with
+//! symmetric A, a floating part S of the network A₀ has A₀ e_S = 0, so the sum of its columns
+//! holds a factor λ; one that floats on A₀ and A₁ together holds λ². So λ = 0 is a root at least
+//! that often; it is no more than that if the determinant of what is left does not vanish at
+//! λ = 0. That is certain where the three networks have no negative join, and otherwise shown by
+//! one determinant modulo a prime. Where this proves nothing, all coefficients are computed modulo
+//! primes: other than 0 once is a proof, and 0 is proved by primes whose product exceeds every
+//! possible coefficient.
+
+use super::coefficients::{Coefficient, Coefficients};
+use super::polynomial::Reduced;
+use super::support::floating;
+use crate::element::MatrixKind;
+use crate::exact::elimination::{Row, eliminate};
+use crate::exact::prime_field::{PRIME_BITS, PrimeField};
+use crate::exact::sum::{Extent, ceil_log2};
 use crate::system::System;
 
-/// Whether it vanishes for every λ.
-pub(crate) fn vanishes(_system: &System) -> bool {
-    false
+/// The most coordinates for which coefficients are computed.
+const MOST_COORDINATES: usize = 100;
+
+/// The most multiplications spent on one proof: below a second.
+const MOST_WORK: u64 = 200_000_000;
+
+/// Where a determinant that is 0 cannot be proved to vanish within [`MOST_WORK`], it is 0 at so
+/// many points, modulo as many primes.
+const ZERO_TESTS: usize = 8;
+
+/// Whether the polynomial vanishes for every λ. `false` is always proved. `true` is proved for
+/// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
+/// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60.
+pub(crate) fn vanishes(system: &System) -> bool {
+    if system.added(MatrixKind::Mass).is_none() && system.masses().iter().all(|&mass| mass > 0.0) {
+        return false;
+    }
+    let coefficients = Coefficients::of(system);
+    let orders = [
+        Order::at_zero(&coefficients),
+        Order::at_infinity(&coefficients),
+    ];
+    if orders.contains(&Order::Infinite) {
+        return true;
+    }
+    let proved = orders
+        .iter()
+        .any(|order| matches!(order, Order::Exactly(_)));
+    !proved
+        && PrimeField::all()
+            .take(ZERO_TESTS)
+            .enumerate()
+            .all(|(point, field)| {
+                Reduced::new(&coefficients, &field)
+                    .at(point as u64 + 2)
+                    .determinant
+                    .is_zero()
+            })
+        && matches!(
+            Roots::by_coefficients(&coefficients),
+            None | Some(Roots::VANISHING)
+        )
+}
+
+/// How many roots are finite and how many are 0, where that is proved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Roots {
+    pub(crate) zero: Option<usize>,
+    pub(crate) finite: Option<usize>,
+}
+
+impl Roots {
+    /// What is known of a polynomial without any term.
+    const VANISHING: Roots = Roots {
+        zero: None,
+        finite: None,
+    };
+
+    /// Of a system whose determinant does not vanish.
+    pub(crate) fn of(coefficients: &Coefficients) -> Roots {
+        let n = coefficients.mass.matrix.len();
+        let zero = Order::at_zero(coefficients).exactly();
+        let finite = Order::at_infinity(coefficients)
+            .exactly()
+            .map(|infinite| 2 * n - infinite);
+        if zero.is_some() && finite.is_some() {
+            return Roots { zero, finite };
+        }
+        let computed = Roots::by_coefficients(coefficients).unwrap_or(Roots::VANISHING);
+        Roots {
+            zero: zero.or(computed.zero),
+            finite: finite.or(computed.finite),
+        }
+    }
+
+    /// By all coefficients modulo primes; `None` where that is too much work.
+    fn by_coefficients(coefficients: &Coefficients) -> Option<Roots> {
+        let n = coefficients.mass.matrix.len();
+        if n > MOST_COORDINATES {
+            return None;
+        }
+        let (degree, bits) = bounds(coefficients);
+        let primes = bits / PRIME_BITS + 1;
+        let (mut lowest, mut highest) = (usize::MAX, 0);
+        for (tried, field) in PrimeField::all().take(primes as usize).enumerate() {
+            let reduced = Reduced::new(coefficients, &field);
+            if tried == 0 {
+                let points = degree as u64 + 1;
+                if primes * points * (reduced.at(2).work + points) > MOST_WORK {
+                    return None;
+                }
+            }
+            let terms = reduced.coefficients(degree);
+            let present = |term: &crate::exact::prime_field::Residue| !term.is_zero();
+            lowest = lowest.min(terms.iter().position(present).unwrap_or(usize::MAX));
+            highest = highest.max(terms.iter().rposition(present).unwrap_or(0));
+            if lowest == 0 && highest == degree {
+                break;
+            }
+        }
+        let found = lowest <= highest;
+        Some(Roots {
+            zero: found.then_some(lowest),
+            finite: found.then_some(highest),
+        })
+    }
+}
+
+/// A bound on the degree, and how many bits the coefficients have at most as integers, once λ and
+/// the rows are scaled by powers of two.
+fn bounds(coefficients: &Coefficients) -> (usize, u64) {
+    let by_power = [
+        &coefficients.stiffness,
+        &coefficients.damping,
+        &coefficients.mass,
+    ];
+    let n = coefficients.mass.matrix.len();
+    let whole = by_power.map(|coefficient| {
+        (0..n).fold(Extent::NOTHING, |extent, i| {
+            extent.join(coefficient.matrix.extent(i))
+        })
+    });
+    let shift = if whole[0].bits() > 0 && whole[2].bits() > 0 {
+        (whole[0].high - whole[2].high).div_euclid(2)
+    } else {
+        0
+    };
+    let (mut degree, mut bits) = (0, 0);
+    for i in 0..n {
+        let (mut row, mut count) = (Extent::NOTHING, 0);
+        for (power, coefficient) in by_power.iter().enumerate() {
+            let entries = coefficient.matrix.row(i).count();
+            if entries > 0 {
+                row = row.join(coefficient.matrix.extent(i).shifted(shift * power as i64));
+                count += entries;
+            }
+        }
+        degree += (0..3)
+            .rev()
+            .find(|&power| by_power[power].matrix.row(i).next().is_some())
+            .unwrap_or(0);
+        bits += row.bits() + ceil_log2(count) as u64;
+    }
+    (degree, bits)
+}
+
+/// How often λ = 0 is a root of det(A₀ + λA₁ + λ²A₂).
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Order {
+    Exactly(usize),
+    /// The determinant vanishes.
+    Infinite,
+    NotProved,
+}
+
+impl Order {
+    fn at_zero(coefficients: &Coefficients) -> Order {
+        Order::of([
+            &coefficients.stiffness,
+            &coefficients.damping,
+            &coefficients.mass,
+        ])
+    }
+
+    /// Of λ = ∞ as a root.
+    fn at_infinity(coefficients: &Coefficients) -> Order {
+        Order::of([
+            &coefficients.mass,
+            &coefficients.damping,
+            &coefficients.stiffness,
+        ])
+    }
+
+    fn exactly(self) -> Option<usize> {
+        match self {
+            Order::Exactly(order) => Some(order),
+            Order::Infinite | Order::NotProved => None,
+        }
+    }
+
+    fn of(parts: [&Coefficient; 3]) -> Order {
+        let networks = parts.map(|part| part.network.as_ref());
+        let (mut single, mut double) = (Vec::new(), Vec::new());
+        if let [Some(first), Some(second), Some(third)] = networks {
+            if !floating(&[first, second, third]).is_empty() {
+                return Order::Infinite;
+            }
+            single = floating(&[first]);
+            double = floating(&[first, second]);
+            if [first, second, third]
+                .iter()
+                .all(|network| network.is_non_negative())
+            {
+                return Order::Exactly(single.len() + double.len());
+            }
+        }
+        if PrimeField::all()
+            .take(2)
+            .any(|field| leaves_something(parts, &single, &double, &field))
+        {
+            Order::Exactly(single.len() + double.len())
+        } else {
+            Order::NotProved
+        }
+    }
+}
+
+/// Whether, at λ = 0, a determinant other than 0 is left of A₀ + λA₁ + λ²A₂ once the columns of
+/// floating parts are added up and divided by λ (`single`, floating on A₀) or λ² (`double`,
+/// floating on A₀ and A₁).
+fn leaves_something(
+    parts: [&Coefficient; 3],
+    single: &[Vec<usize>],
+    double: &[Vec<usize>],
+    field: &PrimeField,
+) -> bool {
+    let n = parts[0].matrix.len();
+    // Which column a node's column is added to, in A₁ and in A₂.
+    let mut once = vec![None; n];
+    let mut twice = vec![None; n];
+    for part in single {
+        part.iter().for_each(|&node| once[node] = Some(part[0]));
+    }
+    for part in double {
+        for &node in part {
+            twice[node] = Some(part[0]);
+            // The first part of those that make up a doubly floating one stands for all of it.
+            if once[node] == Some(part[0]) {
+                once[node] = None;
+            }
+        }
+    }
+    let mut replaced = vec![false; n];
+    single.iter().for_each(|part| replaced[part[0]] = true);
+    let images = parts.map(|part| part.matrix.image(field));
+    let rows = (0..n).map(|i| {
+        let kept = images[0].row(i).filter(|&(j, _)| !replaced[j]);
+        let first = images[1]
+            .row(i)
+            .filter_map(|(j, value)| Some((once[j]?, value)));
+        let second = images[2]
+            .row(i)
+            .filter_map(|(j, value)| Some((twice[j]?, value)));
+        Row::new(field, &kept.chain(first).chain(second).collect::<Vec<_>>())
+    });
+    !eliminate(field, rows.collect()).determinant.is_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{as_matrices, chain, matrices, network, triple_defect};
+    use super::*;
+    use faer::{Mat, mat};
+    use proptest::prelude::*;
+
+    /// (finite, zero), `None` where the determinant vanishes.
+    fn roots(system: &System) -> Option<(usize, usize)> {
+        if vanishes(system) {
+            return None;
+        }
+        let roots = Roots::of(&Coefficients::of(system));
+        Some((
+            roots.finite.expect("finite roots proved"),
+            roots.zero.expect("zero roots proved"),
+        ))
+    }
+
+    /// By coefficients modulo primes alone.
+    fn computed(system: &System) -> Option<(usize, usize)> {
+        let roots = Roots::by_coefficients(&Coefficients::of(system)).expect("small enough");
+        roots.finite.zip(roots.zero)
+    }
+
+    #[test]
+    fn masses_held_by_springs_have_no_zero_root() {
+        assert_eq!(roots(&chain(&[1.0; 3], &[1.0; 4], &[0.1; 4])), Some((6, 0)));
+        assert_eq!(roots(&chain(&[1.0], &[1.0], &[])), Some((2, 0)));
+    }
+
+    #[test]
+    fn free_motions_are_counted() {
+        let free = [(1, 2, 100.0), (2, 3, 200.0)];
+        assert_eq!(
+            roots(&network(
+                &[1.0, 2.0, 3.0],
+                &free,
+                &[(1, 2, 0.1), (2, 3, 0.1)]
+            )),
+            Some((6, 2))
+        );
+        assert_eq!(
+            roots(&network(&[1.0, 2.0, 3.0], &free, &[(0, 3, 0.1)])),
+            Some((6, 1))
+        );
+        assert_eq!(roots(&network(&[2.0], &[], &[(0, 1, 5.0)])), Some((2, 1)));
+        assert_eq!(
+            roots(&network(&[2.0, 3.0], &[], &[(1, 2, 5.0)])),
+            Some((4, 3))
+        );
+        assert_eq!(roots(&network(&[2.0, 3.0], &[], &[])), Some((4, 4)));
+    }
+
+    #[test]
+    fn springs_that_cancel_join_nothing() {
+        let springs = [(0, 1, 0.5), (0, 1, 0.25), (1, 2, 1.0), (0, 1, -0.75)];
+        assert_eq!(roots(&network(&[1.0, 1.0], &springs, &[])), Some((4, 2)));
+        // 0.1 + 0.2 − 0.3 is not 0 as doubles go.
+        let springs = [(0, 1, 0.1), (0, 1, 0.2), (1, 2, 1.0), (0, 1, -0.3)];
+        assert_eq!(roots(&network(&[1.0, 1.0], &springs, &[])), Some((4, 0)));
+    }
+
+    #[test]
+    fn massless_nodes_lower_the_degree() {
+        assert_eq!(roots(&triple_defect()), Some((3, 0)));
+        let springs = [(0, 1, 3.0), (1, 2, 24.0)];
+        assert_eq!(
+            roots(&network(&[9.0, 0.0], &springs, &[(0, 2, 8.0)])),
+            Some((3, 0))
+        );
+        assert_eq!(roots(&network(&[9.0, 0.0], &springs, &[])), Some((2, 0)));
+        // A damper between massless nodes: one relaxation root, for only their distance relaxes.
+        let springs = [(0, 1, 1.0), (1, 2, 2.0), (3, 4, 2.0)];
+        assert_eq!(
+            roots(&network(&[1.0, 0.0, 0.0, 1.0], &springs, &[(2, 3, 1.0)])),
+            Some((5, 1))
+        );
+        // A massless node held by nothing but a damper.
+        assert_eq!(
+            roots(&network(&[1.0, 0.0], &[(0, 1, 1.0)], &[(1, 2, 1.0)])),
+            Some((3, 1))
+        );
+    }
+
+    #[test]
+    fn a_massless_node_that_meets_nothing_is_singular() {
+        assert_eq!(roots(&network(&[1.0, 0.0], &[(0, 1, 1.0)], &[])), None);
+        assert_eq!(
+            roots(&network(&[1.0, 0.0, 0.0], &[(0, 1, 1.0), (2, 3, 1.0)], &[])),
+            None
+        );
+        assert_eq!(
+            roots(&network(&[0.0], &[(0, 1, 1.0), (0, 1, -1.0)], &[])),
+            None
+        );
+        let zero = || Mat::zeros(2, 2);
+        assert_eq!(
+            roots(&matrices(zero(), zero(), mat![[1.0, 2.0], [0.5, 1.0]])),
+            None
+        );
+        assert_eq!(
+            roots(&matrices(
+                zero(),
+                zero(),
+                mat![[1.0, 2.0], [0.5, 1.0 + 1e-15]]
+            )),
+            Some((0, 0))
+        );
+        // Singular at every λ without a common null vector.
+        let nilpotent = [
+            mat![[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+            mat![[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+        ];
+        let [c, k] = nilpotent;
+        assert_eq!(
+            roots(&matrices(
+                Mat::zeros(3, 3),
+                &c + c.transpose(),
+                &k + k.transpose()
+            )),
+            None
+        );
+    }
+
+    #[test]
+    fn opposite_springs_on_a_massless_node_lower_the_degree_further() {
+        // K_pp = 0, K_pm = (−k, k): det = −k²(λ²(m₁ + m₂) + …).
+        let springs = [(1, 3, 2.0), (2, 3, -2.0), (0, 1, 1.0), (0, 2, 1.0)];
+        assert_eq!(
+            roots(&network(&[1.0, 4.0, 0.0], &springs, &[])),
+            Some((2, 0))
+        );
+    }
+
+    #[test]
+    fn mass_matrices_of_every_kind() {
+        let identity = || Mat::<f64>::identity(2, 2);
+        let zero = || Mat::<f64>::zeros(2, 2);
+        assert_eq!(
+            roots(&matrices(mat![[2.0, 1.0], [1.0, 2.0]], zero(), identity())),
+            Some((4, 0))
+        );
+        // One mass on the sum of two coordinates.
+        assert_eq!(
+            roots(&matrices(mat![[1.0, 1.0], [1.0, 1.0]], zero(), identity())),
+            Some((2, 0))
+        );
+        // Follower force: K singular and not symmetric.
+        assert_eq!(
+            roots(&matrices(
+                identity(),
+                zero(),
+                mat![[1.0, -1.0], [2.0, -2.0]]
+            )),
+            Some((4, 2))
+        );
+        assert_eq!(
+            roots(&matrices(identity(), mat![[0.0, 1.0], [-1.0, 0.0]], zero())),
+            Some((4, 2))
+        );
+    }
+
+    #[test]
+    fn a_stiffness_indefinite_along_a_floating_part_is_counted() {
+        // On the floating pair, C and the join to it cancel at λ = 0: det = λ³(…) by hand.
+        let system = network(&[1.0, 1.0], &[(1, 2, 1.0)], &[(0, 1, 1.0), (0, 2, -1.0)]);
+        // Q = [λ²+λ+1, −1; −1, λ²−λ+1], det = λ⁴ + λ².
+        assert_eq!(roots(&system), Some((4, 2)));
+    }
+
+    #[test]
+    fn every_magnitude_counts() {
+        let tiny = f64::from_bits(1);
+        let springs = [(0, 1, 1e300), (1, 2, tiny), (2, 3, 1e-300)];
+        assert_eq!(
+            roots(&network(&[1e300, tiny, 1e-300], &springs, &[])),
+            Some((6, 0))
+        );
+        assert_eq!(
+            roots(&network(&[1e300, 0.0, tiny], &springs, &[(0, 2, -tiny)])),
+            Some((5, 0))
+        );
+        let k = mat![[1e300, 1e-300], [1e300, 2e-300]];
+        assert_eq!(
+            roots(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k)),
+            Some((4, 0))
+        );
+        let k = mat![[1e300, 1e-300], [2e300, 2e-300]];
+        assert_eq!(
+            roots(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k)),
+            Some((4, 2))
+        );
+    }
+
+    #[test]
+    fn long_chains_of_either_sign_are_counted() {
+        let n = 2000;
+        let mut springs = vec![1.0; n];
+        springs[n / 2] = -3.0;
+        springs[0] = 0.0;
+        let mut masses = vec![1.0; n];
+        masses[7] = 0.0;
+        assert_eq!(roots(&chain(&masses, &springs, &[])), Some((2 * n - 2, 2)));
+    }
+
+    /// Systems with massless nodes, missing and cancelling elements, of small integers.
+    fn systems(lowest: i32) -> impl Strategy<Value = System> {
+        (1usize..5).prop_flat_map(move |n| {
+            let join = (0..=n, 0..=n, lowest..4).prop_filter("two ends", |j| j.0 != j.1);
+            let joins =
+                prop::collection::vec(join.prop_map(|(a, b, k)| (a, b, f64::from(k))), 0..7);
+            (prop::collection::vec(0u8..3, n), joins.clone(), joins).prop_map(
+                |(masses, springs, dampers)| {
+                    let masses: Vec<f64> = masses.into_iter().map(f64::from).collect();
+                    network(&masses, &springs, &dampers)
+                },
+            )
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn the_graph_counts_as_the_coefficients_do(system in systems(0)) {
+            prop_assert_eq!(roots(&system), computed(&system));
+            prop_assert_eq!(roots(&as_matrices(&system)), computed(&system));
+        }
+
+        #[test]
+        fn so_it_does_for_either_sign(system in systems(-3)) {
+            prop_assert_eq!(roots(&system), computed(&system));
+        }
+    }
 }

@@ -1,0 +1,175 @@
+//! Gaussian elimination modulo a prime, on rows stored from their first to their last entry, so
+//! that chains and bands cost no more than their width.
+
+use super::prime_field::{PrimeField, Residue};
+
+/// A row of a matrix: entries before `start` and after `values` are 0.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    start: usize,
+    values: Vec<Residue>,
+}
+
+impl Row {
+    /// From (column, value) in any order; values of one column add up.
+    pub(crate) fn new(field: &PrimeField, parts: &[(usize, Residue)]) -> Row {
+        let start = parts.iter().map(|part| part.0).min().unwrap_or(0);
+        let end = parts.iter().map(|part| part.0 + 1).max().unwrap_or(0);
+        let mut values = vec![Residue::ZERO; end - start];
+        for &(column, value) in parts {
+            values[column - start] = field.sum(values[column - start], value);
+        }
+        let mut row = Row { start, values };
+        row.trim();
+        row
+    }
+
+    /// Drops zeros in front.
+    fn trim(&mut self) {
+        let zeros = self
+            .values
+            .iter()
+            .take_while(|value| value.is_zero())
+            .count();
+        self.values.drain(..zeros);
+        self.start += zeros;
+    }
+}
+
+/// What elimination shows of a square matrix modulo a prime.
+#[derive(Debug)]
+pub(crate) struct Echelon {
+    /// The determinant.
+    pub(crate) determinant: Residue,
+    /// A largest set of independent rows, by index.
+    pub(crate) independent: Vec<usize>,
+    /// How many multiplications it took.
+    pub(crate) work: u64,
+}
+
+/// Eliminates the n rows of an n × n matrix.
+pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
+    let n = rows.len();
+    let mut determinant = field.integer(1);
+    let mut independent = Vec::with_capacity(n);
+    let mut work = n as u64;
+    let mut waiting: Vec<Vec<(usize, Row)>> = vec![Vec::new(); n];
+    for (index, row) in rows.into_iter().enumerate() {
+        if !row.values.is_empty() {
+            waiting[row.start].push((index, row));
+        }
+    }
+    for column in 0..n {
+        let mut bucket = std::mem::take(&mut waiting[column]);
+        let shortest = (0..bucket.len()).min_by_key(|&at| bucket[at].1.values.len());
+        let Some(shortest) = shortest else { continue };
+        let (index, pivot) = bucket.swap_remove(shortest);
+        independent.push(index);
+        determinant = field.product(determinant, pivot.values[0]);
+        if bucket.is_empty() {
+            continue;
+        }
+        let scale = field.negative(field.inverse(pivot.values[0]));
+        for (index, mut row) in bucket {
+            let factor = field.product(row.values[0], scale);
+            if row.values.len() < pivot.values.len() {
+                row.values.resize(pivot.values.len(), Residue::ZERO);
+            }
+            for (value, &above) in row.values.iter_mut().zip(&pivot.values) {
+                *value = field.sum(*value, field.product(factor, above));
+            }
+            work += pivot.values.len() as u64;
+            row.trim();
+            if !row.values.is_empty() {
+                waiting[row.start].push((index, row));
+            }
+        }
+    }
+    if independent.len() < n {
+        determinant = Residue::ZERO;
+    } else if is_odd(&independent) {
+        determinant = field.negative(determinant);
+    }
+    Echelon {
+        determinant,
+        independent,
+        work,
+    }
+}
+
+/// Whether a permutation of 0 … n − 1 is odd.
+fn is_odd(permutation: &[usize]) -> bool {
+    let mut seen = vec![false; permutation.len()];
+    let mut cycles = 0;
+    for start in 0..permutation.len() {
+        cycles += usize::from(!seen[start]);
+        let mut at = start;
+        while !seen[at] {
+            seen[at] = true;
+            at = permutation[at];
+        }
+    }
+    (permutation.len() - cycles) % 2 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn rows(field: &PrimeField, entries: &[Vec<i64>]) -> Vec<Row> {
+        let image = |value: i64| field.double(value as f64);
+        let row = |row: &Vec<i64>| {
+            Row::new(
+                field,
+                &row.iter()
+                    .map(|&x| image(x))
+                    .enumerate()
+                    .collect::<Vec<_>>(),
+            )
+        };
+        entries.iter().map(row).collect()
+    }
+
+    /// By expansion along the first row.
+    fn expand(entries: &[Vec<i64>]) -> i64 {
+        let Some(first) = entries.first() else {
+            return 1;
+        };
+        let minor = |j: usize| -> Vec<Vec<i64>> {
+            let without = |row: &Vec<i64>| [&row[..j], &row[j + 1..]].concat();
+            entries[1..].iter().map(without).collect()
+        };
+        (0..first.len())
+            .map(|j| if j % 2 == 0 { 1 } else { -1 } * first[j] * expand(&minor(j)))
+            .sum()
+    }
+
+    #[test]
+    fn rank_and_independent_rows() {
+        let field = PrimeField::first();
+        let matrix = [
+            vec![0, 0, 0, 0],
+            vec![1, 2, 0, 4],
+            vec![2, 4, 0, 8],
+            vec![0, 0, 0, 5],
+        ];
+        let echelon = eliminate(&field, rows(&field, &matrix));
+        assert!(echelon.determinant.is_zero());
+        assert_eq!(echelon.independent.len(), 2);
+        assert!(echelon.independent.contains(&3));
+    }
+
+    proptest! {
+        #[test]
+        fn the_determinant_is_that_of_expansion(
+            matrix in (1usize..6).prop_flat_map(|n| prop::collection::vec(prop::collection::vec(-3i64..4, n), n))
+        ) {
+            let field = PrimeField::first();
+            let echelon = eliminate(&field, rows(&field, &matrix));
+            let expected = expand(&matrix);
+            prop_assert_eq!(echelon.determinant, field.double(expected as f64));
+            prop_assert_eq!(echelon.independent.len() == matrix.len(), expected != 0);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! M, C or K of a system, each entry an unevaluated sum of doubles.
+
+use std::cmp::Ordering;
+
+use super::prime_field::{PrimeField, Residue};
+use super::sum::{ExactSum, Extent};
+use crate::element::{Element, MatrixKind, Node};
+use crate::system::System;
+
+/// A square sparse matrix by rows. Entries are exact sums of their terms; those that sum to 0 are
+/// not there.
+#[derive(Clone, Debug)]
+pub(crate) struct ExactMatrix {
+    /// Where each row's entries start, and where the last one's end.
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    /// Where each entry's terms start, and where the last one's end.
+    starts: Vec<usize>,
+    terms: Vec<f64>,
+}
+
+impl ExactMatrix {
+    /// The matrix of this kind: elements and added matrix together.
+    pub(crate) fn of(system: &System, kind: MatrixKind) -> ExactMatrix {
+        let mut parts = Vec::new();
+        if let Some(added) = system.added(kind) {
+            for i in 0..system.len() {
+                parts.extend(
+                    (0..system.len())
+                        .map(|j| (i, j, added[(i, j)]))
+                        .filter(|part| part.2 != 0.0),
+                );
+            }
+        }
+        let mut join = |element: &Element| {
+            let value = element.coefficient;
+            for (end, other) in [
+                (element.first, element.second),
+                (element.second, element.first),
+            ] {
+                let Node::Coordinate(i) = end else { continue };
+                parts.push((i, i, value));
+                if let Node::Coordinate(j) = other {
+                    parts.push((i, j, -value));
+                }
+            }
+        };
+        match kind {
+            MatrixKind::Mass => parts.extend(
+                system
+                    .masses()
+                    .iter()
+                    .enumerate()
+                    .map(|(i, &mass)| (i, i, mass)),
+            ),
+            MatrixKind::Damping => system.dampers().iter().for_each(&mut join),
+            MatrixKind::Stiffness => system.springs().iter().for_each(&mut join),
+        }
+        ExactMatrix::from_parts(system.len(), parts)
+    }
+
+    /// From summands (row, column, value).
+    fn from_parts(n: usize, mut parts: Vec<(usize, usize, f64)>) -> ExactMatrix {
+        parts.retain(|part| part.2 != 0.0);
+        parts.sort_by_key(|&(i, j, _)| (i, j));
+        let mut matrix = ExactMatrix {
+            rows: vec![0; n + 1],
+            columns: Vec::with_capacity(parts.len()),
+            starts: vec![0],
+            terms: Vec::with_capacity(parts.len()),
+        };
+        for entry in parts.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let start = matrix.terms.len();
+            matrix.terms.extend(entry.iter().map(|part| part.2));
+            if entry.len() > 1 && ExactSum::of(&matrix.terms[start..]).sign() == Ordering::Equal {
+                matrix.terms.truncate(start);
+                continue;
+            }
+            matrix.columns.push(entry[0].1);
+            matrix.starts.push(matrix.terms.len());
+            matrix.rows[entry[0].0 + 1] = matrix.columns.len();
+        }
+        for i in 0..n {
+            matrix.rows[i + 1] = matrix.rows[i + 1].max(matrix.rows[i]);
+        }
+        matrix
+    }
+
+    /// The sum of two matrices.
+    pub(crate) fn plus(&self, other: &ExactMatrix) -> ExactMatrix {
+        let mut parts = Vec::new();
+        for matrix in [self, other] {
+            for i in 0..matrix.len() {
+                for (j, terms) in matrix.row(i) {
+                    parts.extend(terms.iter().map(|&term| (i, j, term)));
+                }
+            }
+        }
+        ExactMatrix::from_parts(self.len(), parts)
+    }
+
+    /// The order n of the matrix.
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len() - 1
+    }
+
+    pub(crate) fn is_zero(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    pub(crate) fn is_diagonal(&self) -> bool {
+        (0..self.len()).all(|i| {
+            self.columns[self.rows[i]..self.rows[i + 1]]
+                .iter()
+                .all(|&j| j == i)
+        })
+    }
+
+    /// The columns of row `i`, rising, each with the terms of its entry.
+    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, &[f64])> {
+        (self.rows[i]..self.rows[i + 1]).map(|at| (self.columns[at], self.terms_at(at)))
+    }
+
+    fn terms_at(&self, at: usize) -> &[f64] {
+        &self.terms[self.starts[at]..self.starts[at + 1]]
+    }
+
+    /// Where the bits of the entries of row `i` lie.
+    pub(crate) fn extent(&self, i: usize) -> Extent {
+        self.row(i).fold(Extent::NOTHING, |extent, (_, terms)| {
+            extent.join(Extent::of(terms))
+        })
+    }
+
+    /// The matrix modulo the field's prime.
+    pub(crate) fn image<'a>(&'a self, field: &PrimeField) -> Image<'a> {
+        let entries = 0..self.columns.len();
+        Image {
+            matrix: self,
+            values: entries.map(|at| field.sum_of(self.terms_at(at))).collect(),
+        }
+    }
+}
+
+/// An [`ExactMatrix`] modulo a prime. Entries may be 0.
+pub(crate) struct Image<'a> {
+    matrix: &'a ExactMatrix,
+    values: Vec<Residue>,
+}
+
+impl Image<'_> {
+    /// The columns of row `i`, rising, each with its entry.
+    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, Residue)> {
+        let range = self.matrix.rows[i]..self.matrix.rows[i + 1];
+        range.map(|at| (self.matrix.columns[at], self.values[at]))
+    }
+}

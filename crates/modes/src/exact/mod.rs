@@ -1,0 +1,6 @@
+//! Exact arithmetic on sums and products of doubles: every double is an integer times a power of
+//! two, so that signs are decided by integers and vanishing by arithmetic modulo primes.
+pub(crate) mod elimination;
+pub(crate) mod matrix;
+pub(crate) mod prime_field;
+pub(crate) mod sum;

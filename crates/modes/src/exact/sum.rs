@@ -1,0 +1,214 @@
+//! Sums of doubles without rounding, over the whole range of doubles.
+
+use std::cmp::Ordering;
+
+/// Bits below the binary point that a double can have.
+const FRACTION: i32 = 1074;
+
+/// 2098 bits of a double, and room for 2^32 of them.
+const LIMBS: usize = 68;
+
+/// A sum of doubles, exactly: a fixed-point number of 32-bit limbs with delayed carries (Kulisch's
+/// long accumulator). It holds up to 2^31 terms.
+#[derive(Clone)]
+pub(crate) struct ExactSum {
+    limbs: [i64; LIMBS],
+    lowest: usize,
+    highest: usize,
+}
+
+impl ExactSum {
+    pub(crate) fn new() -> ExactSum {
+        ExactSum {
+            limbs: [0; LIMBS],
+            lowest: LIMBS,
+            highest: 0,
+        }
+    }
+
+    pub(crate) fn of(terms: &[f64]) -> ExactSum {
+        let mut sum = ExactSum::new();
+        terms.iter().for_each(|&term| sum.add(term));
+        sum
+    }
+
+    /// Adds a finite double.
+    pub(crate) fn add(&mut self, term: f64) {
+        let parts = Parts::of(term);
+        if parts.mantissa == 0 {
+            return;
+        }
+        let shift = (parts.exponent + FRACTION) as usize;
+        let (first, offset) = (shift / 32, shift % 32);
+        let mut digits = u128::from(parts.mantissa) << offset;
+        for limb in &mut self.limbs[first..first + 3] {
+            let digit = (digits & 0xffff_ffff) as i64;
+            *limb += if parts.negative { -digit } else { digit };
+            digits >>= 32;
+        }
+        self.lowest = self.lowest.min(first);
+        self.highest = self.highest.max(first + 2);
+    }
+
+    /// The sign of the sum: `Less` for a negative one.
+    pub(crate) fn sign(&self) -> Ordering {
+        let (mut carry, mut digits) = (0, 0);
+        for limb in self.limbs.iter().take(self.highest + 1).skip(self.lowest) {
+            let value = limb + carry;
+            digits |= value & 0xffff_ffff;
+            carry = value >> 32;
+        }
+        if carry == 0 && digits == 0 {
+            Ordering::Equal
+        } else {
+            carry.cmp(&0).then(Ordering::Greater)
+        }
+    }
+}
+
+/// A finite double as ± mantissa · 2^exponent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parts {
+    pub(crate) negative: bool,
+    pub(crate) mantissa: u64,
+    pub(crate) exponent: i32,
+}
+
+impl Parts {
+    pub(crate) fn of(value: f64) -> Parts {
+        let bits = value.to_bits();
+        let biased = (bits >> 52 & 0x7ff) as i32;
+        let fraction = bits & ((1 << 52) - 1);
+        Parts {
+            negative: bits >> 63 == 1,
+            mantissa: if biased == 0 {
+                fraction
+            } else {
+                fraction | 1 << 52
+            },
+            exponent: biased.max(1) - 1 - FRACTION,
+        }
+    }
+}
+
+/// The place of a number's bits: it is a multiple of 2^low and smaller than 2^high in size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    pub(crate) low: i64,
+    pub(crate) high: i64,
+}
+
+impl Extent {
+    /// The extent of 0, neutral in [`join`](Extent::join).
+    pub(crate) const NOTHING: Extent = Extent {
+        low: i64::MAX / 4,
+        high: i64::MIN / 4,
+    };
+
+    /// Of the sum of `terms`.
+    pub(crate) fn of(terms: &[f64]) -> Extent {
+        let sum = terms.iter().fold(Extent::NOTHING, |extent, &term| {
+            let parts = Parts::of(term);
+            if parts.mantissa == 0 {
+                return extent;
+            }
+            let at = |bits: u32| i64::from(parts.exponent) + i64::from(bits);
+            extent.join(Extent {
+                low: at(parts.mantissa.trailing_zeros()),
+                high: at(u64::BITS - parts.mantissa.leading_zeros()),
+            })
+        });
+        sum.of_sum(terms.len())
+    }
+
+    /// Of any number with one of two extents.
+    pub(crate) fn join(self, other: Extent) -> Extent {
+        Extent {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+
+    /// Of a sum of so many numbers of this extent.
+    pub(crate) fn of_sum(self, count: usize) -> Extent {
+        Extent {
+            high: self.high + ceil_log2(count),
+            ..self
+        }
+    }
+
+    /// Of the number times 2^power.
+    pub(crate) fn shifted(self, power: i64) -> Extent {
+        Extent {
+            low: self.low + power,
+            high: self.high + power,
+        }
+    }
+
+    /// How many bits lie between the lowest and the highest; 0 where there is nothing.
+    pub(crate) fn bits(self) -> u64 {
+        u64::try_from(self.high - self.low).unwrap_or(0)
+    }
+}
+
+/// ⌈log₂ count⌉, and 0 of 0.
+pub(crate) fn ceil_log2(count: usize) -> i64 {
+    i64::from(usize::BITS - count.saturating_sub(1).leading_zeros())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn cancelling_sums_keep_their_last_bit() {
+        let tiny = f64::from_bits(1);
+        assert_eq!(
+            ExactSum::of(&[1e300, tiny, -1e300]).sign(),
+            Ordering::Greater
+        );
+        assert_eq!(ExactSum::of(&[1e300, -tiny, -1e300]).sign(), Ordering::Less);
+        assert_eq!(ExactSum::of(&[0.1, 0.2, -0.3]).sign(), Ordering::Greater);
+        assert_eq!(ExactSum::of(&[0.5, 0.25, -0.75]).sign(), Ordering::Equal);
+        assert_eq!(ExactSum::of(&[f64::MAX; 9]).sign(), Ordering::Greater);
+        assert_eq!(
+            ExactSum::of(&[f64::MAX, f64::MAX, -f64::MAX, -f64::MAX]).sign(),
+            Ordering::Equal
+        );
+        assert_eq!(ExactSum::of(&[-0.0, 0.0]).sign(), Ordering::Equal);
+        assert_eq!(ExactSum::of(&[]).sign(), Ordering::Equal);
+    }
+
+    #[test]
+    fn extents_hold_the_number() {
+        assert_eq!(Extent::of(&[6.0]), Extent { low: 1, high: 3 });
+        assert_eq!(Extent::of(&[f64::from_bits(1)]).low, -1074);
+        assert_eq!(Extent::of(&[f64::MAX]).high, 1024);
+        assert_eq!(Extent::of(&[1.0, 1.0, 1.0]).high, 3);
+        assert_eq!(Extent::of(&[]).bits(), 0);
+        assert_eq!([0, 1, 2, 3, 4, 5].map(ceil_log2), [0, 0, 1, 2, 2, 3]);
+    }
+
+    fn finite() -> impl Strategy<Value = f64> {
+        any::<u64>()
+            .prop_map(f64::from_bits)
+            .prop_filter("finite", |x| x.is_finite())
+    }
+
+    proptest! {
+        #[test]
+        fn a_sum_and_its_negative_cancel(mut terms in prop::collection::vec(finite(), 1..8), extra in finite()) {
+            let negative: Vec<f64> = terms.iter().rev().map(|x| -x).collect();
+            terms.extend(negative);
+            prop_assert_eq!(ExactSum::of(&terms).sign(), Ordering::Equal);
+            terms.insert(terms.len() / 3, extra);
+            prop_assert_eq!(ExactSum::of(&terms).sign(), extra.partial_cmp(&0.0).unwrap());
+        }
+
+        #[test]
+        fn a_comparison_is_the_sign_of_a_difference(a in finite(), b in finite()) {
+            prop_assert_eq!(ExactSum::of(&[a, -b]).sign(), a.partial_cmp(&b).unwrap());
+        }
+    }
+}

@@ -1,5 +1,7 @@
 //! Exact analysis of linear vibrating systems.
 
+#[cfg(feature = "gallery")]
+pub mod gallery;
 pub mod scene;
 
 pub use eigentone_check as check;

@@ -24,7 +24,7 @@ use crate::trajectory::Trajectory;
 ///     .until(10.0)
 ///     .run()?;
 /// // It already rests where the step pulls it to.
-/// assert!((response.displacement()[(0, 40)] - 1.0).abs() < 1e-15);
+/// assert!((response.displacement()[(0, 40)] - 1.0).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]

@@ -38,9 +38,10 @@ pub enum FirstOrderError {
     SingularDamping,
 }
 
-/// The massless coordinates: new coordinates (w, a) with x_p = T (w, a), where w relaxes through
+/// The coordinates with mass, and the massless ones: new coordinates (w, a) with x_p = T (w, a), where w relaxes through
 /// dampers and a follows at once.
-struct Massless {
+pub(crate) struct Massless {
+    massive: Vec<usize>,
     nodes: Vec<usize>,
     /// T, of entries 0 and 1.
     change: Mat<f64>,
@@ -62,9 +63,8 @@ impl FirstOrder {
             system.damping_matrix(),
             system.stiffness_matrix(),
         );
-        let has_mass = |i: &usize| (0..n).any(|j| m[(*i, j)] != 0.0 || m[(j, *i)] != 0.0);
-        let (massive, nodes): (Vec<usize>, Vec<usize>) = (0..n).partition(has_mass);
-        let massless = Massless::of(system, nodes, c.as_ref());
+        let massless = Massless::of(system, m.as_ref(), c.as_ref());
+        let massive = massless.massive.clone();
         let (nf, nw) = (massive.len(), massless.relaxing);
         let na = massless.nodes.len() - nw;
 
@@ -233,8 +233,44 @@ impl FirstOrder {
 impl Massless {
     /// Groups massless nodes that only dampers among themselves hold: such a group relaxes in its
     /// differences and follows at once as a whole.
-    fn of(system: &System, nodes: Vec<usize>, c: MatRef<'_, f64>) -> Massless {
+    pub(crate) fn of_system(system: &System) -> Massless {
+        Massless::of(
+            system,
+            system.mass_matrix().as_ref(),
+            system.damping_matrix().as_ref(),
+        )
+    }
+
+    /// The coordinates with mass.
+    pub(crate) fn massive(&self) -> &[usize] {
+        &self.massive
+    }
+
+    /// The nodes whose displacements, less that of the group they float with, relax.
+    pub(crate) fn relaxing_nodes(&self) -> Vec<usize> {
+        let row =
+            |state: usize| (0..self.nodes.len()).find(|row| self.states[(state, *row)] == 1.0);
+        (0..self.relaxing)
+            .filter_map(|state| row(state).map(|row| self.nodes[row]))
+            .collect()
+    }
+
+    /// The groups of nodes that follow at once as wholes.
+    pub(crate) fn following_groups(&self) -> Vec<Vec<usize>> {
+        let member = |row: &usize, column: usize| self.change[(*row, column)] == 1.0;
+        (self.relaxing..self.nodes.len())
+            .map(|column| {
+                let rows = (0..self.nodes.len()).filter(|row| member(row, column));
+                rows.map(|row| self.nodes[row]).collect()
+            })
+            .collect()
+    }
+
+    /// Groups massless nodes, given M and C.
+    fn of(system: &System, m: MatRef<'_, f64>, c: MatRef<'_, f64>) -> Massless {
         let n = c.nrows();
+        let has_mass = |i: &usize| (0..n).any(|j| m[(*i, j)] != 0.0 || m[(j, *i)] != 0.0);
+        let (massive, nodes): (Vec<usize>, Vec<usize>) = (0..n).partition(has_mass);
         let p = nodes.len();
         let mut group: Vec<usize> = (0..p).collect();
         for (row, &i) in nodes.iter().enumerate() {
@@ -298,6 +334,7 @@ impl Massless {
             }
         }
         Massless {
+            massive,
             nodes,
             change,
             states,

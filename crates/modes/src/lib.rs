@@ -5,6 +5,7 @@ mod builder;
 mod element;
 mod exact;
 mod first_order;
+mod inclusion;
 mod modes;
 mod plan;
 mod quality;
@@ -16,7 +17,7 @@ pub use balance::{Balanced, balance};
 pub use builder::{BuildError, MAX_COORDINATES, SystemBuilder};
 pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
 pub use first_order::{FirstOrder, FirstOrderError};
-pub use modes::{Eigenvalue, Frequency, Mode, Modes, Motion};
+pub use modes::{Bounds, Eigenvalue, Frequency, Mode, Modes, Motion, Precision};
 pub use plan::ModePlan;
 pub use solver::{
     Classical, ClassicalModes, ModeSolver, ModesError, SpringFactor, StateMatrix, Symmetric,

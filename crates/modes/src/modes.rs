@@ -50,6 +50,37 @@ impl std::fmt::Display for Motion {
     }
 }
 
+/// What the bounds of an answer are worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounds {
+    /// Every bound is proven: the true value lies within it.
+    Proven,
+    /// First-order estimates from backward error and condition.
+    Estimated,
+}
+
+/// How far an answer is to be trusted, and what it may cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Precision {
+    /// Bounds are proven, and more digits are taken until each is within `tolerance` of |λ| and of
+    /// |Re λ|, or digits end at 1e-30 of |λ|.
+    Certified {
+        /// Relative; not below 2^-53.
+        tolerance: f64,
+    },
+    /// Doubles throughout, with bounds that are first-order estimates.
+    Double,
+}
+
+impl Default for Precision {
+    /// Certified to 4 units of rounding (4·2^-53): right to the last digits.
+    fn default() -> Precision {
+        Precision::Certified {
+            tolerance: 2.0 * f64::EPSILON,
+        }
+    }
+}
+
 /// One root λ of det(λ²M + λC + K), with how far it may be off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eigenvalue {
@@ -183,6 +214,7 @@ pub struct Modes {
     pub(crate) modes: Vec<Mode>,
     pub(crate) eigenvalues: Vec<Eigenvalue>,
     pub(crate) infinite: usize,
+    pub(crate) bounds: Bounds,
     pub(crate) plan: ModePlan,
 }
 
@@ -207,6 +239,11 @@ impl Modes {
     /// independent damper of a damped one.
     pub fn infinite(&self) -> usize {
         self.infinite
+    }
+
+    /// Whether the eigenvalues' bounds are proven.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
     }
 
     /// How the modes were computed, and what was left out.

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use crate::builder::{BuildError, SystemBuilder};
 use crate::element::{Element, MatrixKind, Node};
-use crate::modes::Modes;
+use crate::modes::{Modes, Precision};
 use crate::solver::{self, ModesError};
 use crate::structure::Structure;
 use eigentone_digits::DoubleDouble;
@@ -153,12 +153,21 @@ impl System {
         Structure::of(self)
     }
 
-    /// Natural frequencies, damping ratios and mode shapes, by the solver that the
-    /// [plan](crate::ModePlan) picks.
+    /// Natural frequencies, damping ratios and mode shapes with proven bounds, by the solver that
+    /// the [plan](crate::ModePlan) picks: [`modes_to`](Self::modes_to) with the default precision.
     ///
     /// # Errors
     /// [`ModesError`] where no solver reaches an answer.
     pub fn modes(&self) -> Result<Modes, ModesError> {
-        solver::solve(self)
+        self.modes_to(Precision::default())
+    }
+
+    /// Modes to the given precision. Where a proof is not reached, the answer has estimated bounds
+    /// and its plan says why.
+    ///
+    /// # Errors
+    /// [`ModesError`] where no solver reaches an answer.
+    pub fn modes_to(&self, precision: Precision) -> Result<Modes, ModesError> {
+        solver::solve(self, precision)
     }
 }

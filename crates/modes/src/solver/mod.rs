@@ -1,8 +1,10 @@
 //! Solvers of the quadratic eigenproblem (λ²M + λC + K)x = 0 behind one trait, and the choice
 //! among them.
 
+mod certified;
 mod classical;
 mod cluster;
+mod parts;
 mod rigid;
 mod roots;
 mod spring_factor;
@@ -17,7 +19,7 @@ pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
 
 use crate::first_order::FirstOrderError;
-use crate::modes::Modes;
+use crate::modes::{Modes, Precision};
 use crate::plan::ModePlan;
 use crate::structure::Structure;
 use crate::system::System;
@@ -74,12 +76,33 @@ pub(crate) fn plan(
 }
 
 /// Modes by the solver that the plan picks.
-pub(crate) fn solve(system: &System) -> Result<Modes, ModesError> {
+pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, ModesError> {
+    let parts = parts::parts(system);
+    if parts.len() > 1 {
+        let solved = parts.into_iter().map(|coordinates| {
+            let modes = solve_part(&parts::part(system, &coordinates), precision)?;
+            Ok((coordinates, modes))
+        });
+        return Ok(parts::joined(
+            system,
+            solved.collect::<Result<_, ModesError>>()?,
+        ));
+    }
+    solve_part(system, precision)
+}
+
+fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
     let structure = system.structure();
     let (solver, plan) = plan(system, &structure)?;
-    Ok(Modes {
+    let modes = Modes {
         plan,
         ..solver.solve(system, &structure)?
+    };
+    Ok(match precision {
+        Precision::Double => modes,
+        Precision::Certified { tolerance } => {
+            certified::certified(solver, system, &structure, modes, tolerance)
+        }
     })
 }
 

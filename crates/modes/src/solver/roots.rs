@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use num_complex::Complex;
 
-use crate::modes::{Eigenvalue, Mode, Modes};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Pencil, norm};
 use crate::system::System;
@@ -82,12 +82,13 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         modes,
         eigenvalues,
         infinite,
+        bounds: Bounds::Estimated,
         plan,
     }
 }
 
 /// |λ|, then Re λ, then + before − Im λ.
-fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
+pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
     let size = |e: &Eigenvalue| e.natural_frequency().radians_per_second();
     size(a)
         .total_cmp(&size(b))

@@ -1,0 +1,299 @@
+//! det(λ²M + λC + K) in ball arithmetic, from the elements.
+
+use crate::element::{Element, MatrixKind, Node};
+use crate::system::System;
+
+use super::ball::{Ball, Real};
+
+/// A number with a power of two apart, so that long products stay within range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scaled<T> {
+    pub(crate) ball: Ball<T>,
+    pub(crate) exponent: i64,
+}
+
+impl<T: Real> Scaled<T> {
+    pub(crate) fn one() -> Self {
+        Scaled {
+            ball: Ball::from_f64(1.0),
+            exponent: 0,
+        }
+    }
+
+    pub(crate) fn times(self, factor: Ball<T>) -> Self {
+        Scaled {
+            ball: self.ball * factor,
+            exponent: self.exponent,
+        }
+        .normalised()
+    }
+
+    pub(crate) fn divided_by(self, divisor: Self) -> Option<Self> {
+        let ball = self.ball.divide(divisor.ball)?;
+        Some(
+            Scaled {
+                ball,
+                exponent: self.exponent - divisor.exponent,
+            }
+            .normalised(),
+        )
+    }
+
+    fn normalised(self) -> Self {
+        let size = self.ball.upper();
+        if size == 0.0 || !size.is_finite() {
+            return self;
+        }
+        let shift = size.log2().floor() as i32;
+        Scaled {
+            ball: self.ball.scaled(-shift),
+            exponent: self.exponent + i64::from(shift),
+        }
+    }
+
+    /// The ball itself, or `None` out of range.
+    pub(crate) fn value(self) -> Option<Ball<T>> {
+        if self.ball.upper() == 0.0 {
+            return Some(self.ball);
+        }
+        let this = self.normalised();
+        (-900..900)
+            .contains(&this.exponent)
+            .then(|| this.ball.scaled(this.exponent as i32))
+    }
+}
+
+/// One entry of λ²M + λC + K that is not always zero.
+#[derive(Clone, Debug)]
+struct Entry {
+    row: usize,
+    column: usize,
+    /// The doubles whose exact sums are the entries of K, C and M.
+    terms: [Vec<f64>; 3],
+}
+
+/// The matrix polynomial of a system, as sums of doubles: in λ, or for undamped systems in σ = λ²
+/// as σM + K.
+#[derive(Clone, Debug)]
+pub(crate) struct Pencil {
+    n: usize,
+    entries: Vec<Entry>,
+    pub(crate) in_square: bool,
+}
+
+/// [`Pencil`] in the precision of T, with rows, columns and λ in units of powers of two.
+#[derive(Clone, Debug)]
+pub(crate) struct PencilIn<T> {
+    n: usize,
+    /// Row, column, and the coefficients of 1, μ and μ².
+    entries: Vec<(usize, usize, [Ball<T>; 3])>,
+}
+
+impl Pencil {
+    pub(crate) fn of(system: &System, in_square: bool) -> Pencil {
+        let n = system.len();
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut index = vec![usize::MAX; n * n];
+        let mut add = |row: usize, column: usize, power: usize, value: f64| {
+            if value == 0.0 {
+                return;
+            }
+            let at = &mut index[row * n + column];
+            if *at == usize::MAX {
+                *at = entries.len();
+                entries.push(Entry {
+                    row,
+                    column,
+                    terms: Default::default(),
+                });
+            }
+            entries[*at].terms[power].push(value);
+        };
+        let mass_power = if in_square { 1 } else { 2 };
+        for (i, mass) in system.masses().iter().enumerate() {
+            add(i, i, mass_power, *mass);
+        }
+        let mut network = |elements: &[Element], power: usize| {
+            for element in elements {
+                for (end, other) in [
+                    (element.first, element.second),
+                    (element.second, element.first),
+                ] {
+                    let Node::Coordinate(i) = end else { continue };
+                    add(i, i, power, element.coefficient);
+                    if let Node::Coordinate(j) = other {
+                        add(i, j, power, -element.coefficient);
+                    }
+                }
+            }
+        };
+        network(system.springs(), 0);
+        network(system.dampers(), 1);
+        for (kind, power) in [
+            (MatrixKind::Stiffness, 0),
+            (MatrixKind::Damping, 1),
+            (MatrixKind::Mass, mass_power),
+        ] {
+            let Some(matrix) = system.added(kind) else {
+                continue;
+            };
+            for i in 0..n {
+                for j in 0..n {
+                    add(i, j, power, matrix[(i, j)]);
+                }
+            }
+        }
+        Pencil {
+            n,
+            entries,
+            in_square,
+        }
+    }
+
+    /// The coefficient of one power, with rows and columns added up over the given parts; by rows.
+    pub(crate) fn block<T: Real>(&self, power: usize, parts: &[Vec<usize>]) -> Vec<Ball<T>> {
+        let part = |i: usize| parts.iter().position(|part| part.contains(&i));
+        let mut block = vec![Ball::from_f64(0.0); parts.len() * parts.len()];
+        for entry in &self.entries {
+            let (Some(row), Some(column)) = (part(entry.row), part(entry.column)) else {
+                continue;
+            };
+            let at = &mut block[row * parts.len() + column];
+            for term in &entry.terms[power] {
+                *at = *at + Ball::from_f64(*term);
+            }
+        }
+        block
+    }
+
+    /// In the precision of T, with λ = 2^unit·μ (or σ = 4^unit·μ), and each row and column scaled
+    /// so that its largest entry for |μ| = 1 is about 1.
+    pub(crate) fn precise<T: Real>(&self, unit: i32) -> (PencilIn<T>, i64) {
+        let step = if self.in_square { 2 * unit } else { unit };
+        let coefficient = |terms: &[f64], exponent: i32| {
+            let sum = terms.iter().map(|term| Ball::<T>::from_f64(*term));
+            sum.fold(Ball::from_f64(0.0), |a, b| a + b).scaled(exponent)
+        };
+        let entries: Vec<(usize, usize, [Ball<T>; 3])> = self
+            .entries
+            .iter()
+            .map(|entry| {
+                let coefficients = [0, 1, 2]
+                    .map(|power: usize| coefficient(&entry.terms[power], step * power as i32));
+                (entry.row, entry.column, coefficients)
+            })
+            .collect();
+        let mut scale = vec![0f64; self.n];
+        for (row, column, coefficients) in &entries {
+            let size = coefficients.iter().map(Ball::upper).fold(0.0, f64::max);
+            scale[*row] = scale[*row].max(size);
+            scale[*column] = scale[*column].max(size);
+        }
+        let exponents: Vec<i32> = scale
+            .iter()
+            .map(|size| {
+                if *size > 0.0 {
+                    (size.log2() / 2.0).round() as i32
+                } else {
+                    0
+                }
+            })
+            .collect();
+        let scaled = entries.into_iter().map(|(row, column, coefficients)| {
+            let down = -(exponents[row] + exponents[column]);
+            (row, column, coefficients.map(|ball| ball.scaled(down)))
+        });
+        let total = exponents
+            .iter()
+            .map(|exponent| 2 * i64::from(*exponent))
+            .sum();
+        (
+            PencilIn {
+                n: self.n,
+                entries: scaled.collect(),
+            },
+            total,
+        )
+    }
+}
+
+impl<T: Real> PencilIn<T> {
+    /// The matrix at μ, by rows.
+    fn at(&self, mu: Ball<T>) -> Vec<Ball<T>> {
+        let n = self.n;
+        let mut matrix = vec![Ball::from_f64(0.0); n * n];
+        for (row, column, [zero, one, two]) in &self.entries {
+            let value = if two.upper() == 0.0 {
+                *zero + *one * mu
+            } else {
+                *zero + (*one + *two * mu) * mu
+            };
+            matrix[row * n + column] = value;
+        }
+        matrix
+    }
+
+    /// The determinant at μ.
+    pub(crate) fn determinant(&self, mu: Ball<T>) -> Scaled<T> {
+        determinant(self.at(mu), self.n)
+    }
+}
+
+/// The determinant of an n × n matrix given by rows, by elimination with complete pivoting. Where
+/// nothing but balls around zero is left, Hadamard's inequality bounds the rest.
+pub(crate) fn determinant<T: Real>(mut matrix: Vec<Ball<T>>, n: usize) -> Scaled<T> {
+    let mut result = Scaled::one();
+    let mut rows: Vec<usize> = (0..n).collect();
+    let mut columns: Vec<usize> = (0..n).collect();
+    let mut odd = false;
+    for step in 0..n {
+        let mut best = (0.0, step, step);
+        for i in step..n {
+            for j in step..n {
+                let size = matrix[rows[i] * n + columns[j]].lower();
+                if size > best.0 {
+                    best = (size, i, j);
+                }
+            }
+        }
+        let (size, i, j) = best;
+        if size == 0.0 {
+            for i in step..n {
+                let norm = (step..n)
+                    .map(|j| matrix[rows[i] * n + columns[j]].upper())
+                    .fold(0.0, f64::hypot);
+                let rest = Ball {
+                    radius: norm * (1.0 + 1e-10),
+                    ..Ball::from_f64(0.0)
+                };
+                result = result.times(rest);
+            }
+            return result;
+        }
+        odd ^= (i != step) ^ (j != step);
+        rows.swap(step, i);
+        columns.swap(step, j);
+        let pivot = matrix[rows[step] * n + columns[step]];
+        result = result.times(pivot);
+        let tail: Vec<usize> = columns[step + 1..]
+            .iter()
+            .copied()
+            .filter(|column| matrix[rows[step] * n + column].upper() != 0.0)
+            .collect();
+        for row in rows[step + 1..].iter().copied() {
+            let below = matrix[row * n + columns[step]];
+            if below.upper() == 0.0 {
+                continue;
+            }
+            let factor = below.divide(pivot).expect("the pivot's ball excludes zero");
+            for &column in &tail {
+                let product = factor * matrix[rows[step] * n + column];
+                matrix[row * n + column] = matrix[row * n + column] - product;
+            }
+        }
+    }
+    if odd {
+        result.ball = -result.ball;
+    }
+    result
+}

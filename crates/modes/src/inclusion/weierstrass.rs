@@ -1,0 +1,183 @@
+//! All roots of det Q at once: Weierstrass corrections, and the discs that they prove.
+//!
+//! For distinct points z_1 … z_N and W_i = P(z_i) / (ℓ Π_{j≠i} (z_i − z_j)), with P of degree N and
+//! leading coefficient ℓ, the roots of P are the eigenvalues of diag(z) − W·1ᵀ (Smith 1970,
+//! *J. ACM* 17; Börsch-Supan 1963). Gershgorin's theorem, with the rows of a group of m points
+//! scaled by t, puts exactly m of them into discs about z_i − W_i of radius
+//! |W_i|(m − 1 + (N − m)/t) as long as those avoid the other rows' discs.
+
+use super::ball::{Ball, Real};
+use super::pencil::{PencilIn, Scaled};
+
+/// The polynomial P(μ)/μ^zeros of degree N with its leading coefficient.
+pub(crate) struct Polynomial<T> {
+    pub(crate) pencil: PencilIn<T>,
+    pub(crate) degree: usize,
+    pub(crate) zeros: usize,
+    pub(crate) leading: Scaled<T>,
+}
+
+/// Points and what is known of P there.
+pub(crate) struct Points<T> {
+    pub(crate) z: Vec<Ball<T>>,
+    values: Vec<Option<Scaled<T>>>,
+    pub(crate) corrections: Vec<Ball<T>>,
+}
+
+/// A group of points whose discs hold exactly as many roots: disc of all, about `centre`.
+#[derive(Clone, Debug)]
+pub(crate) struct Inclusion<T> {
+    pub(crate) members: Vec<usize>,
+    pub(crate) centre: Ball<T>,
+}
+
+impl<T: Real> Points<T> {
+    pub(crate) fn new(z: Vec<Ball<T>>) -> Self {
+        let n = z.len();
+        Points {
+            z,
+            values: vec![None; n],
+            corrections: vec![Ball::from_f64(0.0); n],
+        }
+    }
+
+    /// Moves point i.
+    pub(crate) fn place(&mut self, i: usize, z: Ball<T>) {
+        self.z[i] = Ball::exact(z.re, z.im);
+        self.values[i] = None;
+    }
+
+    /// Computes every W_i; `None` where two points coincide or a number leaves its range.
+    pub(crate) fn correct(&mut self, polynomial: &Polynomial<T>) -> Option<()> {
+        let n = self.z.len();
+        for i in 0..n {
+            if self.values[i].is_some() {
+                continue;
+            }
+            let conjugate = (0..n).find(|j| {
+                let (a, b) = (self.z[i], self.z[*j]);
+                *j != i
+                    && self.values[*j].is_some()
+                    && (a.re - b.re).to_f64() == 0.0
+                    && (a.im + b.im).to_f64() == 0.0
+            });
+            let value = match conjugate {
+                Some(j) => {
+                    let mut value = self.values[j].expect("found above");
+                    value.ball.im = -value.ball.im;
+                    value
+                }
+                None => polynomial.pencil.determinant(self.z[i]),
+            };
+            self.values[i] = Some(value);
+        }
+        for i in 0..n {
+            let mut below = polynomial.leading;
+            for j in (0..n).filter(|j| *j != i) {
+                below = below.times(self.z[i] - self.z[j]);
+            }
+            for _ in 0..polynomial.zeros {
+                below = below.times(self.z[i]);
+            }
+            let value = self.values[i].expect("computed above");
+            self.corrections[i] = value.divided_by(below)?.value()?;
+            if !self.corrections[i].upper().is_finite() {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// z_i − W_i.
+    pub(crate) fn improved(&self, i: usize) -> Ball<T> {
+        self.z[i] - self.corrections[i]
+    }
+
+    /// Groups of points that do not stand clear of each other.
+    pub(crate) fn groups(&self) -> Vec<Vec<usize>> {
+        let n = self.z.len();
+        let mut label: Vec<usize> = (0..n).collect();
+        let reach: Vec<f64> = self
+            .corrections
+            .iter()
+            .map(|w| 2.5 * n as f64 * w.upper())
+            .collect();
+        for i in 0..n {
+            for j in 0..i {
+                let distance = (self.improved(i) - self.improved(j)).lower();
+                if distance <= reach[i] + reach[j] && label[i] != label[j] {
+                    let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
+                    label
+                        .iter_mut()
+                        .filter(|l| **l == from)
+                        .for_each(|l| *l = to);
+                }
+            }
+        }
+        let mut groups = vec![Vec::new(); n];
+        for (i, label) in label.into_iter().enumerate() {
+            groups[label].push(i);
+        }
+        groups.retain(|group: &Vec<usize>| !group.is_empty());
+        groups
+    }
+
+    /// A disc for each group that provably holds exactly as many roots as the group has points, all
+    /// discs apart from each other; `None` where that cannot be shown.
+    pub(crate) fn include(&self, groups: &[Vec<usize>]) -> Option<Vec<Inclusion<T>>> {
+        let n = self.z.len();
+        let mut discs = Vec::with_capacity(groups.len());
+        for members in groups {
+            let m = members.len();
+            // The largest t for which the group's discs avoid all others.
+            let mut t = f64::INFINITY;
+            for &i in members {
+                let own = self.corrections[i].upper() * n as f64;
+                for j in (0..n).filter(|j| !members.contains(j)) {
+                    let distance = (self.improved(i) - self.improved(j)).lower();
+                    let other = self.corrections[j].upper();
+                    if other > 0.0 {
+                        let room = 0.9 * (distance - own) / other - n as f64;
+                        t = t.min(room / m as f64);
+                    } else if distance <= own {
+                        return None;
+                    }
+                }
+            }
+            if t < 1.0 {
+                return None;
+            }
+            let mut centre = Ball::from_f64(0.0);
+            for &i in members {
+                let improved = self.improved(i);
+                centre = centre + Ball::exact(improved.re, improved.im);
+            }
+            let share = Ball::from_f64(1.0).divide(Ball::from_f64(m as f64))?;
+            let centre = centre * share;
+            let centre = Ball::exact(centre.re, centre.im);
+            let mut radius = 0f64;
+            for &i in members {
+                let size = self.corrections[i].upper();
+                let spread = if m == 1 {
+                    0.0
+                } else {
+                    (self.improved(i) - centre).upper()
+                };
+                let own = size * ((m - 1) as f64 + (n - m) as f64 / t);
+                radius = radius.max((own + self.improved(i).radius + spread) * (1.0 + 1e-9));
+            }
+            discs.push(Inclusion {
+                members: members.clone(),
+                centre: Ball { radius, ..centre },
+            });
+        }
+        for (i, a) in discs.iter().enumerate() {
+            for b in &discs[..i] {
+                if (a.centre - b.centre).lower() == 0.0 {
+                    return None;
+                }
+            }
+        }
+        Some(discs)
+    }
+}

@@ -1,0 +1,138 @@
+//! Parts of a system that nothing joins are solved each by itself.
+
+use faer::{Mat, MatRef};
+use num_complex::Complex;
+
+use crate::element::{Element, MatrixKind, Node};
+use crate::modes::{Bounds, Mode, Modes};
+use crate::system::System;
+
+use super::roots::order;
+
+const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+
+/// The coordinates in groups that no spring, damper or matrix entry joins, each rising.
+pub(crate) fn parts(system: &System) -> Vec<Vec<usize>> {
+    let n = system.len();
+    let mut parent: Vec<usize> = (0..n).collect();
+    fn root(parent: &mut [usize], mut i: usize) -> usize {
+        while parent[i] != i {
+            parent[i] = parent[parent[i]];
+            i = parent[i];
+        }
+        i
+    }
+    let mut join = |i: usize, j: usize| {
+        let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+        parent[a.max(b)] = a.min(b);
+    };
+    for element in system.springs().iter().chain(system.dampers()) {
+        if let (Node::Coordinate(i), Node::Coordinate(j)) = (element.first, element.second)
+            && element.coefficient != 0.0
+        {
+            join(i, j);
+        }
+    }
+    for matrix in KINDS.iter().filter_map(|kind| system.added(*kind)) {
+        for j in 0..n {
+            for i in (0..n).filter(|i| *i != j && matrix[(*i, j)] != 0.0) {
+                join(i, j);
+            }
+        }
+    }
+    let mut groups = vec![Vec::new(); n];
+    for i in 0..n {
+        groups[root(&mut parent, i)].push(i);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+/// The part of the system on the given coordinates.
+pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
+    let place = |node: Node| match node {
+        Node::Ground => Some(Node::Ground),
+        Node::Coordinate(i) => coordinates.binary_search(&i).ok().map(Node::Coordinate),
+    };
+    let within = |elements: &[Element]| {
+        let moved = elements.iter().filter_map(|element| {
+            let (first, second) = (place(element.first)?, place(element.second)?);
+            Some(Element {
+                first,
+                second,
+                ..*element
+            })
+        });
+        moved.collect()
+    };
+    let block = |matrix: MatRef<'_, f64>| {
+        let k = coordinates.len();
+        Mat::from_fn(k, k, |i, j| matrix[(coordinates[i], coordinates[j])])
+    };
+    System::assemble(
+        coordinates
+            .iter()
+            .map(|i| system.names()[*i].clone())
+            .collect(),
+        coordinates.iter().map(|i| system.masses()[*i]).collect(),
+        within(system.springs()),
+        within(system.dampers()),
+        KINDS.map(|kind| system.added(kind).map(block)),
+    )
+}
+
+/// The modes of the whole from those of its parts.
+pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes {
+    let mut modes: Vec<Mode> = Vec::new();
+    let mut eigenvalues = Vec::new();
+    let (mut infinite, mut proven) = (0, true);
+    let mut plan = None;
+    let count = solved.len();
+    for (coordinates, part) in solved {
+        infinite += part.infinite;
+        proven &= part.bounds == Bounds::Proven;
+        eigenvalues.extend(part.eigenvalues);
+        modes.extend(part.modes.into_iter().map(|mode| {
+            let mut shape = vec![Complex::ZERO; system.len()];
+            for (&i, entry) in coordinates.iter().zip(&mode.shape) {
+                shape[i] = *entry;
+            }
+            Mode { shape, ..mode }
+        }));
+        plan = plan.or(Some(part.plan));
+    }
+    let mut plan = plan.expect("a system has a coordinate");
+    plan.reason = format!(
+        "{}; {count} parts that nothing joins are solved apart",
+        plan.reason
+    );
+    // The roots at 0 of several parts are one root: defective if any of them is.
+    let (zeros, mut modes): (Vec<Mode>, Vec<Mode>) = modes
+        .into_iter()
+        .partition(|mode| mode.eigenvalue.value.norm() == 0.0);
+    let total: usize = zeros
+        .iter()
+        .map(|zero| if zero.defective { zero.multiplicity } else { 1 })
+        .sum();
+    let defective = zeros.iter().any(|zero| zero.defective);
+    let listed = if defective { 1 } else { zeros.len() };
+    modes.extend(zeros.into_iter().take(listed).map(|zero| Mode {
+        multiplicity: total,
+        defective,
+        ..zero
+    }));
+    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    eigenvalues.sort_by(order);
+    let bounds = if proven {
+        Bounds::Proven
+    } else {
+        Bounds::Estimated
+    };
+    Modes {
+        modes,
+        eigenvalues,
+        infinite,
+        bounds,
+        plan,
+    }
+}

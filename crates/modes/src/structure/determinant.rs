@@ -15,19 +15,16 @@ use super::polynomial::Reduced;
 use super::support::floating;
 use crate::element::MatrixKind;
 use crate::exact::elimination::{Row, eliminate};
-use crate::exact::prime_field::{PRIME_BITS, PrimeField};
+use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
 use crate::exact::sum::{Extent, ceil_log2};
 use crate::system::System;
 
 /// The most coordinates for which coefficients are computed.
 const MOST_COORDINATES: usize = 100;
 
-/// The most multiplications spent on one proof: below a second.
-const MOST_WORK: u64 = 200_000_000;
-
 /// Where a determinant that is 0 cannot be proved to vanish within [`MOST_WORK`], it is 0 at so
 /// many points, modulo as many primes.
-const ZERO_TESTS: usize = 8;
+const ZERO_TESTS: usize = 3;
 
 /// Whether the polynomial vanishes for every λ. `false` is always proved. `true` is proved for
 /// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
@@ -37,17 +34,12 @@ pub(crate) fn vanishes(system: &System) -> bool {
         return false;
     }
     let coefficients = Coefficients::of(system);
-    let orders = [
-        Order::at_zero(&coefficients),
-        Order::at_infinity(&coefficients),
-    ];
-    if orders.contains(&Order::Infinite) {
-        return true;
+    match Order::at_zero(&coefficients) {
+        Order::Infinite => return true,
+        Order::Exactly(_) => return false,
+        Order::NotProved => {}
     }
-    let proved = orders
-        .iter()
-        .any(|order| matches!(order, Order::Exactly(_)));
-    !proved
+    Order::at_infinity(&coefficients) == Order::NotProved
         && PrimeField::all()
             .take(ZERO_TESTS)
             .enumerate()
@@ -112,7 +104,7 @@ impl Roots {
                 }
             }
             let terms = reduced.coefficients(degree);
-            let present = |term: &crate::exact::prime_field::Residue| !term.is_zero();
+            let present = |term: &Residue| !term.is_zero();
             lowest = lowest.min(terms.iter().position(present).unwrap_or(usize::MAX));
             highest = highest.max(terms.iter().rposition(present).unwrap_or(0));
             if lowest == 0 && highest == degree {
@@ -136,11 +128,7 @@ fn bounds(coefficients: &Coefficients) -> (usize, u64) {
         &coefficients.mass,
     ];
     let n = coefficients.mass.matrix.len();
-    let whole = by_power.map(|coefficient| {
-        (0..n).fold(Extent::NOTHING, |extent, i| {
-            extent.join(coefficient.matrix.extent(i))
-        })
-    });
+    let whole = by_power.map(|coefficient| coefficient.matrix.extent_of_all());
     let shift = if whole[0].bits() > 0 && whole[2].bits() > 0 {
         (whole[0].high - whole[2].high).div_euclid(2)
     } else {
@@ -215,14 +203,28 @@ impl Order {
                 return Order::Exactly(single.len() + double.len());
             }
         }
-        if PrimeField::all()
-            .take(2)
-            .any(|field| leaves_something(parts, &single, &double, &field))
-        {
-            Order::Exactly(single.len() + double.len())
-        } else {
-            Order::NotProved
+        if single.is_empty() && parts[0].semidefinite_rank() == Some(parts[0].matrix.len()) {
+            return Order::Exactly(0);
         }
+        let proved = PrimeField::all()
+            .take(2)
+            .any(|field| leaves_something(parts, &single, &double, &field));
+        if proved {
+            return Order::Exactly(single.len() + double.len());
+        }
+        Order::by_rank(parts).map_or(Order::NotProved, Order::Exactly)
+    }
+
+    /// dim N(A₀) + dim(N(A₀) ∩ N(A₁)), for positive semidefinite matrices that share no null vector.
+    fn by_rank(parts: [&Coefficient; 3]) -> Option<usize> {
+        let n = parts[0].matrix.len();
+        let first = parts[0].semidefinite_rank()?;
+        let pair = parts[0].plus(parts[1]);
+        let second = parts[1].semidefinite_rank().and(pair.semidefinite_rank())?;
+        let all = parts[2]
+            .semidefinite_rank()
+            .and(pair.plus(parts[2]).semidefinite_rank())?;
+        (all == n).then_some(2 * n - first - second)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Classical damping: C M⁻¹ K = K M⁻¹ C with M ≻ 0 and all three symmetric. Then, and only then,
 //! one set of real shapes diagonalises M, C and K at once (Caughey & O'Kelly 1965, *J. Appl.
-//! Mech.* 32, theorem 2). It holds exactly or not at all: what holds almost is no proof, for two
-//! close frequencies make modes of any damping of it.
+//! Mech.* 32, theorem 2). It holds exactly or not at all: where two
+//! frequencies are close, a commutator that almost vanishes still lets damping mix their shapes.
 //!
 //! First Rayleigh's kind: M, C and K span no more than a plane. If not, the commutator itself is
 //! computed modulo primes; one that is not 0 disproves it.

@@ -141,15 +141,29 @@ pub enum SceneError {
     },
 }
 
-/// What the JSON reader says, without the position, which the place has.
+/// What the JSON reader says, in words for people who do not write parsers, and without the
+/// position, which the place has.
 fn reason(error: &serde_json::Error) -> String {
     let position = format!(" at line {} column {}", error.line(), error.column());
     let text = error.to_string();
     let text = text.strip_suffix(&position).unwrap_or(&text);
-    let missing = text.strip_prefix("missing field `");
-    match missing.and_then(|rest| rest.strip_suffix('`')) {
-        Some(key) => format!("the key {key:?} is missing: give it"),
-        None => text.to_owned(),
+    if let Some(rest) = text.strip_prefix("missing field `") {
+        return format!(
+            "the key {:?} is missing: give it",
+            rest.trim_end_matches('`')
+        );
+    }
+    if let Some(rest) = text.strip_prefix("EOF while parsing ") {
+        return format!("{rest} is not finished");
+    }
+    match text {
+        "expected value" => {
+            "here should be a number, a text in quotes, a list or an object".to_owned()
+        }
+        "key must be a string" => "here should be a key in double quotes".to_owned(),
+        "trailing comma" => "the comma before this bracket is one too many".to_owned(),
+        "trailing characters" => "nothing may follow the scene".to_owned(),
+        _ => text.to_owned(),
     }
 }
 
@@ -200,7 +214,8 @@ pub(super) fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
     if known.len() > shown {
         words.push(format!("{} more", known.len() - shown));
     }
-    format!("known are {}", listed(words.into_iter(), "and"))
+    let verb = if known.len() == 1 { "is" } else { "are" };
+    format!("known {verb} {}", listed(words.into_iter(), "and"))
 }
 
 fn listed(words: impl Iterator<Item = String>, last: &str) -> String {

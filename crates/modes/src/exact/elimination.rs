@@ -97,6 +97,36 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     }
 }
 
+/// A⁻¹B for an n × n matrix and n rows of any length (Gauss and Jordan); `None` if A is singular.
+pub(crate) fn solve(
+    field: &PrimeField,
+    a: Vec<Vec<Residue>>,
+    b: Vec<Vec<Residue>>,
+) -> Option<Vec<Vec<Residue>>> {
+    let mut rows: Vec<Vec<Residue>> = a.into_iter().zip(b).map(|(a, b)| [a, b].concat()).collect();
+    for column in 0..rows.len() {
+        let pivot = (column..rows.len()).find(|&i| !rows[i][column].is_zero())?;
+        rows.swap(column, pivot);
+        let (above, rest) = rows.split_at_mut(column);
+        let (pivot, below) = rest.split_first_mut()?;
+        let scale = field.inverse(pivot[column]);
+        for value in &mut pivot[column..] {
+            *value = field.product(*value, scale);
+        }
+        for row in above.iter_mut().chain(below) {
+            if row[column].is_zero() {
+                continue;
+            }
+            let factor = field.negative(row[column]);
+            for (value, &other) in row[column..].iter_mut().zip(&pivot[column..]) {
+                *value = field.sum(*value, field.product(factor, other));
+            }
+        }
+    }
+    let n = rows.len();
+    Some(rows.into_iter().map(|row| row[n..].to_vec()).collect())
+}
+
 /// Whether a permutation of 0 … n − 1 is odd.
 fn is_odd(permutation: &[usize]) -> bool {
     let mut seen = vec![false; permutation.len()];
@@ -161,6 +191,25 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn a_solution_solves(numbers in prop::collection::vec(-3i32..4, 32), n in 1usize..5) {
+            let f = PrimeField::first();
+            let part = |from: usize| -> Vec<Vec<Residue>> {
+                let row = |i: usize| numbers[from + 4 * i..][..n].iter().map(|&x| f.double(x.into())).collect();
+                (0..n).map(row).collect()
+            };
+            let (a, b) = (part(0), part(16));
+            let rows = a.iter().map(|row| Row::new(&f, &row.iter().copied().enumerate().collect::<Vec<_>>()));
+            let singular = eliminate(&f, rows.collect()).determinant.is_zero();
+            let x = solve(&f, a.clone(), b.clone());
+            prop_assert_eq!(x.is_none(), singular);
+            for (i, j) in x.iter().flat_map(|_| (0..n * n).map(|at| (at / n, at % n))) {
+                let x = x.as_ref().expect("it is iterated over");
+                let sum = (0..n).fold(Residue::ZERO, |sum, l| f.sum(sum, f.product(a[i][l], x[l][j])));
+                prop_assert_eq!(sum, b[i][j]);
+            }
+        }
+
         #[test]
         fn the_determinant_is_that_of_expansion(
             matrix in (1usize..6).prop_flat_map(|n| prop::collection::vec(prop::collection::vec(-3i64..4, n), n))

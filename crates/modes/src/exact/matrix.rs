@@ -132,6 +132,11 @@ impl ExactMatrix {
         })
     }
 
+    /// Where the bits of all entries lie.
+    pub(crate) fn extent_of_all(&self) -> Extent {
+        (0..self.len()).fold(Extent::NOTHING, |extent, i| extent.join(self.extent(i)))
+    }
+
     /// The matrix modulo the field's prime.
     pub(crate) fn image<'a>(&'a self, field: &PrimeField) -> Image<'a> {
         let entries = 0..self.columns.len();
@@ -153,5 +158,16 @@ impl Image<'_> {
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, Residue)> {
         let range = self.matrix.rows[i]..self.matrix.rows[i + 1];
         range.map(|at| (self.matrix.columns[at], self.values[at]))
+    }
+
+    /// All entries, zeros included.
+    pub(crate) fn rows(&self) -> Vec<Vec<Residue>> {
+        let n = self.matrix.len();
+        let row = |i| {
+            let mut row = vec![Residue::ZERO; n];
+            self.row(i).for_each(|(j, value)| row[j] = value);
+            row
+        };
+        (0..n).map(row).collect()
     }
 }

@@ -9,6 +9,14 @@ use super::sum::Parts;
 /// Every prime used lies above 2^PRIME_BITS: so many bits of a number are settled by one of them.
 pub(crate) const PRIME_BITS: u64 = 60;
 
+/// The most multiplications spent on one proof: below a second.
+pub(crate) const MOST_WORK: u64 = 200_000_000;
+
+/// How far below 2^61 the first primes lie: those that small systems need, without a search.
+const BELOW: [u64; 16] = [
+    1, 31, 45, 229, 259, 283, 339, 391, 403, 465, 531, 579, 675, 759, 799, 819,
+];
+
 /// An element of a [`PrimeField`], held as its product with 2^64.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Residue(u64);
@@ -34,18 +42,26 @@ pub(crate) struct PrimeField {
 }
 
 impl PrimeField {
-    /// The fields of the largest primes below 2^61, downwards, from 2^61 − 1.
+    /// The fields of the largest primes below 2^61, downwards, from the Mersenne prime 2^61 − 1.
     pub(crate) fn all() -> impl Iterator<Item = PrimeField> {
-        (1..)
-            .step_by(2)
-            .map(|below: u64| PrimeField::modulo((1 << 61) - below))
-            .filter(PrimeField::is_prime)
-            .map(PrimeField::with_powers)
+        let known = BELOW
+            .iter()
+            .map(|&below| PrimeField::modulo((1 << 61) - below));
+        let beyond = PrimeField::search(BELOW[BELOW.len() - 1] + 2);
+        known.chain(beyond).map(PrimeField::with_powers)
     }
 
-    /// The field of 2^61 − 1, a Mersenne prime.
+    /// The field of 2^61 − 1.
     pub(crate) fn first() -> PrimeField {
         PrimeField::modulo((1 << 61) - 1).with_powers()
+    }
+
+    /// The primes from 2^61 − below downwards, for an odd number.
+    fn search(below: u64) -> impl Iterator<Item = PrimeField> {
+        (below..)
+            .step_by(2)
+            .map(|below| PrimeField::modulo((1 << 61) - below))
+            .filter(PrimeField::is_prime)
     }
 
     /// The ring modulo an odd number, without its powers of two.
@@ -180,7 +196,7 @@ mod tests {
         number >= 2
             && (2..)
                 .take_while(|d| d * d <= number)
-                .all(|d| number % d != 0)
+                .all(|d| !number.is_multiple_of(d))
     }
 
     #[test]
@@ -200,12 +216,12 @@ mod tests {
 
     #[test]
     fn the_primes_descend_from_the_mersenne_one() {
-        let offsets: Vec<u64> = PrimeField::all()
-            .take(4)
-            .map(|field| (1 << 61) - field.prime)
-            .collect();
-        // 2^61 − k: https://oeis.org/A013603 and its successors in the tables of Caldwell.
-        assert_eq!(offsets, [1, 31, 45, 229]);
+        let below = |field: PrimeField| (1 << 61) - field.prime;
+        let searched: Vec<u64> = PrimeField::search(1).take(40).map(below).collect();
+        assert_eq!(
+            PrimeField::all().take(40).map(below).collect::<Vec<_>>(),
+            searched
+        );
         assert!(
             PrimeField::all()
                 .take(300)

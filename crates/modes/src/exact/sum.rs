@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use eigentone_digits::DoubleDouble;
+
 /// Bits below the binary point that a double can have.
 const FRACTION: i32 = 1074;
 
@@ -63,6 +65,51 @@ impl ExactSum {
         } else {
             carry.cmp(&0).then(Ordering::Greater)
         }
+    }
+
+    /// The first five digits of the size, from the first that is not 0, and the power of two by
+    /// which the last of them counts. All 0 for the sum 0.
+    fn leading(&self) -> ([i64; 5], i64) {
+        let negative = self.sign() == Ordering::Less;
+        let mut digits = [0; LIMBS + 1];
+        let mut carry = 0;
+        for (at, digit) in digits.iter_mut().enumerate().skip(self.lowest) {
+            let limb = self.limbs.get(at).copied().unwrap_or(0);
+            let value = if negative { -limb } else { limb } + carry;
+            *digit = value & 0xffff_ffff;
+            carry = value >> 32;
+        }
+        let top = digits.iter().rposition(|&digit| digit != 0).unwrap_or(0) as i64;
+        let digit = |place: i64| usize::try_from(place).map_or(0, |place| digits[place]);
+        let places = [0, 1, 2, 3, 4].map(|below| digit(top - below));
+        (places, 32 * (top - 4) - i64::from(FRACTION))
+    }
+
+    /// ⌊log₂ of the size⌋, for a sum other than 0.
+    pub(crate) fn exponent(&self) -> i64 {
+        let (digits, last) = self.leading();
+        last + 128 + i64::from(digits[0].max(1).ilog2())
+    }
+
+    /// The sum times 2^power, to 2^-103 of itself unless it underflows.
+    pub(crate) fn round(&self, power: i64) -> DoubleDouble {
+        let (digits, last) = self.leading();
+        let size = digits.iter().fold(DoubleDouble::ZERO, |size, &digit| {
+            size * 2f64.powi(32) + digit as f64
+        });
+        // In steps, since a power of two that is needed may be beyond those a double has.
+        let mut left = last + power;
+        let mut rounded = if self.sign() == Ordering::Less {
+            -size
+        } else {
+            size
+        };
+        while left != 0 && rounded.high() != 0.0 && rounded.high().is_finite() {
+            let step = left.clamp(-1000, 1000);
+            rounded = rounded * 2f64.powi(step as i32);
+            left -= step;
+        }
+        rounded
     }
 }
 
@@ -137,6 +184,14 @@ impl Extent {
         }
     }
 
+    /// Of the product of two numbers.
+    pub(crate) fn times(self, other: Extent) -> Extent {
+        Extent {
+            low: self.low + other.low,
+            high: self.high + other.high,
+        }
+    }
+
     /// Of the number times 2^power.
     pub(crate) fn shifted(self, power: i64) -> Extent {
         Extent {
@@ -188,6 +243,33 @@ mod tests {
         assert_eq!(Extent::of(&[1.0, 1.0, 1.0]).high, 3);
         assert_eq!(Extent::of(&[]).bits(), 0);
         assert_eq!([0, 1, 2, 3, 4, 5].map(ceil_log2), [0, 0, 1, 2, 2, 3]);
+    }
+
+    #[test]
+    fn rounding_keeps_a_hundred_bits() {
+        let ones = [
+            2f64.powi(1000),
+            1.0,
+            2f64.powi(-60),
+            f64::from_bits(1),
+            -(2f64.powi(1000)),
+        ];
+        assert_eq!(
+            ExactSum::of(&ones).round(0),
+            DoubleDouble::new(1.0, 2f64.powi(-60))
+        );
+        assert_eq!(ExactSum::of(&ones).exponent(), 0);
+        assert_eq!(ExactSum::of(&[-2f64.powi(1023); 5]).exponent(), 1025);
+        assert_eq!(
+            ExactSum::of(&[-2f64.powi(1023); 5]).round(-1023).high(),
+            -5.0
+        );
+        assert_eq!(
+            ExactSum::of(&[f64::from_bits(3)]).round(1074),
+            DoubleDouble::from(3.0)
+        );
+        assert_eq!(ExactSum::of(&[f64::from_bits(3)]).exponent(), -1073);
+        assert_eq!(ExactSum::new().round(5), DoubleDouble::ZERO);
     }
 
     fn finite() -> impl Strategy<Value = f64> {

@@ -10,24 +10,25 @@
 //! primes: other than 0 once is a proof, and 0 is proved by primes whose product exceeds every
 //! possible coefficient.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
 use super::coefficients::{Coefficient, Coefficients};
 use super::polynomial::Reduced;
 use super::support::floating;
 use crate::element::MatrixKind;
 use crate::exact::elimination::{Row, eliminate};
-use crate::exact::prime_field::{PRIME_BITS, PrimeField};
-use crate::exact::sum::{Extent, ceil_log2};
+use crate::exact::matrix::ExactMatrix;
+use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField};
+use crate::exact::sum::{ExactSum, Extent, ceil_log2};
 use crate::system::System;
 
 /// The most coordinates for which coefficients are computed.
 const MOST_COORDINATES: usize = 100;
 
-/// The most multiplications spent on one proof: below a second.
-const MOST_WORK: u64 = 200_000_000;
-
 /// Where a determinant that is 0 cannot be proved to vanish within [`MOST_WORK`], it is 0 at so
 /// many points, modulo as many primes.
-const ZERO_TESTS: usize = 8;
+const ZERO_TESTS: usize = 3;
 
 /// Whether the polynomial vanishes for every λ. `false` is always proved. `true` is proved for
 /// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
@@ -37,17 +38,12 @@ pub(crate) fn vanishes(system: &System) -> bool {
         return false;
     }
     let coefficients = Coefficients::of(system);
-    let orders = [
-        Order::at_zero(&coefficients),
-        Order::at_infinity(&coefficients),
-    ];
-    if orders.contains(&Order::Infinite) {
-        return true;
+    match Order::at_zero(&coefficients) {
+        Order::Infinite => return true,
+        Order::Exactly(_) => return false,
+        Order::NotProved => {}
     }
-    let proved = orders
-        .iter()
-        .any(|order| matches!(order, Order::Exactly(_)));
-    !proved
+    Order::at_infinity(&coefficients) == Order::NotProved
         && PrimeField::all()
             .take(ZERO_TESTS)
             .enumerate()
@@ -57,10 +53,7 @@ pub(crate) fn vanishes(system: &System) -> bool {
                     .determinant
                     .is_zero()
             })
-        && matches!(
-            Roots::by_coefficients(&coefficients),
-            None | Some(Roots::VANISHING)
-        )
+        && Terms::of(&coefficients).is_none_or(|terms| terms.range.is_none())
 }
 
 /// How many roots are finite and how many are 0, where that is proved.
@@ -71,12 +64,6 @@ pub(crate) struct Roots {
 }
 
 impl Roots {
-    /// What is known of a polynomial without any term.
-    const VANISHING: Roots = Roots {
-        zero: None,
-        finite: None,
-    };
-
     /// Of a system whose determinant does not vanish.
     pub(crate) fn of(coefficients: &Coefficients) -> Roots {
         let n = coefficients.mass.matrix.len();
@@ -87,43 +74,56 @@ impl Roots {
         if zero.is_some() && finite.is_some() {
             return Roots { zero, finite };
         }
-        let computed = Roots::by_coefficients(coefficients).unwrap_or(Roots::VANISHING);
+        let Some(terms) = Terms::of(coefficients) else {
+            return Roots { zero, finite };
+        };
+        let lowest = terms.range.map(|range| range.0);
+        let highest = terms.range.map(|range| range.1);
         Roots {
-            zero: zero.or(computed.zero),
-            finite: finite.or(computed.finite),
+            zero: zero.or(lowest.filter(|&lowest| terms.all || lowest == 0)),
+            finite: finite.or(highest.filter(|&highest| terms.all || highest == terms.bound)),
         }
     }
+}
 
-    /// By all coefficients modulo primes; `None` where that is too much work.
-    fn by_coefficients(coefficients: &Coefficients) -> Option<Roots> {
-        let n = coefficients.mass.matrix.len();
-        if n > MOST_COORDINATES {
+/// Which powers of λ occur in the determinant.
+struct Terms {
+    /// The lowest and the highest whose coefficient was seen not to be 0.
+    range: Option<(usize, usize)>,
+    /// No higher one can occur.
+    bound: usize,
+    /// Whether all others are proved not to occur.
+    all: bool,
+}
+
+impl Terms {
+    /// From the coefficients modulo as many primes as prove those that are 0, or modulo one where so
+    /// many are too much work; `None` where one is.
+    fn of(coefficients: &Coefficients) -> Option<Terms> {
+        if coefficients.mass.matrix.len() > MOST_COORDINATES {
             return None;
         }
-        let (degree, bits) = bounds(coefficients);
-        let primes = bits / PRIME_BITS + 1;
-        let (mut lowest, mut highest) = (usize::MAX, 0);
-        for (tried, field) in PrimeField::all().take(primes as usize).enumerate() {
-            let reduced = Reduced::new(coefficients, &field);
-            if tried == 0 {
-                let points = degree as u64 + 1;
-                if primes * points * (reduced.at(2).work + points) > MOST_WORK {
-                    return None;
-                }
-            }
-            let terms = reduced.coefficients(degree);
-            let present = |term: &crate::exact::prime_field::Residue| !term.is_zero();
-            lowest = lowest.min(terms.iter().position(present).unwrap_or(usize::MAX));
-            highest = highest.max(terms.iter().rposition(present).unwrap_or(0));
-            if lowest == 0 && highest == degree {
+        let (bound, bits) = bounds(coefficients);
+        let mut primes = bits / PRIME_BITS + 1;
+        let mut all = true;
+        let mut range = None;
+        for (tried, field) in PrimeField::all().enumerate() {
+            if tried as u64 == primes || range == Some((0, bound)) {
                 break;
             }
+            let reduced = Reduced::new(coefficients, &field);
+            if tried == 0 {
+                let points = bound as u64 + 1;
+                all = primes * points * (reduced.at(2).work + points) <= MOST_WORK;
+                primes = if all { primes } else { 1 };
+            }
+            let terms = reduced.coefficients(bound);
+            for power in (0..terms.len()).filter(|&power| !terms[power].is_zero()) {
+                let (lowest, highest) = range.unwrap_or((power, power));
+                range = Some((lowest.min(power), highest.max(power)));
+            }
         }
-        let found = lowest <= highest;
-        Some(Roots {
-            zero: found.then_some(lowest),
-            finite: found.then_some(highest),
-        })
+        Some(Terms { range, bound, all })
     }
 }
 
@@ -136,11 +136,7 @@ fn bounds(coefficients: &Coefficients) -> (usize, u64) {
         &coefficients.mass,
     ];
     let n = coefficients.mass.matrix.len();
-    let whole = by_power.map(|coefficient| {
-        (0..n).fold(Extent::NOTHING, |extent, i| {
-            extent.join(coefficient.matrix.extent(i))
-        })
-    });
+    let whole = by_power.map(|coefficient| coefficient.matrix.extent_of_all());
     let shift = if whole[0].bits() > 0 && whole[2].bits() > 0 {
         (whole[0].high - whole[2].high).div_euclid(2)
     } else {
@@ -201,29 +197,73 @@ impl Order {
 
     fn of(parts: [&Coefficient; 3]) -> Order {
         let networks = parts.map(|part| part.network.as_ref());
-        let (mut single, mut double) = (Vec::new(), Vec::new());
-        if let [Some(first), Some(second), Some(third)] = networks {
-            if !floating(&[first, second, third]).is_empty() {
+        let [first, second, third] = networks;
+        let single = first.map_or(Vec::new(), |first| floating(&[first]));
+        let double = match (first, second) {
+            (Some(first), Some(second)) => floating(&[first, second]),
+            _ => annihilated(&parts[1].matrix, &single),
+        };
+        let order = Order::Exactly(single.len() + double.len());
+        if let (Some(first), Some(second), Some(third)) = (first, second, third) {
+            let all = [first, second, third];
+            if !floating(&all).is_empty() {
                 return Order::Infinite;
             }
-            single = floating(&[first]);
-            double = floating(&[first, second]);
-            if [first, second, third]
-                .iter()
-                .all(|network| network.is_non_negative())
-            {
-                return Order::Exactly(single.len() + double.len());
+            if all.iter().all(|network| network.is_non_negative()) {
+                return order;
             }
         }
-        if PrimeField::all()
+        if single.is_empty() && parts[0].semidefinite_rank() == Some(parts[0].matrix.len()) {
+            return order;
+        }
+        let proved = PrimeField::all()
             .take(2)
-            .any(|field| leaves_something(parts, &single, &double, &field))
-        {
-            Order::Exactly(single.len() + double.len())
+            .any(|field| leaves_something(parts, &single, &double, &field));
+        if proved {
+            order
         } else {
-            Order::NotProved
+            Order::by_rank(parts).unwrap_or(Order::NotProved)
         }
     }
+
+    /// dim N(A₀) + dim(N(A₀) ∩ N(A₁)) for positive semidefinite matrices; the determinant
+    /// vanishes where the three share a null vector.
+    fn by_rank(parts: [&Coefficient; 3]) -> Option<Order> {
+        let n = parts[0].matrix.len();
+        let first = parts[0].semidefinite_rank()?;
+        let pair = parts[0].plus(parts[1]);
+        let second = parts[1].semidefinite_rank().and(pair.semidefinite_rank())?;
+        let all = pair.plus(parts[2]);
+        let all = parts[2].semidefinite_rank().and(all.semidefinite_rank())?;
+        Some(if all == n {
+            Order::Exactly(2 * n - first - second)
+        } else {
+            Order::Infinite
+        })
+    }
+}
+
+/// Those of some disjoint sets of columns that add up to 0 in every row of a matrix.
+fn annihilated(matrix: &ExactMatrix, sets: &[Vec<usize>]) -> Vec<Vec<usize>> {
+    let mut set_of = vec![None; matrix.len()];
+    for (at, set) in sets.iter().enumerate() {
+        set.iter().for_each(|&column| set_of[column] = Some(at));
+    }
+    let mut zero = vec![true; sets.len()];
+    for i in 0..matrix.len() {
+        let mut sums = BTreeMap::new();
+        for (j, terms) in matrix.row(i) {
+            if let Some(at) = set_of[j] {
+                let sum = sums.entry(at).or_insert_with(ExactSum::new);
+                terms.iter().for_each(|&term| sum.add(term));
+            }
+        }
+        for (at, sum) in sums {
+            zero[at] &= sum.sign() == Ordering::Equal;
+        }
+    }
+    let chosen = sets.iter().zip(zero).filter(|(_, zero)| *zero);
+    chosen.map(|(set, _)| set.clone()).collect()
 }
 
 /// Whether, at λ = 0, a determinant other than 0 is left of A₀ + λA₁ + λ²A₂ once the columns of
@@ -269,7 +309,9 @@ fn leaves_something(
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{as_matrices, chain, matrices, network, triple_defect};
+    use super::super::samples::{
+        as_matrices, chain, matrices, network, triple_defect, with_matrices,
+    };
     use super::*;
     use faer::{Mat, mat};
     use proptest::prelude::*;
@@ -288,8 +330,9 @@ mod tests {
 
     /// By coefficients modulo primes alone.
     fn computed(system: &System) -> Option<(usize, usize)> {
-        let roots = Roots::by_coefficients(&Coefficients::of(system)).expect("small enough");
-        roots.finite.zip(roots.zero)
+        let terms = Terms::of(&Coefficients::of(system)).expect("small enough");
+        assert!(terms.all);
+        terms.range.map(|(lowest, highest)| (highest, lowest))
     }
 
     #[test]
@@ -460,6 +503,29 @@ mod tests {
             roots(&matrices(Mat::identity(2, 2), Mat::zeros(2, 2), k)),
             Some((4, 2))
         );
+    }
+
+    #[test]
+    fn forces_that_are_not_symmetric() {
+        // A follower force on the first two of many masses, a massless node between others.
+        let n = 150;
+        let force = Mat::from_fn(n, n, |i, j| if (i, j) == (0, 1) { 0.5 } else { 0.0 });
+        let mut masses = vec![1.0; n];
+        masses[70] = 0.0;
+        let springs: Vec<_> = (0..n).map(|i| (i, i + 1, 1.0)).collect();
+        for (damping, stiffness) in [(Some(force.clone()), None), (None, Some(force))] {
+            let system = with_matrices(&masses, &springs, &[], [None, damping, stiffness]);
+            assert_eq!(roots(&system), Some((2 * n - 2, 0)));
+        }
+        // Gyroscopic coupling to a massless node: det [λ² λ; −λ 1] = 2λ².
+        let gyroscopic = mat![[0.0, 1.0], [-1.0, 0.0]];
+        let system = with_matrices(
+            &[1.0, 0.0],
+            &[(0, 2, 1.0)],
+            &[],
+            [None, Some(gyroscopic), None],
+        );
+        assert_eq!(roots(&system), Some((2, 2)));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! as it is, elements and matrices are summed without rounding, and nothing rests on a tolerance.
 //! One proof a file; [`Structure`] collects them.
 
+mod classical;
 mod coefficients;
 pub(crate) mod determinant;
 pub(crate) mod massless;
@@ -10,27 +11,32 @@ mod passive;
 mod polynomial;
 #[cfg(test)]
 mod samples;
+mod semidefinite;
 mod support;
 mod symmetric;
 mod undamped;
 
-use coefficients::Coefficients;
+use std::fmt;
+
+use classical::Verdict;
+use coefficients::{Coefficient, Coefficients};
 use determinant::Roots;
 use massless::Massless;
+use passive::Passive;
 
-use crate::element::MatrixKind;
 use crate::system::System;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
 /// fact a line. A fact that is not stated was not proved, which need not make it untrue.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
+    names: Vec<String>,
     undamped: bool,
     symmetric: bool,
-    passive: bool,
-    classical: bool,
+    passive: Option<Passive>,
+    classical: Verdict,
     roots: Roots,
-    massless: Massless,
+    pub(crate) massless: Massless,
     spring_floating: Vec<Vec<usize>>,
     floating: Vec<Vec<usize>>,
 }
@@ -38,22 +44,27 @@ pub struct Structure {
 impl Structure {
     pub(crate) fn of(system: &System) -> Structure {
         let coefficients = Coefficients::of(system);
-        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
-        let floating = |parts: &[&coefficients::Coefficient]| {
+        let Coefficients {
+            mass,
+            damping,
+            stiffness,
+        } = &coefficients;
+        let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
         };
         Structure {
+            names: system.names().to_vec(),
             undamped: undamped::is_undamped(&coefficients),
-            symmetric: kinds
+            symmetric: [mass, damping, stiffness]
                 .iter()
-                .all(|&kind| symmetric::is_symmetric(system, kind)),
-            passive: passive::is_passive(&coefficients),
-            classical: false,
+                .all(|part| part.network.is_some()),
+            passive: passive::passive(system, &coefficients),
+            classical: classical::classical(&coefficients),
             roots: Roots::of(&coefficients),
             massless: Massless::of(&coefficients),
-            spring_floating: floating(&[&coefficients.stiffness]),
-            floating: floating(&[&coefficients.stiffness, &coefficients.damping]),
+            spring_floating: floating(&[stiffness]),
+            floating: floating(&[stiffness, damping]),
         }
     }
 
@@ -70,14 +81,14 @@ impl Structure {
     /// Whether no part can feed energy in: M, C and K are proved positive semidefinite, so that
     /// Re λ ≤ 0 for every root.
     pub fn is_passive(&self) -> bool {
-        self.passive
+        self.passive.is_some()
     }
 
     /// Whether M is positive definite, C and K are symmetric, and C M⁻¹ K = K M⁻¹ C, all proved.
     /// Then the undamped shapes are those of the damped system too (Caughey & O'Kelly 1965,
     /// *J. Appl. Mech.* 32, theorem 2), and each moves by itself.
     pub fn is_classical(&self) -> bool {
-        self.classical
+        self.classical == Verdict::Proved
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for
@@ -113,5 +124,252 @@ impl Structure {
     /// [`spring_floating`](Structure::spring_floating). Empty unless C and K are symmetric.
     pub fn floating(&self) -> &[Vec<usize>] {
         &self.floating
+    }
+}
+
+impl fmt::Display for Structure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = |nodes: &[usize]| self.list(nodes);
+        f.write_str(if self.symmetric {
+            "symmetric: M, C and K equal their transposes"
+        } else {
+            "not symmetric: a matrix that was added differs from its transpose"
+        })?;
+        match self.passive {
+            Some(Passive::Elements) => f.write_str("\npassive: every spring and damper is ≥ 0")?,
+            Some(Passive::Matrices) => {
+                f.write_str("\npassive: M, C and K are positive semidefinite")?
+            }
+            None => {}
+        }
+        f.write_str(match (self.undamped, self.classical) {
+            (true, _) => "\nundamped: C = 0",
+            (_, Verdict::Proved) => "\nclassically damped: C M⁻¹ K is symmetric",
+            (_, Verdict::Disproved) => "\nnot classically damped: C M⁻¹ K is not symmetric",
+            (_, Verdict::NotProved) => "\nnot proved to be classically damped",
+        })?;
+        if self.roots.zero == Some(0) {
+            f.write_str(match self.passive {
+                Some(Passive::Elements) => {
+                    "\nsupported: every coordinate reaches the ground through springs"
+                }
+                _ => "\nsupported: no motion is free of forces from K",
+            })?;
+        }
+        for part in &self.floating {
+            write!(f, "\nunsupported: nothing holds {}", list(part))?;
+        }
+        for part in self
+            .spring_floating
+            .iter()
+            .filter(|part| !self.floating.contains(part))
+        {
+            write!(
+                f,
+                "\nunsupported but for dampers: no spring holds {}",
+                list(part)
+            )?;
+        }
+        let of = 2 * self.names.len();
+        match self.roots.finite {
+            Some(finite) => write!(f, "\nfinite roots: {finite} of {of}")?,
+            None => write!(f, "\nfinite roots: not counted, {of} at most")?,
+        }
+        match self.roots.zero {
+            Some(zero) => write!(f, "\nzero roots: {zero}")?,
+            None => f.write_str("\nzero roots: not counted")?,
+        }
+        let Massless {
+            nodes,
+            damped,
+            groups,
+        } = &self.massless;
+        let undamped: Vec<usize> = nodes
+            .iter()
+            .copied()
+            .filter(|node| !damped.contains(node))
+            .collect();
+        if !undamped.is_empty() {
+            write!(
+                f,
+                "\nmassless, following from equilibrium: {}",
+                list(&undamped)
+            )?;
+        }
+        for group in groups {
+            let nodes = list(&group.nodes);
+            if group.floating {
+                write!(f, "\nmassless, damped against each other alone: {nodes}")?;
+            } else {
+                write!(f, "\nmassless but damped: {nodes}")?;
+            }
+        }
+        if groups.is_empty() && !damped.is_empty() {
+            write!(f, "\nmassless but damped: {}", list(damped))?;
+        }
+        Ok(())
+    }
+}
+
+impl Structure {
+    /// Their names, the first ones of many.
+    fn list(&self, nodes: &[usize]) -> String {
+        const SHOWN: usize = 6;
+        let names: Vec<&str> = nodes
+            .iter()
+            .take(SHOWN)
+            .map(|&i| self.names[i].as_str())
+            .collect();
+        match nodes.len() {
+            0..=SHOWN => names.join(", "),
+            count => format!("{} and {} more", names.join(", "), count - SHOWN),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples::{
+        almost_classical, chain, matrices, network, triple_defect, with_matrices,
+    };
+    use super::*;
+    use faer::{Mat, mat};
+
+    #[test]
+    fn a_supported_chain_in_words() {
+        let structure = Structure::of(&chain(&[10.0; 8], &[1e5; 9], &[50.0; 9]));
+        assert!(structure.is_classical() && structure.is_passive() && structure.is_symmetric());
+        assert!(!structure.is_undamped());
+        assert_eq!(
+            structure.to_string(),
+            "symmetric: M, C and K equal their transposes\n\
+             passive: every spring and damper is ≥ 0\n\
+             classically damped: C M⁻¹ K is symmetric\n\
+             supported: every coordinate reaches the ground through springs\n\
+             finite roots: 16 of 16\n\
+             zero roots: 0"
+        );
+    }
+
+    #[test]
+    fn floating_parts_in_words() {
+        let system = network(
+            &[1.0, 2.0, 3.0, 4.0, 5.0],
+            &[(1, 2, 1.0), (0, 5, 1.0)],
+            &[(2, 3, 1.0), (0, 4, 1.0)],
+        );
+        let structure = Structure::of(&system);
+        assert_eq!(structure.zero_roots(), Some(4));
+        assert_eq!(structure.floating(), [[0, 1, 2]]);
+        assert_eq!(structure.spring_floating(), [vec![0, 1], vec![2], vec![3]]);
+        let printed = structure.to_string();
+        assert!(
+            printed.contains("unsupported: nothing holds m1, m2, m3\n"),
+            "{printed}"
+        );
+        assert!(
+            printed.contains("unsupported but for dampers: no spring holds m4\n"),
+            "{printed}"
+        );
+    }
+
+    #[test]
+    fn massless_nodes_in_words() {
+        let springs = [
+            (0, 1, 1.0),
+            (1, 2, 2.0),
+            (3, 4, 2.0),
+            (0, 5, 1.0),
+            (0, 6, 1.0),
+            (0, 4, 1.0),
+        ];
+        let system = network(
+            &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+            &springs,
+            &[(2, 3, 1.0), (1, 5, 1.0)],
+        );
+        let structure = Structure::of(&system);
+        assert_eq!(structure.massless(), [1, 2, 4, 5]);
+        assert_eq!(structure.damped_massless(), [1, 2, 4]);
+        assert_eq!(structure.finite_roots(), Some(6));
+        let printed = structure.to_string();
+        let ending = "massless, following from equilibrium: m6\n\
+                      massless, damped against each other alone: m2, m3\n\
+                      massless but damped: m5";
+        assert!(printed.ends_with(ending), "{printed}");
+    }
+
+    #[test]
+    fn a_tiny_mass_is_a_mass() {
+        let springs = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0)];
+        let structure = Structure::of(&network(&[1e300, 1e-300, f64::from_bits(1)], &springs, &[]));
+        assert!(structure.massless().is_empty());
+        assert!(structure.is_undamped());
+        assert_eq!(structure.finite_roots(), Some(6));
+    }
+
+    #[test]
+    fn dampers_that_cancel_leave_a_system_undamped() {
+        let undamped = |dampers: &[samples::Join]| {
+            Structure::of(&network(&[1.0], &[(0, 1, 1.0)], dampers)).is_undamped()
+        };
+        assert!(undamped(&[
+            (0, 1, 0.1),
+            (0, 1, 0.2),
+            (0, 1, -0.1),
+            (0, 1, -0.2)
+        ]));
+        assert!(undamped(&[(0, 1, 0.0)]));
+        assert!(!undamped(&[(0, 1, 0.1), (0, 1, 0.2), (0, 1, -0.3)]));
+    }
+
+    #[test]
+    fn passive_by_elements_by_matrices_or_not() {
+        let passive = |system: &System| Structure::of(system).is_passive();
+        assert!(passive(&triple_defect()));
+        assert!(passive(&almost_classical()));
+        assert!(passive(&network(&[1.0], &[(0, 1, 2.0), (0, 1, -1.0)], &[])));
+        assert!(!passive(&network(
+            &[1.0],
+            &[(0, 1, 1.0), (0, 1, -2.0)],
+            &[]
+        )));
+        assert!(!passive(&network(
+            &[1.0, 1.0],
+            &[(0, 1, 1.0)],
+            &[(1, 2, -1e-300)]
+        )));
+        let gyroscopic = mat![[0.0, 1.0], [-1.0, 0.0]];
+        let structure = Structure::of(&matrices(
+            Mat::identity(2, 2),
+            gyroscopic,
+            Mat::identity(2, 2),
+        ));
+        assert!(!structure.is_passive() && !structure.is_symmetric() && !structure.is_classical());
+        assert_eq!(
+            (structure.finite_roots(), structure.zero_roots()),
+            (Some(4), Some(0))
+        );
+        // Joined by +1: no network of positive springs, and yet definite.
+        let stiffness = mat![[2.0, 1.0], [1.0, 2.0]];
+        assert!(passive(&with_matrices(
+            &[1.0, 1.0],
+            &[(0, 1, 0.5)],
+            &[],
+            [None, None, Some(stiffness)]
+        )));
+    }
+
+    #[test]
+    fn a_free_beam_has_four_zero_roots() {
+        // 60 Hermite elements, 122 coordinates: rotations make K no network.
+        let n = 122;
+        let stiffness = samples::free_beam(60);
+        let structure = Structure::of(&matrices(Mat::identity(n, n), Mat::zeros(n, n), stiffness));
+        assert!(structure.is_passive());
+        assert_eq!(
+            (structure.finite_roots(), structure.zero_roots()),
+            (Some(2 * n), Some(4))
+        );
     }
 }

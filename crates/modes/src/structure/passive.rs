@@ -1,18 +1,37 @@
 //! No part can feed energy in: M, C and K are positive semidefinite.
 
 use super::coefficients::Coefficients;
+use crate::element::MatrixKind;
+use crate::system::System;
 
-/// Whether that is proved. Then no motion grows: Re λ ≤ 0.
-pub(crate) fn is_passive(coefficients: &Coefficients) -> bool {
-    [
-        &coefficients.mass,
-        &coefficients.damping,
-        &coefficients.stiffness,
-    ]
-    .iter()
-    .all(|part| {
-        part.network
+/// Why a system is passive: no motion grows, Re λ ≤ 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Passive {
+    /// Every spring and damper, parallel ones added up, is ≥ 0, and so is every mass.
+    Elements,
+    /// Matrices were added, and each sum was proved positive semidefinite.
+    Matrices,
+}
+
+/// `None` where it is not proved. Of elements alone nothing is proved once one is negative, even
+/// where the others outweigh it.
+pub(crate) fn passive(system: &System, coefficients: &Coefficients) -> Option<Passive> {
+    let parts = [
+        (MatrixKind::Mass, &coefficients.mass),
+        (MatrixKind::Damping, &coefficients.damping),
+        (MatrixKind::Stiffness, &coefficients.stiffness),
+    ];
+    let proved = parts.iter().all(|&(kind, part)| match system.added(kind) {
+        Some(_) => part.semidefinite_rank().is_some(),
+        None => part
+            .network
             .as_ref()
-            .is_some_and(|network| network.is_non_negative())
+            .is_some_and(|network| network.is_non_negative()),
+    });
+    let elements_alone = parts.iter().all(|&(kind, _)| system.added(kind).is_none());
+    proved.then_some(if elements_alone {
+        Passive::Elements
+    } else {
+        Passive::Matrices
     })
 }

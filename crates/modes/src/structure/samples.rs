@@ -2,7 +2,7 @@
 
 use faer::{Mat, mat};
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::element::{Element, Node};
 use crate::system::System;
 
 /// An element between coordinates counted from 1, 0 being the ground.
@@ -69,10 +69,6 @@ pub(super) fn as_matrices(system: &System) -> System {
     )
 }
 
-/// M, C and K of a system.
-pub(super) const KINDS: [MatrixKind; 3] =
-    [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
-
 /// Rayleigh damping in name only: K = [1+ε −ε; −ε 1+ε], C = diag(.1, .2).
 pub(super) fn almost_classical() -> System {
     let e = 1e-15;
@@ -90,4 +86,21 @@ pub(super) fn triple_defect() -> System {
         mat![[0.0, 0.0], [0.0, 8.0]],
         mat![[27.0, -24.0], [-24.0, 24.0]],
     )
+}
+
+/// The stiffness of a free beam of Hermite elements, EI = 1 and each 1 long (Przemieniecki 1968,
+/// *Theory of Matrix Structural Analysis*): displacement and rotation at each end.
+pub(super) fn free_beam(elements: usize) -> Mat<f64> {
+    let element = mat![
+        [12.0, 6.0, -12.0, 6.0],
+        [6.0, 4.0, -6.0, 2.0],
+        [-12.0, -6.0, 12.0, -6.0],
+        [6.0, 2.0, -6.0, 4.0]
+    ];
+    let n = 2 * elements + 2;
+    let mut stiffness = Mat::zeros(n, n);
+    for (at, i, j) in (0..elements).flat_map(|at| (0..16).map(move |e| (2 * at, e / 4, e % 4))) {
+        stiffness[(at + i, at + j)] += element[(i, j)];
+    }
+    stiffness
 }

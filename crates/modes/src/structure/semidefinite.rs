@@ -1,0 +1,255 @@
+//! Positive semidefinite matrices that are no networks: finite elements, whole matrices from
+//! elsewhere.
+//!
+//! A ≻ 0 is proved by a Cholesky factorisation of A − c·1 that runs to its end, c exceeding its
+//! rounding errors (Rump 2006, *BIT* 46, theorem 2.3; Demmel 1989), in doubles, and in double-double where c is
+//! too large in them. A singular A is semidefinite if it is definite on rank(A) independent rows and their
+//! columns; its rank is bounded from above modulo primes.
+
+use std::cmp::Ordering;
+use std::ops::{Div, Mul, Sub, SubAssign};
+
+use eigentone_digits::DoubleDouble;
+
+use crate::exact::elimination::{Row, eliminate};
+use crate::exact::matrix::ExactMatrix;
+use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField};
+use crate::exact::sum::{ExactSum, ceil_log2};
+
+/// The rank of a symmetric matrix, if it is proved positive semidefinite.
+pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
+    let present: Vec<usize> = (0..matrix.len())
+        .filter(|&i| matrix.row(i).next().is_some())
+        .collect();
+    match sign(matrix, &present) {
+        Sign::Definite => return Some(present.len()),
+        Sign::Indefinite => return None,
+        Sign::Near => {}
+    }
+    let field = PrimeField::first();
+    let first = eliminate(&field, rows(matrix, &field));
+    let mut independent = first.independent;
+    independent.sort_unstable();
+    if independent.len() == present.len() || sign(matrix, &independent) != Sign::Definite {
+        return None;
+    }
+    let mut bits: Vec<u64> = present
+        .iter()
+        .map(|&i| matrix.extent(i).bits() + ceil_log2(matrix.row(i).count()) as u64)
+        .collect();
+    bits.sort_unstable_by(|a, b| b.cmp(a));
+    let minor: u64 = bits.iter().take(independent.len() + 1).sum();
+    let primes = minor / PRIME_BITS + 1;
+    let low_rank = |field: &PrimeField| {
+        eliminate(field, rows(matrix, field)).independent.len() <= independent.len()
+    };
+    (primes * first.work <= MOST_WORK
+        && PrimeField::all()
+            .take(primes as usize)
+            .all(|field| low_rank(&field)))
+    .then_some(independent.len())
+}
+
+fn rows(matrix: &ExactMatrix, field: &PrimeField) -> Vec<Row> {
+    let image = matrix.image(field);
+    let row = |i| Row::new(field, &image.row(i).collect::<Vec<_>>());
+    (0..matrix.len()).map(row).collect()
+}
+
+/// What a Cholesky factorisation tells of a matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sign {
+    /// Positive definite.
+    Definite,
+    /// Not semidefinite.
+    Indefinite,
+    /// Too near to singular to be told.
+    Near,
+}
+
+/// What is proved of the rows and columns `chosen` of a symmetric matrix: in doubles, and in
+/// double-double where they do not tell.
+fn sign(matrix: &ExactMatrix, chosen: &[usize]) -> Sign {
+    let Some(rows) = scaled(matrix, chosen) else {
+        return Sign::Indefinite;
+    };
+    let doubles = || -> Vec<Vec<f64>> {
+        rows.iter()
+            .map(|row| row.iter().map(|entry| entry.high()).collect())
+            .collect()
+    };
+    let size = rows.len() as f64;
+    let slack = |unit: f64| 4.0 * size * (size + 5.0) * unit;
+    let (near, far) = (slack(2f64.powi(-52)), slack(2f64.powi(-98)));
+    if has_factor(doubles(), near, f64::sqrt) {
+        Sign::Definite
+    } else if !has_factor(doubles(), -near, f64::sqrt) {
+        Sign::Indefinite
+    } else if has_factor(rows, far, DoubleDouble::sqrt) {
+        Sign::Definite
+    } else {
+        Sign::Near
+    }
+}
+
+/// The lower triangle of the chosen rows and columns, which rise, by rows from their first entry on, scaled to
+/// a diagonal of 1 … 4 by powers of two. `None` if a diagonal entry is not positive, or another one
+/// is too large beside it for a definite matrix.
+fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble>>> {
+    let mut place = vec![usize::MAX; matrix.len()];
+    let mut powers = vec![0; matrix.len()];
+    for (at, &i) in chosen.iter().enumerate() {
+        place[i] = at;
+        let (_, terms) = matrix.row(i).find(|entry| entry.0 == i)?;
+        let diagonal = ExactSum::of(terms);
+        if diagonal.sign() != Ordering::Greater {
+            return None;
+        }
+        powers[i] = -diagonal.exponent().div_euclid(2);
+    }
+    chosen
+        .iter()
+        .map(|&i| {
+            let mut row = Vec::new();
+            for (j, terms) in matrix.row(i) {
+                if j > i || place[j] == usize::MAX {
+                    continue;
+                }
+                let value = ExactSum::of(terms).round(powers[i] + powers[j]);
+                if value.abs() > DoubleDouble::from(4.0) {
+                    return None;
+                }
+                if row.is_empty() {
+                    row.resize(place[i] - place[j] + 1, DoubleDouble::ZERO);
+                }
+                let last = row.len() - 1;
+                row[last - (place[i] - place[j])] = value;
+            }
+            Some(row)
+        })
+        .collect()
+}
+
+/// Whether A − c·1 has a Cholesky factor, for A given by [`scaled`].
+///
+/// With v bounding the relative error of each operation, a factorisation that ends is exact for a
+/// matrix off by at most (n + 2)v/(1 − (n + 2)v)·√(a_ii a_jj) in entry (i, j), a_ii < 4, to which
+/// rounding A and subtracting c add 2v·4: in norm less than c = 4n(n + 5)v, so that A ≻ 0. One that
+/// does not end, for A + c·1, shows in the same way that A is not semidefinite. What underflows is
+/// below 2^-1000 and covered by v, which is taken twice too large in doubles and 8 times in
+/// double-double.
+fn has_factor<T>(mut rows: Vec<Vec<T>>, c: f64, root: impl Fn(T) -> T) -> bool
+where
+    T: Copy
+        + From<f64>
+        + PartialOrd
+        + SubAssign
+        + Sub<Output = T>
+        + Mul<Output = T>
+        + Div<Output = T>,
+{
+    let (c, zero) = (T::from(c), T::from(0.0));
+    for i in 0..rows.len() {
+        let (above, rest) = rows.split_at_mut(i);
+        let row = &mut rest[0];
+        let first = i + 1 - row.len();
+        let mut pivot = row[i - first] - c;
+        for j in first..i {
+            let other = &above[j];
+            let start = first.max(j + 1 - other.len());
+            let mine = &row[start - first..j - first];
+            let theirs = &other[other.len() - 1 - (j - start)..other.len() - 1];
+            let mut sum = row[j - first];
+            for (&a, &b) in mine.iter().zip(theirs) {
+                sum -= a * b;
+            }
+            let entry = sum / other[other.len() - 1];
+            pivot -= entry * entry;
+            row[j - first] = entry;
+        }
+        if pivot.partial_cmp(&zero) != Some(Ordering::Greater) {
+            return false;
+        }
+        row[i - first] = root(pivot);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{free_beam, matrices};
+    use super::*;
+    use crate::element::MatrixKind;
+    use faer::{Mat, mat};
+    use proptest::prelude::*;
+
+    fn rank_of(matrix: Mat<f64>) -> Option<usize> {
+        let n = matrix.nrows();
+        let system = matrices(Mat::identity(n, n), Mat::zeros(n, n), matrix);
+        rank(&ExactMatrix::of(&system, MatrixKind::Stiffness))
+    }
+
+    #[test]
+    fn definite_and_indefinite_by_one_bit() {
+        let e = f64::EPSILON;
+        assert_eq!(rank_of(mat![[1.0, 1.0], [1.0, 1.0 + e]]), Some(2));
+        assert_eq!(rank_of(mat![[1.0, 1.0], [1.0, 1.0]]), Some(1));
+        assert_eq!(rank_of(mat![[1.0, 1.0], [1.0, 1.0 - e]]), None);
+        assert_eq!(rank_of(mat![[1.0, 2.0], [2.0, 1.0]]), None);
+        assert_eq!(rank_of(mat![[0.0, 1.0], [1.0, 0.0]]), None);
+        assert_eq!(rank_of(mat![[-1.0]]), None);
+        assert_eq!(rank_of(mat![[0.0]]), Some(0));
+    }
+
+    #[test]
+    fn scales_far_apart() {
+        let tiny = f64::from_bits(1);
+        assert_eq!(rank_of(mat![[1e300, 1.0], [1.0, 1e-300 * 2.0]]), Some(2));
+        assert_eq!(rank_of(mat![[1e300, 2.0], [2.0, 1e-300]]), None);
+        assert_eq!(
+            rank_of(mat![[2f64.powi(1000), 1.0], [1.0, 2f64.powi(-1000)]]),
+            Some(1)
+        );
+        assert_eq!(rank_of(mat![[tiny, 0.0], [0.0, f64::MAX]]), Some(2));
+        assert_eq!(rank_of(mat![[tiny, tiny], [tiny, tiny]]), Some(1));
+    }
+
+    #[test]
+    fn a_bending_beam_is_definite_clamped_and_semidefinite_free() {
+        for elements in [3, 40] {
+            let n = 2 * elements + 2;
+            let free = free_beam(elements);
+            assert_eq!(rank_of(free.clone()), Some(n - 2));
+            let clamped = free.submatrix(2, 2, n - 2, n - 2).to_owned();
+            assert_eq!(rank_of(clamped.clone()), Some(n - 2));
+            let mut pushed = clamped;
+            pushed[(n - 4, n - 4)] -= 13.0;
+            assert_eq!(rank_of(pushed), None);
+        }
+    }
+
+    #[test]
+    fn hilbert_matrices_times_their_denominators_are_definite() {
+        // Condition 1e13 and 1e18 beyond what doubles tell.
+        for (n, scale) in [(10, 232_792_560.0), (13, 26_771_144_400.0)] {
+            let hilbert = Mat::from_fn(n, n, |i, j| scale / (i + j + 1) as f64);
+            assert_eq!(rank_of(hilbert), Some(n));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        /// B Bᵀ of small integers is semidefinite. Taking 2^-40 off its diagonal leaves it definite
+        /// where its rank is full (its least eigenvalue is above 1/(4n)^n), and indefinite elsewhere.
+        #[test]
+        fn squares_are_semidefinite(n in 1usize..4, r in 0usize..5, numbers in prop::collection::vec(-1i32..2, 16)) {
+            let b = Mat::from_fn(n, r, |i, j| f64::from(numbers[4 * i + j]));
+            let square = &b * b.transpose();
+            let rank = rank_of(square.clone());
+            prop_assert!(rank.is_some_and(|rank| rank <= r.min(n)));
+            let less = square - Mat::<f64>::identity(n, n) * 2f64.powi(-40);
+            prop_assert_eq!(rank_of(less), rank.filter(|&rank| rank == n));
+        }
+    }
+}

@@ -16,4 +16,3 @@ pub use response::ResponseReport;
 
 /// What kind of bounds the answers carry.
 const BOUNDS: &str = "estimated";
-#[cfg(test)]

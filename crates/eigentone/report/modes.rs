@@ -109,41 +109,41 @@ impl<'a> ModeReport<'a> {
             .column("λ, 1/s", Align::Left, self.roots())
             .column(
                 "ω_n, rad/s",
-                Align::Right,
+                Align::Point,
                 of(|mode| Some(mode.natural_frequency().radians_per_second())),
             )
             .column(
                 "f_n, Hz",
-                Align::Right,
+                Align::Point,
                 of(|mode| Some(mode.natural_frequency().hertz())),
             )
             .column(
                 "f_d, Hz",
-                Align::Right,
+                Align::Point,
                 of(|mode| {
                     let turns = mode.eigenvalue().value.im != 0.0;
                     turns.then(|| mode.damped_frequency().hertz())
                 }),
             )
-            .column("ζ", Align::Right, of(Mode::damping_ratio))
-            .column("time constant, s", Align::Right, of(Mode::time_constant))
+            .column("ζ", Align::Point, of(Mode::damping_ratio))
+            .column("time constant, s", Align::Point, of(Mode::time_constant))
             .column("motion", Align::Left, self.modes.iter().map(motion))
     }
 
-    /// λ of each mode, lined up by its real and by its imaginary part.
+    /// λ of each mode, lined up by its real part.
     fn roots(&self) -> Vec<String> {
         let values = || self.modes.iter().map(|mode| mode.eigenvalue().value);
         let real = number::column(values().map(|value| Some(value.re)));
         let imaginary = number::column(values().map(|value| (value.im != 0.0).then_some(value.im)));
-        let width = |cells: &[String]| cells.iter().map(|cell| cell.chars().count()).max();
-        let (wide, high) = (width(&real).unwrap_or(0), width(&imaginary).unwrap_or(0));
+        let widths = real.iter().map(|cell| cell.chars().count());
+        let wide = widths.max().unwrap_or(0);
         let cells = real.iter().zip(&imaginary).zip(values());
         cells
             .map(|((re, im), value)| {
                 if value.im == 0.0 {
                     format!("{re:>wide$}")
                 } else {
-                    format!("{re:>wide$} ± {im:>high$}i")
+                    format!("{re:>wide$} ± {im}i")
                 }
             })
             .collect()

@@ -9,23 +9,35 @@ const DIGITS: i32 = 6;
 /// Plain notation reaches from 10^−4 up to 10^6; beyond, powers of ten are written.
 const PLAIN: std::ops::Range<i32> = -4..6;
 
+/// Powers of ten that a column may span and still have the same decimals.
+const SPREAD: i32 = 2;
+
 /// A number with six significant digits, in plain notation where that is readable.
 pub(crate) fn significant(value: f64) -> String {
     with_digits(value, DIGITS)
 }
 
+/// A number given by a person, as short as it can be said.
+pub(crate) fn short(value: f64) -> String {
+    let text = if value == 0.0 || PLAIN.contains(&exponent(value, 17)) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    };
+    text.replace('-', "−")
+}
+
 /// A bound: two significant digits, never rounded below the number.
 pub(crate) fn bound(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return with_digits(value, 1);
-    }
-    let mut text = format!("{value:.1e}");
     let mut up = value;
-    while text.parse::<f64>().is_ok_and(|read| read < value) && up.is_finite() {
+    while up.is_finite()
+        && format!("{up:.1e}")
+            .parse()
+            .is_ok_and(|read: f64| read < value)
+    {
         up *= 1.01;
-        text = format!("{up:.1e}");
     }
-    text.replace('-', "−")
+    with_digits(up, 2)
 }
 
 /// The numbers of one column: with the same decimals, enough for six digits of the smallest, where
@@ -39,7 +51,7 @@ pub(crate) fn column(values: impl IntoIterator<Item = Option<f64>>) -> Vec<Strin
     let (Some(least), Some(most)) = (exponents().min(), exponents().max()) else {
         return values.into_iter().map(each).collect();
     };
-    if !(PLAIN.contains(&least) && PLAIN.contains(&most) && most - least < DIGITS - 1) {
+    if !(PLAIN.contains(&least) && PLAIN.contains(&most) && most - least <= SPREAD) {
         return values.into_iter().map(each).collect();
     }
     let decimals = (DIGITS - 1 - least).max(0) as usize;

@@ -9,6 +9,8 @@ pub(crate) enum Align {
     Left,
     /// At its right edge.
     Right,
+    /// Numbers at their decimal point, anything else at the right edge.
+    Point,
 }
 
 /// Columns of equal length, each under its header.
@@ -26,7 +28,16 @@ impl Table {
         cells: impl IntoIterator<Item = T>,
     ) -> Table {
         let cells = cells.into_iter().map(|cell| visible(cell.as_ref()));
-        self.columns.push((visible(header), align, cells.collect()));
+        let mut cells: Vec<String> = cells.collect();
+        if align == Align::Point {
+            let longest = cells.iter().filter_map(|cell| behind_point(cell)).max();
+            for cell in &mut cells {
+                if let (Some(longest), Some(behind)) = (longest, behind_point(cell)) {
+                    cell.extend(std::iter::repeat_n(' ', longest - behind));
+                }
+            }
+        }
+        self.columns.push((visible(header), align, cells));
         self
     }
 
@@ -55,7 +66,7 @@ impl Table {
                 };
                 let _ = match align {
                     Align::Left => write!(line, "{cell:<width$}  "),
-                    Align::Right => write!(line, "{cell:>width$}  "),
+                    Align::Right | Align::Point => write!(line, "{cell:>width$}  "),
                 };
             }
             out.push_str(line.trim_end());
@@ -71,7 +82,7 @@ impl Table {
         let headers = self.columns.iter().map(|(header, ..)| escape(header));
         let rules = self.columns.iter().map(|(_, align, _)| match align {
             Align::Left => ":--".to_owned(),
-            Align::Right => "--:".to_owned(),
+            Align::Right | Align::Point => "--:".to_owned(),
         });
         let mut out = line(headers.collect()) + &line(rules.collect());
         for row in 0..self.rows() {
@@ -82,6 +93,15 @@ impl Table {
         }
         out
     }
+}
+
+/// How many letters a number has from its decimal point on; `None` if it is no number.
+fn behind_point(cell: &str) -> Option<usize> {
+    let number = cell
+        .trim_start_matches('−')
+        .starts_with(|c: char| c.is_ascii_digit());
+    let point = cell.find('.').unwrap_or(cell.len());
+    number.then(|| cell[point..].chars().count())
 }
 
 /// Text in which nothing can break a line or command a terminal.
@@ -115,6 +135,18 @@ mod tests {
         let ends: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
         assert!(ends.iter().all(|end| *end == ends[0]), "{text}");
         assert!(!text.contains('\u{1b}'));
+    }
+
+    #[test]
+    fn points_stand_under_each_other() {
+        let cells = ["1.5", "−20.25", "0", "–", "not yet", "3.00000e−9"];
+        let text = Table::default().column("x", Align::Point, cells).text();
+        let at = |line: &str| line.chars().position(|c| c == '.');
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(at(lines[1]), at(lines[2]));
+        assert_eq!(at(lines[1]), at(lines[6]));
+        // A whole number ends where the others have their point.
+        assert_eq!(Some(lines[3].chars().count()), at(lines[1]));
     }
 
     #[test]

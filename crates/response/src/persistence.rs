@@ -4,7 +4,7 @@
 //! y_iᵀ((λ_i + λ_j)M + C)x_j = 0 for λ_i ≠ λ_j (Tisseur & Meerbergen 2001, *SIAM Rev.* 43, section
 //! 3). So c = yᵀ((λM + C)x + Mv) obeys c′ = λc + yᵀf by itself, whatever else moves.
 
-use eigentone_modes::{Mode, Modes, Structure, System};
+use eigentone_modes::{Mode, Modes, Motion, Structure, System};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 
@@ -44,7 +44,10 @@ impl Persistence {
             oscillation: vec![0.0; n],
             growth: vec![0.0; n],
         };
-        let lasting: Vec<&Mode> = modes.iter().filter(|mode| lasts(mode)).collect();
+        let lasting: Vec<&Mode> = modes
+            .iter()
+            .filter(|mode| is_steady(mode) || mode.motion() == Motion::Growing)
+            .collect();
         persistence.add_modes(system, structure, &lasting, (x, v), loads);
         persistence.add_sinusoids(system, loads);
         persistence
@@ -118,7 +121,7 @@ impl Persistence {
         }
         let amplitudes = gram.partial_piv_lu().solve(&free);
         for (k, mode) in lasting.iter().enumerate() {
-            let grows = roots[k].re > 0.0 || mode.is_defective();
+            let grows = !is_steady(mode) || mode.is_defective();
             for i in 0..n {
                 // A pair moves with both of its roots.
                 let pair = if roots[k].im == 0.0 { 1.0 } else { 2.0 };
@@ -163,14 +166,12 @@ impl Persistence {
 /// this, beats of finite amplitude are told apart from growth in doubles.
 const RESONANCE: f64 = 1e-12;
 
-/// Whether a mode never dies out, or cannot be told from one that does not. Rigid ones are not
-/// meant.
-fn lasts(mode: &Mode) -> bool {
+/// Whether a mode neither decays nor grows, as far as can be told: its real part is within its
+/// bound, and so small that 10^12 radians would pass before it showed. Rigid ones are not meant.
+fn is_steady(mode: &Mode) -> bool {
     let root = mode.eigenvalue();
-    let unsure = root
-        .real_bound
-        .is_some_and(|bound| root.value.re.abs() <= bound);
-    root.value != c64::from(0.0) && (root.value.re >= 0.0 || unsure)
+    let bound = root.real_bound.unwrap_or(f64::INFINITY);
+    root.value.im != 0.0 && root.value.re.abs() <= bound.min(1e-12 * root.value.norm())
 }
 
 /// yᵀQ(λ) = 0 for each root: the shapes of the transposed system.

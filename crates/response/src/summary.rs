@@ -300,9 +300,13 @@ fn come_to_rest(
     let moment = left.transpose() * &mass;
     let factors = (&moment * &right).partial_piv_lu();
     let shift = &right * factors.solve(moment * away(&x));
-    x.iter_mut()
-        .enumerate()
-        .for_each(|(i, x)| *x += shift[(i, 0)]);
+    let scale = last.x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    for (i, x) in x.iter_mut().enumerate() {
+        *x += shift[(i, 0)];
+        if x.abs() <= ROUNDING * scale {
+            *x = 0.0; // what differences of places leave
+        }
+    }
     Rest {
         displacement: x,
         drifts,

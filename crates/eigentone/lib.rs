@@ -2,6 +2,7 @@
 
 #[cfg(feature = "gallery")]
 pub mod gallery;
+pub mod report;
 pub mod scene;
 
 pub use eigentone_check as check;

@@ -129,6 +129,7 @@ pub struct Mode {
     pub(crate) multiplicity: usize,
     pub(crate) defective: bool,
     pub(crate) shape: Vec<Complex<f64>>,
+    pub(crate) left_shape: Option<Vec<Complex<f64>>>,
     pub(crate) backward_error: f64,
     pub(crate) condition: Option<f64>,
 }
@@ -191,6 +192,13 @@ impl Mode {
     /// is 1 + 0i, the first one on ties.
     pub fn shape(&self) -> &[Complex<f64>] {
         &self.shape
+    }
+
+    /// The left shape y with y*(λ²M + λC + K) = 0, normalised as [`shape`](Self::shape) is: what a
+    /// force must be shaped like to drive this mode most. For symmetric M, C, K it is the conjugate
+    /// of the shape; for others `None` at λ = 0 and at defective roots.
+    pub fn left_shape(&self) -> Option<&[Complex<f64>]> {
+        self.left_shape.as_deref()
     }
 
     /// η = ‖Q(λ)x‖ / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖)‖x‖), the smallest relative change of M, C, K for

@@ -2,6 +2,7 @@
 
 mod by_exponential;
 mod by_superposition;
+mod equilibrium;
 mod estimate;
 mod exponential;
 mod grid;
@@ -10,10 +11,12 @@ mod load;
 mod march;
 mod massless;
 mod method;
+mod persistence;
 mod plan;
 mod problem;
 mod response;
 mod state;
+mod summary;
 mod timeline;
 mod trajectory;
 
@@ -27,5 +30,6 @@ pub use plan::{ResponsePlan, methods};
 pub use problem::{AppliedLoad, Problem, ResponseError};
 pub use response::Response;
 pub use state::State;
+pub use summary::{CoordinateSummary, Destination, Summary};
 pub use timeline::{Instant, Piece, Straight, Timeline};
 pub use trajectory::Trajectory;

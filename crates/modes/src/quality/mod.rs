@@ -1,4 +1,5 @@
 //! How far a root and its shape may be off.
 
+pub(crate) mod bordered;
 pub(crate) mod pencil;
 pub(crate) mod rayleigh;

@@ -7,6 +7,7 @@ use num_complex::Complex;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Pencil, norm};
+use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
 use super::ModeSolver;
@@ -52,7 +53,11 @@ impl Root {
 /// Sorts the roots, normalises the shapes and adds the quality of each.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     let pencil = Pencil::of(system);
-    let mut modes: Vec<Mode> = roots.iter().map(|root| mode(&pencil, root)).collect();
+    let symmetric = all_symmetric(system);
+    let mut modes: Vec<Mode> = roots
+        .iter()
+        .map(|root| mode(&pencil, root, symmetric))
+        .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     let mut eigenvalues = Vec::new();
     for mode in &modes {
@@ -96,8 +101,12 @@ pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
         .then(b.value.im.total_cmp(&a.value.im))
 }
 
-fn mode(pencil: &Pencil, root: &Root) -> Mode {
+fn mode(pencil: &Pencil, root: &Root, symmetric: bool) -> Mode {
     let shape = normalised(&root.shape);
+    let left_shape = match &root.left {
+        Some(left) => Some(normalised(left)),
+        None => symmetric.then(|| shape.iter().map(|entry| entry.conj()).collect()),
+    };
     let backward_error = pencil.backward_error(root.value, &shape);
     let condition = if root.defective || root.value.norm() == 0.0 {
         None
@@ -119,6 +128,7 @@ fn mode(pencil: &Pencil, root: &Root) -> Mode {
         multiplicity: root.count,
         defective: root.defective,
         shape,
+        left_shape,
         backward_error,
         condition,
     }

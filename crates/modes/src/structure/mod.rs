@@ -13,7 +13,7 @@ mod polynomial;
 mod samples;
 mod semidefinite;
 mod support;
-mod symmetric;
+pub(crate) mod symmetric;
 mod undamped;
 
 use std::fmt;

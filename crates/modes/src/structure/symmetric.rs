@@ -9,3 +9,10 @@ pub(crate) fn is_symmetric(system: &System, kind: MatrixKind) -> bool {
         (0..system.len()).all(|i| (0..i).all(|j| added[(i, j)] == added[(j, i)]))
     })
 }
+
+/// Whether M, C and K equal their transposes.
+pub(crate) fn all_symmetric(system: &System) -> bool {
+    [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
+        .into_iter()
+        .all(|kind| is_symmetric(system, kind))
+}

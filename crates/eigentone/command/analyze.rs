@@ -1,0 +1,91 @@
+//! `eigentone analyze SCENE [--out DIR]`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use eigentone::report::{Analysis, Answer, ModeReport, ResponseReport};
+use eigentone::response::{Problem, ResponseError, ResponsePlan, Summary, Trajectory};
+
+use super::files::Files;
+use super::progress::Progress;
+use super::{Failure, Question, print};
+
+/// Prints structure, plan, modes, response and error bounds
+#[derive(Debug, Args)]
+pub struct Analyze {
+    #[command(flatten)]
+    question: Question,
+    /// Write tables, data and plots into this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Analyze {
+    pub fn run(self) -> Result<(), Failure> {
+        let scene = self.question.scene()?;
+        let file = &self.question.scene;
+        let system = scene.system();
+        let progress = Progress::of("analysis");
+        let structure = system.structure();
+        let modes = system.modes().map_err(Failure::modes(file))?;
+        let solved = match scene.problem() {
+            None => None,
+            Some(problem) => Some(
+                problem
+                    .and_then(|problem| solve(&problem, &modes))
+                    .map_err(Failure::response(file))?,
+            ),
+        };
+        let response = solved.as_ref().map(|(plan, trajectory, summary)| Answer {
+            plan,
+            trajectory,
+            summary,
+        });
+        let name = file.file_stem().unwrap_or(file.as_os_str());
+        let name = name.to_string_lossy();
+        let analysis = Analysis {
+            title: scene.title().unwrap_or(&name),
+            names: system.names(),
+            structure: &structure,
+            modes: &modes,
+            response,
+        };
+        if let Some(directory) = &self.out {
+            write(&analysis, directory)?;
+        }
+        drop(progress);
+        print(|out| out.write_all(analysis.text().as_bytes()))
+    }
+}
+
+type Solved = (ResponsePlan, Trajectory, Summary);
+
+fn solve(problem: &Problem<'_>, modes: &eigentone::modes::Modes) -> Result<Solved, ResponseError> {
+    let plan = ResponsePlan::of(problem)?;
+    let trajectory = plan.run(problem)?;
+    let summary = Summary::of(problem, &trajectory, modes).expect("a grid has an instant, 0");
+    Ok((plan, trajectory, summary))
+}
+
+fn write(analysis: &Analysis<'_>, directory: &Path) -> Result<(), Failure> {
+    let mut files = Files::into(directory)?;
+    let modes = ModeReport::new(analysis.modes, analysis.names);
+    files.write("modes.json", |out| modes.json(out))?;
+    files.write("modes.csv", |out| modes.csv(out))?;
+    files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
+    if let Some(answer) = &analysis.response {
+        let response = ResponseReport::new(answer.trajectory, analysis.names);
+        files.write("response.json", |out| response.json(out))?;
+        files.write("response.csv", |out| response.csv(out))?;
+    }
+    let plots = [
+        ("displacement.svg", analysis.displacement_plot()),
+        ("velocity.svg", analysis.velocity_plot()),
+    ];
+    for (name, plot) in plots {
+        if let Some(plot) = plot {
+            files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
+        }
+    }
+    files.keep()
+}

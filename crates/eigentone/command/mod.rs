@@ -1,0 +1,89 @@
+//! The command line: what can be asked for, and how each command answers.
+
+mod analyze;
+mod failure;
+mod files;
+mod modes;
+mod progress;
+mod response;
+
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use eigentone::scene::Scene;
+
+pub use failure::Failure;
+
+/// Modes and exact time response of linear vibrating systems.
+#[derive(Debug, Parser)]
+#[command(name = "eigentone", version, about)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Analyze(analyze::Analyze),
+    Modes(modes::Modes),
+    Response(response::Response),
+}
+
+impl Cli {
+    /// Runs the command and prints its result on standard output, or nothing if it fails.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Analyze(command) => command.run(),
+            Command::Modes(command) => command.run(),
+            Command::Response(command) => command.run(),
+        }
+    }
+}
+
+/// What every command is told: the scene, and how far its answer may be off.
+#[derive(Debug, Args)]
+struct Question {
+    /// The scene file
+    scene: PathBuf,
+    /// Arithmetic: certified proves bounds, double estimates them
+    #[arg(long, value_enum, default_value_t = Precision::Certified)]
+    precision: Precision,
+    /// Largest relative error wanted, at least 2^-53 [default: the last digits]
+    #[arg(long, value_name = "REL", value_parser = tolerance)]
+    tolerance: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Precision {
+    Certified,
+    Double,
+}
+
+impl Question {
+    /// Reads the scene once the options make sense together.
+    fn scene(&self) -> Result<Scene, Failure> {
+        if self.precision == Precision::Double && self.tolerance.is_some() {
+            return Err(Failure::ToleranceInDoubles);
+        }
+        Ok(Scene::read(&self.scene)?)
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    const LEAST: f64 = f64::EPSILON / 2.0;
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= LEAST => Ok(value),
+        Ok(_) => Err("it must be finite and at least 2^-53 = 1.11e-16".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// Writes to standard output. Who stops reading early has seen enough.
+fn print(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
+    match write(&mut out).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(error)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,64 @@
+//! A sign of life on standard error while long work runs, on a terminal only.
+
+use std::io::{self, IsTerminal};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Work that takes less says nothing.
+const PATIENCE: Duration = Duration::from_millis(500);
+const TURN: Duration = Duration::from_millis(100);
+
+/// Turns until it is dropped, then leaves no trace.
+#[derive(Debug)]
+pub struct Progress(Option<(Sender<String>, JoinHandle<()>)>);
+
+impl Progress {
+    /// Says what is being done.
+    pub fn of(message: &str) -> Progress {
+        if !io::stderr().is_terminal() {
+            return Progress(None);
+        }
+        let (sender, receiver) = mpsc::channel::<String>();
+        let mut message = message.to_owned();
+        let turn = move || {
+            let mut bar: Option<ProgressBar> = None;
+            let mut wait = PATIENCE;
+            loop {
+                match receiver.recv_timeout(wait) {
+                    Ok(next) => message = next,
+                    Err(RecvTimeoutError::Disconnected) => break,
+                    Err(RecvTimeoutError::Timeout) => {
+                        wait = TURN;
+                        let bar = bar.get_or_insert_with(spinner);
+                        bar.set_message(message.clone());
+                        bar.tick();
+                    }
+                }
+            }
+            if let Some(bar) = bar {
+                bar.finish_and_clear();
+            }
+        };
+        Progress(Some((sender, thread::spawn(turn))))
+    }
+}
+
+fn spinner() -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    match ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((sender, thread)) = self.0.take() {
+            drop(sender);
+            let _ = thread.join(); // a thread that only draws
+        }
+    }
+}

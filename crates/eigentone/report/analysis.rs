@@ -1,0 +1,198 @@
+//! Everything about one scene on one page of text, and its plots.
+
+use std::fmt::Write;
+
+use eigentone_modes::{Modes, Structure};
+use eigentone_response::{Destination, ResponsePlan, Summary, Trajectory};
+
+use super::modes::ModeReport;
+use super::number;
+use super::plot::{Axis, Line, Plot};
+use super::table::{Align, Table, visible};
+
+/// What was found out about a scene.
+pub struct Analysis<'a> {
+    /// What it is called.
+    pub title: &'a str,
+    /// The names of its coordinates, in order.
+    pub names: &'a [String],
+    /// What was proved of the system.
+    pub structure: &'a Structure,
+    /// Its modes.
+    pub modes: &'a Modes,
+    /// Its response, if one was asked for.
+    pub response: Option<Answer<'a>>,
+}
+
+/// A response, how it was computed, and what becomes of each coordinate.
+pub struct Answer<'a> {
+    /// The method and why.
+    pub plan: &'a ResponsePlan,
+    /// The motion.
+    pub trajectory: &'a Trajectory,
+    /// The motion in a few numbers.
+    pub summary: &'a Summary,
+}
+
+impl Analysis<'_> {
+    /// Title, what was proved, what ran and what was left out, the mode table, the response in a
+    /// few numbers for each mass, and how far the numbers can be off.
+    pub fn text(&self) -> String {
+        let mut text = format!("{}\n", visible(self.title));
+        section(&mut text, "Structure", &self.structure.to_string());
+        let mut plan = self.modes.plan().to_string();
+        match &self.response {
+            Some(answer) => {
+                let _ = write!(plan, "\n{}", answer.plan);
+            }
+            None => plan.push_str("\nleft out the response: the scene has no `time`"),
+        }
+        section(&mut text, "Plan", &plan);
+        let modes = ModeReport::new(self.modes, self.names);
+        section(&mut text, "Modes", &modes.text());
+        if let Some(answer) = &self.response {
+            section(&mut text, &answer.heading(), &answer.table(self.names));
+        }
+        section(&mut text, "Bounds", &self.bounds());
+        text
+    }
+
+    /// Displacements against time, if there is a response.
+    pub fn displacement_plot(&self) -> Option<Plot<'_>> {
+        let trajectory = self.response.as_ref()?.trajectory;
+        let axis = Axis::linear("displacement", "m");
+        Some(self.plot(axis, trajectory, trajectory.displacement()))
+    }
+
+    /// Velocities against time, if there is a response.
+    pub fn velocity_plot(&self) -> Option<Plot<'_>> {
+        let trajectory = self.response.as_ref()?.trajectory;
+        let axis = Axis::linear("velocity", "m/s");
+        Some(self.plot(axis, trajectory, trajectory.velocity()))
+    }
+
+    fn plot<'b>(
+        &'b self,
+        axis: Axis,
+        trajectory: &'b Trajectory,
+        rows: faer::MatRef<'b, f64>,
+    ) -> Plot<'b> {
+        let lines = self.names.iter().enumerate().map(|(row, name)| {
+            let times = trajectory.times();
+            Line::new(name, times.len(), move |k| (times[k], rows[(row, k)]))
+        });
+        Plot {
+            title: self.title.to_owned(),
+            x: Axis::linear("time", "s"),
+            y: axis,
+            lines: lines.collect(),
+        }
+    }
+
+    /// One line: what kind of bounds these are, and the largest.
+    fn bounds(&self) -> String {
+        let roots = self.modes.eigenvalues();
+        let relative = roots.iter().filter_map(|root| {
+            let size = root.value.norm();
+            root.bound.filter(|_| size > 0.0).map(|bound| bound / size)
+        });
+        let mut text = "first-order estimates, not proofs".to_owned();
+        if let Some(worst) = relative.reduce(f64::max) {
+            let _ = write!(text, ": λ within {} of |λ|", number::bound(worst));
+        }
+        let without = roots.iter().filter(|root| root.bound.is_none()).count();
+        if without > 0 {
+            let _ = write!(
+                text,
+                "; none can be given for {without} of {} roots",
+                roots.len()
+            );
+        }
+        if let Some(answer) = &self.response {
+            let trajectory = answer.trajectory;
+            for (quantity, unit, bounds) in [
+                ("displacements", "m", trajectory.displacement_bound()),
+                ("velocities", "m/s", trajectory.velocity_bound()),
+            ] {
+                let _ = match bounds.iter().flatten().copied().reduce(f64::max) {
+                    Some(worst) => {
+                        write!(text, "; {quantity} within {} {unit}", number::bound(worst))
+                    }
+                    None => write!(text, "; none can be given for {quantity}"),
+                };
+                let without = bounds.iter().filter(|bound| bound.is_none()).count();
+                if (1..bounds.len()).contains(&without) {
+                    let _ = write!(text, " where there is one, at all but {without} samples");
+                }
+            }
+        }
+        text
+    }
+}
+
+impl Answer<'_> {
+    fn heading(&self) -> String {
+        let times = self.trajectory.times();
+        let end = times.last().map_or(0.0, |end| *end);
+        format!(
+            "Response, {} samples from 0 to {} s",
+            times.len(),
+            number::short(end)
+        )
+    }
+
+    fn table(&self, names: &[String]) -> String {
+        let all = self.summary.coordinates();
+        let rest = |destination| match destination {
+            Destination::Rest { displacement, .. } => Some(displacement),
+            _ => None,
+        };
+        let ends = number::column(all.iter().map(|one| rest(one.destination)));
+        let ends = all
+            .iter()
+            .zip(ends)
+            .map(|(one, number)| match one.destination {
+                Destination::Oscillation => "keeps oscillating".to_owned(),
+                Destination::Drift => "drifts".to_owned(),
+                Destination::Growth => "grows".to_owned(),
+                _ => number,
+            });
+        let settled = |destination| match destination {
+            Destination::Rest { settled, .. } => settled,
+            _ => None,
+        };
+        let times = number::column(all.iter().map(|one| settled(one.destination)));
+        let times = all
+            .iter()
+            .zip(times)
+            .map(|(one, time)| match one.destination {
+                Destination::Rest { settled: None, .. } => "not yet".to_owned(),
+                _ => time,
+            });
+        let table = Table::default()
+            .column("mass", Align::Left, names)
+            .column("ends at, m", Align::Point, ends)
+            .column(
+                "peak, m",
+                Align::Point,
+                number::column(all.iter().map(|one| Some(one.peak))),
+            )
+            .column(
+                "peak at, s",
+                Align::Point,
+                number::column(all.iter().map(|one| Some(one.peak_time))),
+            )
+            .column("settled after, s", Align::Point, times);
+        table.text()
+            + "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at a\n\
+               sample. Settled after: the last sample outside ±2 % of the largest deviation from that end.\n"
+    }
+}
+
+/// A heading, and its lines indented.
+fn section(text: &mut String, heading: &str, body: &str) {
+    let _ = writeln!(text, "\n{heading}");
+    for line in body.lines() {
+        let _ = writeln!(text, "  {line}");
+    }
+}

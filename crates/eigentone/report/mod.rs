@@ -1,0 +1,20 @@
+//! Answers as text tables, JSON, CSV, Markdown and plots.
+//!
+//! Nothing here computes: a report borrows an answer and writes it down. Tables are for people,
+//! with six significant digits and units in their headers; JSON and CSV have all digits.
+
+mod analysis;
+mod csv;
+mod modes;
+mod number;
+mod plot;
+mod response;
+mod table;
+
+pub use analysis::{Analysis, Answer};
+pub use modes::ModeReport;
+pub use plot::{Axis, Line, Plot, Scale};
+pub use response::ResponseReport;
+
+/// What kind of bounds the answers carry.
+const BOUNDS: &str = "estimated";

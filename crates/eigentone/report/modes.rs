@@ -1,0 +1,262 @@
+//! The modes as a table, as JSON, as CSV and as Markdown.
+
+use std::io::{self, Write};
+
+use eigentone_modes::{Mode, Modes, Motion};
+use serde::{Serialize, Serializer};
+
+use super::csv;
+use super::number;
+use super::table::{Align, Table};
+
+/// Prints the modes of a system.
+#[derive(Clone, Copy, Debug)]
+pub struct ModeReport<'a> {
+    modes: &'a Modes,
+    names: &'a [String],
+}
+
+impl<'a> ModeReport<'a> {
+    /// A report of `modes`, with the coordinates' names in order.
+    pub fn new(modes: &'a Modes, names: &'a [String]) -> ModeReport<'a> {
+        ModeReport { modes, names }
+    }
+
+    /// The mode table in aligned columns, six significant digits, units in the header: one row for
+    /// each conjugate pair or real root.
+    pub fn text(&self) -> String {
+        self.table().text() + &self.infinite()
+    }
+
+    /// The same as a Markdown table.
+    pub fn markdown(&self) -> String {
+        let infinite = self.infinite();
+        let gap = if infinite.is_empty() { "" } else { "\n" };
+        self.table().markdown() + gap + &infinite
+    }
+
+    /// One JSON object with every finite root and every mode. Frequencies are in rad/s, time
+    /// constants in s, roots and their bounds in 1/s; numbers are in the shortest form that reads
+    /// back to the same double, and what there is no number for is null.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn json(&self, mut out: impl Write) -> io::Result<()> {
+        serde_json::to_writer(&mut out, &Json::of(self.modes))?;
+        out.write_all(b"\n")
+    }
+
+    /// One row for each mode, its shape in two columns for each coordinate; all digits.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
+        let mut header: Vec<String> = [
+            "re [1/s]",
+            "im [1/s]",
+            "bound [1/s]",
+            "real_bound [1/s]",
+            "natural_frequency [rad/s]",
+            "natural_frequency [Hz]",
+            "damped_frequency [rad/s]",
+            "damped_frequency [Hz]",
+            "damping_ratio",
+            "time_constant [s]",
+            "motion",
+            "multiplicity",
+            "defective",
+            "backward_error",
+            "condition",
+        ]
+        .map(str::to_owned)
+        .to_vec();
+        for name in self.names {
+            header.extend([format!("shape re {name}"), format!("shape im {name}")]);
+        }
+        csv::row(&mut out, header)?;
+        for mode in self.modes {
+            let root = mode.eigenvalue();
+            let mut row = vec![
+                csv::number(root.value.re),
+                csv::number(root.value.im),
+                csv::optional(root.bound),
+                csv::optional(root.real_bound),
+                csv::number(mode.natural_frequency().radians_per_second()),
+                csv::number(mode.natural_frequency().hertz()),
+                csv::number(mode.damped_frequency().radians_per_second()),
+                csv::number(mode.damped_frequency().hertz()),
+                csv::optional(mode.damping_ratio()),
+                csv::optional(mode.time_constant()),
+                mode.motion().to_string(),
+                mode.multiplicity().to_string(),
+                mode.is_defective().to_string(),
+                csv::number(mode.backward_error()),
+                csv::optional(mode.condition()),
+            ];
+            for component in mode.shape() {
+                row.extend([csv::number(component.re), csv::number(component.im)]);
+            }
+            csv::row(&mut out, row)?;
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> Table {
+        let of = |value: fn(&Mode) -> Option<f64>| number::column(self.modes.iter().map(value));
+        let numbers = (1..=self.modes.as_slice().len()).map(|k| k.to_string());
+        Table::default()
+            .column("#", Align::Right, numbers)
+            .column("λ, 1/s", Align::Left, self.roots())
+            .column(
+                "ω_n, rad/s",
+                Align::Point,
+                of(|mode| Some(mode.natural_frequency().radians_per_second())),
+            )
+            .column(
+                "f_n, Hz",
+                Align::Point,
+                of(|mode| Some(mode.natural_frequency().hertz())),
+            )
+            .column(
+                "f_d, Hz",
+                Align::Point,
+                of(|mode| {
+                    let turns = mode.eigenvalue().value.im != 0.0;
+                    turns.then(|| mode.damped_frequency().hertz())
+                }),
+            )
+            .column("ζ", Align::Point, of(Mode::damping_ratio))
+            .column("time constant, s", Align::Point, of(Mode::time_constant))
+            .column("motion", Align::Left, self.modes.iter().map(motion))
+    }
+
+    /// λ of each mode, lined up by its real part.
+    fn roots(&self) -> Vec<String> {
+        let values = || self.modes.iter().map(|mode| mode.eigenvalue().value);
+        let real = number::column(values().map(|value| Some(value.re)));
+        let imaginary = number::column(values().map(|value| (value.im != 0.0).then_some(value.im)));
+        let widths = real.iter().map(|cell| cell.chars().count());
+        let wide = widths.max().unwrap_or(0);
+        let cells = real.iter().zip(&imaginary).zip(values());
+        cells
+            .map(|((re, im), value)| {
+                if value.im == 0.0 {
+                    format!("{re:>wide$}")
+                } else {
+                    format!("{re:>wide$} ± {im}i")
+                }
+            })
+            .collect()
+    }
+
+    fn infinite(&self) -> String {
+        match self.modes.infinite() {
+            0 => String::new(),
+            1 => {
+                "1 further root is infinite: a massless node has no motion of its own\n".to_owned()
+            }
+            k => format!(
+                "{k} further roots are infinite: massless nodes have no motion of their own\n"
+            ),
+        }
+    }
+}
+
+/// The motion, and how many roots coincide.
+fn motion(mode: &Mode) -> String {
+    let coincide = match mode.multiplicity() {
+        0 | 1 => String::new(),
+        k => format!(", {k}-fold"),
+    };
+    let defective = if mode.is_defective() {
+        ", defective"
+    } else {
+        ""
+    };
+    format!("{}{coincide}{defective}", mode.motion())
+}
+
+/// The contract between this program and what reads its JSON: names and order stay.
+#[derive(Serialize)]
+struct Json {
+    bounds: &'static str,
+    eigenvalues: Vec<EigenvalueJson>,
+    infinite: usize,
+    modes: Vec<ModeJson>,
+}
+
+#[derive(Serialize)]
+struct EigenvalueJson {
+    re: f64,
+    im: f64,
+    bound: Option<f64>,
+    real_bound: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ComplexJson {
+    re: f64,
+    im: f64,
+}
+
+#[derive(Serialize)]
+struct ModeJson {
+    #[serde(serialize_with = "motion_name")]
+    motion: Motion,
+    natural_frequency: f64,
+    damped_frequency: f64,
+    damping_ratio: Option<f64>,
+    time_constant: Option<f64>,
+    eigenvalue: ComplexJson,
+    multiplicity: usize,
+    defective: bool,
+    shape: Vec<ComplexJson>,
+    backward_error: f64,
+    condition: Option<f64>,
+}
+
+fn motion_name<S: Serializer>(motion: &Motion, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(motion)
+}
+
+impl Json {
+    fn of(modes: &Modes) -> Json {
+        let roots = modes.eigenvalues().iter();
+        Json {
+            bounds: super::BOUNDS,
+            eigenvalues: roots
+                .map(|root| EigenvalueJson {
+                    re: root.value.re,
+                    im: root.value.im,
+                    bound: root.bound,
+                    real_bound: root.real_bound,
+                })
+                .collect(),
+            infinite: modes.infinite(),
+            modes: modes.iter().map(ModeJson::of).collect(),
+        }
+    }
+}
+
+impl ModeJson {
+    fn of(mode: &Mode) -> ModeJson {
+        let root = mode.eigenvalue().value;
+        let shape = mode.shape().iter();
+        ModeJson {
+            motion: mode.motion(),
+            natural_frequency: mode.natural_frequency().radians_per_second(),
+            damped_frequency: mode.damped_frequency().radians_per_second(),
+            damping_ratio: mode.damping_ratio(),
+            time_constant: mode.time_constant(),
+            eigenvalue: ComplexJson {
+                re: root.re,
+                im: root.im,
+            },
+            multiplicity: mode.multiplicity(),
+            defective: mode.is_defective(),
+            shape: shape.map(|x| ComplexJson { re: x.re, im: x.im }).collect(),
+            backward_error: mode.backward_error(),
+            condition: mode.condition(),
+        }
+    }
+}

@@ -1,0 +1,670 @@
+//! Line plots as SVG: quantities against time, and errors against run time on logarithmic axes.
+
+use std::fmt::Write;
+
+use super::table::visible;
+
+/// Size of the whole drawing.
+const WIDTH: f64 = 960.0;
+const HEIGHT: f64 = 540.0;
+/// Edges of the drawing area; the legend stands to the right of it, and takes what it needs.
+const LEFT: f64 = 84.0;
+const TOP: f64 = 56.0;
+const BOTTOM: f64 = 478.0;
+
+/// Colours that remain apart for colour-blind readers on white (Okabe & Ito 2008, without the
+/// yellow, which white swallows).
+const COLOURS: [&str; 7] = [
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000",
+];
+/// Dash patterns; as their number and that of the colours have no common divisor, the first 42
+/// lines all differ.
+const DASHES: [&str; 6] = ["", "9 4", "2 3", "9 3 2 3", "16 4", "9 3 2 3 2 3"];
+/// Lines that the legend has room for.
+const LEGEND: usize = 18;
+/// Letters of a legend entry that fit, and the room a letter needs at most on average.
+const LETTERS: usize = 24;
+const LETTER: f64 = 8.6;
+/// A line this many times longer than the drawing is wide fills an area, where dashes are noise.
+const DENSE: f64 = 12.0;
+
+/// How an axis is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Equal lengths are equal differences.
+    Linear,
+    /// Equal lengths are equal ratios; only positive values can be shown.
+    Logarithmic,
+}
+
+/// An axis: its label, with the unit, is `quantity, unit`.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// What is shown.
+    pub quantity: String,
+    /// Its unit, which a power of ten may precede; empty for a pure number.
+    pub unit: String,
+    /// How it is divided.
+    pub scale: Scale,
+}
+
+impl Axis {
+    /// An axis with equal divisions.
+    pub fn linear(quantity: &str, unit: &str) -> Axis {
+        Axis {
+            quantity: quantity.to_owned(),
+            unit: unit.to_owned(),
+            scale: Scale::Linear,
+        }
+    }
+
+    /// An axis of powers of ten.
+    pub fn logarithmic(quantity: &str, unit: &str) -> Axis {
+        Axis {
+            scale: Scale::Logarithmic,
+            ..Axis::linear(quantity, unit)
+        }
+    }
+}
+
+/// One line of a plot: points in the order of their x.
+pub struct Line<'a> {
+    name: String,
+    len: usize,
+    point: Box<dyn Fn(usize) -> (f64, f64) + 'a>,
+    marked: bool,
+}
+
+impl<'a> Line<'a> {
+    /// A line through `len` points, given by their index; they are asked for as often as needed
+    /// and never all kept. Points that are not finite are left out.
+    pub fn new(name: &str, len: usize, point: impl Fn(usize) -> (f64, f64) + 'a) -> Line<'a> {
+        Line {
+            name: name.to_owned(),
+            len,
+            point: Box::new(point),
+            marked: false,
+        }
+    }
+
+    /// The same line with a dot on every point.
+    pub fn marked(self) -> Line<'a> {
+        Line {
+            marked: true,
+            ..self
+        }
+    }
+}
+
+/// A plot of lines over common axes.
+pub struct Plot<'a> {
+    /// What stands above it.
+    pub title: String,
+    /// The axis to the right.
+    pub x: Axis,
+    /// The axis upwards.
+    pub y: Axis,
+    /// The lines; the first is drawn on top.
+    pub lines: Vec<Line<'a>>,
+}
+
+impl Plot<'_> {
+    /// The plot as one SVG document with a `viewBox`, on a white card. Lines with more points than
+    /// the drawing has columns keep the first, lowest, highest and last of each column, so that no
+    /// extreme is lost.
+    pub fn svg(&self) -> String {
+        let (mut xs, mut ys) = (Range::NONE, Range::NONE);
+        for line in &self.lines {
+            for (x, y) in self.points(line) {
+                xs.include(x);
+                ys.include(y);
+            }
+        }
+        let right = self.right();
+        let x = Ruler::of(&self.x, xs, 0.0, LEFT, right);
+        let y = Ruler::of(&self.y, ys, 0.04, BOTTOM, TOP);
+        let mut svg = String::new();
+        self.frame(&mut svg, &x, &y);
+        let _ = writeln!(
+            svg,
+            r##"<g clip-path="url(#area)" fill="none" stroke-width="1.8" stroke-linejoin="round" stroke-linecap="round">"##
+        );
+        for (index, line) in self.lines.iter().enumerate().rev() {
+            self.draw(&mut svg, index, line, &x, &y);
+        }
+        svg.push_str("</g>\n");
+        self.legend(&mut svg);
+        svg.push_str("</svg>\n");
+        svg
+    }
+
+    /// The points that can be shown.
+    fn points<'b>(&'b self, line: &'b Line<'_>) -> impl Iterator<Item = (f64, f64)> + 'b {
+        let shown =
+            |scale: Scale, value: f64| value.is_finite() && (scale == Scale::Linear || value > 0.0);
+        (0..line.len)
+            .map(|index| (line.point)(index))
+            .filter(move |(x, y)| shown(self.x.scale, *x) && shown(self.y.scale, *y))
+    }
+
+    /// Where the drawing area ends, so that the longest name fits beside it.
+    fn right(&self) -> f64 {
+        let letters = self.lines.iter().map(|line| line.name.chars().count());
+        let longest = letters.max().unwrap_or(0).clamp(6, LETTERS);
+        WIDTH - 70.0 - LETTER * longest as f64
+    }
+
+    fn frame(&self, svg: &mut String, x: &Ruler, y: &Ruler) {
+        let right = x.to;
+        let title = escape(&self.title);
+        let _ = write!(
+            svg,
+            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-labelledby="title" font-family="system-ui, 'Segoe UI', 'DejaVu Sans', Helvetica, Arial, sans-serif" font-size="14" fill="#222222">
+<title id="title">{title}</title>
+<defs><clipPath id="area"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath></defs>
+<rect x="0.5" y="0.5" width="{}" height="{}" rx="8" fill="#ffffff" stroke="#d0d0d0"/>
+"##,
+            right - LEFT,
+            BOTTOM - TOP,
+            WIDTH - 1.0,
+            HEIGHT - 1.0,
+        );
+        let _ = writeln!(
+            svg,
+            r##"<text x="{LEFT}" y="34" font-size="18" font-weight="600">{}</text>"##,
+            escape(&shorten(&self.title, 88))
+        );
+        for tick in &x.ticks {
+            let at = tick.at;
+            let colour = if tick.zero { "#8a8a8a" } else { "#e4e4e4" };
+            let _ = writeln!(
+                svg,
+                r##"<path d="M{at:.2} {TOP}V{BOTTOM}" stroke="{colour}"/><text x="{at:.2}" y="{}" text-anchor="middle">{}</text>"##,
+                BOTTOM + 20.0,
+                tick.label
+            );
+        }
+        for tick in &y.ticks {
+            let at = tick.at;
+            let colour = if tick.zero { "#8a8a8a" } else { "#e4e4e4" };
+            let _ = writeln!(
+                svg,
+                r##"<path d="M{LEFT} {at:.2}H{right}" stroke="{colour}"/><text x="{}" y="{:.2}" text-anchor="end">{}</text>"##,
+                LEFT - 8.0,
+                at + 5.0,
+                tick.label
+            );
+        }
+        let _ = writeln!(
+            svg,
+            r##"<path d="M{LEFT} {TOP}V{BOTTOM}H{right}" fill="none" stroke="#444444"/>
+<text x="{}" y="{}" text-anchor="middle">{}</text>
+<text transform="translate(22 {}) rotate(-90)" text-anchor="middle">{}</text>"##,
+            f64::midpoint(LEFT, right),
+            BOTTOM + 46.0,
+            escape(&x.label),
+            f64::midpoint(TOP, BOTTOM),
+            escape(&y.label),
+        );
+    }
+
+    fn draw(&self, svg: &mut String, index: usize, line: &Line<'_>, x: &Ruler, y: &Ruler) {
+        let places: Vec<(f64, f64)> =
+            Thinned::of(self.points(line).map(|(px, py)| (x.place(px), y.place(py)))).collect();
+        let Some(((x0, y0), rest)) = places.split_first() else {
+            return;
+        };
+        let mut path = format!("M{x0:.1} {y0:.1}");
+        for (px, py) in rest {
+            let _ = write!(path, "L{px:.1} {py:.1}");
+        }
+        let pairs = places.windows(2);
+        let length: f64 = pairs.map(|p| (p[1].1 - p[0].1).abs()).sum();
+        let stroke = if length > DENSE * (x.to - x.from) {
+            format!(r##" stroke="{}""##, COLOURS[index % COLOURS.len()])
+        } else {
+            stroke(index)
+        };
+        let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
+        if line.marked {
+            for (px, py) in &places {
+                let _ = writeln!(
+                    svg,
+                    r##"<circle cx="{px:.2}" cy="{py:.2}" r="3.2" fill="{}" stroke="#ffffff" stroke-width="0.8"/>"##,
+                    COLOURS[index % COLOURS.len()]
+                );
+            }
+        }
+    }
+
+    fn legend(&self, svg: &mut String) {
+        let count = self.lines.len();
+        let shown = if count > LEGEND { LEGEND - 1 } else { count };
+        let x = self.right() + 18.0;
+        for (index, line) in self.lines.iter().take(shown).enumerate() {
+            let y = TOP + 12.0 + 23.0 * index as f64;
+            let _ = writeln!(
+                svg,
+                r##"<path d="M{x} {y}h34" fill="none" stroke-width="2.2"{}/><text x="{}" y="{}">{}</text>"##,
+                stroke(index),
+                x + 42.0,
+                y + 5.0,
+                escape(&shorten(&line.name, LETTERS)),
+            );
+        }
+        if shown < count {
+            let _ = writeln!(
+                svg,
+                r##"<text x="{x}" y="{}" fill="#666666">and {} more</text>"##,
+                TOP + 17.0 + 23.0 * shown as f64,
+                count - shown
+            );
+        }
+    }
+}
+
+/// Colour and dashes of a line.
+fn stroke(index: usize) -> String {
+    let colour = COLOURS[index % COLOURS.len()];
+    match DASHES[index % DASHES.len()] {
+        "" => format!(r##" stroke="{colour}""##),
+        dashes => format!(r##" stroke="{colour}" stroke-dasharray="{dashes}""##),
+    }
+}
+
+/// The span of a quantity.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    low: f64,
+    high: f64,
+}
+
+impl Range {
+    const NONE: Range = Range {
+        low: f64::INFINITY,
+        high: f64::NEG_INFINITY,
+    };
+
+    fn include(&mut self, value: f64) {
+        self.low = self.low.min(value);
+        self.high = self.high.max(value);
+    }
+}
+
+/// A division of an axis.
+#[derive(Clone, Debug)]
+struct Tick {
+    at: f64,
+    label: String,
+    zero: bool,
+}
+
+/// From values to places on the drawing.
+#[derive(Clone, Debug)]
+struct Ruler {
+    scale: Scale,
+    /// Values are divided by ten to this power first.
+    power: i32,
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+    ticks: Vec<Tick>,
+    label: String,
+}
+
+impl Ruler {
+    /// A ruler from place `from` to place `to` for the range, widened by `margin` of its width.
+    fn of(axis: &Axis, range: Range, margin: f64, from: f64, to: f64) -> Ruler {
+        let range = if range.low <= range.high {
+            range
+        } else {
+            Range {
+                low: 1.0,
+                high: 1.0,
+            } // nothing to show
+        };
+        let mut ruler = Ruler {
+            scale: axis.scale,
+            power: 0,
+            low: 0.0,
+            high: 1.0,
+            from,
+            to,
+            ticks: Vec::new(),
+            label: String::new(),
+        };
+        match axis.scale {
+            Scale::Linear => ruler.divide_evenly(range, margin),
+            Scale::Logarithmic => ruler.divide_by_powers(range),
+        }
+        let unit = match (ruler.power, axis.unit.as_str()) {
+            (0, unit) => unit.to_owned(),
+            (power, unit) => format!("10{} {unit}", superscript(power)),
+        };
+        ruler.label = match unit.trim_end() {
+            "" => axis.quantity.clone(),
+            unit => format!("{}, {unit}", axis.quantity),
+        };
+        ruler
+    }
+
+    fn divide_evenly(&mut self, range: Range, margin: f64) {
+        let largest = range.low.abs().max(range.high.abs());
+        if largest > 0.0 {
+            let leading = (largest.log10() + 1e-9).floor() as i32;
+            if !(-2..5).contains(&leading) {
+                self.power = leading.div_euclid(3) * 3;
+            }
+        }
+        let (low, high) = (self.reduced(range.low), self.reduced(range.high));
+        let width = high - low;
+        // Below this the variation is rounding, and the line is a constant.
+        let (low, high) = if width > 1e-11 * low.abs().max(high.abs()) {
+            (low - margin * width, high + margin * width)
+        } else if low == 0.0 && high == 0.0 {
+            (-1.0, 1.0)
+        } else {
+            (low - 0.1 * low.abs(), high + 0.1 * high.abs())
+        };
+        (self.low, self.high) = (low, high);
+        let step = nice_step((high - low) / 7.0);
+        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+        self.ticks = (first..=last)
+            .map(|k| {
+                let value = k as f64 * step;
+                Tick {
+                    at: self.between(value),
+                    label: format!("{value:.decimals$}").replace('-', "−"),
+                    zero: k == 0,
+                }
+            })
+            .collect();
+    }
+
+    fn divide_by_powers(&mut self, range: Range) {
+        let (mut low, mut high) = (range.low.log10(), range.high.log10());
+        if high - low < 1.0 {
+            // At least one whole power on each side, so that two labels show.
+            (low, high) = (low.floor(), high.ceil().max(low.floor() + 1.0));
+        } else {
+            let margin = 0.03 * (high - low);
+            (low, high) = (low - margin, high + margin);
+        }
+        (self.low, self.high) = (low, high);
+        let each = ((high - low) / 9.0).ceil().max(1.0) as i32;
+        let powers = (low.ceil() as i32)..=(high.floor() as i32);
+        self.ticks = powers
+            .filter(|power| power.rem_euclid(each) == 0)
+            .map(|power| Tick {
+                at: self.between(f64::from(power)),
+                label: format!("10{}", superscript(power)),
+                zero: false,
+            })
+            .collect();
+    }
+
+    /// The value in units of the power of ten that the label names.
+    fn reduced(&self, value: f64) -> f64 {
+        // In two parts, for 10^308 is the last power that a double has.
+        let half = self.power / 2;
+        value / 10f64.powi(half) / 10f64.powi(self.power - half)
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => self.between(self.reduced(value)),
+            Scale::Logarithmic => self.between(value.log10()),
+        }
+    }
+
+    fn between(&self, value: f64) -> f64 {
+        self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
+    }
+}
+
+/// The least of 1, 2, 5 times a power of ten that is not below `least`.
+fn nice_step(least: f64) -> f64 {
+    let power = 10f64.powf(least.log10().floor());
+    let mut steps = [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power);
+    steps
+        .find(|step| *step >= least * (1.0 - 1e-12))
+        .unwrap_or(10.0 * power)
+}
+
+/// Points in drawing coordinates, at most four in each column of one unit's width.
+struct Thinned<I: Iterator<Item = (f64, f64)>> {
+    points: std::iter::Peekable<I>,
+    ready: std::vec::IntoIter<(f64, f64)>,
+}
+
+impl<I: Iterator<Item = (f64, f64)>> Thinned<I> {
+    fn of(points: I) -> Thinned<I> {
+        Thinned {
+            points: points.peekable(),
+            ready: Vec::new().into_iter(),
+        }
+    }
+}
+
+impl<I: Iterator<Item = (f64, f64)>> Iterator for Thinned<I> {
+    type Item = (f64, f64);
+
+    fn next(&mut self) -> Option<(f64, f64)> {
+        if let Some(point) = self.ready.next() {
+            return Some(point);
+        }
+        let first = self.points.next()?;
+        let column = first.0.floor();
+        // By index in the column, so that the order in time is kept.
+        let (mut low, mut high, mut last) = ((0, first), (0, first), (0, first));
+        while let Some(point) = self.points.next_if(|point| point.0.floor() == column) {
+            last = (last.0 + 1, point);
+            if point.1 < low.1.1 {
+                low = last;
+            }
+            if point.1 > high.1.1 {
+                high = last;
+            }
+        }
+        let mut kept = vec![(0, first), low, high, last];
+        kept.sort_by_key(|(index, _)| *index);
+        kept.dedup_by_key(|(index, _)| *index);
+        let kept: Vec<(f64, f64)> = kept.into_iter().map(|(_, point)| point).collect();
+        self.ready = kept.into_iter();
+        self.ready.next()
+    }
+}
+
+fn superscript(power: i32) -> String {
+    let digit = |c| match c {
+        '-' => '⁻',
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        _ => '⁹',
+    };
+    power.to_string().chars().map(digit).collect()
+}
+
+/// The text, or its beginning and an ellipsis.
+fn shorten(text: &str, letters: usize) -> String {
+    if text.chars().count() <= letters {
+        return text.to_owned();
+    }
+    let kept: String = text.chars().take(letters - 1).collect();
+    kept + "…"
+}
+
+/// Text for SVG; what XML cannot hold is made visible.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in visible(text).chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plot<'a>(lines: Vec<Line<'a>>) -> Plot<'a> {
+        Plot {
+            title: "A <title> & more".to_owned(),
+            x: Axis::linear("time", "s"),
+            y: Axis::linear("displacement", "m"),
+            lines,
+        }
+    }
+
+    /// Where the drawing area of a plot with short names ends.
+    const RIGHT: f64 = WIDTH - 70.0 - LETTER * 6.0;
+
+    /// The places of every line's path, top line first.
+    fn paths(svg: &str) -> Vec<Vec<(f64, f64)>> {
+        let body = svg.split("<g clip-path").nth(1).expect("a group of lines");
+        let body = body.split("</g>").next().expect("its end");
+        let paths = body
+            .lines()
+            .filter_map(|line| line.strip_prefix("<path d=\"M"));
+        let mut paths: Vec<Vec<(f64, f64)>> = paths
+            .map(|line| {
+                let data = line.split('"').next().expect("a quote");
+                let pairs = data.split('L').map(|pair| {
+                    let (x, y) = pair.split_once(' ').expect("x and y");
+                    (x.parse().expect("a number"), y.parse().expect("a number"))
+                });
+                pairs.collect()
+            })
+            .collect();
+        paths.reverse();
+        paths
+    }
+
+    fn labels(svg: &str) -> Vec<&str> {
+        let texts = svg
+            .split("<text")
+            .skip(1)
+            .filter(|text| text.contains("anchor=\"end\"") || text.contains("anchor=\"middle\""))
+            .filter_map(|text| text.split('>').nth(1));
+        texts.filter_map(|text| text.split('<').next()).collect()
+    }
+
+    #[test]
+    fn a_spike_of_one_sample_in_a_million_survives() {
+        let n = 1_000_000;
+        let value = |k: usize| if k == 654_321 { -3.0 } else { (k as f64).sin() };
+        let svg = plot(vec![Line::new("m1", n, move |k| (k as f64, value(k)))]).svg();
+        let path = &paths(&svg)[0];
+        assert!(path.len() < 4 * 850, "{} points", path.len());
+        let (x, lowest) =
+            path.iter().fold(
+                (0.0, 0.0f64),
+                |(x, y), p| {
+                    if p.1 > y { (p.0, p.1) } else { (x, y) }
+                },
+            );
+        // The drawing runs downwards; 4 % of the range lie below the lowest point.
+        let bottom = BOTTOM - (BOTTOM - TOP) * 0.04 / 1.08;
+        assert!((lowest - bottom).abs() <= 0.05, "{lowest} {bottom}");
+        let at = LEFT + (RIGHT - LEFT) * 654_321.0 / 999_999.0;
+        assert!((x - at).abs() <= 1.0, "{x} {at}");
+        assert!(path.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    }
+
+    #[test]
+    fn any_range_of_doubles_is_drawn_inside_the_area() {
+        let ranges = [
+            (0.0, 0.0),
+            (3.5, 3.5),
+            (-1e-9, 2e-9),
+            (1e-320, 3e-320),
+            (-1.7e308, 1.7e308),
+            (1.0, 1.0 + 1e-15),
+            (-4e5, 1e5),
+            (0.0, 1e-3),
+        ];
+        for (low, high) in ranges {
+            let line = Line::new("m", 2, move |k| (k as f64, if k == 0 { low } else { high }));
+            let svg = plot(vec![line]).svg();
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{low:e} {high:e}: {svg}"
+            );
+            for (x, y) in &paths(&svg)[0] {
+                assert!(
+                    (LEFT..=RIGHT).contains(x) && (TOP..=BOTTOM).contains(y),
+                    "{low:e}"
+                );
+            }
+            let ticks = svg.matches("text-anchor=\"end\"").count();
+            assert!((3..=12).contains(&ticks), "{low:e} {high:e}: {ticks} ticks");
+            assert!(labels(&svg).iter().all(|label| label.chars().count() < 24));
+        }
+        let small = Line::new("m", 2, |k| (k as f64, 2e-9 * k as f64));
+        assert!(plot(vec![small]).svg().contains("displacement, 10⁻⁹ m"));
+    }
+
+    #[test]
+    fn a_reader_can_take_the_value_off_the_axis() {
+        let line = Line::new("m", 3, |k| (k as f64, [0.0, 0.3, 0.6][k]));
+        let svg = plot(vec![line]).svg();
+        // The gridline labelled 0.3 passes through the point at 0.3.
+        let y = paths(&svg)[0][1].1;
+        let label = svg.lines().find(|line| line.contains(">0.3<"));
+        let gridline = label.expect("a label").split(['M', ' ', 'H']);
+        let at: f64 = gridline
+            .filter_map(|part| part.parse().ok())
+            .nth(1)
+            .expect("M x y H x");
+        assert!((at - y).abs() <= 0.051, "{at} {y}");
+    }
+
+    #[test]
+    fn names_cannot_break_the_document() {
+        let line = Line::new("<script>&\u{1b}\0\"", 1, |_| (0.0, 1.0));
+        let svg = plot(vec![line]).svg();
+        assert!(!svg.contains("<script") && !svg.chars().any(|c| c.is_control() && c != '\n'));
+        let opened = svg.matches('<').count();
+        assert_eq!(opened, svg.matches('>').count());
+    }
+
+    #[test]
+    fn more_lines_than_the_legend_holds_are_counted() {
+        let lines = (0..200).map(|i| Line::new("m", 2, move |k| (k as f64, f64::from(i))));
+        let svg = plot(lines.collect()).svg();
+        assert_eq!(paths(&svg).len(), 200);
+        assert!(svg.contains("and 183 more"));
+    }
+
+    #[test]
+    fn logarithmic_axes_leave_out_what_they_cannot_show() {
+        let points = [(1e-5, 1e-13), (1e-4, 0.0), (1e-3, 1e-3), (1e-2, f64::NAN)];
+        let line = Line::new("RK4", points.len(), move |k| points[k]).marked();
+        let svg = Plot {
+            title: "Error against run time".to_owned(),
+            x: Axis::logarithmic("run time", "s"),
+            y: Axis::logarithmic("error", ""),
+            lines: vec![line],
+        }
+        .svg();
+        assert_eq!(paths(&svg)[0].len(), 2);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+        assert!(labels(&svg).contains(&"10⁻⁴"));
+    }
+}

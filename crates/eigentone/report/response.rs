@@ -1,0 +1,205 @@
+//! The trajectory as a table, as JSON and as CSV; all of them written row by row, for it may be
+//! large.
+
+use std::io::{self, Write};
+
+use eigentone_response::Trajectory;
+use faer::MatRef;
+use serde::ser::{SerializeMap, SerializeSeq};
+use serde::{Serialize, Serializer};
+
+use super::csv;
+use super::number;
+use super::table::visible;
+
+/// Prints a trajectory.
+#[derive(Clone, Copy, Debug)]
+pub struct ResponseReport<'a> {
+    trajectory: &'a Trajectory,
+    names: &'a [String],
+}
+
+impl<'a> ResponseReport<'a> {
+    /// A report of `trajectory`, with the coordinates' names in order.
+    pub fn new(trajectory: &'a Trajectory, names: &'a [String]) -> ResponseReport<'a> {
+        ResponseReport { trajectory, names }
+    }
+
+    /// A table of step index, instant and displacements, six significant digits, one line for each
+    /// instant.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn text(&self, mut out: impl Write) -> io::Result<()> {
+        let steps = self.trajectory.steps();
+        let last = steps.iter().max().map_or(0, |step| step.to_string().len());
+        let step_width = last.max("step".len());
+        let headers = self
+            .names
+            .iter()
+            .map(|name| format!("{}, m", visible(name)));
+        let headers: Vec<String> = headers.collect();
+        // No number is wider than this: a sign, six digits, the point and a three-digit power.
+        let width = |header: &String| header.chars().count().max("−1.23456e−300".chars().count());
+        write!(out, "{:>step_width$}  {:>13}", "step", "t, s")?;
+        for header in &headers {
+            write!(out, "  {header:>0$}", width(header))?;
+        }
+        writeln!(out)?;
+        let displacement = self.trajectory.displacement();
+        for (column, (step, time)) in steps.iter().zip(self.trajectory.times()).enumerate() {
+            write!(
+                out,
+                "{step:>step_width$}  {:>13}",
+                number::significant(*time)
+            )?;
+            for (row, header) in headers.iter().enumerate() {
+                let value = number::significant(displacement[(row, column)]);
+                write!(out, "  {value:>0$}", width(header))?;
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    }
+
+    /// One JSON object: step indices, instants in s, displacements in m and velocities in m/s by
+    /// name, and absolute bounds over all coordinates for each instant. Numbers are in the
+    /// shortest form that reads back to the same double; a bound that cannot be given is null.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn json(&self, mut out: impl Write) -> io::Result<()> {
+        let trajectory = self.trajectory;
+        let json = Json {
+            bounds: super::BOUNDS,
+            step: trajectory.steps(),
+            time: trajectory.times(),
+            displacement: Rows(self.names, trajectory.displacement()),
+            velocity: Rows(self.names, trajectory.velocity()),
+            displacement_bound: trajectory.displacement_bound(),
+            velocity_bound: trajectory.velocity_bound(),
+        };
+        serde_json::to_writer(&mut out, &json)?;
+        out.write_all(b"\n")
+    }
+
+    /// One row for each instant with all digits: step, instant, displacements, velocities, bounds.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
+        let trajectory = self.trajectory;
+        let mut header = vec!["step".to_owned(), "time [s]".to_owned()];
+        for (quantity, unit) in [("displacement", "m"), ("velocity", "m/s")] {
+            let names = self.names.iter();
+            header.extend(names.map(|name| format!("{quantity} {name} [{unit}]")));
+        }
+        header.push("displacement_bound [m]".to_owned());
+        header.push("velocity_bound [m/s]".to_owned());
+        csv::row(&mut out, header)?;
+        let (displacement, velocity) = (trajectory.displacement(), trajectory.velocity());
+        for (column, step) in trajectory.steps().iter().enumerate() {
+            let cells = [step.to_string(), csv::number(trajectory.times()[column])].into_iter();
+            let at = |matrix: MatRef<'a, f64>| {
+                (0..matrix.nrows()).map(move |row| csv::number(matrix[(row, column)]))
+            };
+            let bounds = [
+                csv::optional(trajectory.displacement_bound()[column]),
+                csv::optional(trajectory.velocity_bound()[column]),
+            ];
+            let cells = cells.chain(at(displacement)).chain(at(velocity));
+            csv::row(&mut out, cells.chain(bounds))?;
+        }
+        Ok(())
+    }
+}
+
+/// The contract between this program and what reads its JSON: names and order stay.
+#[derive(Serialize)]
+struct Json<'a> {
+    bounds: &'static str,
+    step: &'a [u64],
+    time: &'a [f64],
+    displacement: Rows<'a>,
+    velocity: Rows<'a>,
+    displacement_bound: &'a [Option<f64>],
+    velocity_bound: &'a [Option<f64>],
+}
+
+/// The rows of a matrix as arrays, by name.
+struct Rows<'a>(&'a [String], MatRef<'a, f64>);
+
+impl Serialize for Rows<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (row, name) in self.0.iter().enumerate() {
+            map.serialize_entry(name, &Row(self.1, row))?;
+        }
+        map.end()
+    }
+}
+
+struct Row<'a>(MatRef<'a, f64>, usize);
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let columns = self.0.ncols();
+        let mut seq = serializer.serialize_seq(Some(columns))?;
+        for column in 0..columns {
+            seq.serialize_element(&self.0[(self.1, column)])?;
+        }
+        seq.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    fn json_has_the_keys_in_order_and_shortest_numbers() {
+        let displacement = Mat::from_fn(2, 3, |i, j| (1 + i) as f64 / 10.0 + j as f64);
+        let velocity = Mat::from_fn(2, 3, |_, j| -1e-300 * j as f64);
+        let steps = vec![4, 0, 4];
+        let times = vec![0.2, 0.0, 0.2];
+        let trajectory = Trajectory::new("by hand", steps, times, displacement, velocity)
+            .with_bounds(vec![Some(1e-17), None, Some(0.0)], vec![None; 3]);
+        let names = ["m\"1".to_owned(), "m2".to_owned()];
+        let mut out = Vec::new();
+        ResponseReport::new(&trajectory, &names)
+            .json(&mut out)
+            .expect("a vector takes it");
+        let text = String::from_utf8(out).expect("JSON is UTF-8");
+        let wanted = concat!(
+            r#"{"bounds":"estimated","step":[4,0,4],"time":[0.2,0.0,0.2],"#,
+            r#""displacement":{"m\"1":[0.1,1.1,2.1],"m2":[0.2,1.2,2.2]},"#,
+            r#""velocity":{"m\"1":[-0.0,-1e-300,-2e-300],"m2":[-0.0,-1e-300,-2e-300]},"#,
+            r#""displacement_bound":[1e-17,null,0.0],"velocity_bound":[null,null,null]}"#,
+            "\n"
+        );
+        assert_eq!(text, wanted);
+    }
+
+    #[test]
+    fn csv_has_every_number_of_the_trajectory() {
+        let displacement = Mat::from_fn(1, 2, |_, j| j as f64 / 3.0);
+        let velocity = Mat::from_fn(1, 2, |_, j| j as f64 / 7.0);
+        let trajectory = Trajectory::new(
+            "by hand",
+            vec![0, 1],
+            vec![0.0, 0.5],
+            displacement,
+            velocity,
+        );
+        let mut out = Vec::new();
+        ResponseReport::new(&trajectory, &["a,b".to_owned()])
+            .csv(&mut out)
+            .expect("a vector takes it");
+        let text = String::from_utf8(out).expect("CSV is UTF-8");
+        let rows: Vec<&str> = text.lines().collect();
+        assert_eq!(rows.len(), 3);
+        assert!(rows[0].contains("\"displacement a,b [m]\""));
+        assert_eq!(rows[2], format!("1,0.5,{:?},{:?},,", 1.0 / 3.0, 1.0 / 7.0));
+    }
+}

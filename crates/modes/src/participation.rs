@@ -1,0 +1,284 @@
+//! How much of the mass each mode carries when the ground shakes.
+
+use eigentone_digits::DoubleDouble;
+use thiserror::Error;
+
+use crate::element::MatrixKind;
+use crate::solver::{ClassicalModes, ModesError};
+use crate::system::System;
+
+/// Participation factors and effective modal masses of the real modes of an undamped or classically
+/// damped system (Chopra, *Dynamics of Structures*, §13.1–13.2).
+///
+/// The influence vector ι holds the displacement of each coordinate when the ground moves by 1: all
+/// ones where every coordinate points along the motion. With x_r the shape, m_r = x_rᵀMx_r the
+/// modal mass and L_r = x_rᵀMι, mode r has the participation factor Γ_r = L_r/m_r and the effective
+/// mass L_r²/m_r. Over all modes, rigid ones included, the effective masses add up to ιᵀMι; massless
+/// coordinates add nothing to either side. Among modes of one frequency only the sum is determined.
+#[derive(Clone, Debug)]
+pub struct Participation {
+    modes: ClassicalModes,
+    factors: Vec<f64>,
+    effective: Vec<f64>,
+    total: f64,
+    defect: f64,
+}
+
+impl Participation {
+    /// Participation in a motion that is the same for all coordinates: ι of ones.
+    ///
+    /// # Errors
+    /// As [`along`](Self::along).
+    pub fn of(system: &System) -> Result<Participation, ParticipationError> {
+        Participation::along(system, &vec![1.0; system.len()])
+    }
+
+    /// Participation in a motion with influence vector ι, one entry for each coordinate.
+    ///
+    /// # Errors
+    /// [`ParticipationError`] where the system has no real modes or ι does not fit it.
+    pub fn along(system: &System, influence: &[f64]) -> Result<Participation, ParticipationError> {
+        let (expected, found) = (system.len(), influence.len());
+        if expected != found {
+            return Err(ParticipationError::InfluenceLength { expected, found });
+        }
+        if let Some(index) = influence.iter().position(|entry| !entry.is_finite()) {
+            let value = influence[index];
+            return Err(ParticipationError::InfluenceNotFinite { index, value });
+        }
+        let modes = ClassicalModes::of(system)?.ok_or(ParticipationError::NoRealModes)?;
+        let inertia = inertia(system, influence);
+        let dot = |x: &mut dyn Iterator<Item = f64>| {
+            x.zip(&inertia)
+                .fold(DoubleDouble::ZERO, |sum, (x, force)| sum + *force * x)
+        };
+        let total = dot(&mut influence.iter().copied());
+        let mut factors = Vec::with_capacity(modes.mass().len());
+        let mut effective = Vec::with_capacity(modes.mass().len());
+        let mut sum = DoubleDouble::ZERO;
+        for (r, mass) in modes.mass().iter().enumerate() {
+            let excitation = dot(&mut modes.shapes().col(r).iter().copied());
+            let factor = excitation / DoubleDouble::from(*mass);
+            sum += factor * excitation;
+            factors.push(factor.to_f64());
+            effective.push((factor * excitation).to_f64());
+        }
+        let missing = (sum - total).to_f64();
+        let defect = if missing == 0.0 {
+            0.0
+        } else {
+            (missing / total.to_f64()).abs()
+        };
+        Ok(Participation {
+            modes,
+            factors,
+            effective,
+            total: total.to_f64(),
+            defect,
+        })
+    }
+
+    /// The modes, by rising frequency: shapes and modal masses m_r, in kg.
+    pub fn modes(&self) -> &ClassicalModes {
+        &self.modes
+    }
+
+    /// Γ_r, one for each mode. They belong to the shapes' scale, in which the largest entry is 1.
+    pub fn factors(&self) -> &[f64] {
+        &self.factors
+    }
+
+    /// L_r²/m_r in kg, one for each mode; they do not depend on the shapes' scale.
+    pub fn effective_masses(&self) -> &[f64] {
+        &self.effective
+    }
+
+    /// ιᵀMι in kg.
+    pub fn total_mass(&self) -> f64 {
+        self.total
+    }
+
+    /// |Σ L_r²/m_r − ιᵀMι| / ιᵀMι, which only rounding keeps from 0: a check of shapes and of their
+    /// completeness.
+    pub fn defect(&self) -> f64 {
+        self.defect
+    }
+}
+
+/// Mι, summed from the elements.
+fn inertia(system: &System, influence: &[f64]) -> Vec<DoubleDouble> {
+    let lumped = system.masses().iter().zip(influence);
+    let mut inertia: Vec<DoubleDouble> = lumped
+        .map(|(mass, entry)| DoubleDouble::product(*mass, *entry))
+        .collect();
+    if let Some(matrix) = system.added(MatrixKind::Mass) {
+        for (i, sum) in inertia.iter_mut().enumerate() {
+            for (j, entry) in influence.iter().enumerate() {
+                *sum += DoubleDouble::product(matrix[(i, j)], *entry);
+            }
+        }
+    }
+    inertia
+}
+
+/// Why there are no participation factors.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ParticipationError {
+    /// The damping is not proved to be classical, or M and K have no real modes.
+    #[error(
+        "the system is not proved to have real modes: participation needs symmetric M ≻ 0 and K, and no damping or C M⁻¹ K = K M⁻¹ C"
+    )]
+    NoRealModes,
+    /// The influence vector has the wrong length.
+    #[error("the influence vector has {found} entries: it must have {expected}")]
+    InfluenceLength {
+        /// The number of coordinates.
+        expected: usize,
+        /// The entries given.
+        found: usize,
+    },
+    /// An entry of the influence vector is infinite or NaN.
+    #[error("entry {index} of the influence vector is {value:?}: it must be finite")]
+    InfluenceNotFinite {
+        /// Which entry.
+        index: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// The modes could not be computed.
+    #[error(transparent)]
+    Modes(#[from] ModesError),
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::Mat;
+
+    use super::*;
+    use crate::builder::SystemBuilder;
+    use crate::element::GROUND;
+
+    /// Masses and springs of 1 in a row, the first one tied to the ground if `grounded`.
+    fn chain(n: usize, grounded: bool) -> SystemBuilder {
+        let name = |i: usize| format!("m{i}");
+        let mut builder = System::builder();
+        for i in 0..n {
+            builder = builder.mass(name(i), 1.0);
+        }
+        for i in 1..n {
+            builder = builder.spring(name(i - 1), name(i), 1.0);
+        }
+        if grounded {
+            builder = builder.spring(GROUND, name(0), 1.0);
+        }
+        builder
+    }
+
+    #[test]
+    fn a_uniform_shear_building_has_its_known_effective_masses() {
+        // Shapes sin jθ_r, θ_r = (2r − 1)π/(2n + 1), give L_r = ½cot(θ_r/2) and m_r = (2n + 1)/4.
+        let n = 20;
+        let participation = Participation::of(&chain(n, true).build().unwrap()).unwrap();
+        assert_eq!(participation.total_mass(), 20.0);
+        assert!(participation.defect() < 1e-14);
+        for (r, effective) in participation.effective_masses().iter().enumerate() {
+            let width = (2 * n + 1) as f64;
+            let theta = (2 * r + 1) as f64 * std::f64::consts::PI / width;
+            let expected = (theta / 2.0).tan().powi(-2) / width;
+            assert!((effective - expected).abs() < 1e-13, "mode {r}");
+        }
+    }
+
+    #[test]
+    fn an_unsupported_system_carries_all_its_mass_in_its_rigid_motion() {
+        let system = chain(5, false).build().unwrap();
+        let participation = Participation::of(&system).unwrap();
+        assert_eq!(participation.modes().stiffness()[0], 0.0);
+        assert!((participation.factors()[0] - 1.0).abs() < 1e-15);
+        assert!((participation.effective_masses()[0] - 5.0).abs() < 1e-14);
+        assert!(
+            participation.effective_masses()[1..]
+                .iter()
+                .all(|m| *m < 1e-28)
+        );
+        assert!(participation.defect() < 1e-15);
+    }
+
+    #[test]
+    fn effective_masses_add_up_with_massless_nodes_and_a_full_mass_matrix() {
+        let system = System::builder()
+            .mass("a", 1e6)
+            .mass("node", 0.0)
+            .mass("b", 1e-3)
+            .mass("c", 2.0)
+            .spring(GROUND, "a", 3.0)
+            .spring("a", "node", 1e8)
+            .spring("node", "b", 2e-2)
+            .spring("b", "c", 7.0)
+            .build()
+            .unwrap();
+        let participation = Participation::of(&system).unwrap();
+        assert_eq!(participation.effective_masses().len(), 3);
+        assert!(participation.defect() < 1e-14);
+
+        let mass = Mat::from_fn(4, 4, |i, j| {
+            if i == j {
+                3.0
+            } else {
+                1.0 / (1 + i + j) as f64
+            }
+        });
+        let system = chain(4, true)
+            .matrix(MatrixKind::Mass, mass.as_ref())
+            .build()
+            .unwrap();
+        let influence = [1.0, -0.5, 0.0, 2.0];
+        let participation = Participation::along(&system, &influence).unwrap();
+        let total: f64 = (0..4)
+            .flat_map(|i| (0..4).map(move |j| (i, j)))
+            .map(|(i, j)| influence[i] * system.mass_matrix()[(i, j)] * influence[j])
+            .sum();
+        assert!((participation.total_mass() - total).abs() < 1e-14 * total);
+        assert!(participation.defect() < 1e-14);
+    }
+
+    #[test]
+    fn classical_damping_changes_nothing() {
+        let undamped = Participation::of(&chain(4, true).build().unwrap()).unwrap();
+        let mut builder = chain(4, true).damper(GROUND, "m0", 0.5);
+        for i in 1..4 {
+            builder = builder.damper(format!("m{}", i - 1), format!("m{i}"), 0.5);
+        }
+        let damped = Participation::of(&builder.build().unwrap()).unwrap();
+        let pairs = undamped.factors().iter().zip(damped.factors());
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-14));
+        assert!(damped.defect() < 1e-14);
+    }
+
+    #[test]
+    fn factors_expand_the_influence_vector() {
+        let system = chain(6, true).build().unwrap();
+        let influence = [0.0, 1.0, 0.0, 0.0, -3.0, 1.0];
+        let participation = Participation::along(&system, &influence).unwrap();
+        let shapes = participation.modes().shapes();
+        for (i, entry) in influence.iter().enumerate() {
+            let terms = participation.factors().iter().enumerate();
+            let sum: f64 = terms.map(|(r, factor)| factor * shapes[(i, r)]).sum();
+            assert!((sum - entry).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let damped = chain(2, true).damper(GROUND, "m1", 0.3).build().unwrap();
+        let refusal = |influence: &[f64]| Participation::along(&damped, influence).err();
+        assert_eq!(refusal(&[1.0, 1.0]), Some(ParticipationError::NoRealModes));
+        let (expected, found) = (2, 3);
+        let length = ParticipationError::InfluenceLength { expected, found };
+        assert_eq!(refusal(&[1.0; 3]), Some(length));
+        let (index, value) = (1, f64::INFINITY);
+        let infinite = ParticipationError::InfluenceNotFinite { index, value };
+        assert_eq!(refusal(&[1.0, f64::INFINITY]), Some(infinite));
+    }
+}

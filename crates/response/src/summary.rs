@@ -1,0 +1,536 @@
+//! What becomes of each coordinate: its peak, where it ends up, and when it has settled there.
+
+use eigentone_modes::{Modes, Motion, System};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use crate::equilibrium::{Floating, equilibrium};
+use crate::load::{Harmonic, Load};
+use crate::persistence::{Persistence, Sustained};
+use crate::problem::Problem;
+use crate::trajectory::Trajectory;
+
+/// Beside the largest displacement of the coordinate, a motion below this cannot be seen in a table
+/// of six digits.
+const VISIBLE: f64 = 1e-9;
+/// Beside the largest displacement of all coordinates, a motion below this is rounding.
+const ROUNDING: f64 = 1e-12;
+/// The band around the end, in parts of the largest deviation from it, inside which a coordinate
+/// counts as settled.
+const BAND: f64 = 0.02;
+
+/// A trajectory in a few numbers for each coordinate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    coordinates: Vec<CoordinateSummary>,
+}
+
+/// One coordinate's motion in a few numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoordinateSummary {
+    /// The displacement of largest magnitude among the instants, in m, with its sign; the first
+    /// one on ties.
+    pub peak: f64,
+    /// When that is, in s.
+    pub peak_time: f64,
+    /// Where it ends up.
+    pub destination: Destination,
+}
+
+/// Where a coordinate ends up if the loads go on as they are at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Destination {
+    /// It comes to rest.
+    Rest {
+        /// At this displacement in m, the equilibrium under the final constant loads.
+        displacement: f64,
+        /// The instant in s of the last sample that is farther away than 2 % of the largest
+        /// deviation, 0 if there is none; `None` if the last sample itself is.
+        settled: Option<f64>,
+    },
+    /// It keeps oscillating.
+    Oscillation,
+    /// It moves away steadily, or ever faster, along a motion that no spring resists or under a
+    /// load that grows steadily.
+    Drift,
+    /// It grows without limit: the system is unstable, or driven in resonance without damping.
+    Growth,
+}
+
+impl Summary {
+    /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks and settling are
+    /// seen at the trajectory's instants only; the last of them decides what keeps moving, of which
+    /// what is too small to be seen in six digits is left out. `None` if there are no instants.
+    pub fn of(problem: &Problem<'_>, trajectory: &Trajectory, modes: &Modes) -> Option<Summary> {
+        let system = problem.system();
+        let n = system.len();
+        let (x, v) = (trajectory.displacement(), trajectory.velocity());
+        let latest = (0..trajectory.len()).max_by_key(|&k| trajectory.steps()[k])?;
+        let now = sustained(problem, trajectory.times()[latest]);
+        let last = Last {
+            x: (0..n).map(|i| x[(i, latest)]).collect(),
+            v: (0..n).map(|i| v[(i, latest)]).collect(),
+            speed: v.norm_max(),
+        };
+        let structure = system.structure();
+        let rigid = modes.iter().any(|mode| mode.motion() == Motion::Rigid);
+        let floating = Floating::of(system, &structure, rigid);
+        let state = (last.x.as_slice(), last.v.as_slice());
+        let persistence = Persistence::of(system, &structure, modes, state, &now);
+        let resisted = Resisted::of(system, &floating);
+        let (mut force, rate) = finally(problem);
+        let follows = equilibrium(system, &floating, &rate);
+        let driven = resisted.moved_by(&net(&floating, &rate));
+        // A steady motion meets the dampers.
+        let speed = Mat::from_fn(n, 1, |i, _| follows[i]);
+        let drag = system.damping_matrix() * speed;
+        (0..n).for_each(|i| force[i] -= drag[(i, 0)]);
+        let rest = come_to_rest(system, &floating, &resisted, &force, &last, &now);
+
+        let all = x.norm_max();
+        let coordinates = (0..n).map(|i| {
+            let row = (0..trajectory.len()).map(|k| (k, x[(i, k)]));
+            let first_largest = row.fold((0, 0.0f64), |peak, (k, x)| {
+                if x.abs() > peak.1.abs() { (k, x) } else { peak }
+            });
+            let seen = (VISIBLE * first_largest.1.abs()).max(ROUNDING * all);
+            let moved = follows[i] != 0.0 || driven[i];
+            let destination = if persistence.growth[i] > seen {
+                Destination::Growth
+            } else if rest.drifts[i] || moved {
+                Destination::Drift
+            } else if persistence.oscillation[i] > seen || !rest.displacement[i].is_finite() {
+                Destination::Oscillation
+            } else {
+                let displacement = rest.displacement[i];
+                let settled = settled(trajectory, i, displacement, ROUNDING * all);
+                Destination::Rest {
+                    displacement,
+                    settled,
+                }
+            };
+            CoordinateSummary {
+                peak: first_largest.1,
+                peak_time: trajectory.times()[first_largest.0],
+                destination,
+            }
+        });
+        let coordinates = coordinates.collect();
+        Some(Summary { coordinates })
+    }
+
+    /// One entry for each coordinate, in order.
+    pub fn coordinates(&self) -> &[CoordinateSummary] {
+        &self.coordinates
+    }
+}
+
+/// The latest state, and the largest velocity of all.
+struct Last {
+    x: Vec<f64>,
+    v: Vec<f64>,
+    speed: f64,
+}
+
+/// The loads as they are at time `t` and go on.
+fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
+    let n = problem.system().len();
+    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    let timeline = problem.timeline();
+    if let Some(piece) = timeline.pieces().iter().rfind(|piece| piece.start() <= t) {
+        for straight in piece.straight() {
+            force[straight.coordinate] += straight.value + straight.slope * (t - piece.start());
+            rate[straight.coordinate] += straight.slope;
+        }
+    }
+    let turning = |load: &Harmonic| load.frequency != 0.0;
+    let (harmonics, still): (Vec<_>, Vec<_>) = timeline
+        .harmonics()
+        .iter()
+        .partition(|(_, load)| turning(load));
+    for (coordinate, load) in still {
+        force[coordinate] += load.amplitude * load.phase.sin();
+    }
+    Sustained {
+        time: t,
+        force,
+        rate,
+        harmonics,
+    }
+}
+
+/// The constant forces in N, and the growth of forces in N/s, once every load has begun and every
+/// sample has passed.
+fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
+    let n = problem.system().len();
+    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    for applied in problem.loads() {
+        let i = applied.coordinate;
+        match &applied.load {
+            Load::Step(step) => force[i] += step.force,
+            Load::Ramp(ramp) => rate[i] += ramp.rate,
+            Load::Samples(samples) => force[i] += samples.values.last().copied().unwrap_or(0.0),
+            Load::Harmonic(load) if load.frequency == 0.0 => {
+                force[i] += load.amplitude * load.phase.sin();
+            }
+            Load::Harmonic(_) | Load::Impulse(_) => {}
+        }
+    }
+    (force, rate)
+}
+
+/// Where the coordinates stay, and which of them do not.
+struct Rest {
+    displacement: Vec<f64>,
+    drifts: Vec<bool>,
+}
+
+/// The motions that no spring resists, seen through the dampers: the singular values and vectors
+/// of WᵀCN.
+struct Resisted {
+    values: Vec<f64>,
+    left: Mat<f64>,
+    right: Mat<f64>,
+}
+
+impl Resisted {
+    /// Without floating parts, or should the decomposition fail, there are none.
+    fn of(system: &System, floating: &Floating) -> Resisted {
+        let damping = system.damping_matrix();
+        let reduced = floating.left.transpose() * &damping * &floating.right;
+        let d = reduced.nrows();
+        let limit = 4.0 * (system.len() * d) as f64 * f64::EPSILON * damping.norm_max();
+        match reduced.svd() {
+            Ok(svd) if d > 0 => Resisted {
+                values: (0..d)
+                    .map(|k| svd.S().column_vector()[k])
+                    .map(|value| if value > limit { value } else { 0.0 })
+                    .collect(),
+                left: svd.U().to_owned(),
+                right: &floating.right * svd.V(),
+            },
+            _ => Resisted {
+                values: Vec::new(),
+                left: Mat::zeros(d, 0),
+                right: Mat::zeros(system.len(), 0),
+            },
+        }
+    }
+
+    /// Which coordinates a force moves steadily or ever faster that has these parts along the
+    /// floating motions.
+    fn moved_by(&self, net_force: &[f64]) -> Vec<bool> {
+        let mut motion = vec![0.0; self.right.nrows()];
+        let mut faster = motion.clone();
+        for (k, value) in self.values.iter().enumerate() {
+            let along: f64 = (0..net_force.len())
+                .map(|j| self.left[(j, k)] * net_force[j])
+                .sum();
+            let (into, speed) = match *value {
+                0.0 => (&mut faster, along),
+                value => (&mut motion, along / value),
+            };
+            for (i, into) in into.iter_mut().enumerate() {
+                *into += speed * self.right[(i, k)];
+            }
+        }
+        let moves = |motion: &[f64]| {
+            let most = motion
+                .iter()
+                .fold(0.0f64, |most, value| most.max(value.abs()));
+            let moves = motion.iter().map(|value| value.abs() > VISIBLE * most);
+            moves.collect::<Vec<bool>>()
+        };
+        let both = moves(&motion).into_iter().zip(moves(&faster));
+        both.map(|(a, b)| a || b).collect()
+    }
+}
+
+/// The equilibrium under `force` that the latest state leads to, were there only decaying motions
+/// and those that no spring resists. Along these, WᵀCx + WᵀMv does not change; where no damper
+/// resists either, that is a momentum, and without one the centre of mass stays.
+fn come_to_rest(
+    system: &System,
+    floating: &Floating,
+    resisted: &Resisted,
+    force: &[f64],
+    last: &Last,
+    now: &Sustained,
+) -> Rest {
+    let n = system.len();
+    let mut x = equilibrium(system, floating, force);
+    let mut drifts = resisted.moved_by(&net(floating, force));
+    if resisted.values.is_empty() {
+        return Rest {
+            displacement: x,
+            drifts,
+        };
+    }
+    let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+    let away = |x: &[f64]| Mat::from_fn(n, 1, |i, _| last.x[i] - x[i]);
+    let velocity = Mat::from_fn(n, 1, |i, _| last.v[i]);
+    let mut kept = floating.left.transpose() * (&damping * away(&x) + &mass * velocity);
+    for (coordinate, load) in &now.harmonics {
+        // A sinusoidal load swings it about this mean.
+        let angle = load.frequency * now.time + load.phase;
+        let swing = load.amplitude / load.frequency * angle.cos();
+        (0..kept.nrows()).for_each(|k| kept[(k, 0)] += floating.left[(*coordinate, k)] * swing);
+    }
+    let kept = resisted.left.transpose() * kept;
+    let still = ROUNDING * last.speed * n as f64 * mass.norm_max();
+    let mut centred = Vec::new();
+    for (k, value) in resisted.values.iter().enumerate() {
+        if *value != 0.0 {
+            let far = kept[(k, 0)] / value;
+            x.iter_mut()
+                .enumerate()
+                .for_each(|(i, x)| *x += far * resisted.right[(i, k)]);
+        } else if kept[(k, 0)].abs() > still {
+            for (i, drifts) in drifts.iter_mut().enumerate() {
+                *drifts |= resisted.right[(i, k)].abs() > VISIBLE;
+            }
+        } else {
+            centred.push(k);
+        }
+    }
+    let left = &floating.left * &resisted.left;
+    let left = Mat::from_fn(n, centred.len(), |i, k| left[(i, centred[k])]);
+    let right = Mat::from_fn(n, centred.len(), |i, k| resisted.right[(i, centred[k])]);
+    let moment = left.transpose() * &mass;
+    let factors = (&moment * &right).partial_piv_lu();
+    let shift = &right * factors.solve(moment * away(&x));
+    let scale = last.x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    for (i, x) in x.iter_mut().enumerate() {
+        *x += shift[(i, 0)];
+        if x.abs() <= ROUNDING * scale {
+            *x = 0.0; // what differences of places leave
+        }
+    }
+    Rest {
+        displacement: x,
+        drifts,
+    }
+}
+
+/// The net force on each floating motion; what is rounding beside its parts is 0.
+fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
+    let along = |k: usize| {
+        let parts = (0..force.len()).map(move |i| floating.left[(i, k)] * force[i]);
+        let net: f64 = parts.clone().sum();
+        if net.abs() > ROUNDING * parts.map(f64::abs).sum::<f64>() {
+            net
+        } else {
+            0.0
+        }
+    };
+    (0..floating.left.ncols()).map(along).collect()
+}
+
+/// When coordinate `i` was last seen farther than the band from where it ends up.
+fn settled(trajectory: &Trajectory, i: usize, end: f64, rounding: f64) -> Option<f64> {
+    let x = trajectory.displacement();
+    let away = |k: usize| (x[(i, k)] - end).abs();
+    let most = (0..trajectory.len()).map(away).fold(0.0, f64::max);
+    let band = (BAND * most).max(rounding);
+    let order = trajectory.steps().iter().zip(trajectory.times());
+    let mut outside = order.enumerate().filter(|(k, _)| away(*k) > band);
+    let latest = trajectory.steps().iter().max();
+    match outside.by_ref().max_by_key(|(_, (step, _))| **step) {
+        None => Some(0.0),
+        Some((_, (step, time))) => (Some(step) != latest).then_some(*time),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Harmonic, Ramp, Response, State, Step};
+    use eigentone_modes::{GROUND, SystemBuilder};
+
+    fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
+        let system = builder.build().expect("a system");
+        let problem = ask(Response::of(&system)).problem().expect("a problem");
+        let plan = crate::ResponsePlan::of(&problem).expect("a plan");
+        let trajectory = plan.run(&problem).expect("a response");
+        let modes = system.modes().expect("modes");
+        Summary::of(&problem, &trajectory, &modes).expect("instants")
+    }
+
+    fn destinations(summary: &Summary) -> Vec<Destination> {
+        let coordinates = summary.coordinates().iter();
+        coordinates
+            .map(|coordinate| coordinate.destination)
+            .collect()
+    }
+
+    fn assert_rests(destination: Destination, wanted: f64) {
+        match destination {
+            Destination::Rest { displacement, .. } => {
+                assert!(
+                    (displacement - wanted).abs() < 1e-12,
+                    "{displacement} {wanted}"
+                );
+            }
+            other => panic!("{other:?} instead of a rest at {wanted}"),
+        }
+    }
+
+    fn one() -> SystemBuilder {
+        System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0)
+    }
+
+    #[test]
+    fn an_exponential_leaves_the_band_at_the_logarithm_of_50() {
+        let node = System::builder().mass("m", 0.0).spring(GROUND, "m", 1.0);
+        let summary = summary(node.damper(GROUND, "m", 1.0), |response| {
+            let response = response.from(State::at_rest().displace("m", 3.0));
+            response.load("m", Step::of(1.0)).every(0.01).until(20.0)
+        });
+        let course = summary.coordinates()[0];
+        assert_eq!((course.peak, course.peak_time), (3.0, 0.0));
+        let Destination::Rest { settled, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+        assert_eq!(settled, Some(391.0 * 0.01)); // ln 50 = 3.912…
+        assert_rests(course.destination, 1.0);
+    }
+
+    #[test]
+    fn what_has_not_settled_by_the_end_is_not_said_to_have() {
+        let summary = summary(one().damper(GROUND, "m", 0.01), |response| {
+            let response = response.from(State::at_rest().displace("m", 1.0));
+            response.every(0.1).until(10.0)
+        });
+        let wanted = Destination::Rest {
+            displacement: 0.0,
+            settled: None,
+        };
+        assert_eq!(destinations(&summary), [wanted]);
+    }
+
+    #[test]
+    fn a_chain_damped_in_its_middle_goes_on_at_its_ends() {
+        let mut chain = System::builder();
+        for name in ["a", "b", "c"] {
+            chain = chain.mass(name, 1.0).spring(GROUND, name, 1.0);
+        }
+        let chain = chain.spring("a", "b", 2.0).spring("b", "c", 2.0);
+        let summary = summary(chain.damper(GROUND, "b", 0.5), |response| {
+            let response = response.from(State::at_rest().displace("a", 1.0));
+            response.load("b", Step::of(7.0)).every(0.1).until(300.0)
+        });
+        let ends = destinations(&summary);
+        assert_eq!(ends[0], Destination::Oscillation);
+        // K x = (0, 7, 0): 3 x_a = 2 x_b and 5 x_b − 4 x_a = 7.
+        assert_rests(ends[1], 3.0);
+        assert_eq!(ends[2], Destination::Oscillation);
+    }
+
+    #[test]
+    fn an_undamped_mass_that_is_not_disturbed_rests() {
+        let undisturbed = summary(one(), |response| {
+            let response = response.from(State::at_rest().displace("m", 0.5));
+            response.load("m", Step::of(4.0)).every(0.1).until(10.0)
+        });
+        assert_rests(destinations(&undisturbed)[0], 0.5);
+        let disturbed = summary(one(), |response| {
+            response.load("m", Step::of(4.0)).every(0.1).until(10.0)
+        });
+        assert_eq!(destinations(&disturbed), [Destination::Oscillation]);
+    }
+
+    #[test]
+    fn a_dashpot_without_a_spring_stops_where_the_momentum_is_spent() {
+        let mass = System::builder().mass("m", 2.0).damper(GROUND, "m", 4.0);
+        let state = || State::at_rest().displace("m", 1.0).push("m", 3.0);
+        let stopped = summary(mass.clone(), |response| {
+            response.from(state()).every(0.1).until(5.0)
+        });
+        assert_rests(destinations(&stopped)[0], 1.0 + 2.0 * 3.0 / 4.0);
+        let pulled = summary(mass, |response| {
+            response.load("m", Step::of(1.0)).every(0.1).until(5.0)
+        });
+        assert_eq!(destinations(&pulled), [Destination::Drift]);
+    }
+
+    #[test]
+    fn a_free_pair_keeps_its_centre_or_drifts() {
+        let pair = || {
+            let pair = System::builder().mass("a", 1.0).mass("b", 3.0);
+            pair.spring("a", "b", 5.0).damper("a", "b", 1.0)
+        };
+        let parted = summary(pair(), |response| {
+            let state = State::at_rest().displace("a", 4.0);
+            response
+                .from(state.push("a", 3.0).push("b", -1.0))
+                .every(0.1)
+                .until(40.0)
+        });
+        for destination in destinations(&parted) {
+            assert_rests(destination, 1.0);
+        }
+        let pushed = summary(pair(), |response| {
+            response
+                .from(State::at_rest().push("a", 1.0))
+                .every(0.1)
+                .until(40.0)
+        });
+        assert_eq!(destinations(&pushed), [Destination::Drift; 2]);
+    }
+
+    #[test]
+    fn growth_is_named_where_it_is_excited() {
+        let unstable = || one().damper(GROUND, "m", -0.1);
+        let still = summary(unstable(), |response| response.every(0.1).until(5.0));
+        assert_rests(destinations(&still)[0], 0.0);
+        let moved = summary(unstable(), |response| {
+            let response = response.from(State::at_rest().push("m", 1e-3));
+            response.every(0.1).until(5.0)
+        });
+        assert_eq!(destinations(&moved), [Destination::Growth]);
+        let driven = |frequency: f64| {
+            summary(one(), |response| {
+                let load = Harmonic::of(1.0, frequency);
+                response.load("m", load).every(0.1).until(50.0)
+            })
+        };
+        assert_eq!(destinations(&driven(2.0)), [Destination::Growth]);
+        assert_eq!(destinations(&driven(2.1)), [Destination::Oscillation]);
+    }
+
+    #[test]
+    fn sustained_loads_move_only_what_they_reach() {
+        let apart = |load: fn(Response<'_>) -> Response<'_>| {
+            let two = one().mass("n", 1.0).spring(GROUND, "n", 2.0);
+            let two = two.damper(GROUND, "m", 1.0).damper(GROUND, "n", 1.0);
+            destinations(&summary(two, |response| {
+                let response = response.load("n", Step::of(4.0));
+                load(response).every(0.1).until(80.0)
+            }))
+        };
+        let ramped = apart(|response| response.load("m", Ramp::of(0.1)));
+        assert_eq!(ramped[0], Destination::Drift);
+        assert_rests(ramped[1], 2.0);
+        let shaken = apart(|response| response.load("m", Harmonic::of(0.1, 3.0)));
+        assert_eq!(shaken[0], Destination::Oscillation);
+        assert_rests(shaken[1], 2.0);
+    }
+
+    #[test]
+    fn a_follower_force_needs_left_shapes() {
+        let identity = Mat::<f64>::identity(2, 2);
+        let stiffness = Mat::from_fn(2, 2, |i, j| [[1.0, 0.0], [1.0, 4.0]][i][j]);
+        let builder = System::builder()
+            .matrix(eigentone_modes::MatrixKind::Mass, identity.as_ref())
+            .matrix(eigentone_modes::MatrixKind::Stiffness, stiffness.as_ref());
+        // x1 feels nothing of x2, but x2 of x1.
+        let summary = summary(builder, |response| {
+            let response = response.from(State::at_rest().displace("x2", 1.0));
+            response.every(0.1).until(30.0)
+        });
+        let ends = destinations(&summary);
+        assert_rests(ends[0], 0.0);
+        assert_eq!(ends[1], Destination::Oscillation);
+    }
+}

@@ -1,0 +1,513 @@
+//! The `eigentone` command from outside: what it prints and writes, and what it ends with.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use eigentone::gallery::{Case, cases};
+use serde_json::Value;
+
+fn eigentone(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(arguments)
+        .output()
+        .expect("the binary runs")
+}
+
+/// What it prints, once it has ended well and said nothing else.
+fn printed(arguments: &[&str]) -> String {
+    let output = eigentone(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    assert_eq!(error, "", "{arguments:?}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+/// What it says on standard error, once it has ended with this status and printed nothing.
+fn refused(arguments: &[&str], status: i32) -> String {
+    let output = eigentone(arguments);
+    let error = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert!(error.starts_with("error: "), "{arguments:?}: {error}");
+    assert!(!error.contains("panicked"), "{arguments:?}: {error}");
+    error
+}
+
+fn parsed(arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(arguments)).expect("JSON")
+}
+
+fn scene(name: &str) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let file = root.join(format!("tests/gallery/scenes/{name}.json"));
+    file.to_str().expect("a UTF-8 path").to_owned()
+}
+
+/// A directory of this test's own that does not exist yet.
+fn fresh(name: &str) -> PathBuf {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if directory.exists() {
+        fs::remove_dir_all(&directory).expect("it can be removed");
+    }
+    directory
+}
+
+fn has_time(case: &Case) -> bool {
+    case.scene().problem().is_some()
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let array = value
+        .as_array()
+        .unwrap_or_else(|| panic!("{value} is no array"));
+    array.iter().map(number).collect()
+}
+
+/// The keys of an object, which must be in this order in the text.
+fn assert_keys(text: &str, value: &Value, keys: &[&str]) {
+    let object = value.as_object().expect("an object");
+    assert_eq!(object.len(), keys.len(), "{:?}", object.keys());
+    let places = keys.iter().map(|key| {
+        let place = text.find(&format!("\"{key}\":"));
+        place.unwrap_or_else(|| panic!("no {key}"))
+    });
+    assert!(places.is_sorted(), "{keys:?}");
+}
+
+#[test]
+fn every_scene_of_the_gallery_is_answered() {
+    for case in cases() {
+        let file = scene(case.name());
+        let analysis = printed(&["analyze", &file]);
+        let title = case.scene().title().expect("a title").to_owned();
+        assert!(analysis.starts_with(&title), "{analysis}");
+        for part in [
+            "Structure",
+            "Plan",
+            "Modes",
+            "Bounds",
+            "first-order estimates",
+        ] {
+            assert!(analysis.contains(part), "{}: no {part}", case.name());
+        }
+        let table = printed(&["modes", &file]);
+        let header = table.lines().next().expect("a header");
+        for column in ["λ, 1/s", "ω_n, rad/s", "f_n, Hz", "f_d, Hz", "ζ", "motion"] {
+            assert!(header.contains(column), "{header}");
+        }
+        assert!(analysis.contains(table.lines().nth(1).expect("a mode")));
+        if !has_time(case) {
+            assert!(analysis.contains("no `time`"));
+            let error = refused(&["response", &file], 2);
+            assert!(
+                error.contains("no `time`") && error.contains(&file),
+                "{error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn modes_have_the_shape_that_was_agreed_on() {
+    for case in cases() {
+        let text = printed(&["modes", &scene(case.name()), "--json"]);
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        assert_keys(
+            &text,
+            &json,
+            &["bounds", "eigenvalues", "infinite", "modes"],
+        );
+        assert_eq!(json["bounds"], "estimated");
+        let n = case.scene().system().len();
+        let roots = json["eigenvalues"].as_array().expect("an array");
+        let infinite = json["infinite"].as_u64().expect("a count") as usize;
+        assert_eq!(roots.len() + infinite, 2 * n, "{}", case.name());
+        let values: Vec<(f64, f64)> = roots
+            .iter()
+            .map(|root| {
+                assert_keys(&text, root, &["re", "im", "bound", "real_bound"]);
+                for bound in [&root["bound"], &root["real_bound"]] {
+                    assert!(bound.is_null() || number(bound) >= 0.0);
+                }
+                (number(&root["re"]), number(&root["im"]))
+            })
+            .collect();
+        // Sorted by size, up to the rounding of the size itself; conjugates side by side, + first.
+        let size = |(re, im): (f64, f64)| re.hypot(im);
+        for pair in values.windows(2) {
+            assert!(size(pair[0]) <= size(pair[1]) * (1.0 + 4.0 * f64::EPSILON));
+        }
+        let mut rest = values.iter();
+        while let Some(&(re, im)) = rest.next() {
+            if im != 0.0 {
+                assert!(im > 0.0, "{}: {values:?}", case.name());
+                assert_eq!(rest.next(), Some(&(re, -im)), "{}", case.name());
+            }
+        }
+        let mut covered = 0;
+        for mode in json["modes"].as_array().expect("an array") {
+            covered += check_mode(&text, mode, n, &values);
+        }
+        assert_eq!(covered, roots.len(), "{}", case.name());
+    }
+}
+
+/// Checks one mode, and says how many roots it stands for.
+fn check_mode(text: &str, mode: &Value, n: usize, values: &[(f64, f64)]) -> usize {
+    let keys = [
+        "motion",
+        "natural_frequency",
+        "damped_frequency",
+        "damping_ratio",
+        "time_constant",
+        "eigenvalue",
+        "multiplicity",
+        "defective",
+        "shape",
+        "backward_error",
+        "condition",
+    ];
+    assert_keys(
+        &text[text.find("\"modes\":").expect("modes")..],
+        mode,
+        &keys,
+    );
+    let root = &mode["eigenvalue"];
+    let (re, im) = (number(&root["re"]), number(&root["im"]));
+    assert!(values.contains(&(re, im)) && im >= 0.0);
+    let motion = mode["motion"].as_str().expect("a word");
+    let wanted = match (re, im) {
+        (0.0, 0.0) => "rigid",
+        (re, _) if re > 0.0 => "growing",
+        (_, 0.0) => "decaying",
+        _ => "oscillating",
+    };
+    assert_eq!(motion, wanted);
+    let size = re.hypot(im);
+    let frequency = number(&mode["natural_frequency"]);
+    assert!((frequency - size).abs() <= 2.0 * f64::EPSILON * size);
+    assert_eq!(number(&mode["damped_frequency"]), im);
+    assert_eq!(mode["damping_ratio"].is_null(), im == 0.0);
+    if im != 0.0 {
+        let ratio = number(&mode["damping_ratio"]);
+        assert!((ratio + re / size).abs() <= 4.0 * f64::EPSILON * ratio.abs());
+    }
+    assert_eq!(mode["time_constant"].is_null(), re >= 0.0);
+    let shape = mode["shape"].as_array().expect("an array");
+    assert_eq!(shape.len(), n);
+    let sizes: Vec<f64> = shape
+        .iter()
+        .map(|one| number(&one["re"]).hypot(number(&one["im"])))
+        .collect();
+    let first_largest = sizes.iter().position(|size| *size == 1.0);
+    let largest = &shape[first_largest.expect("a component of size 1")];
+    assert_eq!((number(&largest["re"]), number(&largest["im"])), (1.0, 0.0));
+    // Components that rounding alone tells apart are ties.
+    assert!(sizes.iter().all(|size| *size <= 1.0 + 2e-12));
+    assert!(number(&mode["backward_error"]) >= 0.0);
+    let multiplicity = mode["multiplicity"].as_u64().expect("a count") as usize;
+    assert!(multiplicity >= 1);
+    let defective = mode["defective"].as_bool().expect("yes or no");
+    let roots = if defective { multiplicity } else { 1 };
+    if im == 0.0 { roots } else { 2 * roots }
+}
+
+#[test]
+fn responses_have_the_shape_that_was_agreed_on() {
+    for case in cases().iter().filter(|case| has_time(case)) {
+        let text = printed(&["response", &scene(case.name()), "--json"]);
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        let keys = [
+            "bounds",
+            "step",
+            "time",
+            "displacement",
+            "velocity",
+            "displacement_bound",
+            "velocity_bound",
+        ];
+        assert_keys(&text, &json, &keys);
+        assert_eq!(json["bounds"], "estimated");
+        let scene = case.scene();
+        let problem = scene.problem().expect("a time").expect("a problem");
+        let count = problem.grid().last() as usize + 1;
+        let steps = json["step"].as_array().expect("an array");
+        assert!((0..count as u64).eq(steps.iter().map(|step| step.as_u64().expect("an index"))));
+        for (k, time) in numbers(&json["time"]).into_iter().enumerate() {
+            assert_eq!(time, k as f64 * problem.grid().step());
+        }
+        for quantity in ["displacement", "velocity"] {
+            let by_name = json[quantity].as_object().expect("an object");
+            assert_eq!(by_name.len(), scene.system().len());
+            for name in scene.system().names() {
+                assert_eq!(numbers(&by_name[name]).len(), count, "{name}");
+            }
+            let bounds = json[format!("{quantity}_bound")]
+                .as_array()
+                .expect("an array");
+            assert_eq!(bounds.len(), count);
+            assert!(
+                bounds
+                    .iter()
+                    .all(|bound| bound.is_null() || number(bound) >= 0.0)
+            );
+        }
+        let table = printed(&["response", &self::scene(case.name())]);
+        assert_eq!(table.lines().count(), count + 1);
+    }
+}
+
+#[test]
+fn steps_come_in_the_order_asked_for() {
+    let file = scene("two-mass-forced");
+    let all = parsed(&["response", &file, "--json"]);
+    let some = parsed(&["response", &file, "--json", "--steps", "400,1,400,0"]);
+    assert_eq!(some["step"], serde_json::json!([400, 1, 400, 0]));
+    let (all, some) = (
+        numbers(&all["displacement"]["m2"]),
+        numbers(&some["displacement"]["m2"]),
+    );
+    for (value, step) in some.iter().zip([400, 1, 400, 0]) {
+        assert!((value - all[step]).abs() < 1e-12, "step {step}");
+    }
+    assert_eq!(some[0], some[2]);
+    let table = printed(&["response", &file, "--steps", "400,1"]);
+    let steps = table.lines().skip(1);
+    let steps: Vec<&str> = steps
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
+    assert_eq!(steps, ["400", "1"]);
+}
+
+#[test]
+fn the_analysis_shows_the_known_numbers() {
+    let settled = printed(&["analyze", &scene("three-mass-1")]);
+    for (mass, end) in [("m1", "2.93130"), ("m2", "5.01527"), ("m3", "6.41221")] {
+        let line = settled
+            .lines()
+            .find(|line| line.trim_start().starts_with(mass));
+        let line = line.expect("a line for each mass");
+        assert_eq!(line.split_whitespace().nth(1), Some(end), "{line}");
+    }
+    let roots = printed(&["modes", &scene("two-mass-free")]);
+    for root in ["−0.220067 ± 0.770082i", "−0.105537", "−2.954328"] {
+        assert!(roots.contains(root), "no {root}:\n{roots}");
+    }
+    let ends = |name: &str, word: &str| {
+        let analysis = printed(&["analyze", &scene(name)]);
+        assert!(analysis.contains(word), "{analysis}");
+    };
+    ends("undamped-long", "keeps oscillating");
+    ends("free-free", "drifts");
+    ends("one-mass-resonance", "grows");
+}
+
+#[test]
+fn wrong_input_ends_with_2_and_one_message() {
+    let file = scene("two-mass-free");
+    for command in ["analyze", "modes", "response"] {
+        let error = refused(&[command, "no/such/scene.json"], 2);
+        assert!(error.contains("no/such/scene.json"), "{error}");
+        for tolerance in ["1.1e-16", "0", "-1e-9", "NaN", "inf", "1e400", "tight"] {
+            refused(&[command, &file, &format!("--tolerance={tolerance}")], 2);
+        }
+        let both = ["--precision", "double", "--tolerance", "1e-9"];
+        refused(&[&[command, &file], &both[..]].concat(), 2);
+        refused(&[command, &file, "--precision", "single"], 2);
+        refused(&[command, &file, "--jsn"], 2);
+        refused(&[command], 2);
+    }
+    let error = refused(&["response", &file, "--steps", "3,1001"], 2);
+    assert!(error.contains("1001") && error.contains(&file), "{error}");
+    refused(&["response", &file, "--steps", "-1"], 2);
+    refused(&["response", &file, "--steps", ""], 2);
+    refused(&["tabulate", &file], 2);
+}
+
+#[test]
+fn either_precision_and_any_tolerance_it_may_have_are_taken() {
+    let file = scene("two-mass-free");
+    for options in [
+        &["--precision", "certified"][..],
+        &["--precision", "double"],
+        &["--tolerance", "1.1102230246251565e-16"],
+        &["--precision", "certified", "--tolerance", "1e-9"],
+    ] {
+        printed(&[&["modes", &file], options].concat());
+    }
+    assert!(printed(&["--version"]).starts_with("eigentone "));
+    assert!(printed(&["--help"]).contains("analyze"));
+}
+
+#[test]
+fn a_directory_gets_every_file_whole() {
+    let directory = fresh("a_directory_gets_every_file_whole/new");
+    let out = directory.to_str().expect("a UTF-8 path");
+    for name in ["three-mass-1", "triple-defect"] {
+        let file = scene(name);
+        assert_eq!(
+            printed(&["analyze", &file, "--out", out]),
+            printed(&["analyze", &file])
+        );
+    }
+    let read = |name: &str| fs::read_to_string(directory.join(name)).expect(name);
+    let mut names: Vec<String> = fs::read_dir(&directory)
+        .expect("it exists")
+        .map(|entry| {
+            entry
+                .expect("an entry")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    names.sort();
+    let wanted = [
+        "displacement.svg",
+        "modes.csv",
+        "modes.json",
+        "modes.md",
+        "response.csv",
+        "response.json",
+        "velocity.svg",
+    ];
+    assert_eq!(names, wanted);
+    // The second scene has no response, and has replaced the modes alone.
+    assert_eq!(
+        read("modes.json"),
+        printed(&["modes", &scene("triple-defect"), "--json"])
+    );
+    assert_eq!(
+        read("response.json"),
+        printed(&["response", &scene("three-mass-1"), "--json"])
+    );
+    assert_eq!(read("modes.csv").lines().count(), 1 + 1);
+    assert_eq!(read("response.csv").lines().count(), 201 + 1);
+    assert!(
+        read("modes.md")
+            .lines()
+            .any(|line| line.starts_with("| --:"))
+    );
+    for plot in ["displacement.svg", "velocity.svg"] {
+        assert_well_formed(&read(plot));
+        assert!(read(plot).contains("viewBox") && read(plot).contains(">m3<"));
+    }
+    assert!(read("displacement.svg").contains(">displacement, m<"));
+    assert!(read("velocity.svg").contains(">velocity, m/s<"));
+}
+
+/// Every element is closed, in order, and no text has a loose & or <.
+fn assert_well_formed(svg: &str) {
+    let mut open = Vec::new();
+    let mut rest = svg;
+    while let Some(start) = rest.find('<') {
+        for entity in rest[..start].split('&').skip(1) {
+            assert!(
+                ["amp;", "lt;", "gt;", "quot;"]
+                    .iter()
+                    .any(|one| entity.starts_with(one))
+            );
+        }
+        let end = start + rest[start..].find('>').expect("a tag ends");
+        let tag = &rest[start + 1..end];
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split_whitespace().next().expect("a name"));
+        }
+        rest = &rest[end + 1..];
+    }
+    assert!(open.is_empty(), "{open:?}");
+}
+
+#[test]
+fn nothing_is_written_where_something_is_wrong() {
+    let directory = fresh("nothing_is_written_where_something_is_wrong");
+    let out = directory.to_str().expect("a UTF-8 path");
+    refused(&["analyze", "no/such/scene.json", "--out", out], 2);
+    assert!(!directory.exists());
+    // A directory that is a file.
+    fs::write(&directory, "mine").expect("it can be written");
+    let error = refused(&["analyze", &scene("two-mass-free"), "--out", out], 1);
+    assert!(error.contains(out), "{error}");
+    assert_eq!(fs::read(&directory).expect("it is there"), b"mine");
+    fs::remove_file(&directory).expect("it can be removed");
+    // A file that cannot be replaced: the others are not left in part.
+    fs::create_dir_all(directory.join("velocity.svg/inside")).expect("it can be made");
+    refused(&["analyze", &scene("two-mass-free"), "--out", out], 1);
+    let left = fs::read_dir(&directory).expect("it is there");
+    let left = left.map(|entry| entry.expect("an entry").file_name());
+    assert!(
+        left.into_iter()
+            .all(|name| !name.to_string_lossy().ends_with(".tmp"))
+    );
+}
+
+#[test]
+fn a_reader_that_stops_early_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(["response", &scene("undamped-long")])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    let mut out = child.stdout.take().expect("a pipe");
+    out.read_exact(&mut [0; 100]).expect("it prints");
+    drop(out);
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+#[test]
+fn names_command_neither_terminal_nor_document() {
+    let directory = fresh("names_command_neither_terminal_nor_document");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("scene.json");
+    let name = "<b>&\\\"\\u001b[2J\\n";
+    let text = r#"{"title": "NAME", "masses": [{"name": "NAME", "mass": 1}],
+        "springs": [{"between": ["ground", "NAME"], "stiffness": 1}],
+        "time": {"end": 1, "step": 0.5}}"#;
+    fs::write(&file, text.replace("NAME", name)).expect("it can be written");
+    let (file, out) = (
+        file.to_str().expect("UTF-8"),
+        directory.to_str().expect("UTF-8"),
+    );
+    let analysis = printed(&["analyze", file, "--out", out]);
+    let table = printed(&["response", file]);
+    assert!(!analysis.contains('\u{1b}') && !table.contains('\u{1b}'));
+    assert_eq!(table.lines().count(), 4);
+    for plot in ["displacement.svg", "velocity.svg"] {
+        let svg = fs::read_to_string(directory.join(plot)).expect("a plot");
+        assert_well_formed(&svg);
+        assert!(!svg.contains("<b>") && !svg.contains('\u{1b}'));
+    }
+    let json = parsed(&["response", file, "--json"]);
+    let names = json["displacement"].as_object().expect("an object").keys();
+    assert!(names.eq(["<b>&\"\u{1b}[2J\n"]));
+}
+
+#[test]
+fn what_would_not_fit_in_memory_is_refused_at_once() {
+    let directory = fresh("what_would_not_fit_in_memory_is_refused_at_once");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("scene.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [],
+        "time": {"end": 1e12, "step": 0.001}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let file = file.to_str().expect("UTF-8");
+    let error = refused(&["response", file], 2);
+    assert!(error.contains("GB"), "{error}");
+    refused(&["analyze", file], 2);
+    let one = parsed(&["response", file, "--json", "--steps", "1000000000000000"]);
+    assert_eq!(numbers(&one["time"]), [1e12]);
+}

@@ -1,6 +1,7 @@
 //! Scene files: what is read, what is refused, and in which words.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use boon::{Compiler, SchemaIndex, Schemas};
 use eigentone::gallery::cases;
@@ -384,6 +385,48 @@ fn numbers_are_the_nearest_doubles() {
             "{number}"
         );
     }
+}
+
+/// Every command that reads a scene, with what it writes sent to `out`.
+fn commands(scene: &Path, out: &Path) -> [Vec<PathBuf>; 3] {
+    let (scene, out) = (scene.to_owned(), out.to_owned());
+    [
+        vec!["modes".into(), scene.clone(), "--json".into()],
+        vec!["response".into(), scene.clone(), "--json".into()],
+        vec!["analyze".into(), scene, "--out".into(), out],
+    ]
+}
+
+/// The command refuses a file with the reader's message, status 2 and nothing else.
+fn assert_refused(scene: &Path, message: &str) {
+    let out = scene.with_extension("out");
+    for arguments in commands(scene, &out) {
+        let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+            .args(&arguments)
+            .output()
+            .expect("the command was built");
+        let said = String::from_utf8(output.stderr).expect("messages are text");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?} says {said}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(said.contains(message), "{message} is not in {said}");
+        assert!(!out.exists(), "{arguments:?} wrote something");
+    }
+}
+
+#[test]
+fn the_command_refuses_wrong_scenes() {
+    for (i, Bad { text, .. }) in bad_scenes().into_iter().enumerate() {
+        let scene = temporary(&format!("bad-{i}.json"), text.as_bytes());
+        let message = Scene::read(&scene).expect_err("it is wrong").to_string();
+        assert_refused(&scene, &message);
+    }
+    let missing = Path::new(env!("CARGO_TARGET_TMPDIR")).join("missing.json");
+    assert_refused(&missing, "missing.json: cannot be read");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    assert_refused(folder, "is a directory");
+    let latin = temporary("latin-command.json", b"{ \"title\": \"\xe4\" }");
+    assert_refused(&latin, "latin-command.json:1:13: is not UTF-8");
 }
 
 /// The schema of the docs, ready to validate.

@@ -1,28 +1,31 @@
-//! Complex numbers with double-double parts.
+//! Complex numbers with parts of any precision.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-use crate::DoubleDouble;
+use crate::{DoubleDouble, Magnitude, Real};
 
 /// `re + i·im`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ComplexDoubleDouble {
+pub struct WideComplex<T> {
     /// The real part.
-    pub re: DoubleDouble,
+    pub re: T,
     /// The imaginary part.
-    pub im: DoubleDouble,
+    pub im: T,
 }
 
-impl ComplexDoubleDouble {
+/// `re + i·im` with double-double parts.
+pub type ComplexDoubleDouble = WideComplex<DoubleDouble>;
+
+impl<T: Real> WideComplex<T> {
     /// 0.
-    pub const ZERO: ComplexDoubleDouble = ComplexDoubleDouble {
-        re: DoubleDouble::ZERO,
-        im: DoubleDouble::ZERO,
+    pub const ZERO: WideComplex<T> = WideComplex {
+        re: T::ZERO,
+        im: T::ZERO,
     };
 
     /// From its parts.
-    pub fn new(re: impl Into<DoubleDouble>, im: impl Into<DoubleDouble>) -> ComplexDoubleDouble {
-        ComplexDoubleDouble {
+    pub fn new(re: impl Into<T>, im: impl Into<T>) -> WideComplex<T> {
+        WideComplex {
             re: re.into(),
             im: im.into(),
         }
@@ -32,106 +35,130 @@ impl ComplexDoubleDouble {
     pub fn norm(self) -> f64 {
         self.re.to_f64().hypot(self.im.to_f64())
     }
+
+    /// `re − i·im`.
+    pub fn conj(self) -> WideComplex<T> {
+        WideComplex {
+            re: self.re,
+            im: -self.im,
+        }
+    }
+
+    /// z·2^power, within the floor of [`Real`].
+    pub fn scale(self, power: i64) -> WideComplex<T> {
+        WideComplex {
+            re: self.re.scale(power),
+            im: self.im.scale(power),
+        }
+    }
+
+    /// Whether both parts are numbers in range.
+    pub fn is_finite(self) -> bool {
+        self.re.is_finite() && self.im.is_finite()
+    }
+
+    /// An upper bound of |z|, within a relative 2^-48; infinite where z is not finite.
+    #[inline]
+    pub fn upper(self) -> Magnitude {
+        self.magnitude().above()
+    }
+
+    /// A lower bound of |z|, within a relative 2^-48; 0 where z is not finite.
+    #[inline]
+    pub fn lower(self) -> Magnitude {
+        self.magnitude().below()
+    }
+
+    /// |z| within a relative 2^-50.
+    #[inline]
+    pub(crate) fn magnitude(self) -> Magnitude {
+        self.re.magnitude().hypot(self.im.magnitude())
+    }
 }
 
-impl Neg for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Neg for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    fn neg(self) -> ComplexDoubleDouble {
-        ComplexDoubleDouble {
+    fn neg(self) -> WideComplex<T> {
+        WideComplex {
             re: -self.re,
             im: -self.im,
         }
     }
 }
 
-impl Add for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Add for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    fn add(self, other: ComplexDoubleDouble) -> ComplexDoubleDouble {
-        ComplexDoubleDouble {
+    fn add(self, other: WideComplex<T>) -> WideComplex<T> {
+        WideComplex {
             re: self.re + other.re,
             im: self.im + other.im,
         }
     }
 }
 
-impl AddAssign for ComplexDoubleDouble {
-    fn add_assign(&mut self, other: ComplexDoubleDouble) {
+impl<T: Real> AddAssign for WideComplex<T> {
+    fn add_assign(&mut self, other: WideComplex<T>) {
         *self = *self + other;
     }
 }
 
-impl Sub for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Sub for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    fn sub(self, other: ComplexDoubleDouble) -> ComplexDoubleDouble {
-        self + -other
+    fn sub(self, other: WideComplex<T>) -> WideComplex<T> {
+        WideComplex {
+            re: self.re - other.re,
+            im: self.im - other.im,
+        }
     }
 }
 
-impl Mul for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Mul for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    fn mul(self, other: ComplexDoubleDouble) -> ComplexDoubleDouble {
-        ComplexDoubleDouble {
+    fn mul(self, other: WideComplex<T>) -> WideComplex<T> {
+        WideComplex {
             re: self.re * other.re - self.im * other.im,
             im: self.re * other.im + self.im * other.re,
         }
     }
 }
 
-impl Mul<f64> for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Mul<f64> for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    fn mul(self, factor: f64) -> ComplexDoubleDouble {
-        ComplexDoubleDouble {
-            re: self.re * factor,
-            im: self.im * factor,
+    fn mul(self, factor: f64) -> WideComplex<T> {
+        WideComplex {
+            re: self.re.mul_f64(factor),
+            im: self.im.mul_f64(factor),
         }
     }
 }
 
-impl Div for ComplexDoubleDouble {
-    type Output = ComplexDoubleDouble;
+impl<T: Real> Div for WideComplex<T> {
+    type Output = WideComplex<T>;
 
-    /// The textbook formula, with the divisor scaled by a power of two so that its square neither
-    /// overflows nor underflows.
-    fn div(self, other: ComplexDoubleDouble) -> ComplexDoubleDouble {
-        let exponent = other
-            .re
-            .to_f64()
-            .abs()
-            .max(other.im.to_f64().abs())
-            .log2()
-            .floor();
-        if !exponent.is_finite() {
-            let quotient = self.re / other.re.abs();
-            return ComplexDoubleDouble {
-                re: quotient,
-                im: quotient,
-            };
-        }
-        let half = (exponent / 2.0).floor();
-        let (first, second) = ((-half).exp2(), (half - exponent).exp2());
-        let other = other * first * second;
-        let square = other.re * other.re + other.im * other.im;
-        let conjugate = ComplexDoubleDouble {
-            re: other.re,
-            im: -other.im,
-        };
-        let product = self * conjugate;
-        ComplexDoubleDouble {
+    /// The textbook formula, with both numbers scaled by powers of two so that nothing overflows or
+    /// underflows on the way. Not finite for a divisor of 0.
+    fn div(self, other: WideComplex<T>) -> WideComplex<T> {
+        let (above, below) = (self.magnitude().exponent(), other.magnitude().exponent());
+        let divisor = other.scale(-below);
+        let square = divisor.re * divisor.re + divisor.im * divisor.im;
+        let product = self.scale(-above) * divisor.conj();
+        WideComplex {
             re: product.re / square,
             im: product.im / square,
-        } * first
-            * second
+        }
+        .scale(above - below)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Wide;
 
     proptest::proptest! {
         #[test]
@@ -141,6 +168,19 @@ mod tests {
             let (z, w) = (ComplexDoubleDouble::new(a, b), ComplexDoubleDouble::new(c, d));
             let back = z / w * w - z;
             proptest::prop_assert!(back.norm() <= 2f64.powi(-96) * z.norm());
+            let (z, w) = (WideComplex::<Wide<4>>::new(a, b), WideComplex::new(c, d));
+            let back = z / w * w - z;
+            proptest::prop_assert!(back.norm() <= 2f64.powi(-250) * z.norm());
         }
+    }
+
+    #[test]
+    fn quotients_reach_the_ends_of_the_doubles() {
+        let w = ComplexDoubleDouble::new(f64::MAX, f64::MAX);
+        assert_eq!(w / w, ComplexDoubleDouble::new(1.0, 0.0));
+        let w = ComplexDoubleDouble::new(5e-324, -5e-324);
+        assert_eq!(w / w, ComplexDoubleDouble::new(1.0, 0.0));
+        assert!(!(w / ComplexDoubleDouble::ZERO).norm().is_finite());
+        assert!(!(ComplexDoubleDouble::ZERO / ComplexDoubleDouble::ZERO).is_finite());
     }
 }

@@ -1,9 +1,21 @@
-//! Arithmetic with more digits than a double has.
+//! Arithmetic with more digits than a double has, and with proven error bounds.
 //!
-//! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits.
+//! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits. [`Wide`] is a binary
+//! float of a fixed number of limbs. Both are [`Real`] numbers, as doubles are, so that kernels can
+//! be written once for all. [`Magnitude`] bounds sizes and errors.
 
+mod ball;
 mod complex;
 mod double_double;
+mod magnitude;
+#[cfg(test)]
+mod rational;
+mod real;
+mod wide;
 
-pub use complex::ComplexDoubleDouble;
+pub use ball::Ball;
+pub use complex::{ComplexDoubleDouble, WideComplex};
 pub use double_double::DoubleDouble;
+pub use magnitude::Magnitude;
+pub use real::Real;
+pub use wide::Wide;

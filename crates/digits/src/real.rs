@@ -1,0 +1,109 @@
+//! What kernels ask of a number, so that one kernel serves every precision.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::Magnitude;
+
+/// A real number of some fixed precision, with a proven bound of its rounding errors.
+///
+/// For ∘ in +, −, ·, / let z be the computed and ẑ the exact x∘y. When z is finite,
+/// |z − ẑ| ≤ 2^`UNIT_LOG2`·min(|z|, |ẑ|) + `floor()`, without the floor for + and −. Negation,
+/// absolute value and conversion from a double are exact. A result that is out of range, or a
+/// quotient by zero, is not finite; and what is computed from a number that is not finite is not
+/// finite, unless it was the divisor.
+pub trait Real:
+    Copy
+    + Debug
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// 0.
+    const ZERO: Self;
+
+    /// 1.
+    const ONE: Self;
+
+    /// The base-2 logarithm of the relative error bound of one operation.
+    const UNIT_LOG2: i32;
+
+    /// The relative error bound of one operation.
+    fn unit() -> Magnitude {
+        Magnitude::power_of_two(i64::from(Self::UNIT_LOG2))
+    }
+
+    /// The absolute error that underflow may add to one product or quotient.
+    fn floor() -> Magnitude;
+
+    /// The nearest double, ±∞ where doubles end; not finite where x is not.
+    fn to_f64(self) -> f64;
+
+    /// Whether x is a number in range.
+    fn is_finite(self) -> bool;
+
+    /// A number between |x|(1 − 2^-52) and |x|(1 + 2^-52); infinite where x is not finite.
+    fn magnitude(self) -> Magnitude;
+
+    /// x·2^power, within `floor()`.
+    fn scale(self, power: i64) -> Self;
+
+    /// x·factor, within the bound of a product.
+    fn mul_f64(self, factor: f64) -> Self {
+        self * Self::from(factor)
+    }
+
+    /// |x|.
+    fn abs(self) -> Self {
+        if self < Self::ZERO { -self } else { self }
+    }
+
+    /// Whether x is 0.
+    fn is_zero(self) -> bool {
+        self == Self::ZERO
+    }
+}
+
+impl Real for f64 {
+    const ZERO: f64 = 0.0;
+    const ONE: f64 = 1.0;
+    const UNIT_LOG2: i32 = -53;
+
+    fn floor() -> Magnitude {
+        Magnitude::power_of_two(-1074)
+    }
+
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+
+    fn magnitude(self) -> Magnitude {
+        Magnitude::from(self)
+    }
+
+    fn scale(self, power: i64) -> f64 {
+        let (mut value, mut rest) = (self, power.clamp(-2200, 2200));
+        while rest.abs() > 1000 {
+            let step = rest.clamp(-1000, 1000);
+            value *= power_of_two(step);
+            rest -= step;
+        }
+        value * power_of_two(rest)
+    }
+}
+
+/// 2^power, for |power| ≤ 1022.
+pub(crate) fn power_of_two(power: i64) -> f64 {
+    f64::from_bits(((1023 + power) as u64) << 52)
+}

@@ -1,21 +1,25 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
-mod ball;
+mod exactly;
 mod pencil;
 mod refine;
 mod weierstrass;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
+
 use num_complex::Complex;
 
 use crate::first_order::Massless;
 use crate::structure::Structure;
 use crate::system::System;
 
-use ball::{Ball, Real};
+use exactly::{exact, lower, radius, size, upper};
 use pencil::{Pencil, Scaled, determinant};
 use refine::{Goal, Level, refine};
 use weierstrass::{Inclusion, Points, Polynomial};
+
+/// Where digits end, relative to |λ|.
+const LIMIT: f64 = 1e-30;
 
 /// One root, or a cluster that the digits do not separate, with its proven disc.
 #[derive(Clone, Debug)]
@@ -45,9 +49,11 @@ pub(crate) fn certify(
         return Some(Vec::new());
     }
     let in_square = structure.is_undamped() && structure.is_symmetric() && structure.is_passive();
+    let pencil = Pencil::of(system, in_square);
     let job = Job {
         system,
         structure,
+        pencil,
         in_square,
         degree,
         zeros,
@@ -73,8 +79,24 @@ pub(crate) fn certify(
             }
         })
         .collect();
-    let points: Vec<[[f64; 2]; 2]> = start.iter().map(|z| [[z.re, 0.0], [z.im, 0.0]]).collect();
-    let mut found = job.level::<DoubleDouble>(unit, &points)?;
+    let mut points: Vec<[Terms; 2]> =
+        start.iter().map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0])).collect();
+    let mut best = None;
+    for level in LEVELS {
+        if level.limbs > 2 && (level.limbs < job.wanted(&best) || !job.affords(level.limbs)) {
+            continue;
+        }
+        let outcome = (level.run)(&job, unit, &points);
+        points = outcome.points;
+        let done = outcome.done;
+        if outcome.proven.is_some() {
+            best = outcome.proven;
+        }
+        if done {
+            break;
+        }
+    }
+    let mut found = best?;
     for disc in &mut found {
         for member in &mut disc.members {
             *member = chosen[*member];
@@ -83,10 +105,41 @@ pub(crate) fn certify(
     Some(found)
 }
 
+/// A number as a sum of doubles, to be carried from one precision to the next.
+type Terms = [f64; 4];
+
+/// A precision, and the work of one level in it.
+struct Rung {
+    limbs: usize,
+    run: fn(&Job<'_>, i32, &[[Terms; 2]]) -> Outcome,
+}
+
+/// What a level leaves behind.
+struct Outcome {
+    points: Vec<[Terms; 2]>,
+    proven: Option<Vec<Certified>>,
+    done: bool,
+}
+
+/// From 32 digits to 1200.
+const LEVELS: [Rung; 6] = [
+    Rung { limbs: 2, run: level::<DoubleDouble> },
+    Rung { limbs: 4, run: level::<Wide<4>> },
+    Rung { limbs: 8, run: level::<Wide<8>> },
+    Rung { limbs: 16, run: level::<Wide<16>> },
+    Rung { limbs: 32, run: level::<Wide<32>> },
+    Rung { limbs: 64, run: level::<Wide<64>> },
+];
+
+fn level<T: Real>(job: &Job<'_>, unit: i32, start: &[[Terms; 2]]) -> Outcome {
+    job.level::<T>(unit, start)
+}
+
 /// What stays the same at every level of precision.
 struct Job<'a> {
     system: &'a System,
     structure: &'a Structure,
+    pencil: Pencil,
     in_square: bool,
     degree: usize,
     zeros: usize,
@@ -94,39 +147,66 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// The limbs that the largest cluster so far asks for: a root of multiplicity m is known to
+    /// `LIMIT` only with m times its digits.
+    fn wanted(&self, best: &Option<Vec<Certified>>) -> usize {
+        const DIGITS: usize = 110;
+        let largest = |found: &Vec<Certified>| {
+            found.iter().map(|disc| disc.members.len()).max().unwrap_or(1)
+        };
+        let m = best.as_ref().map_or(1, largest);
+        if m > 1 { (DIGITS * m + 30).div_ceil(64).min(64) } else { 0 }
+    }
+
+    /// Whether a sweep with so many limbs stays within a stated count of operations.
+    fn affords(&self, limbs: usize) -> bool {
+        const LARGEST: f64 = 1e9;
+        let n = self.system.len() as f64;
+        let filled = self.pencil.entry_count() as f64 / n;
+        let elimination = (n * n * n / 3.0).min(4.0 * n * filled * filled);
+        let product = (limbs * limbs + 20) as f64;
+        elimination * self.degree as f64 * product <= LARGEST
+    }
+
     /// One level: the polynomial in the precision of T, refined from the given points.
-    fn level<T: Real>(&self, unit: i32, start: &[[[f64; 2]; 2]]) -> Option<Vec<Certified>> {
-        let pencil = Pencil::of(self.system, self.in_square);
-        let (precise, total) = pencil.precise::<T>(unit);
-        let mut leading = leading::<T>(self.system, &pencil);
+    fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]]) -> Outcome {
+        let (precise, total) = self.pencil.precise::<T>(unit);
+        let mut leading = leading::<T>(self.system, &self.pencil);
         leading.exponent += i64::from(unit) * self.degree as i64 - total;
         let halves = if self.in_square { 2 } else { 1 };
-        let polynomial = Polynomial {
-            pencil: precise,
-            degree: (self.degree - self.zeros) / halves,
-            zeros: self.zeros / halves,
-            leading,
+        let polynomial =
+            Polynomial { pencil: precise, zeros: self.zeros / halves, leading };
+        let sum = |terms: Terms| {
+            terms[1..].iter().fold(T::from(terms[0]), |sum, term| sum + T::from(*term))
         };
-        let sum = |terms: [f64; 2]| T::from_f64(terms[0]) + T::from_f64(terms[1]);
-        let z = start
-            .iter()
-            .map(|[re, im]| Ball::exact(sum(*re), sum(*im)))
-            .collect();
+        let z = start.iter().map(|[re, im]| exact(sum(*re), sum(*im))).collect();
         let mut points = Points::new(z);
-        let goal = Goal {
-            tolerance: self.tolerance,
-            limit: 1e-30,
-            real_parts: !self.in_square,
+        let goal = Goal { tolerance: self.tolerance, limit: LIMIT, real_parts: !self.in_square };
+        let (discs, done) = match refine(&polynomial, &mut points, &goal) {
+            Level::Done(discs) => (Some(discs), true),
+            Level::Proven(discs) => (Some(discs), false),
+            Level::Failed => (None, false),
         };
-        let discs = match refine(&polynomial, &mut points, &goal) {
-            Level::Done(discs) | Level::Proven(discs) => discs,
-            Level::Failed => return None,
+        let proven = discs.and_then(|discs| {
+            if self.in_square {
+                discs.iter().map(|disc| square_root(disc, unit)).collect()
+            } else {
+                Some(self.in_plane(&discs, unit))
+            }
+        });
+        let terms = |mut value: T| {
+            [(); 4].map(|()| {
+                let term = value.to_f64();
+                value = value - T::from(term);
+                term
+            })
         };
-        if self.in_square {
-            discs.iter().map(|disc| square_root(disc, unit)).collect()
-        } else {
-            Some(self.in_plane(&discs, unit))
-        }
+        let points = points
+            .z
+            .iter()
+            .map(|z| [terms(z.middle().re), terms(z.middle().im)])
+            .collect();
+        Outcome { points, done: done && proven.is_some(), proven }
     }
 
     /// Discs in λ as doubles with bounds; of conjugate discs the upper one.
@@ -134,23 +214,18 @@ impl Job<'_> {
         let mut found = Vec::new();
         for (at, disc) in discs.iter().enumerate() {
             let ball = disc.centre;
-            let height = ball.im.to_f64().abs();
+            let height = ball.middle().im.to_f64().abs();
             // A disc about the real axis that holds this one and meets no other holds the
             // conjugates of its own roots.
-            let around = Ball {
-                im: T::from_f64(0.0),
-                radius: (ball.radius + height) * (1.0 + 1e-9),
-                ..ball
-            };
+            let reach = Magnitude::from((radius(ball) + height) * (1.0 + 1e-9));
+            let around = Ball::new(WideComplex { im: T::ZERO, ..ball.middle() }, reach);
             let alone = discs
                 .iter()
                 .enumerate()
-                .all(|(other, disc)| other == at || (disc.centre - around).lower() > 0.0);
-            let odd = disc.members.len() % 2 == 1;
-            let touches = height <= ball.radius;
-            if touches && alone && (odd || disc.members.len() > 1 || height <= ball.radius) {
+                .all(|(other, disc)| other == at || lower(disc.centre - around) > 0.0);
+            if height <= radius(ball) && alone {
                 found.push(self.rounded(&disc.members, around, unit, true));
-            } else if ball.im.to_f64() > 0.0 {
+            } else if ball.middle().im.to_f64() > 0.0 {
                 found.push(self.rounded(&disc.members, ball, unit, false));
             }
         }
@@ -165,45 +240,51 @@ impl Job<'_> {
         unit: i32,
         real: bool,
     ) -> Certified {
-        const UP: f64 = 1.0 + 1e-9;
-        let scale = 2f64.powi(unit);
-        let size = ball.re.to_f64().hypot(ball.im.to_f64());
-        let mut re = ball.re.to_f64();
-        let hidden = re.abs() <= ball.radius || re.abs() <= 1e-30 * size;
+        let middle = ball.middle();
+        let mut re = middle.re.to_f64();
+        let hidden = re.abs() <= radius(ball) || re.abs() <= LIMIT * size(ball);
         if hidden && !real || (self.structure.is_passive() && re > 0.0) {
             re = 0.0;
         }
-        let im = if real { 0.0 } else { ball.im.to_f64() };
-        let re_error = (ball.re - T::from_f64(re)).to_f64().abs();
-        let im_error = (ball.im - T::from_f64(im)).to_f64().abs();
-        let bound = (ball.radius + re_error.hypot(im_error)) * UP * scale;
-        let real_bound = (ball.radius + re_error) * UP * scale;
+        let im = if real { 0.0 } else { middle.im.to_f64() };
+        let re_error = (middle.re - T::from(re)).to_f64().abs();
+        let im_error = (middle.im - T::from(im)).to_f64().abs();
         Certified {
             members: members.to_vec(),
-            value: Complex::new(re * scale, im * scale),
-            bound,
-            real_bound,
+            value: Complex::new(times_power(re, unit), times_power(im, unit)),
+            bound: enlarged(radius(ball) + re_error.hypot(im_error), unit),
+            real_bound: enlarged(radius(ball) + re_error, unit),
         }
     }
 }
 
+/// 2^unit·value, for results within the range of doubles.
+fn times_power(value: f64, unit: i32) -> f64 {
+    value.scale(i64::from(unit))
+}
+
+/// 2^unit·bound and a little more, never 0 unless the bound is.
+fn enlarged(bound: f64, unit: i32) -> f64 {
+    let scaled = times_power(bound * (1.0 + 1e-9), unit);
+    if bound > 0.0 { scaled.max(f64::from_bits(1)) } else { 0.0 }
+}
+
 /// λ = iω from a disc about σ = −ω².
 fn square_root<T: Real>(disc: &Inclusion<T>, unit: i32) -> Option<Certified> {
-    const UP: f64 = 1.0 + 1e-9;
     // All σ are real, so the disc's section with the real axis holds them.
-    let square = -disc.centre.re;
-    let size = square.to_f64();
-    if size <= 2.0 * disc.centre.radius {
+    let square = -disc.centre.middle().re;
+    let spread = radius(disc.centre);
+    if square.to_f64() <= 2.0 * spread {
         return None;
     }
-    let root = square.square_root();
-    let omega = root.to_f64();
-    let rounding = (root - T::from_f64(omega)).to_f64().abs() + 8.0 * T::unit() * omega;
-    let scale = 2f64.powi(unit);
+    // |√σ − ω| = |σ − ω²| / (√σ + ω) for any ω > 0.
+    let omega = square.to_f64().sqrt();
+    let ball = exact(T::from(omega), T::ZERO);
+    let defect = upper(ball * ball - exact(square, T::ZERO)) + spread;
     Some(Certified {
         members: disc.members.clone(),
-        value: Complex::new(0.0, omega * scale),
-        bound: (disc.centre.radius / omega + rounding) * UP * scale,
+        value: Complex::new(0.0, times_power(omega, unit)),
+        bound: enlarged(defect / omega, unit),
         real_bound: 0.0,
     })
 }

@@ -3,7 +3,9 @@
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
 
-use super::ball::{Ball, Real};
+use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
+
+use super::exactly::{is_zero, lower, real, scaled, upper};
 
 /// A number with a power of two apart, so that long products stay within range.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +17,7 @@ pub(crate) struct Scaled<T> {
 impl<T: Real> Scaled<T> {
     pub(crate) fn one() -> Self {
         Scaled {
-            ball: Ball::from_f64(1.0),
+            ball: real(1.0),
             exponent: 0,
         }
     }
@@ -29,7 +31,7 @@ impl<T: Real> Scaled<T> {
     }
 
     pub(crate) fn divided_by(self, divisor: Self) -> Option<Self> {
-        let ball = self.ball.divide(divisor.ball)?;
+        let ball = self.ball.checked_div(divisor.ball)?;
         Some(
             Scaled {
                 ball,
@@ -41,25 +43,25 @@ impl<T: Real> Scaled<T> {
 
     fn normalised(self) -> Self {
         let size = self.ball.upper();
-        if size == 0.0 || !size.is_finite() {
+        if size.is_zero() || !size.is_finite() {
             return self;
         }
-        let shift = size.log2().floor() as i32;
+        let shift = size.exponent();
         Scaled {
-            ball: self.ball.scaled(-shift),
-            exponent: self.exponent + i64::from(shift),
+            ball: scaled(self.ball, -shift),
+            exponent: self.exponent + shift,
         }
     }
 
     /// The ball itself, or `None` out of range.
     pub(crate) fn value(self) -> Option<Ball<T>> {
-        if self.ball.upper() == 0.0 {
+        if is_zero(self.ball) {
             return Some(self.ball);
         }
         let this = self.normalised();
         (-900..900)
             .contains(&this.exponent)
-            .then(|| this.ball.scaled(this.exponent as i32))
+            .then(|| scaled(this.ball, this.exponent))
     }
 }
 
@@ -150,17 +152,22 @@ impl Pencil {
         }
     }
 
+    /// How many entries are not always zero.
+    pub(crate) fn entry_count(&self) -> usize {
+        self.entries.len()
+    }
+
     /// The coefficient of one power, with rows and columns added up over the given parts; by rows.
     pub(crate) fn block<T: Real>(&self, power: usize, parts: &[Vec<usize>]) -> Vec<Ball<T>> {
         let part = |i: usize| parts.iter().position(|part| part.contains(&i));
-        let mut block = vec![Ball::from_f64(0.0); parts.len() * parts.len()];
+        let mut block = vec![Ball::ZERO; parts.len() * parts.len()];
         for entry in &self.entries {
             let (Some(row), Some(column)) = (part(entry.row), part(entry.column)) else {
                 continue;
             };
             let at = &mut block[row * parts.len() + column];
             for term in &entry.terms[power] {
-                *at = *at + Ball::from_f64(*term);
+                *at = *at + real(*term);
             }
         }
         block
@@ -171,8 +178,8 @@ impl Pencil {
     pub(crate) fn precise<T: Real>(&self, unit: i32) -> (PencilIn<T>, i64) {
         let step = if self.in_square { 2 * unit } else { unit };
         let coefficient = |terms: &[f64], exponent: i32| {
-            let sum = terms.iter().map(|term| Ball::<T>::from_f64(*term));
-            sum.fold(Ball::from_f64(0.0), |a, b| a + b).scaled(exponent)
+            let sum = terms.iter().map(|term| real::<T>(*term));
+            scaled(sum.fold(Ball::ZERO, |a, b| a + b), i64::from(exponent))
         };
         let entries: Vec<(usize, usize, [Ball<T>; 3])> = self
             .entries
@@ -185,7 +192,7 @@ impl Pencil {
             .collect();
         let mut scale = vec![0f64; self.n];
         for (row, column, coefficients) in &entries {
-            let size = coefficients.iter().map(Ball::upper).fold(0.0, f64::max);
+            let size = coefficients.iter().map(|ball| upper(*ball)).fold(0.0, f64::max);
             scale[*row] = scale[*row].max(size);
             scale[*column] = scale[*column].max(size);
         }
@@ -201,7 +208,7 @@ impl Pencil {
             .collect();
         let scaled = entries.into_iter().map(|(row, column, coefficients)| {
             let down = -(exponents[row] + exponents[column]);
-            (row, column, coefficients.map(|ball| ball.scaled(down)))
+            (row, column, coefficients.map(|ball| scaled(ball, i64::from(down))))
         });
         let total = exponents
             .iter()
@@ -221,9 +228,9 @@ impl<T: Real> PencilIn<T> {
     /// The matrix at μ, by rows.
     fn at(&self, mu: Ball<T>) -> Vec<Ball<T>> {
         let n = self.n;
-        let mut matrix = vec![Ball::from_f64(0.0); n * n];
+        let mut matrix = vec![Ball::ZERO; n * n];
         for (row, column, [zero, one, two]) in &self.entries {
-            let value = if two.upper() == 0.0 {
+            let value = if is_zero(*two) {
                 *zero + *one * mu
             } else {
                 *zero + (*one + *two * mu) * mu
@@ -250,7 +257,7 @@ pub(crate) fn determinant<T: Real>(mut matrix: Vec<Ball<T>>, n: usize) -> Scaled
         let mut best = (0.0, step, step);
         for i in step..n {
             for j in step..n {
-                let size = matrix[rows[i] * n + columns[j]].lower();
+                let size = lower(matrix[rows[i] * n + columns[j]]);
                 if size > best.0 {
                     best = (size, i, j);
                 }
@@ -260,12 +267,9 @@ pub(crate) fn determinant<T: Real>(mut matrix: Vec<Ball<T>>, n: usize) -> Scaled
         if size == 0.0 {
             for i in step..n {
                 let norm = (step..n)
-                    .map(|j| matrix[rows[i] * n + columns[j]].upper())
+                    .map(|j| upper(matrix[rows[i] * n + columns[j]]))
                     .fold(0.0, f64::hypot);
-                let rest = Ball {
-                    radius: norm * (1.0 + 1e-10),
-                    ..Ball::from_f64(0.0)
-                };
+                let rest = Ball::new(WideComplex::ZERO, Magnitude::from(norm * (1.0 + 1e-10)));
                 result = result.times(rest);
             }
             return result;
@@ -278,14 +282,14 @@ pub(crate) fn determinant<T: Real>(mut matrix: Vec<Ball<T>>, n: usize) -> Scaled
         let tail: Vec<usize> = columns[step + 1..]
             .iter()
             .copied()
-            .filter(|column| matrix[rows[step] * n + column].upper() != 0.0)
+            .filter(|column| !is_zero(matrix[rows[step] * n + column]))
             .collect();
         for row in rows[step + 1..].iter().copied() {
             let below = matrix[row * n + columns[step]];
-            if below.upper() == 0.0 {
+            if is_zero(below) {
                 continue;
             }
-            let factor = below.divide(pivot).expect("the pivot's ball excludes zero");
+            let factor = below.checked_div(pivot).expect("the pivot's ball excludes zero");
             for &column in &tail {
                 let product = factor * matrix[rows[step] * n + column];
                 matrix[row * n + column] = matrix[row * n + column] - product;

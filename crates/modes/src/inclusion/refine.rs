@@ -1,6 +1,8 @@
 //! From approximate roots to proven discs, sweep by sweep and with more digits where they demand it.
 
-use super::ball::{Ball, Real};
+use eigentone_digits::{Ball, Real};
+
+use super::exactly::{exact, middle, radius, real, size, upper};
 use super::weierstrass::{Inclusion, Points, Polynomial};
 
 /// What a level of precision achieved.
@@ -30,15 +32,15 @@ impl Goal {
     /// rounding to double.
     pub(crate) fn meets<T: Real>(&self, disc: &Inclusion<T>) -> bool {
         let centre = disc.centre;
-        let size = centre.re.to_f64().hypot(centre.im.to_f64());
-        let radius = centre.radius;
+        let size = size(centre);
+        let radius = radius(centre);
         if disc.members.len() > 1 {
             return radius <= self.limit * size;
         }
         let whole = radius <= 0.25 * self.tolerance * size;
-        let re = centre.re.to_f64().abs();
+        let re = centre.middle().re.to_f64().abs();
         let real = radius <= 0.25 * self.tolerance * re || radius <= 0.5 * self.limit * size;
-        whole && (real || !self.real_parts || centre.im.to_f64().abs() <= radius)
+        whole && (real || !self.real_parts || centre.middle().im.to_f64().abs() <= radius)
     }
 }
 
@@ -76,9 +78,7 @@ pub(crate) fn refine<T: Real>(
                 gather(points, group, goal)
             };
             for &i in group {
-                let z = points.z[i];
-                let size = z.re.to_f64().hypot(z.im.to_f64());
-                progress = progress.max(points.corrections[i].upper() / size);
+                progress = progress.max(upper(points.corrections[i]) / size(points.z[i]));
             }
         }
         if !moved {
@@ -104,13 +104,13 @@ pub(crate) fn refine<T: Real>(
 fn separate<T: Real>(points: &mut Points<T>) {
     for i in 0..points.z.len() {
         for j in 0..i {
-            let (a, b) = (points.z[i], points.z[j]);
-            if (a.re - b.re).to_f64() == 0.0 && (a.im - b.im).to_f64() == 0.0 {
-                let size = a.re.to_f64().hypot(a.im.to_f64()).max(f64::MIN_POSITIVE);
+            let a = points.z[i];
+            if a.middle() == points.z[j].middle() {
+                let size = size(a).max(f64::MIN_POSITIVE);
                 let angle = i as f64;
-                let shift = Ball::exact(
-                    T::from_f64(1e-9 * size * angle.cos()),
-                    T::from_f64(1e-9 * size * angle.sin()),
+                let shift = exact(
+                    T::from(1e-9 * size * angle.cos()),
+                    T::from(1e-9 * size * angle.sin()),
                 );
                 points.place(i, a + shift);
             }
@@ -121,10 +121,8 @@ fn separate<T: Real>(points: &mut Points<T>) {
 /// Moves a point to z − W, unless W is known to no digit; whether it moved.
 fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
     let w = points.corrections[i];
-    let middle = w.re.to_f64().hypot(w.im.to_f64());
-    let z = points.z[i];
-    let size = z.re.to_f64().hypot(z.im.to_f64());
-    if middle <= 4.0 * w.radius || middle <= 4.0 * T::unit() * size {
+    let negligible = 2f64.powi(2 + T::UNIT_LOG2.max(-1000)) * size(points.z[i]);
+    if size(w) <= 4.0 * radius(w) || size(w) <= negligible {
         return false;
     }
     let next = points.improved(i);
@@ -137,40 +135,38 @@ fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
 /// smaller circle about their corrected mean. Else each takes its own step.
 fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool {
     let m = group.len();
-    let mut centre = Ball::from_f64(0.0);
+    let mut centre = Ball::ZERO;
     for &i in group {
-        let improved = points.improved(i);
-        centre = centre + Ball::exact(improved.re, improved.im);
+        centre = centre + middle(points.improved(i));
     }
-    let Some(share) = Ball::<T>::from_f64(1.0).divide(Ball::from_f64(m as f64)) else {
+    let Some(share) = real::<T>(1.0).checked_div(real(m as f64)) else {
         return false;
     };
     let centre = centre * share;
-    let size = centre.re.to_f64().hypot(centre.im.to_f64());
     let spread = group
         .iter()
-        .map(|i| (points.z[*i] - centre).upper())
+        .map(|i| upper(points.z[*i] - centre))
         .fold(0.0, f64::max);
     let known = group.iter().all(|i| {
         let w = points.corrections[*i];
-        w.re.to_f64().hypot(w.im.to_f64()) > 4.0 * w.radius
+        size(w) > 4.0 * radius(w)
     });
     if !known {
         return false;
     }
     let correction = group
         .iter()
-        .map(|i| points.corrections[*i].upper())
+        .map(|i| upper(points.corrections[*i]))
         .fold(0.0, f64::max);
     let tight = correction <= 1.5 * spread;
-    let floor = goal.limit * size / (64.0 * points.z.len() as f64);
+    let floor = goal.limit * size(centre) / (64.0 * points.z.len() as f64);
     if tight && spread > floor {
-        let radius = (spread / 16.0).max(0.5 * floor);
+        let reach = (spread / 16.0).max(0.5 * floor);
         for (k, &i) in group.iter().enumerate() {
             let angle = 0.7 + std::f64::consts::TAU * k as f64 / m as f64;
-            let arm = Ball::exact(
-                T::from_f64(radius * angle.cos()),
-                T::from_f64(radius * angle.sin()),
+            let arm = exact(
+                T::from(reach * angle.cos()),
+                T::from(reach * angle.sin()),
             );
             points.place(i, centre + arm);
         }

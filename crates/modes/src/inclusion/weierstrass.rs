@@ -6,13 +6,14 @@
 //! scaled by t, puts exactly m of them into discs about z_i − W_i of radius
 //! |W_i|(m − 1 + (N − m)/t) as long as those avoid the other rows' discs.
 
-use super::ball::{Ball, Real};
+use eigentone_digits::{Ball, Magnitude, Real};
+
+use super::exactly::{lower, middle, radius, real, upper};
 use super::pencil::{PencilIn, Scaled};
 
-/// The polynomial P(μ)/μ^zeros of degree N with its leading coefficient.
+/// The polynomial P(μ)/μ^zeros with its leading coefficient.
 pub(crate) struct Polynomial<T> {
     pub(crate) pencil: PencilIn<T>,
-    pub(crate) degree: usize,
     pub(crate) zeros: usize,
     pub(crate) leading: Scaled<T>,
 }
@@ -37,13 +38,13 @@ impl<T: Real> Points<T> {
         Points {
             z,
             values: vec![None; n],
-            corrections: vec![Ball::from_f64(0.0); n],
+            corrections: vec![Ball::ZERO; n],
         }
     }
 
     /// Moves point i.
     pub(crate) fn place(&mut self, i: usize, z: Ball<T>) {
-        self.z[i] = Ball::exact(z.re, z.im);
+        self.z[i] = middle(z);
         self.values[i] = None;
     }
 
@@ -55,17 +56,15 @@ impl<T: Real> Points<T> {
                 continue;
             }
             let conjugate = (0..n).find(|j| {
-                let (a, b) = (self.z[i], self.z[*j]);
                 *j != i
                     && self.values[*j].is_some()
-                    && (a.re - b.re).to_f64() == 0.0
-                    && (a.im + b.im).to_f64() == 0.0
+                    && self.z[i].middle() == self.z[*j].middle().conj()
             });
             let value = match conjugate {
                 Some(j) => {
-                    let mut value = self.values[j].expect("found above");
-                    value.ball.im = -value.ball.im;
-                    value
+                    let value = self.values[j].expect("found above");
+                    let ball = Ball::new(value.ball.middle().conj(), value.ball.radius());
+                    Scaled { ball, ..value }
                 }
                 None => polynomial.pencil.determinant(self.z[i]),
             };
@@ -81,7 +80,7 @@ impl<T: Real> Points<T> {
             }
             let value = self.values[i].expect("computed above");
             self.corrections[i] = value.divided_by(below)?.value()?;
-            if !self.corrections[i].upper().is_finite() {
+            if !upper(self.corrections[i]).is_finite() {
                 return None;
             }
         }
@@ -100,11 +99,11 @@ impl<T: Real> Points<T> {
         let reach: Vec<f64> = self
             .corrections
             .iter()
-            .map(|w| 2.5 * n as f64 * w.upper())
+            .map(|w| 2.5 * n as f64 * upper(*w))
             .collect();
         for i in 0..n {
             for j in 0..i {
-                let distance = (self.improved(i) - self.improved(j)).lower();
+                let distance = lower(self.improved(i) - self.improved(j));
                 if distance <= reach[i] + reach[j] && label[i] != label[j] {
                     let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
                     label
@@ -132,10 +131,10 @@ impl<T: Real> Points<T> {
             // The largest t for which the group's discs avoid all others.
             let mut t = f64::INFINITY;
             for &i in members {
-                let own = self.corrections[i].upper() * n as f64;
+                let own = upper(self.corrections[i]) * n as f64;
                 for j in (0..n).filter(|j| !members.contains(j)) {
-                    let distance = (self.improved(i) - self.improved(j)).lower();
-                    let other = self.corrections[j].upper();
+                    let distance = lower(self.improved(i) - self.improved(j));
+                    let other = upper(self.corrections[j]);
                     if other > 0.0 {
                         let room = 0.9 * (distance - own) / other - n as f64;
                         t = t.min(room / m as f64);
@@ -147,33 +146,33 @@ impl<T: Real> Points<T> {
             if t < 1.0 {
                 return None;
             }
-            let mut centre = Ball::from_f64(0.0);
+            let mut centre = Ball::ZERO;
             for &i in members {
                 let improved = self.improved(i);
-                centre = centre + Ball::exact(improved.re, improved.im);
+                centre = centre + middle(improved);
             }
-            let share = Ball::from_f64(1.0).divide(Ball::from_f64(m as f64))?;
+            let share = real(1.0).checked_div(real(m as f64))?;
             let centre = centre * share;
-            let centre = Ball::exact(centre.re, centre.im);
-            let mut radius = 0f64;
+            let centre = middle(centre);
+            let mut reach = 0f64;
             for &i in members {
-                let size = self.corrections[i].upper();
+                let size = upper(self.corrections[i]);
                 let spread = if m == 1 {
                     0.0
                 } else {
-                    (self.improved(i) - centre).upper()
+                    upper(self.improved(i) - centre)
                 };
                 let own = size * ((m - 1) as f64 + (n - m) as f64 / t);
-                radius = radius.max((own + self.improved(i).radius + spread) * (1.0 + 1e-9));
+                reach = reach.max((own + radius(self.improved(i)) + spread) * (1.0 + 1e-9));
             }
             discs.push(Inclusion {
                 members: members.clone(),
-                centre: Ball { radius, ..centre },
+                centre: Ball::new(centre.middle(), Magnitude::from(reach)),
             });
         }
         for (i, a) in discs.iter().enumerate() {
             for b in &discs[..i] {
-                if (a.centre - b.centre).lower() == 0.0 {
+                if (a.centre - b.centre).contains_zero() {
                     return None;
                 }
             }

@@ -190,12 +190,13 @@ fn has_mass(system: &System, part: &[usize]) -> bool {
     part.iter().any(|i| system.masses()[*i] > 0.0)
 }
 
-/// ω² as the Rayleigh quotient of the shape, summed over the elements; σ² where that is not finite.
+/// ω² as the Rayleigh quotient of the shape, summed over the elements. On very stiff systems the
+/// rounding of the shape itself spoils the quotient: unless it confirms σ, σ² stays.
 pub(crate) fn refined(system: &System, shape: &[f64], sigma: f64) -> f64 {
     let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(*x)).collect();
     let forms = Forms::of(system, &shape, &shape);
     let square = (forms.k.re / forms.m.re).to_f64();
-    if square.is_finite() && (square.sqrt() - sigma).abs() <= 1e-6 * sigma {
+    if square.is_finite() && (square.sqrt() - sigma).abs() <= 1e-13 * sigma {
         square
     } else {
         sigma * sigma

@@ -1,0 +1,54 @@
+//! Balls from numbers that are meant exactly.
+
+use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
+
+/// re + i·im, exactly.
+pub(crate) fn exact<T: Real>(re: T, im: T) -> Ball<T> {
+    Ball::from(WideComplex { re, im })
+}
+
+/// A double, exactly.
+pub(crate) fn real<T: Real>(value: f64) -> Ball<T> {
+    exact(T::from(value), T::ZERO)
+}
+
+/// The midpoint alone.
+pub(crate) fn middle<T: Real>(ball: Ball<T>) -> Ball<T> {
+    Ball::from(ball.middle())
+}
+
+/// 2^power times the ball.
+pub(crate) fn scaled<T: Real>(ball: Ball<T>, power: i64) -> Ball<T> {
+    if is_zero(ball) {
+        return ball;
+    }
+    let radius = ball.radius() * Magnitude::power_of_two(power) + T::floor();
+    Ball::new(ball.middle().scale(power), radius)
+}
+
+/// Whether it is exactly 0.
+pub(crate) fn is_zero<T: Real>(ball: Ball<T>) -> bool {
+    ball.upper().is_zero()
+}
+
+/// An upper bound of |z|, as a double.
+pub(crate) fn upper<T: Real>(ball: Ball<T>) -> f64 {
+    ball.upper().to_f64()
+}
+
+/// A lower bound of |z|, as a double.
+pub(crate) fn lower<T: Real>(ball: Ball<T>) -> f64 {
+    let bound = ball.lower().to_f64();
+    // Conversion rounds up where doubles end.
+    if bound > f64::MIN_POSITIVE && bound.is_finite() { bound } else { 0.0 }
+}
+
+/// |middle|, to a few digits.
+pub(crate) fn size<T: Real>(ball: Ball<T>) -> f64 {
+    ball.middle().norm()
+}
+
+/// The radius, as a double that is no smaller.
+pub(crate) fn radius<T: Real>(ball: Ball<T>) -> f64 {
+    ball.radius().to_f64()
+}

@@ -1,1 +1,50 @@
-//! Closed forms, numerical integrators and error against run time for linear vibrating systems
+//! Checks for the exact methods: motions known in closed form, numerical integrators to compare
+//! with, and the error of every method against its run time.
+//!
+//! - [`MassSpringDamper`] is the textbook's single mass, exact to the last places at any damping;
+//!   [`OneMass`] is the same as a [`ResponseMethod`](eigentone_response::ResponseMethod).
+//! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
+//!   [`RungeKutta4`], [`Newmark`].
+//! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
+//!   [`ModeComparison`] does so for the mode solvers.
+//!
+//! Nothing here prints or touches files.
+//!
+//! ```
+//! use eigentone_check::{Dop853, OneMass, TrajectoryError};
+//! use eigentone_modes::{GROUND, System};
+//! use eigentone_response::{Response, ResponseMethod, State, Step};
+//!
+//! let system = System::builder()
+//!     .mass("m", 1.0)
+//!     .spring(GROUND, "m", 4.0)
+//!     .damper(GROUND, "m", 0.4)
+//!     .build()?;
+//! let problem = Response::of(&system)
+//!     .from(State::at_rest().displace("m", 1.0))
+//!     .load("m", Step::of(2.0).starting_at(3.0))
+//!     .every(0.05)
+//!     .until(20.0)
+//!     .problem()?;
+//! let exact = OneMass.run(&problem)?;
+//! let integrated = Dop853::with_tolerance(1e-10).run(&problem)?;
+//! let error = TrajectoryError::between(&integrated, &exact);
+//! assert!(error.displacement < 1e-8 && error.displacement > 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod closed_form;
+mod instants;
+mod integrator;
+mod mode_comparison;
+mod run_time;
+mod work_precision;
+
+pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
+pub use integrator::{Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work};
+pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
+pub use run_time::RunTime;
+pub use work_precision::{
+    Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,
+    integrators,
+};

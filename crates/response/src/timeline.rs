@@ -48,6 +48,11 @@ impl Instant {
         }
     }
 
+    /// Its seconds since t = 0.
+    pub fn time(&self) -> DoubleDouble {
+        self.time
+    }
+
     /// Its index on the grid, if it is one of the grid's own.
     pub fn index(&self) -> Option<u64> {
         self.index

@@ -8,7 +8,7 @@ use super::Exponential;
 /// Al-Mohy & Higham 2009, *A new scaling and squaring algorithm for the matrix exponential*
 /// (SIAM J. Matrix Anal. 31), with degree 13 throughout: the scaling is taken from ‖A⁴‖^{1/4} and
 /// ‖A⁶‖^{1/6}, so that a large norm of a nearly nilpotent matrix costs no squarings. It does not
-/// balance: see [`exact_hold`](crate::hold::exact).
+/// balance A: a caller does that where it helps.
 #[derive(Clone, Copy, Debug)]
 pub struct Pade13;
 

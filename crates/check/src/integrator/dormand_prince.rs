@@ -1,0 +1,60 @@
+//! The explicit Runge–Kutta pair of order 5(4) of Dormand & Prince (1980, *J. Comput. Appl. Math.*
+//! 6), known as ode45 and DOPRI5, by the crate `differential-equations`.
+
+use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
+
+use super::embedded::{self, Integration, Pair};
+use super::equation::EquationOfMotion;
+use super::{Integrator, Knob, Limit, Work};
+
+const NAME: &str = "Dormand–Prince 5";
+
+/// Runge–Kutta of order 5 with steps sized by a tolerance: what most simulation tools use unless
+/// told otherwise.
+///
+/// Its error is about the tolerance times the number of oscillations. Instants between its steps
+/// are interpolated by the equation's own derivatives, to an error below that of the steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DormandPrince5 {
+    /// The error allowed in each step, relative to the largest displacement (or velocity) so far;
+    /// 1e-15 to 1.
+    pub tolerance: f64,
+}
+
+impl DormandPrince5 {
+    /// The method with a relative tolerance from 1e-15 to 1.
+    pub fn with_tolerance(tolerance: f64) -> DormandPrince5 {
+        DormandPrince5 { tolerance }
+    }
+}
+
+impl ResponseMethod for DormandPrince5 {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        embedded::refuses_tolerance(self.tolerance)
+            .or_else(|| EquationOfMotion::of(problem.system()).err())
+    }
+
+    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        Ok(self.integrate(problem, Limit::default())?.0)
+    }
+}
+
+impl Integrator for DormandPrince5 {
+    fn knob(&self) -> Knob {
+        Knob::Tolerance(self.tolerance)
+    }
+
+    fn integrate(
+        &self,
+        problem: &Problem<'_>,
+        limit: Limit,
+    ) -> Result<(Trajectory, Work), ResponseError> {
+        /// It is stable for |λ|h up to 3.3 (real λ), a little less near the imaginary axis.
+        const STABLE: f64 = 3.0;
+        Integration::run(NAME, Pair::dopri5, STABLE, self.tolerance, problem, limit)
+    }
+}

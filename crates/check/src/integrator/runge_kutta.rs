@@ -1,0 +1,109 @@
+//! The classical Runge–Kutta method of order 4 (Kutta 1901, *Z. Math. Phys.* 46).
+
+use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
+
+use super::equation::{EquationOfMotion, Forces};
+use super::fixed_step::{self, FixedStep};
+use super::{Integrator, Knob, Limit, Work};
+
+const NAME: &str = "Runge–Kutta 4";
+
+/// Four evaluations a step, error in proportion to h⁴; unstable where h exceeds 2.8/|λ|.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RungeKutta4 {
+    /// Equal steps between two neighbouring instants of the grid; at least 1.
+    pub substeps: u32,
+}
+
+impl RungeKutta4 {
+    /// The method with at least 1 step between neighbouring instants.
+    pub fn with_substeps(substeps: u32) -> RungeKutta4 {
+        RungeKutta4 { substeps }
+    }
+}
+
+impl ResponseMethod for RungeKutta4 {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        fixed_step::refuses_substeps(self.substeps)
+            .or_else(|| EquationOfMotion::of(problem.system()).err())
+    }
+
+    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        Ok(self.integrate(problem, Limit::default())?.0)
+    }
+}
+
+impl Integrator for RungeKutta4 {
+    fn knob(&self) -> Knob {
+        Knob::Substeps(self.substeps)
+    }
+
+    fn integrate(
+        &self,
+        problem: &Problem<'_>,
+        limit: Limit,
+    ) -> Result<(Trajectory, Work), ResponseError> {
+        let equation = fixed_step::equation(NAME, problem, self.substeps)?;
+        fixed_step::run(NAME, problem, &equation, Stages::of, self.substeps, limit)
+    }
+}
+
+struct Stages<'a> {
+    equation: &'a EquationOfMotion,
+    /// The state that a stage looks at.
+    stage: Vec<f64>,
+    slope: Vec<f64>,
+    sum: Vec<f64>,
+}
+
+impl Stages<'_> {
+    fn of(equation: &EquationOfMotion) -> Stages<'_> {
+        let zeros = vec![0.0; 2 * equation.len()];
+        Stages {
+            equation,
+            stage: zeros.clone(),
+            slope: zeros.clone(),
+            sum: zeros,
+        }
+    }
+}
+
+impl FixedStep for Stages<'_> {
+    const EVALUATIONS: (u64, u64) = (0, 4);
+
+    fn restart(&mut self, _state: &[f64], _forces: &Forces<'_>, _elapsed: f64) {}
+
+    fn step(
+        &mut self,
+        state: &mut [f64],
+        forces: &Forces<'_>,
+        elapsed: f64,
+        h: f64,
+    ) -> Result<(), String> {
+        let n = self.equation.len();
+        self.slope.fill(0.0);
+        self.sum.fill(0.0);
+        for (ahead, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            let at = state.iter().zip(&self.slope);
+            for (stage, (value, slope)) in self.stage.iter_mut().zip(at) {
+                *stage = value + ahead * h * slope;
+            }
+            let (velocity, acceleration) = self.slope.split_at_mut(n);
+            velocity.copy_from_slice(&self.stage[n..]);
+            let at = elapsed + ahead * h;
+            self.equation
+                .acceleration(&self.stage, forces, at, acceleration);
+            for (sum, slope) in self.sum.iter_mut().zip(&self.slope) {
+                *sum += weight * slope;
+            }
+        }
+        for (value, sum) in state.iter_mut().zip(&self.sum) {
+            *value += h / 6.0 * sum;
+        }
+        Ok(())
+    }
+}

@@ -14,7 +14,7 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use exactly::{exact, lower, radius, size, upper};
-use pencil::{Pencil, Scaled, determinant};
+use pencil::{Eliminated, Pencil, PencilIn, Scaled};
 use refine::{Goal, Level, refine};
 use weierstrass::{Inclusion, Points, Polynomial};
 
@@ -30,6 +30,10 @@ pub(crate) struct Certified {
     pub(crate) value: Complex<f64>,
     pub(crate) bound: f64,
     pub(crate) real_bound: f64,
+    /// x and y at a simple root; `None` where it is not simple or the digits do not tell, and y
+    /// where it follows from x by symmetry.
+    pub(crate) shape: Option<Vec<Complex<f64>>>,
+    pub(crate) left: Option<Vec<Complex<f64>>>,
 }
 
 /// Proves a disc for each of the nonzero finite roots, given approximations of all of them
@@ -189,9 +193,12 @@ impl Job<'_> {
         };
         let proven = discs.and_then(|discs| {
             if self.in_square {
-                discs.iter().map(|disc| square_root(disc, unit)).collect()
+                let root = |disc| {
+                    Some(self.shaped(&polynomial.pencil, disc, square_root(disc, unit)?))
+                };
+                discs.iter().map(root).collect()
             } else {
-                Some(self.in_plane(&discs, unit))
+                Some(self.in_plane(&polynomial.pencil, &discs, unit))
             }
         });
         let terms = |mut value: T| {
@@ -210,7 +217,12 @@ impl Job<'_> {
     }
 
     /// Discs in λ as doubles with bounds; of conjugate discs the upper one.
-    fn in_plane<T: Real>(&self, discs: &[Inclusion<T>], unit: i32) -> Vec<Certified> {
+    fn in_plane<T: Real>(
+        &self,
+        pencil: &PencilIn<T>,
+        discs: &[Inclusion<T>],
+        unit: i32,
+    ) -> Vec<Certified> {
         let mut found = Vec::new();
         for (at, disc) in discs.iter().enumerate() {
             let ball = disc.centre;
@@ -224,12 +236,36 @@ impl Job<'_> {
                 .enumerate()
                 .all(|(other, disc)| other == at || lower(disc.centre - around) > 0.0);
             if height <= radius(ball) && alone {
-                found.push(self.rounded(&disc.members, around, unit, true));
+                let root = self.rounded(&disc.members, around, unit, true);
+                found.push(self.shaped(pencil, disc, root));
             } else if ball.middle().im.to_f64() > 0.0 {
-                found.push(self.rounded(&disc.members, ball, unit, false));
+                let root = self.rounded(&disc.members, ball, unit, false);
+                found.push(self.shaped(pencil, disc, root));
             }
         }
         found
+    }
+
+    /// The root with its shapes, where it is simple.
+    fn shaped<T: Real>(
+        &self,
+        pencil: &PencilIn<T>,
+        disc: &Inclusion<T>,
+        mut root: Certified,
+    ) -> Certified {
+        if disc.members.len() == 1 {
+            let mut centre = disc.centre.middle();
+            if root.value.im == 0.0 {
+                centre.im = T::ZERO;
+            }
+            root.shape = pencil.null_vector(centre, false);
+            if !self.structure.is_symmetric() {
+                // y*Q = 0 is Qᵀ ȳ = 0.
+                let conjugate = |v: Vec<Complex<f64>>| v.iter().map(|z| z.conj()).collect();
+                root.left = pencil.null_vector(centre, true).map(conjugate);
+            }
+        }
+        root
     }
 
     /// The double nearest to a disc's centre, and how far its roots may lie from that.
@@ -254,6 +290,8 @@ impl Job<'_> {
             value: Complex::new(times_power(re, unit), times_power(im, unit)),
             bound: enlarged(radius(ball) + re_error.hypot(im_error), unit),
             real_bound: enlarged(radius(ball) + re_error, unit),
+            shape: None,
+            left: None,
         }
     }
 }
@@ -286,6 +324,8 @@ fn square_root<T: Real>(disc: &Inclusion<T>, unit: i32) -> Option<Certified> {
         value: Complex::new(0.0, times_power(omega, unit)),
         bound: enlarged(defect / omega, unit),
         real_bound: 0.0,
+        shape: None,
+        left: None,
     })
 }
 
@@ -311,7 +351,7 @@ fn leading<T: Real>(system: &System, pencil: &Pencil) -> Scaled<T> {
             continue;
         }
         let block = pencil.block::<T>(power, &parts);
-        let factor = determinant(block, parts.len());
+        let factor = Eliminated::of(block, parts.len()).determinant;
         result = result.times(factor.ball);
         result.exponent += factor.exponent;
     }

@@ -1,5 +1,7 @@
 //! det(λ²M + λC + K) in ball arithmetic, from the elements.
 
+use num_complex::Complex;
+
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
 
@@ -89,6 +91,8 @@ pub(crate) struct PencilIn<T> {
     n: usize,
     /// Row, column, and the coefficients of 1, μ and μ².
     entries: Vec<(usize, usize, [Ball<T>; 3])>,
+    /// Row and column i are divided by 2 to this power.
+    exponents: Vec<i32>,
 }
 
 impl Pencil {
@@ -218,6 +222,7 @@ impl Pencil {
             PencilIn {
                 n: self.n,
                 entries: scaled.collect(),
+                exponents,
             },
             total,
         )
@@ -242,62 +247,112 @@ impl<T: Real> PencilIn<T> {
 
     /// The determinant at μ.
     pub(crate) fn determinant(&self, mu: Ball<T>) -> Scaled<T> {
-        determinant(self.at(mu), self.n)
+        Eliminated::of(self.at(mu), self.n).determinant
+    }
+
+    /// The vector x that Q(μ) annuls, for μ at a simple root, to the precision of T and rounded to
+    /// doubles; with `transposed`, that of Q(μ)ᵀ. `None` where more than one pivot vanishes.
+    pub(crate) fn null_vector(
+        &self,
+        mu: WideComplex<T>,
+        transposed: bool,
+    ) -> Option<Vec<Complex<f64>>> {
+        let n = self.n;
+        let mut matrix = self.at(Ball::from(mu));
+        if transposed {
+            matrix = (0..n * n).map(|at| matrix[at % n * n + at / n]).collect();
+        }
+        let factors = Eliminated::of(matrix, n);
+        if factors.pivots + 1 < n {
+            return None;
+        }
+        let at = |i: usize, j: usize| {
+            factors.matrix[factors.rows[i] * n + factors.columns[j]].middle()
+        };
+        let mut x = vec![WideComplex::<T>::ZERO; n];
+        x[n - 1] = WideComplex::new(T::ONE, T::ZERO);
+        for i in (0..n - 1).rev() {
+            let mut sum = WideComplex::ZERO;
+            for (j, entry) in x.iter().enumerate().skip(i + 1) {
+                sum += at(i, j) * *entry;
+            }
+            x[i] = -sum / at(i, i);
+        }
+        let mut shape = vec![Complex::ZERO; n];
+        for (j, entry) in x.into_iter().enumerate() {
+            let coordinate = factors.columns[j];
+            let entry = entry.scale(-i64::from(self.exponents[coordinate]));
+            shape[coordinate] = Complex::new(entry.re.to_f64(), entry.im.to_f64());
+        }
+        shape.iter().all(|entry| entry.is_finite()).then_some(shape)
     }
 }
 
-/// The determinant of an n × n matrix given by rows, by elimination with complete pivoting. Where
-/// nothing but balls around zero is left, Hadamard's inequality bounds the rest.
-pub(crate) fn determinant<T: Real>(mut matrix: Vec<Ball<T>>, n: usize) -> Scaled<T> {
-    let mut result = Scaled::one();
-    let mut rows: Vec<usize> = (0..n).collect();
-    let mut columns: Vec<usize> = (0..n).collect();
-    let mut odd = false;
-    for step in 0..n {
-        let mut best = (0.0, step, step);
-        for i in step..n {
-            for j in step..n {
-                let size = lower(matrix[rows[i] * n + columns[j]]);
-                if size > best.0 {
-                    best = (size, i, j);
+/// An n × n matrix after elimination with complete pivoting.
+pub(crate) struct Eliminated<T> {
+    pub(crate) determinant: Scaled<T>,
+    /// By rows of the original numbering; what belongs to the upper triangle is in place.
+    matrix: Vec<Ball<T>>,
+    rows: Vec<usize>,
+    columns: Vec<usize>,
+    /// How many pivots are certainly not zero.
+    pivots: usize,
+}
+
+impl<T: Real> Eliminated<T> {
+    /// Eliminates a matrix given by rows. Where nothing but balls around zero is left, Hadamard's
+    /// inequality bounds the rest of the determinant.
+    pub(crate) fn of(mut matrix: Vec<Ball<T>>, n: usize) -> Eliminated<T> {
+        let mut determinant = Scaled::one();
+        let mut rows: Vec<usize> = (0..n).collect();
+        let mut columns: Vec<usize> = (0..n).collect();
+        let mut odd = false;
+        for step in 0..n {
+            let mut best = (0.0, step, step);
+            for i in step..n {
+                for j in step..n {
+                    let size = lower(matrix[rows[i] * n + columns[j]]);
+                    if size > best.0 {
+                        best = (size, i, j);
+                    }
+                }
+            }
+            let (size, i, j) = best;
+            if size == 0.0 {
+                for i in step..n {
+                    let norm = (step..n)
+                        .map(|j| upper(matrix[rows[i] * n + columns[j]]))
+                        .fold(0.0, f64::hypot);
+                    let bound = Magnitude::from(norm * (1.0 + 1e-10));
+                    determinant = determinant.times(Ball::new(WideComplex::ZERO, bound));
+                }
+                return Eliminated { determinant, matrix, rows, columns, pivots: step };
+            }
+            odd ^= (i != step) ^ (j != step);
+            rows.swap(step, i);
+            columns.swap(step, j);
+            let pivot = matrix[rows[step] * n + columns[step]];
+            determinant = determinant.times(pivot);
+            let tail: Vec<usize> = columns[step + 1..]
+                .iter()
+                .copied()
+                .filter(|column| !is_zero(matrix[rows[step] * n + column]))
+                .collect();
+            for row in rows[step + 1..].iter().copied() {
+                let below = matrix[row * n + columns[step]];
+                if is_zero(below) {
+                    continue;
+                }
+                let factor = below.checked_div(pivot).expect("the pivot's ball excludes zero");
+                for &column in &tail {
+                    let product = factor * matrix[rows[step] * n + column];
+                    matrix[row * n + column] = matrix[row * n + column] - product;
                 }
             }
         }
-        let (size, i, j) = best;
-        if size == 0.0 {
-            for i in step..n {
-                let norm = (step..n)
-                    .map(|j| upper(matrix[rows[i] * n + columns[j]]))
-                    .fold(0.0, f64::hypot);
-                let rest = Ball::new(WideComplex::ZERO, Magnitude::from(norm * (1.0 + 1e-10)));
-                result = result.times(rest);
-            }
-            return result;
+        if odd {
+            determinant.ball = -determinant.ball;
         }
-        odd ^= (i != step) ^ (j != step);
-        rows.swap(step, i);
-        columns.swap(step, j);
-        let pivot = matrix[rows[step] * n + columns[step]];
-        result = result.times(pivot);
-        let tail: Vec<usize> = columns[step + 1..]
-            .iter()
-            .copied()
-            .filter(|column| !is_zero(matrix[rows[step] * n + column]))
-            .collect();
-        for row in rows[step + 1..].iter().copied() {
-            let below = matrix[row * n + columns[step]];
-            if is_zero(below) {
-                continue;
-            }
-            let factor = below.checked_div(pivot).expect("the pivot's ball excludes zero");
-            for &column in &tail {
-                let product = factor * matrix[rows[step] * n + column];
-                matrix[row * n + column] = matrix[row * n + column] - product;
-            }
-        }
+        Eliminated { determinant, matrix, rows, columns, pivots: n }
     }
-    if odd {
-        result.ball = -result.ball;
-    }
-    result
 }

@@ -71,9 +71,7 @@ pub(crate) fn refine<T: Real>(
         let mut progress = 0f64;
         for group in &groups {
             moved |= if group.len() == 1 || sweep < PLAIN {
-                group
-                    .iter()
-                    .fold(false, |moved, i| step(points, *i) || moved)
+                step_all(points, group)
             } else {
                 gather(points, group, goal)
             };
@@ -172,6 +170,11 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool
         }
         return true;
     }
+    step_all(points, group)
+}
+
+/// Moves each point of a group; whether any moved.
+fn step_all<T: Real>(points: &mut Points<T>, group: &[usize]) -> bool {
     let mut moved = false;
     for &i in group {
         moved |= step(points, i);

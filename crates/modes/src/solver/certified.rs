@@ -7,8 +7,8 @@ use crate::modes::{Bounds, Mode, Modes};
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::ModeSolver;
 use super::roots::{Root, collect};
+use super::{ModeSolver, classical};
 
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
 const LARGEST: usize = 64;
@@ -27,6 +27,27 @@ pub(crate) fn certified(
         let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
         return without_proof(modes, reason);
     }
+    let attempt = prove(system, structure, modes.as_slice(), tolerance)
+        .or_else(|| prove(system, structure, &uncoupled(solver, system, structure)?, tolerance));
+    let Some(mut roots) = attempt else {
+        let reason = "no separate discs were reached with the digits at hand".to_owned();
+        return without_proof(modes, reason);
+    };
+    let zeros = modes.iter().filter(|mode| mode.eigenvalue().value.norm() == 0.0);
+    roots.extend(zeros.map(|mode| {
+        let zero = root(mode, mode.eigenvalue().value, mode.multiplicity, mode.defective);
+        Root { error: Some((0.0, 0.0)), ..zero }
+    }));
+    Modes { bounds: Bounds::Proven, plan: modes.plan, ..collect(solver, system, roots) }
+}
+
+/// Proven roots from approximate modes, without those at 0.
+fn prove(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+    tolerance: f64,
+) -> Option<Vec<Root>> {
     // Approximations of all nonzero roots, and the mode that each belongs to.
     let mut approximations: Vec<Complex<f64>> = Vec::new();
     let mut owner = Vec::new();
@@ -35,11 +56,7 @@ pub(crate) fn certified(
         if value.norm() == 0.0 {
             continue;
         }
-        let count = if mode.is_defective() {
-            mode.multiplicity()
-        } else {
-            1
-        };
+        let count = if mode.is_defective() { mode.multiplicity() } else { 1 };
         for _ in 0..count {
             approximations.push(value);
             owner.push(index);
@@ -49,32 +66,10 @@ pub(crate) fn certified(
             }
         }
     }
-    let Some(found) = certify(system, structure, &approximations, tolerance) else {
-        let reason = "no separate discs were reached with the digits at hand".to_owned();
-        return without_proof(modes, reason);
-    };
-    let mut roots: Vec<Root> = modes
-        .iter()
-        .filter(|mode| mode.eigenvalue().value.norm() == 0.0)
-        .map(|mode| {
-            root(
-                mode,
-                mode.eigenvalue().value,
-                mode.multiplicity,
-                mode.defective,
-            )
-        })
-        .map(|zero| Root {
-            error: Some((0.0, 0.0)),
-            ..zero
-        })
-        .collect();
-    for certificate in found {
-        let mut owners: Vec<usize> = certificate
-            .members
-            .iter()
-            .map(|member| owner[*member])
-            .collect();
+    let mut roots = Vec::new();
+    for certificate in certify(system, structure, &approximations, tolerance)? {
+        let mut owners: Vec<usize> =
+            certificate.members.iter().map(|member| owner[*member]).collect();
         owners.sort_unstable();
         owners.dedup();
         let count = certificate.members.len();
@@ -83,26 +78,33 @@ pub(crate) fn certified(
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
             let each = if complete { 1 } else { count };
-            let found = root(&modes.as_slice()[owner], certificate.value, each, !complete);
-            roots.push(Root {
-                error: Some((certificate.bound, certificate.real_bound)),
-                ..found
-            });
+            let mut found = root(&modes[owner], certificate.value, each, !complete);
+            if let Some(shape) = &certificate.shape {
+                found.shape = shape.clone();
+                found.left = certificate.left.clone();
+            }
+            roots.push(Root { error: Some((certificate.bound, certificate.real_bound)), ..found });
         }
     }
-    Modes {
-        bounds: Bounds::Proven,
-        plan: modes.plan,
-        ..collect(solver, system, roots)
+    Some(roots)
+}
+
+/// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the
+/// system, where its state matrix has lost all digits.
+fn uncoupled(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Option<Vec<Mode>> {
+    if structure.is_undamped() {
+        return None;
     }
+    let roots = classical::uncoupled_roots(solver, system, structure)?;
+    Some(collect(solver, system, roots).as_slice().to_vec())
 }
 
 fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {
-    Root {
-        count,
-        defective,
-        ..Root::simple(value, mode.shape().to_vec())
-    }
+    Root { count, defective, ..Root::simple(value, mode.shape().to_vec()) }
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {

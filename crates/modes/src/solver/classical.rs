@@ -41,43 +41,46 @@ impl ModeSolver for Classical {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let mut roots = Vec::new();
-        let mut at_rest = Vec::new();
-        let mut zeros = 0;
-        for ModalForms {
-            shape,
-            forms,
-            rigid,
-        } in modal_forms(self, system, structure)?
-        {
-            let stiffness = if rigid {
-                DoubleDouble::ZERO
-            } else {
-                forms.k.re
-            };
-            let quadratic = Quadratic {
-                m: forms.m.re,
-                c: forms.c.re,
-                k: stiffness,
-            };
-            if rigid {
-                at_rest.push(shape.clone());
-                zeros += if quadratic.c == DoubleDouble::ZERO {
-                    2
-                } else {
-                    1
-                };
-            }
-            let exact = system.len() == 1;
-            let found = quadratic
-                .roots(exact)
-                .into_iter()
-                .filter(|root| root.value.norm() != 0.0);
-            roots.extend(found.map(|root| root.with_shape(&shape)));
-        }
-        roots.extend(rigid::roots(at_rest, zeros));
+        let roots = modal_roots(self, system, structure)?;
         Ok(collect(self, system, roots))
     }
+}
+
+/// The roots that each undamped shape has by itself; all there are where the damping is classical.
+fn modal_roots(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Vec<Root>, ModesError> {
+    let mut roots = Vec::new();
+    let mut at_rest = Vec::new();
+    let mut zeros = 0;
+    for ModalForms { shape, forms, rigid } in modal_forms(solver, system, structure)? {
+        let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k.re };
+        let quadratic = Quadratic { m: forms.m.re, c: forms.c.re, k: stiffness };
+        if rigid {
+            at_rest.push(shape.clone());
+            zeros += if quadratic.c == DoubleDouble::ZERO { 2 } else { 1 };
+        }
+        let exact = system.len() == 1;
+        let found = quadratic.roots(exact).into_iter().filter(|root| root.value.norm() != 0.0);
+        roots.extend(found.map(|root| root.with_shape(&shape)));
+    }
+    roots.extend(rigid::roots(at_rest, zeros));
+    Ok(roots)
+}
+
+/// The roots that each undamped shape would have by itself, whatever the damping; `None` where
+/// there are no real shapes.
+pub(crate) fn uncoupled_roots(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Option<Vec<Root>> {
+    if !structure.massless().is_empty() || spring_factor::refuses_springs(system).is_some() {
+        return None;
+    }
+    modal_roots(solver, system, structure).ok()
 }
 
 /// The real shapes of an undamped or classically damped system with their modal masses, dampings

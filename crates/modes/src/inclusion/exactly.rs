@@ -40,7 +40,11 @@ pub(crate) fn upper<T: Real>(ball: Ball<T>) -> f64 {
 pub(crate) fn lower<T: Real>(ball: Ball<T>) -> f64 {
     let bound = ball.lower().to_f64();
     // Conversion rounds up where doubles end.
-    if bound > f64::MIN_POSITIVE && bound.is_finite() { bound } else { 0.0 }
+    if bound > f64::MIN_POSITIVE && bound.is_finite() {
+        bound
+    } else {
+        0.0
+    }
 }
 
 /// |middle|, to a few digits.

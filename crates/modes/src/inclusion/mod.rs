@@ -83,8 +83,10 @@ pub(crate) fn certify(
             }
         })
         .collect();
-    let mut points: Vec<[Terms; 2]> =
-        start.iter().map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0])).collect();
+    let mut points: Vec<[Terms; 2]> = start
+        .iter()
+        .map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0]))
+        .collect();
     let mut best = None;
     for level in LEVELS {
         if level.limbs > 2 && (level.limbs < job.wanted(&best) || !job.affords(level.limbs)) {
@@ -127,12 +129,30 @@ struct Outcome {
 
 /// From 32 digits to 1200.
 const LEVELS: [Rung; 6] = [
-    Rung { limbs: 2, run: level::<DoubleDouble> },
-    Rung { limbs: 4, run: level::<Wide<4>> },
-    Rung { limbs: 8, run: level::<Wide<8>> },
-    Rung { limbs: 16, run: level::<Wide<16>> },
-    Rung { limbs: 32, run: level::<Wide<32>> },
-    Rung { limbs: 64, run: level::<Wide<64>> },
+    Rung {
+        limbs: 2,
+        run: level::<DoubleDouble>,
+    },
+    Rung {
+        limbs: 4,
+        run: level::<Wide<4>>,
+    },
+    Rung {
+        limbs: 8,
+        run: level::<Wide<8>>,
+    },
+    Rung {
+        limbs: 16,
+        run: level::<Wide<16>>,
+    },
+    Rung {
+        limbs: 32,
+        run: level::<Wide<32>>,
+    },
+    Rung {
+        limbs: 64,
+        run: level::<Wide<64>>,
+    },
 ];
 
 fn level<T: Real>(job: &Job<'_>, unit: i32, start: &[[Terms; 2]]) -> Outcome {
@@ -156,10 +176,18 @@ impl Job<'_> {
     fn wanted(&self, best: &Option<Vec<Certified>>) -> usize {
         const DIGITS: usize = 110;
         let largest = |found: &Vec<Certified>| {
-            found.iter().map(|disc| disc.members.len()).max().unwrap_or(1)
+            found
+                .iter()
+                .map(|disc| disc.members.len())
+                .max()
+                .unwrap_or(1)
         };
         let m = best.as_ref().map_or(1, largest);
-        if m > 1 { (DIGITS * m + 30).div_ceil(64).min(64) } else { 0 }
+        if m > 1 {
+            (DIGITS * m + 30).div_ceil(64).min(64)
+        } else {
+            0
+        }
     }
 
     /// Whether a sweep with so many limbs stays within a stated count of operations.
@@ -178,27 +206,44 @@ impl Job<'_> {
         let mut leading = leading::<T>(self.system, &self.pencil);
         leading.exponent += i64::from(unit) * self.degree as i64 - total;
         let halves = if self.in_square { 2 } else { 1 };
-        let polynomial =
-            Polynomial { pencil: precise, zeros: self.zeros / halves, leading };
-        let sum = |terms: Terms| {
-            terms[1..].iter().fold(T::from(terms[0]), |sum, term| sum + T::from(*term))
+        let polynomial = Polynomial {
+            pencil: precise,
+            zeros: self.zeros / halves,
+            leading,
         };
-        let z = start.iter().map(|[re, im]| exact(sum(*re), sum(*im))).collect();
+        let sum = |terms: Terms| {
+            terms[1..]
+                .iter()
+                .fold(T::from(terms[0]), |sum, term| sum + T::from(*term))
+        };
+        let z = start
+            .iter()
+            .map(|[re, im]| exact(sum(*re), sum(*im)))
+            .collect();
         let mut points = Points::new(z);
-        let goal = Goal { tolerance: self.tolerance, limit: LIMIT, real_parts: !self.in_square };
+        let goal = Goal {
+            tolerance: self.tolerance,
+            limit: LIMIT,
+            real_parts: !self.in_square,
+        };
         let (discs, done) = match refine(&polynomial, &mut points, &goal) {
             Level::Done(discs) => (Some(discs), true),
             Level::Proven(discs) => (Some(discs), false),
             Level::Failed => (None, false),
         };
-        let proven = discs.and_then(|discs| {
+        let proven = discs.filter(|discs| useful(discs)).and_then(|discs| {
             if self.in_square {
-                let root = |disc| {
-                    Some(self.shaped(&polynomial.pencil, disc, square_root(disc, unit)?))
-                };
+                let root =
+                    |disc| Some(self.shaped(&polynomial.pencil, disc, square_root(disc, unit)?));
                 discs.iter().map(root).collect()
             } else {
-                Some(self.in_plane(&polynomial.pencil, &discs, unit))
+                let found = self.in_plane(&polynomial.pencil, &discs, unit);
+                let pairs = |root: &Certified| if root.value.im == 0.0 { 1 } else { 2 };
+                let count: usize = found
+                    .iter()
+                    .map(|root| pairs(root) * root.members.len())
+                    .sum();
+                (count == self.degree - self.zeros).then_some(found)
             }
         });
         let terms = |mut value: T| {
@@ -213,7 +258,11 @@ impl Job<'_> {
             .iter()
             .map(|z| [terms(z.middle().re), terms(z.middle().im)])
             .collect();
-        Outcome { points, done: done && proven.is_some(), proven }
+        Outcome {
+            points,
+            done: done && proven.is_some(),
+            proven,
+        }
     }
 
     /// Discs in λ as doubles with bounds; of conjugate discs the upper one.
@@ -230,7 +279,13 @@ impl Job<'_> {
             // A disc about the real axis that holds this one and meets no other holds the
             // conjugates of its own roots.
             let reach = Magnitude::from((radius(ball) + height) * (1.0 + 1e-9));
-            let around = Ball::new(WideComplex { im: T::ZERO, ..ball.middle() }, reach);
+            let around = Ball::new(
+                WideComplex {
+                    im: T::ZERO,
+                    ..ball.middle()
+                },
+                reach,
+            );
             let alone = discs
                 .iter()
                 .enumerate()
@@ -296,6 +351,13 @@ impl Job<'_> {
     }
 }
 
+/// Whether every disc tells at least the size of its roots to some digits.
+fn useful<T: Real>(discs: &[Inclusion<T>]) -> bool {
+    discs
+        .iter()
+        .all(|disc| radius(disc.centre) <= 1e-6 * size(disc.centre))
+}
+
 /// 2^unit·value, for results within the range of doubles.
 fn times_power(value: f64, unit: i32) -> f64 {
     value.scale(i64::from(unit))
@@ -304,7 +366,11 @@ fn times_power(value: f64, unit: i32) -> f64 {
 /// 2^unit·bound and a little more, never 0 unless the bound is.
 fn enlarged(bound: f64, unit: i32) -> f64 {
     let scaled = times_power(bound * (1.0 + 1e-9), unit);
-    if bound > 0.0 { scaled.max(f64::from_bits(1)) } else { 0.0 }
+    if bound > 0.0 {
+        scaled.max(f64::from_bits(1))
+    } else {
+        0.0
+    }
 }
 
 /// λ = iω from a disc about σ = −ω².

@@ -196,7 +196,10 @@ impl Pencil {
             .collect();
         let mut scale = vec![0f64; self.n];
         for (row, column, coefficients) in &entries {
-            let size = coefficients.iter().map(|ball| upper(*ball)).fold(0.0, f64::max);
+            let size = coefficients
+                .iter()
+                .map(|ball| upper(*ball))
+                .fold(0.0, f64::max);
             scale[*row] = scale[*row].max(size);
             scale[*column] = scale[*column].max(size);
         }
@@ -212,7 +215,11 @@ impl Pencil {
             .collect();
         let scaled = entries.into_iter().map(|(row, column, coefficients)| {
             let down = -(exponents[row] + exponents[column]);
-            (row, column, coefficients.map(|ball| scaled(ball, i64::from(down))))
+            (
+                row,
+                column,
+                coefficients.map(|ball| scaled(ball, i64::from(down))),
+            )
         });
         let total = exponents
             .iter()
@@ -266,9 +273,8 @@ impl<T: Real> PencilIn<T> {
         if factors.pivots + 1 < n {
             return None;
         }
-        let at = |i: usize, j: usize| {
-            factors.matrix[factors.rows[i] * n + factors.columns[j]].middle()
-        };
+        let at =
+            |i: usize, j: usize| factors.matrix[factors.rows[i] * n + factors.columns[j]].middle();
         let mut x = vec![WideComplex::<T>::ZERO; n];
         x[n - 1] = WideComplex::new(T::ONE, T::ZERO);
         for i in (0..n - 1).rev() {
@@ -326,7 +332,13 @@ impl<T: Real> Eliminated<T> {
                     let bound = Magnitude::from(norm * (1.0 + 1e-10));
                     determinant = determinant.times(Ball::new(WideComplex::ZERO, bound));
                 }
-                return Eliminated { determinant, matrix, rows, columns, pivots: step };
+                return Eliminated {
+                    determinant,
+                    matrix,
+                    rows,
+                    columns,
+                    pivots: step,
+                };
             }
             odd ^= (i != step) ^ (j != step);
             rows.swap(step, i);
@@ -343,7 +355,9 @@ impl<T: Real> Eliminated<T> {
                 if is_zero(below) {
                     continue;
                 }
-                let factor = below.checked_div(pivot).expect("the pivot's ball excludes zero");
+                let factor = below
+                    .checked_div(pivot)
+                    .expect("the pivot's ball excludes zero");
                 for &column in &tail {
                     let product = factor * matrix[rows[step] * n + column];
                     matrix[row * n + column] = matrix[row * n + column] - product;
@@ -353,6 +367,12 @@ impl<T: Real> Eliminated<T> {
         if odd {
             determinant.ball = -determinant.ball;
         }
-        Eliminated { determinant, matrix, rows, columns, pivots: n }
+        Eliminated {
+            determinant,
+            matrix,
+            rows,
+            columns,
+            pivots: n,
+        }
     }
 }

@@ -156,16 +156,13 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool
         .iter()
         .map(|i| upper(points.corrections[*i]))
         .fold(0.0, f64::max);
-    let tight = correction <= 1.5 * spread;
+    let tight = correction <= 1.5 * spread && spread <= 1e-2 * size(centre);
     let floor = goal.limit * size(centre) / (64.0 * points.z.len() as f64);
     if tight && spread > floor {
         let reach = (spread / 16.0).max(0.5 * floor);
         for (k, &i) in group.iter().enumerate() {
             let angle = 0.7 + std::f64::consts::TAU * k as f64 / m as f64;
-            let arm = exact(
-                T::from(reach * angle.cos()),
-                T::from(reach * angle.sin()),
-            );
+            let arm = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
             points.place(i, centre + arm);
         }
         return true;

@@ -27,18 +27,38 @@ pub(crate) fn certified(
         let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
         return without_proof(modes, reason);
     }
-    let attempt = prove(system, structure, modes.as_slice(), tolerance)
-        .or_else(|| prove(system, structure, &uncoupled(solver, system, structure)?, tolerance));
+    let attempt = prove(system, structure, modes.as_slice(), tolerance).or_else(|| {
+        prove(
+            system,
+            structure,
+            &uncoupled(solver, system, structure)?,
+            tolerance,
+        )
+    });
     let Some(mut roots) = attempt else {
         let reason = "no separate discs were reached with the digits at hand".to_owned();
         return without_proof(modes, reason);
     };
-    let zeros = modes.iter().filter(|mode| mode.eigenvalue().value.norm() == 0.0);
+    let zeros = modes
+        .iter()
+        .filter(|mode| mode.eigenvalue().value.norm() == 0.0);
     roots.extend(zeros.map(|mode| {
-        let zero = root(mode, mode.eigenvalue().value, mode.multiplicity, mode.defective);
-        Root { error: Some((0.0, 0.0)), ..zero }
+        let zero = root(
+            mode,
+            mode.eigenvalue().value,
+            mode.multiplicity,
+            mode.defective,
+        );
+        Root {
+            error: Some((0.0, 0.0)),
+            ..zero
+        }
     }));
-    Modes { bounds: Bounds::Proven, plan: modes.plan, ..collect(solver, system, roots) }
+    Modes {
+        bounds: Bounds::Proven,
+        plan: modes.plan,
+        ..collect(solver, system, roots)
+    }
 }
 
 /// Proven roots from approximate modes, without those at 0.
@@ -56,7 +76,11 @@ fn prove(
         if value.norm() == 0.0 {
             continue;
         }
-        let count = if mode.is_defective() { mode.multiplicity() } else { 1 };
+        let count = if mode.is_defective() {
+            mode.multiplicity()
+        } else {
+            1
+        };
         for _ in 0..count {
             approximations.push(value);
             owner.push(index);
@@ -68,8 +92,11 @@ fn prove(
     }
     let mut roots = Vec::new();
     for certificate in certify(system, structure, &approximations, tolerance)? {
-        let mut owners: Vec<usize> =
-            certificate.members.iter().map(|member| owner[*member]).collect();
+        let mut owners: Vec<usize> = certificate
+            .members
+            .iter()
+            .map(|member| owner[*member])
+            .collect();
         owners.sort_unstable();
         owners.dedup();
         let count = certificate.members.len();
@@ -83,7 +110,10 @@ fn prove(
                 found.shape = shape.clone();
                 found.left = certificate.left.clone();
             }
-            roots.push(Root { error: Some((certificate.bound, certificate.real_bound)), ..found });
+            roots.push(Root {
+                error: Some((certificate.bound, certificate.real_bound)),
+                ..found
+            });
         }
     }
     Some(roots)
@@ -91,11 +121,7 @@ fn prove(
 
 /// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the
 /// system, where its state matrix has lost all digits.
-fn uncoupled(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Option<Vec<Mode>> {
+fn uncoupled(solver: &dyn ModeSolver, system: &System, structure: &Structure) -> Option<Vec<Mode>> {
     if structure.is_undamped() {
         return None;
     }
@@ -104,7 +130,11 @@ fn uncoupled(
 }
 
 fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {
-    Root { count, defective, ..Root::simple(value, mode.shape().to_vec()) }
+    Root {
+        count,
+        defective,
+        ..Root::simple(value, mode.shape().to_vec())
+    }
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {

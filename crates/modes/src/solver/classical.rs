@@ -55,15 +55,35 @@ fn modal_roots(
     let mut roots = Vec::new();
     let mut at_rest = Vec::new();
     let mut zeros = 0;
-    for ModalForms { shape, forms, rigid } in modal_forms(solver, system, structure)? {
-        let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k.re };
-        let quadratic = Quadratic { m: forms.m.re, c: forms.c.re, k: stiffness };
+    for ModalForms {
+        shape,
+        forms,
+        rigid,
+    } in modal_forms(solver, system, structure)?
+    {
+        let stiffness = if rigid {
+            DoubleDouble::ZERO
+        } else {
+            forms.k.re
+        };
+        let quadratic = Quadratic {
+            m: forms.m.re,
+            c: forms.c.re,
+            k: stiffness,
+        };
         if rigid {
             at_rest.push(shape.clone());
-            zeros += if quadratic.c == DoubleDouble::ZERO { 2 } else { 1 };
+            zeros += if quadratic.c == DoubleDouble::ZERO {
+                2
+            } else {
+                1
+            };
         }
         let exact = system.len() == 1;
-        let found = quadratic.roots(exact).into_iter().filter(|root| root.value.norm() != 0.0);
+        let found = quadratic
+            .roots(exact)
+            .into_iter()
+            .filter(|root| root.value.norm() != 0.0);
         roots.extend(found.map(|root| root.with_shape(&shape)));
     }
     roots.extend(rigid::roots(at_rest, zeros));

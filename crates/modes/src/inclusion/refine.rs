@@ -82,6 +82,9 @@ pub(crate) fn refine<T: Real>(
         if !moved {
             break;
         }
+        if sweep % PLAIN == PLAIN - 1 {
+            break_symmetry(points);
+        }
         stuck = if progress > 0.7 * previous {
             stuck + 1
         } else {
@@ -95,6 +98,19 @@ pub(crate) fn refine<T: Real>(
     match best {
         Some(discs) => Level::Proven(discs),
         None => Level::Failed,
+    }
+}
+
+/// Real points cannot become a complex pair, nor a pair two different real points, as long as they
+/// mirror each other: those far from any root are turned about 0 by angles of their own.
+fn break_symmetry<T: Real>(points: &mut Points<T>) {
+    const FAR: f64 = 1e-2;
+    for i in 0..points.z.len() {
+        if upper(points.corrections[i]) > FAR * size(points.z[i]) {
+            let angle = if i % 2 == 0 { 0.5 } else { -0.3 } + 0.01 * i as f64;
+            let turn = exact(T::from(angle.cos()), T::from(angle.sin()));
+            points.place(i, points.z[i] * turn);
+        }
     }
 }
 

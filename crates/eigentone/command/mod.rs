@@ -49,10 +49,10 @@ impl Cli {
 struct Question {
     /// The scene file
     scene: PathBuf,
-    /// Arithmetic: certified proves bounds, double estimates them
+    /// Arithmetic; this version computes in doubles and estimates bounds with either
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
-    /// Largest relative error wanted, at least 2^-53 [default: the last digits]
+    /// Largest relative error wanted, at least 2^-53; this version always goes for the last digits
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
 }

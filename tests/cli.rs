@@ -313,7 +313,7 @@ fn the_analysis_shows_the_known_numbers() {
 #[test]
 fn wrong_input_ends_with_2_and_one_message() {
     let file = scene("two-mass-free");
-    for command in ["analyze", "modes", "response"] {
+    for command in ["analyze", "modes", "response", "check"] {
         let error = refused(&[command, "no/such/scene.json"], 2);
         assert!(error.contains("no/such/scene.json"), "{error}");
         for tolerance in ["1.1e-16", "0", "-1e-9", "NaN", "inf", "1e400", "tight"] {
@@ -402,6 +402,42 @@ fn a_directory_gets_every_file_whole() {
     }
     assert!(read("displacement.svg").contains(">displacement, m<"));
     assert!(read("velocity.svg").contains(">velocity, m/s<"));
+}
+
+#[test]
+fn a_check_compares_every_method() {
+    let directory = fresh("a_check_compares_every_method");
+    let out = directory.to_str().expect("a UTF-8 path");
+    let table = printed(&["check", &scene("three-mass-1"), "--out", out]);
+    let read = |name: &str| fs::read_to_string(directory.join(name)).expect(name);
+    let json: Value = serde_json::from_str(&read("check.json")).expect("JSON");
+    let solvers = json["modes"]["solvers"].as_array().expect("an array");
+    let methods = json["response"]["methods"].as_array().expect("an array");
+    let listed = solvers.iter().map(|row| &row["solver"]);
+    for name in listed.chain(methods.iter().map(|row| &row["method"])) {
+        let name = name.as_str().expect("a name");
+        assert!(
+            table.contains(name) && read("check.md").contains(name),
+            "{name}"
+        );
+    }
+    // Tighter tolerances cost more and err less, over the seven decades that separate them.
+    let runs: Vec<&Value> = methods
+        .iter()
+        .filter(|row| row["method"] == "DOP853")
+        .collect();
+    let (loose, tight) = (runs[0], runs[runs.len() - 1]);
+    let error = |row: &Value| number(&row["displacement_error"]);
+    assert!(error(tight) < 1e-3 * error(loose));
+    let work = |row: &Value| number(&row["work"]["evaluations"]);
+    assert!(work(tight) > work(loose));
+    assert!(number(&tight["time"]["median"]) > 0.0);
+    let plot = read("work-precision.svg");
+    assert_well_formed(&plot);
+    assert!(plot.contains(">DOP853<") && plot.contains(">run time, s<"));
+    // Without a response, the mode solvers are left.
+    let modes_only = printed(&["check", &scene("triple-defect")]);
+    assert!(modes_only.contains("no `time`") && modes_only.contains("the reference"));
 }
 
 /// Every element is closed, in order, and no text has a loose & or <.

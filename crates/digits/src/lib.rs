@@ -2,7 +2,8 @@
 //!
 //! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits. [`Wide`] is a binary
 //! float of a fixed number of limbs. Both are [`Real`] numbers, as doubles are, so that kernels can
-//! be written once for all. [`Magnitude`] bounds sizes and errors.
+//! be written once for all. [`WideComplex`] pairs them, [`Magnitude`] bounds sizes and errors, and a
+//! [`Ball`] is a complex number with a proven bound of its error.
 
 mod ball;
 mod complex;

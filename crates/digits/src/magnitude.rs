@@ -44,6 +44,7 @@ impl Magnitude {
     };
 
     /// 2^power.
+    #[inline]
     pub fn power_of_two(power: i64) -> Magnitude {
         Magnitude {
             mantissa: power_of_two(power.saturating_add(256).rem_euclid(512) - 256),
@@ -61,6 +62,7 @@ impl Magnitude {
         }
     }
 
+    #[cold]
     fn normalised(mantissa: f64, exponent: i64) -> Magnitude {
         if mantissa == 0.0 {
             Magnitude::ZERO
@@ -124,15 +126,23 @@ impl Magnitude {
     pub(crate) fn hypot(self, other: Magnitude) -> Magnitude {
         if self.exponent == other.exponent {
             let square = self.mantissa * self.mantissa + other.mantissa * other.mantissa;
-            return Magnitude::new(square.sqrt(), self.exponent);
+            Magnitude::new(square.sqrt(), self.exponent)
+        } else {
+            self.uneven_hypot(other)
         }
-        // The smaller is below 2^-1 of the larger's unit: only near the border it counts.
+    }
+
+    /// For different exponents, where the smaller one counts only if the exponents are next to each
+    /// other.
+    #[cold]
+    fn uneven_hypot(self, other: Magnitude) -> Magnitude {
         let (large, small) = if self < other {
             (other, self)
         } else {
             (self, other)
         };
-        if small.is_zero() || !large.is_finite() || large.exponent - small.exponent > 1 {
+        let distance = large.exponent.saturating_sub(small.exponent);
+        if small.is_zero() || !large.is_finite() || distance > 1 {
             return large;
         }
         let ratio = small.mantissa * DOWN / large.mantissa;
@@ -140,6 +150,13 @@ impl Magnitude {
             large.mantissa * (1.0 + ratio * ratio).sqrt(),
             large.exponent,
         )
+    }
+
+    /// The numbers as doubles, 0, ∞ or in [2^-256, 2^256), if all are of that size.
+    #[inline]
+    pub(crate) fn plain<const N: usize>(numbers: [Magnitude; N]) -> Option<[f64; N]> {
+        let exponents = numbers.iter().fold(0, |all, m| all | m.exponent);
+        (exponents == 0).then(|| numbers.map(|m| m.mantissa))
     }
 
     /// A double that is no smaller, the same where doubles reach; ∞ beyond their range.

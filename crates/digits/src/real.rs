@@ -40,7 +40,7 @@ pub trait Real:
         Magnitude::power_of_two(i64::from(Self::UNIT_LOG2))
     }
 
-    /// The absolute error that underflow may add to one product or quotient.
+    /// The absolute error that underflow may add to one product or quotient; below 2^-1000.
     fn floor() -> Magnitude;
 
     /// The nearest double, ±∞ where doubles end; not finite where x is not.

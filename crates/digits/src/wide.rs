@@ -252,8 +252,9 @@ impl<const L: usize> Mul for Wide<L> {
         for k in L - 2..2 * L - 1 {
             let mut carry = 0;
             let first = (k + 1).saturating_sub(L);
-            for i in first..=k - first {
-                let (sum, over) = column.overflowing_add(u128::from(a[i]) * u128::from(b[k - i]));
+            let (a, b) = (&a[first..=k - first], &b[first..=k - first]);
+            for (a, b) in a.iter().zip(b.iter().rev()) {
+                let (sum, over) = column.overflowing_add(u128::from(*a) * u128::from(*b));
                 column = sum;
                 carry += u128::from(over);
             }

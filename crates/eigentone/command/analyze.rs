@@ -41,8 +41,7 @@ impl Analyze {
             trajectory,
             summary,
         });
-        let name = file.file_stem().unwrap_or(file.as_os_str());
-        let name = name.to_string_lossy();
+        let name = self.question.name();
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
             names: system.names(),

@@ -1,6 +1,7 @@
 //! The command line: what can be asked for, and how each command answers.
 
 mod analyze;
+mod check;
 mod failure;
 mod files;
 mod modes;
@@ -28,6 +29,7 @@ enum Command {
     Analyze(analyze::Analyze),
     Modes(modes::Modes),
     Response(response::Response),
+    Check(check::Check),
 }
 
 impl Cli {
@@ -37,6 +39,7 @@ impl Cli {
             Command::Analyze(command) => command.run(),
             Command::Modes(command) => command.run(),
             Command::Response(command) => command.run(),
+            Command::Check(command) => command.run(),
         }
     }
 }
@@ -46,10 +49,10 @@ impl Cli {
 struct Question {
     /// The scene file
     scene: PathBuf,
-    /// Arithmetic: certified proves bounds, double estimates them
+    /// Arithmetic; this version computes in doubles and estimates bounds with either
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
-    /// Largest relative error wanted, at least 2^-53 [default: the last digits]
+    /// Largest relative error wanted, at least 2^-53; this version always goes for the last digits
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
 }
@@ -67,6 +70,12 @@ impl Question {
             return Err(Failure::ToleranceInDoubles);
         }
         Ok(Scene::read(&self.scene)?)
+    }
+
+    /// What a scene without a title is called.
+    fn name(&self) -> String {
+        let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
+        name.to_string_lossy().into_owned()
     }
 }
 

@@ -44,6 +44,13 @@ impl Progress {
         };
         Progress(Some((sender, thread::spawn(turn))))
     }
+
+    /// Says what is being done now.
+    pub fn say(&self, message: &str) {
+        if let Some((sender, _)) = &self.0 {
+            let _ = sender.send(message.to_owned()); // it outlives this
+        }
+    }
 }
 
 fn spinner() -> ProgressBar {

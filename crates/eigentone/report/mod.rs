@@ -4,6 +4,7 @@
 //! with six significant digits and units in their headers; JSON and CSV have all digits.
 
 mod analysis;
+mod check;
 mod csv;
 mod modes;
 mod number;
@@ -12,6 +13,7 @@ mod response;
 mod table;
 
 pub use analysis::{Analysis, Answer};
+pub use check::CheckReport;
 pub use modes::ModeReport;
 pub use plot::{Axis, Line, Plot, Scale};
 pub use response::ResponseReport;

@@ -14,7 +14,7 @@ const SPREAD: i32 = 2;
 
 /// A number with six significant digits, in plain notation where that is readable.
 pub(crate) fn significant(value: f64) -> String {
-    with_digits(value, DIGITS)
+    digits(value, DIGITS)
 }
 
 /// A number given by a person, as short as it can be said.
@@ -27,6 +27,14 @@ pub(crate) fn short(value: f64) -> String {
     text.replace('-', "−")
 }
 
+/// A number with three significant digits and its power of ten, for what spans many of them.
+pub(crate) fn scientific(value: f64) -> String {
+    if value.is_infinite() {
+        return "∞".to_owned();
+    }
+    format!("{value:.2e}").replace('-', "−")
+}
+
 /// A bound: two significant digits, never rounded below the number.
 pub(crate) fn bound(value: f64) -> String {
     let mut up = value;
@@ -37,7 +45,7 @@ pub(crate) fn bound(value: f64) -> String {
     {
         up *= 1.01;
     }
-    with_digits(up, 2)
+    digits(up, 2)
 }
 
 /// The numbers of one column: with the same decimals, enough for six digits of the smallest, where
@@ -73,15 +81,16 @@ fn exponent(value: f64, digits: i32) -> i32 {
     exponent.parse().unwrap_or(0) // only a value that is not finite has none
 }
 
-fn with_digits(value: f64, digits: i32) -> String {
+/// A number with this many significant digits.
+fn digits(value: f64, count: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    let leading = exponent(value, digits);
+    let leading = exponent(value, count);
     let text = if PLAIN.contains(&leading) {
-        format!("{value:.*}", (digits - 1 - leading).max(0) as usize)
+        format!("{value:.*}", (count - 1 - leading).max(0) as usize)
     } else {
-        format!("{value:.*e}", (digits - 1) as usize)
+        format!("{value:.*e}", (count - 1) as usize)
     };
     text.replace('-', "−")
 }

@@ -150,7 +150,8 @@ impl Plot<'_> {
     /// Where the drawing area ends, so that the longest name fits beside it.
     fn right(&self) -> f64 {
         let letters = self.lines.iter().map(|line| line.name.chars().count());
-        let longest = letters.max().unwrap_or(0).clamp(6, LETTERS);
+        let least = if self.lines.len() > LEGEND { 10 } else { 6 };
+        let longest = letters.max().unwrap_or(0).clamp(least, LETTERS);
         WIDTH - 70.0 - LETTER * longest as f64
     }
 
@@ -221,19 +222,14 @@ impl Plot<'_> {
         let pairs = places.windows(2);
         let length: f64 = pairs.map(|p| (p[1].1 - p[0].1).abs()).sum();
         let stroke = if length > DENSE * (x.to - x.from) {
-            format!(r##" stroke="{}""##, COLOURS[index % COLOURS.len()])
+            let colour = COLOURS[index % COLOURS.len()];
+            format!(r##" stroke="{colour}" stroke-opacity="0.6""##)
         } else {
             stroke(index)
         };
         let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
         if line.marked {
-            for (px, py) in &places {
-                let _ = writeln!(
-                    svg,
-                    r##"<circle cx="{px:.2}" cy="{py:.2}" r="3.2" fill="{}" stroke="#ffffff" stroke-width="0.8"/>"##,
-                    COLOURS[index % COLOURS.len()]
-                );
-            }
+            places.iter().for_each(|place| mark(svg, index, *place));
         }
     }
 
@@ -251,6 +247,9 @@ impl Plot<'_> {
                 y + 5.0,
                 escape(&shorten(&line.name, LETTERS)),
             );
+            if line.marked {
+                mark(svg, index, (x + 17.0, y));
+            }
         }
         if shown < count {
             let _ = writeln!(
@@ -261,6 +260,15 @@ impl Plot<'_> {
             );
         }
     }
+}
+
+/// A dot on a line.
+fn mark(svg: &mut String, index: usize, (x, y): (f64, f64)) {
+    let colour = COLOURS[index % COLOURS.len()];
+    let _ = writeln!(
+        svg,
+        r##"<circle cx="{x:.1}" cy="{y:.1}" r="3.2" fill="{colour}" stroke="#ffffff" stroke-width="0.8"/>"##
+    );
 }
 
 /// Colour and dashes of a line.

@@ -1,0 +1,78 @@
+//! `eigentone check SCENE [--out DIR]`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use eigentone::check::{Effort, ModeComparison, Progress as Row, WorkPrecision, integrators};
+use eigentone::report::CheckReport;
+use eigentone::response::{ResponsePlan, methods};
+
+use super::files::Files;
+use super::progress::Progress;
+use super::{Failure, Question, print};
+
+/// Compares every solver and method that applies: error, run time, work
+#[derive(Debug, Args)]
+pub struct Check {
+    #[command(flatten)]
+    question: Question,
+    /// Write the tables and the work-precision diagram into this directory
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Check {
+    pub fn run(self) -> Result<(), Failure> {
+        let scene = self.question.scene()?;
+        let file = &self.question.scene;
+        let progress = Progress::of("check");
+        let mut tell = |row: Row| progress.say(&message(&row));
+        let modes = ModeComparison::measure(scene.system(), &mut tell);
+        let modes = modes.map_err(Failure::modes(file))?;
+        let response = scene.problem().map(|problem| {
+            let problem = problem?;
+            let reference = ResponsePlan::of(&problem)?.method;
+            let (integrators, effort) = (integrators(), Effort::default());
+            WorkPrecision::measure(
+                &problem,
+                reference,
+                methods(),
+                &integrators,
+                effort,
+                &mut tell,
+            )
+        });
+        let response = response.transpose().map_err(Failure::response(file))?;
+        let name = self.question.name();
+        let report = CheckReport {
+            title: scene.title().unwrap_or(&name),
+            modes: &modes,
+            response: response.as_ref(),
+        };
+        if let Some(directory) = &self.out {
+            write(&report, directory)?;
+        }
+        drop(progress);
+        print(|out| out.write_all(report.text().as_bytes()))
+    }
+}
+
+fn message(row: &Row) -> String {
+    let setting = row.knob.map(|knob| format!(", {knob}"));
+    let setting = setting.unwrap_or_default();
+    format!("{} of {}: {}{setting}", row.done + 1, row.total, row.method)
+}
+
+fn write(report: &CheckReport<'_>, directory: &Path) -> Result<(), Failure> {
+    let mut files = Files::into(directory)?;
+    files.write("check.json", |out| report.json(out))?;
+    files.write("check.md", |out| {
+        out.write_all(report.markdown().as_bytes())
+    })?;
+    if let Some(plot) = report.plot() {
+        files.write("work-precision.svg", |out| {
+            out.write_all(plot.svg().as_bytes())
+        })?;
+    }
+    files.keep()
+}

@@ -89,13 +89,7 @@ fn every_scene_of_the_gallery_is_answered() {
         let analysis = printed(&["analyze", &file]);
         let title = case.scene().title().expect("a title").to_owned();
         assert!(analysis.starts_with(&title), "{analysis}");
-        for part in [
-            "Structure",
-            "Plan",
-            "Modes",
-            "Bounds",
-            "first-order estimates",
-        ] {
+        for part in ["Structure", "Plan", "Modes", "Bounds", "proven"] {
             assert!(analysis.contains(part), "{}: no {part}", case.name());
         }
         let table = printed(&["modes", &file]);
@@ -125,7 +119,15 @@ fn modes_have_the_shape_that_was_agreed_on() {
             &json,
             &["bounds", "eigenvalues", "infinite", "modes"],
         );
-        assert_eq!(json["bounds"], "estimated");
+        assert_eq!(json["bounds"], "proven");
+        let doubles = printed(&[
+            "modes",
+            &scene(case.name()),
+            "--json",
+            "--precision",
+            "double",
+        ]);
+        assert!(doubles.starts_with(r#"{"bounds":"estimated""#), "{doubles}");
         let n = case.scene().system().len();
         let roots = json["eigenvalues"].as_array().expect("an array");
         let infinite = json["infinite"].as_u64().expect("a count") as usize;

@@ -27,7 +27,9 @@ impl Analyze {
         let system = scene.system();
         let progress = Progress::of("analysis");
         let structure = system.structure();
-        let modes = system.modes().map_err(Failure::modes(file))?;
+        let modes = system
+            .modes_to(self.question.precision())
+            .map_err(Failure::modes(file))?;
         let solved = match scene.problem() {
             None => None,
             Some(problem) => Some(

@@ -49,10 +49,10 @@ impl Cli {
 struct Question {
     /// The scene file
     scene: PathBuf,
-    /// Arithmetic; this version computes in doubles and estimates bounds with either
+    /// Proven bounds of the modes, with more digits where they demand it, or plain doubles
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
-    /// Largest relative error wanted, at least 2^-53; this version always goes for the last digits
+    /// Largest relative error wanted, at least 2^-53 [default: the last digits]
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
 }
@@ -70,6 +70,16 @@ impl Question {
             return Err(Failure::ToleranceInDoubles);
         }
         Ok(Scene::read(&self.scene)?)
+    }
+
+    /// The precision asked for, as the library puts it.
+    fn precision(&self) -> eigentone::modes::Precision {
+        use eigentone::modes::Precision as Asked;
+        match (self.precision, self.tolerance) {
+            (Precision::Double, _) => Asked::Double,
+            (Precision::Certified, Some(tolerance)) => Asked::Certified { tolerance },
+            (Precision::Certified, None) => Asked::default(),
+        }
     }
 
     /// What a scene without a title is called.

@@ -20,7 +20,7 @@ impl Modes {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let progress = Progress::of("modes");
-        let modes = scene.system().modes();
+        let modes = scene.system().modes_to(self.question.precision());
         drop(progress);
         let modes = modes.map_err(Failure::modes(&self.question.scene))?;
         let report = ModeReport::new(&modes, scene.system().names());

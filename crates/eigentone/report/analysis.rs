@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use eigentone_modes::{Modes, Structure};
+use eigentone_modes::{Bounds, Modes, Structure};
 use eigentone_response::{Destination, ResponsePlan, Summary, Trajectory};
 
 use super::modes::ModeReport;
@@ -96,7 +96,11 @@ impl Analysis<'_> {
             let size = root.value.norm();
             root.bound.filter(|_| size > 0.0).map(|bound| bound / size)
         });
-        let mut text = "first-order estimates, not proofs".to_owned();
+        let mut text = match self.modes.bounds() {
+            Bounds::Proven => "modes proven",
+            Bounds::Estimated => "modes estimated to first order",
+        }
+        .to_owned();
         if let Some(worst) = relative.reduce(f64::max) {
             let _ = write!(text, ": λ within {} of |λ|", number::bound(worst));
         }
@@ -110,16 +114,18 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
+            text.push_str("\n  response estimated to first order");
+            let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),
                 ("velocities", "m/s", trajectory.velocity_bound()),
             ] {
-                let _ = match bounds.iter().flatten().copied().reduce(f64::max) {
-                    Some(worst) => {
-                        write!(text, "; {quantity} within {} {unit}", number::bound(worst))
-                    }
-                    None => write!(text, "; none can be given for {quantity}"),
+                let largest = bounds.iter().flatten().copied().reduce(f64::max);
+                let _ = match largest.map(number::bound) {
+                    Some(worst) => write!(text, "{separator}{quantity} within {worst} {unit}"),
+                    None => write!(text, "{separator}none can be given for {quantity}"),
                 };
+                separator = "; ";
                 let without = bounds.iter().filter(|bound| bound.is_none()).count();
                 if (1..bounds.len()).contains(&without) {
                     let _ = write!(text, " where there is one, at all but {without} samples");

@@ -18,5 +18,5 @@ pub use modes::ModeReport;
 pub use plot::{Axis, Line, Plot, Scale};
 pub use response::ResponseReport;
 
-/// What kind of bounds the answers carry.
-const BOUNDS: &str = "estimated";
+/// The bounds of a response so far, and of modes without a proof.
+const ESTIMATED: &str = "estimated";

@@ -9,6 +9,8 @@ pub struct ModePlan {
     pub solver: &'static str,
     /// Why it is the right one.
     pub reason: String,
+    /// What the bounds rest on.
+    pub bounds: String,
     /// What the scene does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
 }
@@ -16,6 +18,7 @@ pub struct ModePlan {
 impl fmt::Display for ModePlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "modes by {}: {}", self.solver, self.reason)?;
+        write!(f, "\nbounds {}", self.bounds)?;
         for (name, reason) in &self.left_out {
             write!(f, "\nleft out {name}: {reason}")?;
         }

@@ -37,20 +37,20 @@ pub(crate) struct Certified {
 }
 
 /// Proves a disc for each of the nonzero finite roots, given approximations of all of them
-/// (conjugates included); `None` where the count of roots is not known or no proof was reached.
+/// (conjugates included), and the decimal digits that took; `None` where the count of roots is not known or no proof was reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     approximations: &[Complex<f64>],
     tolerance: f64,
-) -> Option<Vec<Certified>> {
+) -> Option<(Vec<Certified>, usize)> {
     let degree = structure.finite_roots()?;
     let zeros = structure.zero_roots()?;
     if approximations.len() != degree - zeros {
         return None;
     }
     if approximations.is_empty() {
-        return Some(Vec::new());
+        return Some((Vec::new(), 0));
     }
     let in_square = structure.is_undamped() && structure.is_symmetric() && structure.is_passive();
     let pencil = Pencil::of(system, in_square);
@@ -88,6 +88,7 @@ pub(crate) fn certify(
         .map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0]))
         .collect();
     let mut best = None;
+    let mut digits = 0;
     for level in LEVELS {
         if level.limbs > 2 && (level.limbs < job.wanted(&best) || !job.affords(level.limbs)) {
             continue;
@@ -97,6 +98,7 @@ pub(crate) fn certify(
         let done = outcome.done;
         if outcome.proven.is_some() {
             best = outcome.proven;
+            digits = level.digits;
         }
         if done {
             break;
@@ -108,7 +110,7 @@ pub(crate) fn certify(
             *member = chosen[*member];
         }
     }
-    Some(found)
+    Some((found, digits))
 }
 
 /// A number as a sum of doubles, to be carried from one precision to the next.
@@ -117,6 +119,8 @@ type Terms = [f64; 4];
 /// A precision, and the work of one level in it.
 struct Rung {
     limbs: usize,
+    /// Decimal digits.
+    digits: usize,
     run: fn(&Job<'_>, i32, &[[Terms; 2]]) -> Outcome,
 }
 
@@ -131,26 +135,32 @@ struct Outcome {
 const LEVELS: [Rung; 6] = [
     Rung {
         limbs: 2,
+        digits: 32,
         run: level::<DoubleDouble>,
     },
     Rung {
         limbs: 4,
+        digits: 77,
         run: level::<Wide<4>>,
     },
     Rung {
         limbs: 8,
+        digits: 154,
         run: level::<Wide<8>>,
     },
     Rung {
         limbs: 16,
+        digits: 308,
         run: level::<Wide<16>>,
     },
     Rung {
         limbs: 32,
+        digits: 616,
         run: level::<Wide<32>>,
     },
     Rung {
         limbs: 64,
+        digits: 1233,
         run: level::<Wide<64>>,
     },
 ];

@@ -35,7 +35,7 @@ pub(crate) fn certified(
             tolerance,
         )
     });
-    let Some(mut roots) = attempt else {
+    let Some((mut roots, digits)) = attempt else {
         let reason = "no separate discs were reached with the digits at hand".to_owned();
         return without_proof(modes, reason);
     };
@@ -54,20 +54,22 @@ pub(crate) fn certified(
             ..zero
         }
     }));
+    let mut plan = modes.plan;
+    plan.bounds = format!("proven: discs that hold all roots, with {digits} digits");
     Modes {
         bounds: Bounds::Proven,
-        plan: modes.plan,
+        plan,
         ..collect(solver, system, roots)
     }
 }
 
-/// Proven roots from approximate modes, without those at 0.
+/// Proven roots from approximate modes, without those at 0, and the digits that took.
 fn prove(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
     tolerance: f64,
-) -> Option<Vec<Root>> {
+) -> Option<(Vec<Root>, usize)> {
     // Approximations of all nonzero roots, and the mode that each belongs to.
     let mut approximations: Vec<Complex<f64>> = Vec::new();
     let mut owner = Vec::new();
@@ -91,7 +93,8 @@ fn prove(
         }
     }
     let mut roots = Vec::new();
-    for certificate in certify(system, structure, &approximations, tolerance)? {
+    let (found, digits) = certify(system, structure, &approximations, tolerance)?;
+    for certificate in found {
         let mut owners: Vec<usize> = certificate
             .members
             .iter()
@@ -116,7 +119,7 @@ fn prove(
             });
         }
     }
-    Some(roots)
+    Some((roots, digits))
 }
 
 /// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the
@@ -138,6 +141,6 @@ fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {
-    modes.plan.left_out.push(("proven bounds", reason));
+    modes.plan.bounds = format!("estimated in doubles, not proven: {reason}");
     modes
 }

@@ -70,6 +70,7 @@ pub(crate) fn plan(
     let plan = ModePlan {
         solver: solver.name(),
         reason: solver.reason().to_owned(),
+        bounds: roots::DOUBLES.to_owned(),
         left_out,
     };
     Ok((solver, plan))

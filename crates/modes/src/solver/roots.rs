@@ -50,6 +50,9 @@ impl Root {
     }
 }
 
+/// What bounds in doubles rest on.
+pub(crate) const DOUBLES: &str = "estimated from backward error and condition, in doubles";
+
 /// Sorts the roots, normalises the shapes and adds the quality of each.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     let pencil = Pencil::of(system);
@@ -81,6 +84,7 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
     let plan = ModePlan {
         solver: solver.name(),
         reason: "asked for by name".to_owned(),
+        bounds: DOUBLES.to_owned(),
         left_out: Vec::new(),
     };
     Modes {

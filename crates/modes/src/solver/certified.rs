@@ -7,7 +7,7 @@ use crate::modes::{Bounds, Mode, Modes};
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::roots::{Root, collect};
+use super::roots::{Root, collect, count_equal};
 use super::{ModeSolver, classical};
 
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
@@ -107,8 +107,7 @@ fn prove(
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
-            let each = if complete { 1 } else { count };
-            let mut found = root(&modes[owner], certificate.value, each, !complete);
+            let mut found = root(&modes[owner], certificate.value, count, !complete);
             if let Some(shape) = &certificate.shape {
                 found.shape = shape.clone();
                 found.left = certificate.left.clone();
@@ -141,6 +140,7 @@ fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {
+    count_equal(&mut modes.modes);
     modes.plan.bounds = format!("estimated in doubles, not proven: {reason}");
     modes
 }

@@ -100,11 +100,17 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         ..solver.solve(system, &structure)?
     };
     Ok(match precision {
-        Precision::Double => modes,
+        Precision::Double => doubles(modes),
         Precision::Certified { tolerance } => {
             certified::certified(solver, system, &structure, modes, tolerance)
         }
     })
+}
+
+/// In doubles, roots that are equal count as one.
+fn doubles(mut modes: Modes) -> Modes {
+    roots::count_equal(&mut modes.modes);
+    modes
 }
 
 /// Refuses with the solver's own reason.

@@ -7,7 +7,7 @@ use crate::element::{Element, MatrixKind, Node};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::system::System;
 
-use super::roots::order;
+use super::roots::{count_equal, order};
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
@@ -121,6 +121,7 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         defective,
         ..zero
     }));
+    count_equal(&mut modes);
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     eigenvalues.sort_by(order);
     let bounds = if proven {

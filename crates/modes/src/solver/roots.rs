@@ -20,7 +20,8 @@ pub(crate) struct Root {
     pub(crate) shape: Vec<Complex<f64>>,
     /// y, or `None` where M, C, K are symmetric and y is the conjugate of x.
     pub(crate) left: Option<Vec<Complex<f64>>>,
-    /// How many roots this one entry stands for (without conjugates).
+    /// The root's multiplicity. A defective root is one entry for all; of a semisimple one each
+    /// entry stands for one.
     pub(crate) count: usize,
     pub(crate) defective: bool,
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
@@ -53,6 +54,16 @@ impl Root {
 /// What bounds in doubles rest on.
 pub(crate) const DOUBLES: &str = "estimated from backward error and condition, in doubles";
 
+/// Gives semisimple roots that are equal in doubles their multiplicity.
+pub(crate) fn count_equal(modes: &mut [Mode]) {
+    let values: Vec<Complex<f64>> = modes.iter().map(|mode| mode.eigenvalue.value).collect();
+    for mode in modes.iter_mut().filter(|mode| !mode.defective) {
+        let value = mode.eigenvalue.value;
+        let equal = values.iter().filter(|other| **other == value).count();
+        mode.multiplicity = mode.multiplicity.max(equal);
+    }
+}
+
 /// Sorts the roots, normalises the shapes and adds the quality of each.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     let pencil = Pencil::of(system);
@@ -73,13 +84,6 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         }
     }
     eigenvalues.sort_by(order);
-    let values: Vec<Complex<f64>> = modes.iter().map(|mode| mode.eigenvalue.value).collect();
-    for mode in modes.iter_mut().filter(|mode| !mode.defective) {
-        mode.multiplicity = values
-            .iter()
-            .filter(|z| **z == mode.eigenvalue.value)
-            .count();
-    }
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
     let plan = ModePlan {
         solver: solver.name(),

@@ -202,3 +202,30 @@ impl Image<'_> {
         (0..n).map(row).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn products_are_exact(a in any::<f64>(), b in any::<f64>(), factor in any::<f64>()) {
+            prop_assume!(a.is_finite() && b.is_finite() && factor.is_finite());
+            let matrix = ExactMatrix::from_parts(2, vec![(0, 0, a), (0, 1, b), (0, 1, 1.0), (1, 0, -b)]);
+            // A product that is not refused has the right image modulo two primes.
+            for field in PrimeField::all().take(2) {
+                let Some(product) = matrix.times(factor) else {
+                    let finite = [a, b, 1.0].iter().all(|x| (x * factor).is_finite());
+                    let far = [a, b, 1.0].iter().all(|x| (x * factor).abs() > 1e-250);
+                    prop_assert!(!(finite && far));
+                    continue;
+                };
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let expected = field.product(field.sum_of(matrix.entry(i, j)), field.double(factor));
+                    prop_assert_eq!(field.sum_of(product.entry(i, j)), expected);
+                }
+            }
+        }
+    }
+}

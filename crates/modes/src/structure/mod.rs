@@ -149,12 +149,13 @@ impl Structure {
     /// roots ±iω with Re λ = 0, and no other root than these and 0 has Re λ = 0. Rigid motions
     /// without damping are not among them; they are two [zero roots](Structure::zero_roots) each.
     ///
-    /// `None` where it was not proved: M must be positive definite and C and K positive
-    /// semidefinite. Found out when first asked for, below a second.
+    /// `None` where it was not proved: C and K must be positive semidefinite, M positive definite on
+    /// the coordinates that are not massless, and K on those that are. Found out when first asked
+    /// for, below a second.
     pub fn undamped_modes(&self) -> Option<usize> {
         *self
             .undamped_modes
-            .get(|| undamped_modes::undamped_modes(&self.coefficients))
+            .get(|| undamped_modes::undamped_modes(&self.coefficients, &self.massless.nodes))
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for
@@ -199,8 +200,7 @@ impl fmt::Display for Structure {
         let kinds: Vec<&str> = self.not_symmetric().map(letter).collect();
         match kinds.as_slice() {
             [] => f.write_str(
-                "symmetric: M, C and K equal their transposes, so that a load at one point moves \
-                 another as a load there would move the first",
+                "symmetric: M, C and K equal their transposes; loads and responses can trade places",
             )?,
             [kind] => write!(f, "not symmetric: {kind} differs from its transpose")?,
             kinds => write!(
@@ -211,11 +211,11 @@ impl fmt::Display for Structure {
         }
         match self.passive {
             Some(Passive::Elements) => {
-                f.write_str("\npassive: every spring and damper is ≥ 0, so that no motion grows")?
+                f.write_str("\npassive: every spring and damper is ≥ 0; no motion grows")?
             }
-            Some(Passive::Matrices) => f.write_str(
-                "\npassive: M, C and K are positive semidefinite, so that no motion grows",
-            )?,
+            Some(Passive::Matrices) => {
+                f.write_str("\npassive: M, C and K are positive semidefinite; no motion grows")?
+            }
             None => {}
         }
         self.damping(f)?;
@@ -297,19 +297,17 @@ impl Structure {
         let n = self.names.len();
         if self.gyroscopic {
             return f.write_str(
-                "\ngyroscopic: C = −Cᵀ does no work, M is positive definite and K semidefinite, so \
-                 that every root lies on the imaginary axis",
+                "\ngyroscopic: C = −Cᵀ does no work, M ≻ 0 and K ⪰ 0; every root lies on the \
+                 imaginary axis",
             );
         }
         f.write_str(match (self.undamped, self.classical) {
             (true, _) => "\nundamped: C = 0",
             (_, Verdict::Proved) => {
-                "\nclassically damped: C M⁻¹ K is symmetric, so that each undamped shape moves by \
-                 itself"
+                "\nclassically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself"
             }
             (_, Verdict::Disproved) => {
-                "\nnot classically damped: C M⁻¹ K is not symmetric, so that damping mixes the \
-                 undamped shapes"
+                "\nnot classically damped: C M⁻¹ K is not symmetric; damping mixes the undamped shapes"
             }
             (_, Verdict::NotProved) => "\nnot proved to be classically damped",
         })?;
@@ -321,8 +319,7 @@ impl Structure {
         }
         if self.is_overdamped() {
             f.write_str(
-                "\noverdamped: λ²M + λC + K is negative definite for some λ < 0, so that every root \
-                 is real and nothing oscillates",
+                "\noverdamped: λ²M + λC + K is negative definite for some λ < 0; every root is real",
             )?;
         }
         match self.undamped_modes() {
@@ -366,11 +363,9 @@ mod tests {
         assert!(!structure.is_undamped());
         assert_eq!(
             structure.to_string(),
-            "symmetric: M, C and K equal their transposes, so that a load at one point moves \
-             another as a load there would move the first\n\
-             passive: every spring and damper is ≥ 0, so that no motion grows\n\
-             classically damped: C M⁻¹ K is symmetric, so that each undamped shape moves by \
-             itself\n\
+            "symmetric: M, C and K equal their transposes; loads and responses can trade places\n\
+             passive: every spring and damper is ≥ 0; no motion grows\n\
+             classically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself\n\
              no undamped mode: every vibration moves a damper\n\
              supported: every coordinate reaches the ground through springs\n\
              finite roots: 16 of 16\n\

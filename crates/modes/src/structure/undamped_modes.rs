@@ -2,6 +2,7 @@
 //! node. With M ≻ 0 and C, K ⪰ 0 these are all the motions that neither decay nor rest, for
 //! Re λ = 0 ≠ λ asks for x*Cx = 0. They and the rigid motions that nothing damps, ker K ∩ ker C, span
 //! the largest subspace of ker C that A = M⁻¹K keeps, which is what no row of C, CA, CA², … sees.
+//! Massless coordinates p follow from the others, x_p = −K_pp⁻¹ K_pm x_m, and are eliminated.
 //!
 //! Modulo one prime, the rank of these rows leaves an upper bound on its dimension. It is proved to
 //! be reached by a mirror symmetry whose motions C does not touch, or modulo many primes.
@@ -10,10 +11,11 @@ use super::coefficients::Coefficients;
 use crate::exact::elimination::solve;
 use crate::exact::matrix::{ExactMatrix, Image};
 use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
-use crate::exact::sum::ceil_log2;
+use crate::exact::sum::{Extent, ceil_log2};
 
-/// How many there are with ω ≠ 0. `None` where it is not proved.
-pub(crate) fn undamped_modes(coefficients: &Coefficients) -> Option<usize> {
+/// How many there are with ω ≠ 0, given the massless coordinates, rising. `None` where it is not
+/// proved.
+pub(crate) fn undamped_modes(coefficients: &Coefficients, massless: &[usize]) -> Option<usize> {
     let Coefficients {
         mass,
         damping,
@@ -23,31 +25,43 @@ pub(crate) fn undamped_modes(coefficients: &Coefficients) -> Option<usize> {
     let n = mass.matrix.len();
     let moving = stiffness.semidefinite_rank()?;
     let damped = damping.semidefinite_rank()?;
-    if mass.semidefinite_rank()? < n {
+    let massive = n - massless.len();
+    if mass.semidefinite_rank()? < massive {
         return None;
     }
     let rigid = n - damping.plus(stiffness).semidefinite_rank()?;
-    if damped == 0 {
-        return Some(moving);
-    }
     if damped == n - rigid {
         return Some(0);
     }
-    let parts = [&mass.matrix, &damping.matrix, &stiffness.matrix];
-    let factor = if mass.matrix.is_diagonal() { 1 } else { 3 };
-    if factor * (n as u64).pow(3) > MOST_WORK {
+    if damped == 0 && massless.is_empty() {
+        return Some(moving);
+    }
+    let full = !mass.matrix.is_diagonal() || !massless.is_empty();
+    if (if full { 3 } else { 1 }) * (n as u64).pow(3) > MOST_WORK {
         return None;
     }
+    let tied = Tied {
+        parts: [&mass.matrix, &damping.matrix, &stiffness.matrix],
+        massless,
+    };
     let seen = PrimeField::all()
         .take(2)
-        .find_map(|field| Seen::of(parts, &field))?;
-    let unseen = n - seen.rank;
+        .find_map(|field| tied.seen(&field))?;
+    let unseen = massive - seen.rank;
+    let is_massive = |i: usize| massless.binary_search(&i).is_err();
     let proved = unseen == rigid
+        || seen.rank == 0
         || coefficients
             .mirror()
-            .is_some_and(|mirror| mirror.untouched(&damping.matrix) == unseen)
-        || seen.is_all(parts);
+            .is_some_and(|mirror| mirror.untouched(&damping.matrix, is_massive) == unseen)
+        || tied.sees_no_more(&seen);
     proved.then(|| unseen - rigid)
+}
+
+/// M, C and K, with the coordinates that follow from others.
+struct Tied<'a> {
+    parts: [&'a ExactMatrix; 3],
+    massless: &'a [usize],
 }
 
 /// The rows of C, CA, CA², … modulo a prime.
@@ -60,22 +74,29 @@ struct Seen {
     work: u64,
 }
 
-impl Seen {
-    /// `None` if M is singular modulo the prime.
-    fn of(parts: [&ExactMatrix; 3], field: &PrimeField) -> Option<Seen> {
-        let [m, c, k] = parts.map(|part| part.image(field));
-        let n = parts[0].len();
+/// The rows of a matrix, each with its entries.
+type Sparse = Vec<Vec<(usize, Residue)>>;
+
+impl Tied<'_> {
+    /// `None` if M_mm or K_pp is singular modulo the prime.
+    fn seen(&self, field: &PrimeField) -> Option<Seen> {
+        let [m, c, k] = self.parts;
+        let (c, k, mut work) = self.eliminated([&c.image(field), &k.image(field)], field)?;
+        let n = k.len();
+        let (inverse, more) = self.inverse(m, field)?;
+        work += more;
         let mut basis = Basis {
             field,
             rows: vec![None; n],
             work: 0,
         };
-        let (inverse, mut work) = Inverse::of(parts[0], &m, field)?;
-        let mut rows: Vec<Vec<Residue>> = c
-            .rows()
-            .into_iter()
-            .filter_map(|row| basis.add(row))
-            .collect();
+        let dense = |row: &Vec<(usize, Residue)>| {
+            let mut values = vec![Residue::ZERO; n];
+            row.iter().for_each(|&(j, value)| values[j] = value);
+            values
+        };
+        let mut rows: Vec<Vec<Residue>> =
+            c.iter().filter_map(|row| basis.add(dense(row))).collect();
         let (mut rank, mut power) = (0, 0);
         while !rows.is_empty() {
             rank += rows.len();
@@ -93,27 +114,120 @@ impl Seen {
         })
     }
 
+    /// The numbers of the massive coordinates among themselves.
+    fn places(&self) -> Vec<Option<usize>> {
+        let mut places = vec![None; self.parts[0].len()];
+        let massive = (0..places.len()).filter(|i| self.massless.binary_search(i).is_err());
+        massive.enumerate().for_each(|(at, i)| places[i] = Some(at));
+        places
+    }
+
+    /// C_·m − C_·p K_pp⁻¹ K_pm, K_mm − K_mp K_pp⁻¹ K_pm, and the multiplications they took.
+    fn eliminated(&self, [c, k]: [&Image; 2], field: &PrimeField) -> Option<(Sparse, Sparse, u64)> {
+        let places = self.places();
+        let (n, p) = (places.len(), self.massless.len());
+        let m = n - p;
+        let at = |i: usize| self.massless.binary_search(&i);
+        let rows = |massless: bool, width: usize| -> Vec<Vec<Residue>> {
+            let row = |&i: &usize| {
+                let mut row = vec![Residue::ZERO; width];
+                for (j, value) in k.row(i) {
+                    match (at(j), places[j]) {
+                        (Ok(j), _) if massless => row[j] = value,
+                        (_, Some(j)) if !massless => row[j] = value,
+                        _ => {}
+                    }
+                }
+                row
+            };
+            self.massless.iter().map(row).collect()
+        };
+        let follow = solve(field, rows(true, p), rows(false, m))?;
+        let reduce = |image: &Image, i: usize| {
+            let mut row = vec![Residue::ZERO; m];
+            for (j, value) in image.row(i) {
+                match (at(j), places[j]) {
+                    (Ok(j), _) => {
+                        for (entry, &other) in row.iter_mut().zip(&follow[j]) {
+                            *entry = field.difference(*entry, field.product(value, other));
+                        }
+                    }
+                    (_, Some(j)) => row[j] = field.sum(row[j], value),
+                    _ => {}
+                }
+            }
+            let entries = row.into_iter().enumerate();
+            entries.filter(|(_, value)| !value.is_zero()).collect()
+        };
+        let damping = (0..n).map(|i| reduce(c, i)).collect();
+        let massive = (0..n).filter(|&i| places[i].is_some());
+        let stiffness = massive.map(|i| reduce(k, i)).collect();
+        Some((damping, stiffness, ((p + 2) * n * n) as u64))
+    }
+
+    /// M_mm⁻¹, with the multiplications it took.
+    fn inverse(&self, mass: &ExactMatrix, field: &PrimeField) -> Option<(Inverse, u64)> {
+        let image = mass.image(field);
+        let places = self.places();
+        let massive: Vec<usize> = (0..places.len()).filter(|&i| places[i].is_some()).collect();
+        if mass.is_diagonal() {
+            let inverse = massive.iter().map(|&i| {
+                let (_, mass) = image.row(i).next()?;
+                (!mass.is_zero()).then(|| field.inverse(mass))
+            });
+            let inverse = inverse.collect::<Option<_>>()?;
+            return Some((Inverse::Diagonal(inverse), 100 * massive.len() as u64));
+        }
+        let n = massive.len();
+        let row = |&i: &usize| {
+            let mut row = vec![Residue::ZERO; n];
+            for (j, value) in image.row(i) {
+                if let Some(j) = places[j] {
+                    row[j] = value;
+                }
+            }
+            row
+        };
+        let unit = |i| {
+            let mut row = vec![Residue::ZERO; n];
+            row[i] = field.integer(1);
+            row
+        };
+        let inverse = solve(
+            field,
+            massive.iter().map(row).collect(),
+            (0..n).map(unit).collect(),
+        )?;
+        Some((Inverse::Full(inverse), 2 * (n as u64).pow(3)))
+    }
+
     /// Whether no more rows than these are proved independent, for rational numbers.
     ///
-    /// A minor of rank + 1 rows of C, …, CA^p, times det(M)^p, is a determinant of rows of C, and p
-    /// times over of (K, −M): of the unknowns x, Ax, …, A^p x, tied by K A^j x = M A^(j+1) x.
-    fn is_all(&self, parts: [&ExactMatrix; 3]) -> bool {
-        let [m, c, k] = parts;
+    /// A minor of rank + 1 rows of C, …, CA^p, times det(M_mm)^p det(K_pp)^(p+1), is a determinant
+    /// of rows of C, p times over of those of (K, −M), and once more of those of massless
+    /// coordinates: of the unknowns x, Ax, …, A^p x, tied by K A^j x = M A^(j+1) x.
+    fn sees_no_more(&self, seen: &Seen) -> bool {
+        let [m, c, k] = self.parts;
         let n = m.len();
         let shift = k.extent_of_all().high - m.extent_of_all().high;
+        let bits = |extent: Extent, count: usize| extent.bits() + ceil_log2(count) as u64;
         let tie = |i: usize| {
             let extent = k.extent(i).join(m.extent(i).shifted(shift));
-            extent.bits() + ceil_log2(k.row(i).count() + m.row(i).count()) as u64
+            bits(extent, k.row(i).count() + m.row(i).count())
         };
-        let row = |i: usize| c.extent(i).bits() + ceil_log2(c.row(i).count()) as u64;
         let ties: u64 = (0..n).map(tie).sum();
-        let rows = (0..n).map(row).max().unwrap_or(0);
-        let primes = (self.power * ties + (self.rank as u64 + 1) * rows) / PRIME_BITS + 1;
-        primes.saturating_mul(self.work) <= MOST_WORK
+        let last: u64 = self.massless.iter().map(|&i| tie(i)).sum();
+        let rows = (0..n)
+            .map(|i| bits(c.extent(i), c.row(i).count()))
+            .max()
+            .unwrap_or(0);
+        let minor = seen.power * ties + last + (seen.rank as u64 + 1) * rows;
+        let primes = minor / PRIME_BITS + 1;
+        primes.saturating_mul(seen.work) <= MOST_WORK
             && PrimeField::all()
-                .filter_map(|field| Seen::of(parts, &field))
+                .filter_map(|field| self.seen(&field))
                 .take(primes as usize)
-                .all(|seen| seen.rank <= self.rank)
+                .all(|other| other.rank <= seen.rank)
     }
 }
 
@@ -151,33 +265,13 @@ impl Basis<'_> {
     }
 }
 
-/// M⁻¹ modulo a prime.
+/// M_mm⁻¹ modulo a prime.
 enum Inverse {
     Diagonal(Vec<Residue>),
     Full(Vec<Vec<Residue>>),
 }
 
 impl Inverse {
-    /// With the multiplications it took; `None` if there is none.
-    fn of(matrix: &ExactMatrix, image: &Image, field: &PrimeField) -> Option<(Inverse, u64)> {
-        let n = matrix.len();
-        if matrix.is_diagonal() {
-            let inverse = (0..n).map(|i| {
-                let (_, mass) = image.row(i).next()?;
-                (!mass.is_zero()).then(|| field.inverse(mass))
-            });
-            let inverse = inverse.collect::<Option<_>>()?;
-            return Some((Inverse::Diagonal(inverse), 100 * n as u64));
-        }
-        let unit = |i| {
-            let mut row = vec![Residue::ZERO; n];
-            row[i] = field.integer(1);
-            row
-        };
-        let inverse = solve(field, image.rows(), (0..n).map(unit).collect())?;
-        Some((Inverse::Full(inverse), 2 * (n as u64).pow(3)))
-    }
-
     fn times(&self, field: &PrimeField, vector: &[Residue]) -> Vec<Residue> {
         let pairs = |row: &[Residue]| {
             row.iter().zip(vector).fold(Residue::ZERO, |sum, (&a, &b)| {
@@ -203,17 +297,18 @@ impl Inverse {
     }
 }
 
-fn multiply(field: &PrimeField, matrix: &Image, vector: &[Residue]) -> Vec<Residue> {
-    let row = |i| {
-        matrix.row(i).fold(Residue::ZERO, |sum, (j, value)| {
+fn multiply(field: &PrimeField, matrix: &Sparse, vector: &[Residue]) -> Vec<Residue> {
+    let row = |row: &Vec<(usize, Residue)>| {
+        row.iter().fold(Residue::ZERO, |sum, &(j, value)| {
             field.sum(sum, field.product(value, vector[j]))
         })
     };
-    (0..vector.len()).map(row).collect()
+    matrix.iter().map(row).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::massless::Massless;
     use super::super::samples::{
         Join, as_matrices, chain, matrices, network, triple_defect, uniform_beam,
     };
@@ -223,7 +318,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn count(system: &System) -> Option<usize> {
-        undamped_modes(&Coefficients::of(system))
+        let coefficients = Coefficients::of(system);
+        undamped_modes(&coefficients, &Massless::of(&coefficients).nodes)
     }
 
     /// A hub, 1, held by a spring, and arms of (mass, spring).
@@ -308,7 +404,6 @@ mod tests {
 
     #[test]
     fn what_is_not_answered() {
-        assert_eq!(count(&triple_defect()), None);
         let negative = network(&[1.0], &[(0, 1, 1.0)], &[(0, 1, -1.0)]);
         assert_eq!(count(&negative), None);
         let skew = mat![[0.0, 1.0], [-1.0, 0.0]];
@@ -329,6 +424,29 @@ mod tests {
             let beam = matrices(mass, damping, stiffness);
             assert_eq!(count(&beam), Some(elements - 1), "{elements}");
         }
+    }
+
+    #[test]
+    fn massless_nodes_follow() {
+        assert_eq!(count(&triple_defect()), Some(0));
+        // A dashpot behind a spring, at the middle mass of three.
+        let springs = [
+            (0, 1, 1.0),
+            (1, 2, 1.0),
+            (2, 3, 1.0),
+            (0, 3, 1.0),
+            (2, 4, 9.0),
+        ];
+        let masses = [3.0, 3.0, 3.0, 0.0];
+        assert_eq!(count(&network(&masses, &springs, &[(0, 4, 0.1)])), Some(1));
+        assert_eq!(count(&network(&masses, &springs, &[])), Some(3));
+        // Held by dampers alone: not answered.
+        let loose = network(
+            &[1.0, 1.0, 0.0],
+            &[(0, 1, 1.0), (1, 2, 1.0)],
+            &[(2, 3, 1.0), (0, 3, 1.0)],
+        );
+        assert_eq!(count(&loose), None);
     }
 
     fn common_divisor(a: usize, b: usize) -> usize {
@@ -356,6 +474,23 @@ mod tests {
             });
             let rod = matrices(mass, damped.damping_matrix(), damped.stiffness_matrix());
             prop_assert_eq!(count(&rod), expected);
+        }
+
+        /// Mode r moves the middle of the spring before mass j by sin(πr(2j − 1)/(2n + 2)) times what
+        /// is not 0: nothing for (gcd(2j − 1, n + 1) − 1)/2 of the r.
+        #[test]
+        fn uniform_chains_damped_between_masses(n in 1usize..10, at in 0usize..10, k in 1e-3..1e3) {
+            let at = at % (n + 1) + 1;
+            let node = |mass: usize| if mass == n + 1 { 0 } else { mass };
+            let springs: Vec<Join> = (0..=n)
+                .flat_map(|i| [(node(i), n + 1 + i, 2.0 * k), (n + 1 + i, node(i + 1), 2.0 * k)])
+                .collect();
+            let masses: Vec<f64> = (0..=2 * n).map(|i| if i < n { 0.1 } else { 0.0 }).collect();
+            let expected = Some((common_divisor(2 * at - 1, n + 1) - 1) / 2);
+            prop_assert_eq!(count(&network(&masses, &springs, &[(0, n + at, 0.3)])), expected);
+            let at_mass = at.min(n);
+            let expected = Some(common_divisor(at_mass, n + 1) - 1);
+            prop_assert_eq!(count(&network(&masses, &springs, &[(0, at_mass, 0.3)])), expected);
         }
 
         /// Arms of one frequency balance each other: all but one of them.

@@ -3,13 +3,16 @@
 use std::cmp::Ordering;
 
 use super::prime_field::{PrimeField, Residue};
-use super::sum::{ExactSum, Extent};
+use super::sum::{ExactSum, Extent, Parts};
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
 
+/// Every double is a multiple of 2 to this power.
+const LOWEST: i32 = -1074;
+
 /// A square sparse matrix by rows. Entries are exact sums of their terms; those that sum to 0 are
 /// not there.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ExactMatrix {
     /// Where each row's entries start, and where the last one's end.
     rows: Vec<usize>,
@@ -99,6 +102,25 @@ impl ExactMatrix {
         ExactMatrix::from_parts(self.len(), parts)
     }
 
+    /// The matrix times a finite double; `None` where a product leaves the range of doubles.
+    pub(crate) fn times(&self, factor: f64) -> Option<ExactMatrix> {
+        let low = Parts::of(factor).exponent;
+        let mut parts = Vec::with_capacity(2 * self.terms.len());
+        for i in 0..self.len() {
+            for (j, terms) in self.row(i) {
+                for &term in terms {
+                    let product = term * factor;
+                    if !product.is_finite() || Parts::of(term).exponent + low < LOWEST {
+                        return None;
+                    }
+                    parts.push((i, j, product));
+                    parts.push((i, j, term.mul_add(factor, -product)));
+                }
+            }
+        }
+        Some(ExactMatrix::from_parts(self.len(), parts))
+    }
+
     /// The order n of the matrix.
     pub(crate) fn len(&self) -> usize {
         self.rows.len() - 1
@@ -119,6 +141,15 @@ impl ExactMatrix {
     /// The columns of row `i`, rising, each with the terms of its entry.
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, &[f64])> {
         (self.rows[i]..self.rows[i + 1]).map(|at| (self.columns[at], self.terms_at(at)))
+    }
+
+    /// The terms of entry (i, j); none for one that is 0.
+    pub(crate) fn entry(&self, i: usize, j: usize) -> &[f64] {
+        let start = self.rows[i];
+        match self.columns[start..self.rows[i + 1]].binary_search(&j) {
+            Ok(at) => self.terms_at(start + at),
+            Err(_) => &[],
+        }
     }
 
     fn terms_at(&self, at: usize) -> &[f64] {
@@ -169,5 +200,32 @@ impl Image<'_> {
             row
         };
         (0..n).map(row).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn products_are_exact(a in any::<f64>(), b in any::<f64>(), factor in any::<f64>()) {
+            prop_assume!(a.is_finite() && b.is_finite() && factor.is_finite());
+            let matrix = ExactMatrix::from_parts(2, vec![(0, 0, a), (0, 1, b), (0, 1, 1.0), (1, 0, -b)]);
+            // A product that is not refused has the right image modulo two primes.
+            for field in PrimeField::all().take(2) {
+                let Some(product) = matrix.times(factor) else {
+                    let finite = [a, b, 1.0].iter().all(|x| (x * factor).is_finite());
+                    let far = [a, b, 1.0].iter().all(|x| (x * factor).abs() > 1e-250);
+                    prop_assert!(!(finite && far));
+                    continue;
+                };
+                for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let expected = field.product(field.sum_of(matrix.entry(i, j)), field.double(factor));
+                    prop_assert_eq!(field.sum_of(product.entry(i, j)), expected);
+                }
+            }
+        }
     }
 }

@@ -3,4 +3,5 @@
 pub(crate) mod elimination;
 pub(crate) mod matrix;
 pub(crate) mod prime_field;
+pub(crate) mod rank;
 pub(crate) mod sum;

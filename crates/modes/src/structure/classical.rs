@@ -27,6 +27,7 @@ pub(crate) fn classical(coefficients: &Coefficients) -> Verdict {
         mass,
         damping,
         stiffness,
+        ..
     } = coefficients;
     if damping.network.is_none()
         || stiffness.network.is_none()

@@ -1,7 +1,7 @@
 //! M, C and K in exact arithmetic, with their networks where they are symmetric.
 
-use std::cell::OnceCell;
-
+use super::later::Later;
+use super::mirror::Mirror;
 use super::network::Network;
 use super::semidefinite;
 use super::support::floating;
@@ -11,11 +11,12 @@ use crate::exact::matrix::ExactMatrix;
 use crate::system::System;
 
 /// One of the three matrices.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Coefficient {
     pub(crate) matrix: ExactMatrix,
     /// There exactly when the matrix is symmetric.
     pub(crate) network: Option<Network>,
-    semidefinite: OnceCell<Option<usize>>,
+    semidefinite: Later<Option<usize>>,
 }
 
 impl Coefficient {
@@ -23,7 +24,7 @@ impl Coefficient {
         Coefficient {
             network: symmetric.then(|| Network::of(&matrix)),
             matrix,
-            semidefinite: OnceCell::new(),
+            semidefinite: Later::new(),
         }
     }
 
@@ -36,7 +37,7 @@ impl Coefficient {
     /// The rank, if the matrix is proved symmetric and positive semidefinite. Computed once.
     pub(crate) fn semidefinite_rank(&self) -> Option<usize> {
         let network = self.network.as_ref()?;
-        *self.semidefinite.get_or_init(|| {
+        *self.semidefinite.get(|| {
             if network.is_non_negative() {
                 Some(network.len() - floating(&[network]).len())
             } else {
@@ -47,10 +48,12 @@ impl Coefficient {
 }
 
 /// All three.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Coefficients {
     pub(crate) mass: Coefficient,
     pub(crate) damping: Coefficient,
     pub(crate) stiffness: Coefficient,
+    mirror: Later<Option<Mirror>>,
 }
 
 impl Coefficients {
@@ -64,6 +67,12 @@ impl Coefficients {
             mass: of(MatrixKind::Mass),
             damping: of(MatrixKind::Damping),
             stiffness: of(MatrixKind::Stiffness),
+            mirror: Later::new(),
         }
+    }
+
+    /// A mirror symmetry, if one was found. Looked for once.
+    pub(crate) fn mirror(&self) -> Option<&Mirror> {
+        self.mirror.get(|| Mirror::of(self)).as_ref()
     }
 }

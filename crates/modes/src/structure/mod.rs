@@ -5,8 +5,13 @@
 mod classical;
 mod coefficients;
 pub(crate) mod determinant;
+mod gyroscopic;
+mod later;
+mod low_rank;
 pub(crate) mod massless;
+mod mirror;
 mod network;
+mod overdamped;
 mod passive;
 mod polynomial;
 #[cfg(test)]
@@ -15,15 +20,19 @@ mod semidefinite;
 mod support;
 pub(crate) mod symmetric;
 mod undamped;
+mod undamped_modes;
 
 use std::fmt;
+use std::sync::Arc;
 
 use classical::Verdict;
 use coefficients::{Coefficient, Coefficients};
 use determinant::Roots;
+use later::Later;
 use massless::Massless;
 use passive::Passive;
 
+use crate::element::MatrixKind;
 use crate::system::System;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
@@ -31,23 +40,25 @@ use crate::system::System;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
     names: Vec<String>,
+    coefficients: Arc<Coefficients>,
     undamped: bool,
-    symmetric: bool,
+    gyroscopic: bool,
     passive: Option<Passive>,
     classical: Verdict,
     roots: Roots,
     pub(crate) massless: Massless,
     spring_floating: Vec<Vec<usize>>,
     floating: Vec<Vec<usize>>,
+    overdamped: Later<bool>,
+    damping_rank: Later<Option<usize>>,
+    undamped_modes: Later<Option<usize>>,
 }
 
 impl Structure {
     pub(crate) fn of(system: &System) -> Structure {
         let coefficients = Coefficients::of(system);
         let Coefficients {
-            mass,
-            damping,
-            stiffness,
+            damping, stiffness, ..
         } = &coefficients;
         let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
@@ -56,15 +67,17 @@ impl Structure {
         Structure {
             names: system.names().to_vec(),
             undamped: undamped::is_undamped(&coefficients),
-            symmetric: [mass, damping, stiffness]
-                .iter()
-                .all(|part| part.network.is_some()),
+            gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
             passive: passive::passive(system, &coefficients),
             classical: classical::classical(&coefficients),
             roots: Roots::of(&coefficients),
             massless: Massless::of(&coefficients),
             spring_floating: floating(&[stiffness]),
             floating: floating(&[stiffness, damping]),
+            overdamped: Later::new(),
+            damping_rank: Later::new(),
+            undamped_modes: Later::new(),
+            coefficients: Arc::new(coefficients),
         }
     }
 
@@ -75,7 +88,24 @@ impl Structure {
 
     /// Whether M, C and K are symmetric.
     pub fn is_symmetric(&self) -> bool {
-        self.symmetric
+        self.not_symmetric().next().is_none()
+    }
+
+    fn not_symmetric(&self) -> impl Iterator<Item = MatrixKind> {
+        let Coefficients {
+            mass,
+            damping,
+            stiffness,
+            ..
+        } = &*self.coefficients;
+        [
+            (MatrixKind::Mass, mass),
+            (MatrixKind::Damping, damping),
+            (MatrixKind::Stiffness, stiffness),
+        ]
+        .into_iter()
+        .filter(|(_, part)| part.network.is_none())
+        .map(|(kind, _)| kind)
     }
 
     /// Whether no part can feed energy in: M, C and K are proved positive semidefinite, so that
@@ -89,6 +119,43 @@ impl Structure {
     /// *J. Appl. Mech.* 32, theorem 2), and each moves by itself.
     pub fn is_classical(&self) -> bool {
         self.classical == Verdict::Proved
+    }
+
+    /// Whether C = −Cᵀ ≠ 0, M is positive definite and K positive semidefinite, all proved. Then
+    /// Re λ = 0 for every root (Tisseur & Meerbergen 2001, *SIAM Review* 43).
+    pub fn is_gyroscopic(&self) -> bool {
+        self.gyroscopic
+    }
+
+    /// Whether M is positive definite, C and K are positive semidefinite, and
+    /// (xᵀCx)² > 4 (xᵀMx)(xᵀKx) for every x ≠ 0, all proved. Then every root is real, semisimple
+    /// and ≤ 0 (Guo, Higham & Tisseur 2009, *SIAM J. Matrix Anal. Appl.* 30). Found out when first
+    /// asked for, at the cost of a few Cholesky factorisations where C is positive definite.
+    pub fn is_overdamped(&self) -> bool {
+        *self
+            .overdamped
+            .get(|| overdamped::is_overdamped(&self.coefficients))
+    }
+
+    /// The rank of C, in exact arithmetic; dampers ≥ 0 that close a loop add nothing to it. `None`
+    /// where it was not proved. Found out when first asked for.
+    pub fn damping_rank(&self) -> Option<usize> {
+        *self
+            .damping_rank
+            .get(|| low_rank::damping_rank(&self.coefficients))
+    }
+
+    /// How many modes with ω ≠ 0 no damper touches: K x = ω²M x with C x = 0. Each gives a pair of
+    /// roots ±iω with Re λ = 0, and no other root than these and 0 has Re λ = 0. Rigid motions
+    /// without damping are not among them; they are two [zero roots](Structure::zero_roots) each.
+    ///
+    /// `None` where it was not proved: C and K must be positive semidefinite, M positive definite on
+    /// the coordinates that are not massless, and K on those that are. Found out when first asked
+    /// for, below a second.
+    pub fn undamped_modes(&self) -> Option<usize> {
+        *self
+            .undamped_modes
+            .get(|| undamped_modes::undamped_modes(&self.coefficients, &self.massless.nodes))
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for
@@ -130,24 +197,28 @@ impl Structure {
 impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let list = |nodes: &[usize]| self.list(nodes);
-        f.write_str(if self.symmetric {
-            "symmetric: M, C and K equal their transposes"
-        } else {
-            "not symmetric: a matrix that was added differs from its transpose"
-        })?;
+        let kinds: Vec<&str> = self.not_symmetric().map(letter).collect();
+        match kinds.as_slice() {
+            [] => f.write_str(
+                "symmetric: M, C and K equal their transposes; loads and responses can trade places",
+            )?,
+            [kind] => write!(f, "not symmetric: {kind} differs from its transpose")?,
+            kinds => write!(
+                f,
+                "not symmetric: {} differ from their transposes",
+                kinds.join(" and ")
+            )?,
+        }
         match self.passive {
-            Some(Passive::Elements) => f.write_str("\npassive: every spring and damper is ≥ 0")?,
+            Some(Passive::Elements) => {
+                f.write_str("\npassive: every spring and damper is ≥ 0; no motion grows")?
+            }
             Some(Passive::Matrices) => {
-                f.write_str("\npassive: M, C and K are positive semidefinite")?
+                f.write_str("\npassive: M, C and K are positive semidefinite; no motion grows")?
             }
             None => {}
         }
-        f.write_str(match (self.undamped, self.classical) {
-            (true, _) => "\nundamped: C = 0",
-            (_, Verdict::Proved) => "\nclassically damped: C M⁻¹ K is symmetric",
-            (_, Verdict::Disproved) => "\nnot classically damped: C M⁻¹ K is not symmetric",
-            (_, Verdict::NotProved) => "\nnot proved to be classically damped",
-        })?;
+        self.damping(f)?;
         if self.roots.zero == Some(0) {
             f.write_str(match self.passive {
                 Some(Passive::Elements) => {
@@ -211,7 +282,57 @@ impl fmt::Display for Structure {
     }
 }
 
+/// The letter that stands for a matrix.
+fn letter(kind: MatrixKind) -> &'static str {
+    match kind {
+        MatrixKind::Mass => "M",
+        MatrixKind::Damping => "C",
+        MatrixKind::Stiffness => "K",
+    }
+}
+
 impl Structure {
+    /// The lines on C.
+    fn damping(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n = self.names.len();
+        if self.gyroscopic {
+            return f.write_str(
+                "\ngyroscopic: C = −Cᵀ does no work, M ≻ 0 and K ⪰ 0; every root lies on the \
+                 imaginary axis",
+            );
+        }
+        f.write_str(match (self.undamped, self.classical) {
+            (true, _) => "\nundamped: C = 0",
+            (_, Verdict::Proved) => {
+                "\nclassically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself"
+            }
+            (_, Verdict::Disproved) => {
+                "\nnot classically damped: C M⁻¹ K is not symmetric; damping mixes the undamped shapes"
+            }
+            (_, Verdict::NotProved) => "\nnot proved to be classically damped",
+        })?;
+        if self.undamped {
+            return Ok(());
+        }
+        if let Some(rank) = self.damping_rank().filter(|&rank| rank < n) {
+            write!(f, "\ndamped in part: C has rank {rank} of {n}")?;
+        }
+        if self.is_overdamped() {
+            f.write_str(
+                "\noverdamped: λ²M + λC + K is negative definite for some λ < 0; every root is real",
+            )?;
+        }
+        match self.undamped_modes() {
+            Some(0) => f.write_str("\nno undamped mode: every vibration moves a damper"),
+            Some(1) => f.write_str("\nundamped modes: 1 moves no damper and goes on for ever"),
+            Some(count) => write!(
+                f,
+                "\nundamped modes: {count} move no damper and go on for ever"
+            ),
+            None => Ok(()),
+        }
+    }
+
     /// Their names, the first ones of many.
     fn list(&self, nodes: &[usize]) -> String {
         const SHOWN: usize = 6;
@@ -242,9 +363,10 @@ mod tests {
         assert!(!structure.is_undamped());
         assert_eq!(
             structure.to_string(),
-            "symmetric: M, C and K equal their transposes\n\
-             passive: every spring and damper is ≥ 0\n\
-             classically damped: C M⁻¹ K is symmetric\n\
+            "symmetric: M, C and K equal their transposes; loads and responses can trade places\n\
+             passive: every spring and damper is ≥ 0; no motion grows\n\
+             classically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself\n\
+             no undamped mode: every vibration moves a damper\n\
              supported: every coordinate reaches the ground through springs\n\
              finite roots: 16 of 16\n\
              zero roots: 0"
@@ -297,6 +419,58 @@ mod tests {
                       massless, damped against each other alone: m2, m3\n\
                       massless but damped: m5";
         assert!(printed.ends_with(ending), "{printed}");
+    }
+
+    #[test]
+    fn damping_in_words() {
+        let printed = |system: &System| Structure::of(system).to_string();
+        let springs = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (0, 3, 1.0)];
+        let middle = network(&[1.0; 3], &springs, &[(0, 2, 1.0)]);
+        let text = printed(&middle);
+        assert!(
+            text.contains("\ndamped in part: C has rank 1 of 3\nundamped modes: 1 moves no damper"),
+            "{text}"
+        );
+        let structure = Structure::of(&middle);
+        assert_eq!(
+            (structure.damping_rank(), structure.undamped_modes()),
+            (Some(1), Some(1))
+        );
+        assert!(!structure.is_overdamped() && !structure.is_gyroscopic());
+        let text = printed(&chain(&[1.0], &[1.0], &[3.0]));
+        assert!(text.contains("\noverdamped: "), "{text}");
+        let skew = mat![[0.0, 1.0], [-1.0, 0.0]];
+        let rotor = matrices(Mat::identity(2, 2), skew, Mat::identity(2, 2));
+        let text = printed(&rotor);
+        assert!(
+            text.starts_with("not symmetric: C differs from its transpose\ngyroscopic: "),
+            "{text}"
+        );
+        assert!(!text.contains("classically"), "{text}");
+    }
+
+    #[test]
+    fn asking_again_changes_nothing() {
+        let structure = Structure::of(&almost_classical());
+        let asked = structure.clone();
+        let first = (
+            asked.is_overdamped(),
+            asked.undamped_modes(),
+            asked.damping_rank(),
+        );
+        assert_eq!(asked, structure);
+        assert_eq!(
+            (
+                asked.is_overdamped(),
+                asked.undamped_modes(),
+                asked.damping_rank()
+            ),
+            first
+        );
+        assert_ne!(
+            structure,
+            Structure::of(&chain(&[1.0; 2], &[1.0; 3], &[1.0; 3]))
+        );
     }
 
     #[test]

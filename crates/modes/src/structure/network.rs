@@ -8,7 +8,7 @@ use crate::exact::matrix::ExactMatrix;
 use crate::exact::sum::ExactSum;
 
 /// Which nodes are joined, by exact sums that are not 0.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Network {
     joins: Vec<(usize, usize)>,
     grounded: Vec<bool>,

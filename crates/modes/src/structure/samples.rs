@@ -91,16 +91,31 @@ pub(super) fn triple_defect() -> System {
 /// The stiffness of a free beam of Hermite elements, EI = 1 and each 1 long (Przemieniecki 1968,
 /// *Theory of Matrix Structural Analysis*): displacement and rotation at each end.
 pub(super) fn free_beam(elements: usize) -> Mat<f64> {
-    let element = mat![
+    let [_, stiffness] = uniform_beam(elements);
+    stiffness
+}
+
+/// The consistent mass, for 420 per element, and the stiffness of that beam.
+pub(super) fn uniform_beam(elements: usize) -> [Mat<f64>; 2] {
+    let mass = mat![
+        [156.0, 22.0, 54.0, -13.0],
+        [22.0, 4.0, 13.0, -3.0],
+        [54.0, 13.0, 156.0, -22.0],
+        [-13.0, -3.0, -22.0, 4.0]
+    ];
+    let stiffness = mat![
         [12.0, 6.0, -12.0, 6.0],
         [6.0, 4.0, -6.0, 2.0],
         [-12.0, -6.0, 12.0, -6.0],
         [6.0, 2.0, -6.0, 4.0]
     ];
     let n = 2 * elements + 2;
-    let mut stiffness = Mat::zeros(n, n);
-    for (at, i, j) in (0..elements).flat_map(|at| (0..16).map(move |e| (2 * at, e / 4, e % 4))) {
-        stiffness[(at + i, at + j)] += element[(i, j)];
-    }
-    stiffness
+    [mass, stiffness].map(|element| {
+        let mut whole = Mat::zeros(n, n);
+        for (at, i, j) in (0..elements).flat_map(|at| (0..16).map(move |e| (2 * at, e / 4, e % 4)))
+        {
+            whole[(at + i, at + j)] += element[(i, j)];
+        }
+        whole
+    })
 }

@@ -11,10 +11,9 @@ use std::ops::{Div, Mul, Sub, SubAssign};
 
 use eigentone_digits::DoubleDouble;
 
-use crate::exact::elimination::{Row, eliminate};
 use crate::exact::matrix::ExactMatrix;
-use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField};
-use crate::exact::sum::{ExactSum, ceil_log2};
+use crate::exact::rank::independent;
+use crate::exact::sum::ExactSum;
 
 /// The rank of a symmetric matrix, if it is proved positive semidefinite.
 pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
@@ -26,34 +25,18 @@ pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
         Sign::Indefinite => return None,
         Sign::Near => {}
     }
-    let field = PrimeField::first();
-    let first = eliminate(&field, rows(matrix, &field));
-    let mut independent = first.independent;
-    independent.sort_unstable();
-    if independent.len() == present.len() || sign(matrix, &independent) != Sign::Definite {
-        return None;
-    }
-    let mut bits: Vec<u64> = present
-        .iter()
-        .map(|&i| matrix.extent(i).bits() + ceil_log2(matrix.row(i).count()) as u64)
-        .collect();
-    bits.sort_unstable_by(|a, b| b.cmp(a));
-    let minor: u64 = bits.iter().take(independent.len() + 1).sum();
-    let primes = minor / PRIME_BITS + 1;
-    let low_rank = |field: &PrimeField| {
-        eliminate(field, rows(matrix, field)).independent.len() <= independent.len()
-    };
-    (primes * first.work <= MOST_WORK
-        && PrimeField::all()
-            .take(primes as usize)
-            .all(|field| low_rank(&field)))
-    .then_some(independent.len())
+    let independent = independent(matrix);
+    let count = independent.rows.len();
+    (count < present.len()
+        && sign(matrix, &independent.rows) == Sign::Definite
+        && independent.is_largest(matrix))
+    .then_some(count)
 }
 
-fn rows(matrix: &ExactMatrix, field: &PrimeField) -> Vec<Row> {
-    let image = matrix.image(field);
-    let row = |i| Row::new(field, &image.row(i).collect::<Vec<_>>());
-    (0..matrix.len()).map(row).collect()
+/// Whether a symmetric matrix is proved positive definite.
+pub(crate) fn is_definite(matrix: &ExactMatrix) -> bool {
+    let all: Vec<usize> = (0..matrix.len()).collect();
+    sign(matrix, &all) == Sign::Definite
 }
 
 /// What a Cholesky factorisation tells of a matrix.

@@ -323,6 +323,7 @@ impl Structure {
             )?;
         }
         match self.undamped_modes() {
+            Some(0) if self.is_overdamped() => Ok(()),
             Some(0) => f.write_str("\nno undamped mode: every vibration moves a damper"),
             Some(1) => f.write_str("\nundamped modes: 1 moves no damper and goes on for ever"),
             Some(count) => write!(
@@ -439,6 +440,7 @@ mod tests {
         assert!(!structure.is_overdamped() && !structure.is_gyroscopic());
         let text = printed(&chain(&[1.0], &[1.0], &[3.0]));
         assert!(text.contains("\noverdamped: "), "{text}");
+        assert!(!text.contains("vibration"), "{text}");
         let skew = mat![[0.0, 1.0], [-1.0, 0.0]];
         let rotor = matrices(Mat::identity(2, 2), skew, Mat::identity(2, 2));
         let text = printed(&rotor);

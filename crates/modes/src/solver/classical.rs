@@ -172,18 +172,29 @@ struct ModalForms {
     rigid: bool,
 }
 
-/// The real shapes that neither K nor C couples.
-fn modal_forms(
+/// The undamped modes, from the springs where the system is built of them; among those of one
+/// frequency, ones that C does not couple.
+pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
-) -> Result<Vec<ModalForms>, ModesError> {
+) -> Result<Vec<RealMode>, ModesError> {
     let mut modes = if spring_factor::refuses_springs(system).is_none() {
         spring_factor::real_modes(solver, system, structure)?
     } else {
         symmetric::real_modes(solver, system, structure)?
     };
     separate(system, &mut modes);
+    Ok(modes)
+}
+
+/// The real shapes that neither K nor C couples.
+fn modal_forms(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Vec<ModalForms>, ModesError> {
+    let modes = real_modes(solver, system, structure)?;
     let form = |mode: RealMode| {
         let shape = unit(&mode).complex_shape();
         ModalForms {

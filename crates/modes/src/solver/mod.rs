@@ -4,6 +4,7 @@
 mod certified;
 mod classical;
 mod cluster;
+mod modal_matrix;
 mod parts;
 mod rigid;
 mod roots;
@@ -14,6 +15,7 @@ mod symmetric;
 use thiserror::Error;
 
 pub use classical::{Classical, ClassicalModes};
+pub use modal_matrix::ModalMatrix;
 pub use spring_factor::SpringFactor;
 pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
@@ -45,7 +47,13 @@ pub trait ModeSolver: Sync {
 
 /// Every mode solver there is, in the order in which the plan prefers them.
 pub fn solvers() -> &'static [&'static dyn ModeSolver] {
-    &[&SpringFactor, &Symmetric, &Classical, &StateMatrix]
+    &[
+        &SpringFactor,
+        &Symmetric,
+        &Classical,
+        &ModalMatrix,
+        &StateMatrix,
+    ]
 }
 
 /// Picks the first solver that does not refuse.

@@ -3,7 +3,7 @@
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd;
-use faer::{Mat, Par};
+use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
 use crate::balance::balance;
@@ -39,7 +39,8 @@ impl ModeSolver for StateMatrix {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let form = FirstOrder::of(system)?;
-        let mut found = eigen(self, &form, structure.is_symmetric())?;
+        let left = (!structure.is_symmetric()).then(|| form.b());
+        let mut found = eigen(self, form.a(), form.x(), left)?;
         let mut roots = Vec::new();
         if let Some(zeros) = structure.zero_roots().filter(|zeros| *zeros > 0) {
             found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
@@ -56,15 +57,18 @@ impl ModeSolver for StateMatrix {
     }
 }
 
-/// All eigenvalues of A, conjugates included, with their shapes.
-fn eigen(
+/// All eigenvalues of A (N × N), conjugates included, with the shapes x = X z of their vectors; with
+/// B, also the left shapes y = B*w.
+pub(crate) fn eigen(
     solver: &dyn ModeSolver,
-    form: &FirstOrder,
-    symmetric: bool,
+    a: MatRef<'_, f64>,
+    x: MatRef<'_, f64>,
+    b: Option<MatRef<'_, f64>>,
 ) -> Result<Vec<Root>, ModesError> {
     let method = solver.name();
-    let n = form.states();
-    let balanced = balance(form.a());
+    let symmetric = b.is_none();
+    let n = a.nrows();
+    let balanced = balance(a);
     if !balanced.matrix.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });
     }
@@ -103,17 +107,15 @@ fn eigen(
         let z: Vec<Complex<f64>> = (0..n)
             .map(|i| vector(&right, i) * balanced.scale[i])
             .collect();
-        let shape: Vec<Complex<f64>> = (0..form.x().nrows())
-            .map(|i| (0..n).map(|s| z[s] * form.x()[(i, s)]).sum())
+        let shape: Vec<Complex<f64>> = (0..x.nrows())
+            .map(|i| (0..n).map(|s| z[s] * x[(i, s)]).sum())
             .collect();
-        let left = (!symmetric).then(|| {
+        let left = b.map(|b| {
             let w: Vec<Complex<f64>> = (0..n)
                 .map(|i| vector(&left, i) / balanced.scale[i])
                 .collect();
-            let entry = |i| (0..n).map(|s| w[s] * form.b()[(s, i)]).sum();
-            (0..form.b().ncols())
-                .map(entry)
-                .collect::<Vec<Complex<f64>>>()
+            let entry = |i| (0..n).map(|s| w[s] * b[(s, i)]).sum();
+            (0..b.ncols()).map(entry).collect::<Vec<Complex<f64>>>()
         });
         let root = Root {
             left,
@@ -137,7 +139,7 @@ fn eigen(
 
 /// Improves simple roots by their Rayleigh functional and replaces groups that belong to one
 /// defective root by their mean; keeps the half with Im ≥ 0.
-fn refine(system: &System, structure: &Structure, found: Vec<Root>) -> Vec<Root> {
+pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -> Vec<Root> {
     let pencil = Pencil::of(system);
     let states = found.len() as f64;
     let lefts: Vec<Vec<Complex<f64>>> = found.iter().map(Root::left).collect();

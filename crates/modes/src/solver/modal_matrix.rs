@@ -1,0 +1,170 @@
+//! General damping in the coordinates of the undamped modes.
+
+use faer::Mat;
+
+use crate::modes::Modes;
+use crate::quality::rayleigh::Forms;
+use crate::structure::Structure;
+use crate::system::System;
+
+use super::roots::collect;
+use super::spring_factor::{self, RealMode, undamped_roots};
+use super::{ModeSolver, ModesError, admit, classical, rigid, state_matrix, symmetric};
+
+/// Eigenvalues of [0 Ω; −Ω −Γ], with the undamped frequencies Ω and the modal damping matrix
+/// Γ = ΦᵀCΦ: for symmetric passive systems without massless nodes.
+///
+/// Its states are scaled by their energy, so that stiff springs do not swamp soft ones, and the
+/// frequencies come from the springs themselves where the system is built of them. Modes that C
+/// provably leaves undamped ([`Structure::undamped_modes`]) are set apart and keep Re λ = 0.
+#[derive(Clone, Copy, Debug)]
+pub struct ModalMatrix;
+
+impl ModeSolver for ModalMatrix {
+    fn name(&self) -> &'static str {
+        "modal matrix"
+    }
+
+    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+        if structure.is_undamped() {
+            return Some("there is no damping".to_owned());
+        }
+        if !structure.is_passive() {
+            return Some("the system is not proved passive".to_owned());
+        }
+        if !structure.massless().is_empty() {
+            return Some("there are massless nodes".to_owned());
+        }
+        spring_factor::refuses_springs(system)
+            .and_then(|_| symmetric::refuses_matrices(system, structure))
+    }
+
+    fn reason(&self) -> &'static str {
+        "passive, with damping that couples the undamped modes: eigenvalues in their energies"
+    }
+
+    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system, structure)?;
+        let modes = classical::real_modes(self, system, structure)?;
+        let undamped = structure.undamped_modes().unwrap_or(0);
+        let (apart, mut modes) = set_apart(system, modes, undamped);
+        let mut roots = undamped_roots(apart);
+
+        // Rigid-body modes have no elastic energy, and so no state for it.
+        modes.sort_by_key(|mode| mode.rigid);
+        let r = modes.len();
+        let elastic = modes.iter().filter(|mode| !mode.rigid).count();
+        let gamma = modal_damping(system, &modes);
+        let mut a = Mat::<f64>::zeros(elastic + r, elastic + r);
+        for (j, mode) in modes.iter().take(elastic).enumerate() {
+            a[(j, elastic + j)] = mode.square.sqrt();
+            a[(elastic + j, j)] = -mode.square.sqrt();
+        }
+        for j in 0..r {
+            for i in 0..r {
+                a[(elastic + i, elastic + j)] = -gamma[(i, j)];
+            }
+        }
+        // The velocity half of a state gives the shape, up to the factor λ.
+        let shapes = Mat::from_fn(system.len(), elastic + r, |i, state| {
+            if state < elastic {
+                0.0
+            } else {
+                modes[state - elastic].shape[i]
+            }
+        });
+        let mut found = state_matrix::eigen(self, a.as_ref(), shapes.as_ref(), None)?;
+        let rigid_count = r - elastic;
+        if rigid_count > 0 {
+            let zeros = structure.zero_roots().unwrap_or(rigid_count);
+            found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+            found.drain(..zeros.saturating_sub(rigid_count).min(found.len()));
+            roots.extend(rigid::roots(rigid::shapes(system, structure), zeros));
+        }
+        roots.extend(state_matrix::refine(system, structure, found));
+        Ok(collect(self, system, roots))
+    }
+}
+
+/// The given number of elastic modes that C resists least, relative to their frequency, and the
+/// rest.
+fn set_apart(
+    system: &System,
+    modes: Vec<RealMode>,
+    count: usize,
+) -> (Vec<RealMode>, Vec<RealMode>) {
+    let resistance = |mode: &RealMode| {
+        if mode.rigid {
+            return f64::INFINITY;
+        }
+        let shape = mode.complex_shape();
+        let damping = Forms::of(system, &shape, &shape).c.re.to_f64();
+        damping.abs() / mode.square.sqrt()
+    };
+    let mut rated: Vec<(f64, RealMode)> = modes
+        .into_iter()
+        .map(|mode| (resistance(&mode), mode))
+        .collect();
+    rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rest = rated.split_off(count.min(rated.len()));
+    let bare = |rated: Vec<(f64, RealMode)>| rated.into_iter().map(|(_, mode)| mode).collect();
+    (bare(rated), bare(rest))
+}
+
+/// Γ = ΦᵀCΦ, summed over the dampers.
+fn modal_damping(system: &System, modes: &[RealMode]) -> Mat<f64> {
+    use crate::element::MatrixKind::Damping;
+    let r = modes.len();
+    let mut gamma = Mat::<f64>::zeros(r, r);
+    for damper in system.dampers() {
+        let stretch: Vec<f64> = modes
+            .iter()
+            .map(|mode| {
+                let at =
+                    |node: crate::element::Node| node.coordinate().map_or(0.0, |i| mode.shape[i]);
+                at(damper.first) - at(damper.second)
+            })
+            .collect();
+        for j in 0..r {
+            for i in 0..r {
+                gamma[(i, j)] += stretch[i] * damper.coefficient * stretch[j];
+            }
+        }
+    }
+    if let Some(added) = system.added(Damping) {
+        let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
+        gamma += shapes.transpose() * (added * &shapes);
+    }
+    gamma
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_complex::Complex;
+
+    use crate::element::GROUND;
+
+    #[test]
+    fn a_mode_with_its_damper_in_a_node_stays_undamped() {
+        let system = System::builder()
+            .mass("a", 1.0)
+            .mass("b", 1.0)
+            .mass("c", 1.0)
+            .spring(GROUND, "a", 3.0)
+            .spring("a", "b", 3.0)
+            .spring("b", "c", 3.0)
+            .spring("c", GROUND, 3.0)
+            .damper(GROUND, "b", 0.5)
+            .build()
+            .unwrap();
+        let modes = ModalMatrix.solve(&system, &system.structure()).unwrap();
+        let undamped: Vec<Complex<f64>> = modes
+            .iter()
+            .map(|mode| mode.eigenvalue().value)
+            .filter(|value| value.re == 0.0)
+            .collect();
+        assert_eq!(undamped.len(), 1);
+        assert!((undamped[0].im - 6f64.sqrt()).abs() < 1e-15);
+    }
+}

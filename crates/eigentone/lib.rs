@@ -1,6 +1,6 @@
 //! Exact analysis of linear vibrating systems M x″ + C x′ + K x = f(t): natural frequencies, damping
-//! ratios and mode shapes, and the motion at chosen instants without any error from stepping through
-//! time. Every number comes with an estimate of how far it is off.
+//! ratios and mode shapes, with proven bounds, and the motion at chosen instants without any error
+//! from integration, with an estimate of its rounding.
 //!
 //! ```
 //! use eigentone::prelude::*;

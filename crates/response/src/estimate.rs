@@ -51,6 +51,13 @@ impl Estimate {
         }
     }
 
+    /// What the rounding of A alone makes of the motion over `elapsed` seconds, relative to its
+    /// size; `None` where no estimate is given.
+    pub(crate) fn of_rounding(&self, elapsed: f64) -> Option<f64> {
+        let units = 4.0 * self.rate * elapsed * self.condition;
+        self.applies.then_some(units * f64::EPSILON)
+    }
+
     /// Notes a step of `h` seconds.
     pub(crate) fn step(&mut self, h: f64) {
         self.steps += 1.0;

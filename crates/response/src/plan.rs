@@ -2,8 +2,11 @@
 
 use std::fmt;
 
+use eigentone_modes::FirstOrder;
+
 use crate::by_exponential::ByExponential;
 use crate::by_superposition::BySuperposition;
+use crate::estimate::Estimate;
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
@@ -25,29 +28,39 @@ pub fn methods() -> &'static [&'static dyn ResponseMethod] {
 
 impl ResponsePlan {
     /// Picks a method for the problem: superposition where the damping is proved to be classical,
-    /// else the exponential.
+    /// or where the system is so stiff that rounding its state matrix would cost digits; else the
+    /// exponential.
     ///
     /// # Errors
     /// [`ResponseError::NotApplicable`] where no exact method applies.
     pub fn of(problem: &Problem<'_>) -> Result<ResponsePlan, ResponseError> {
-        let mut left_out = Vec::new();
         let structure = problem.system().structure();
-        if structure.is_undamped() || structure.is_classical() {
-            match BySuperposition.refuses(problem) {
-                Some(reason) => left_out.push((BySuperposition.name(), reason)),
-                None => {
-                    left_out.push((ByExponential.name(), "not needed".to_owned()));
-                    let reason = "each real mode moves by itself, in O(n) a step".to_owned();
-                    return Ok(ResponsePlan {
-                        method: &BySuperposition,
-                        reason,
-                        left_out,
-                    });
-                }
-            }
+        let classical = structure.is_undamped() || structure.is_classical();
+        let reason = if classical {
+            Some("each real mode moves by itself, in O(n) a step")
+        } else if is_stiff(problem) {
+            Some("stiff: rounding the state matrix would cost digits, the modes keep them")
         } else {
-            let reason = "the damping couples the real modes".to_owned();
-            left_out.push((BySuperposition.name(), reason));
+            None
+        };
+        let mut left_out = Vec::new();
+        match (
+            reason,
+            reason.and_then(|_| BySuperposition.refuses(problem)),
+        ) {
+            (Some(reason), None) => {
+                left_out.push((ByExponential.name(), "not needed".to_owned()));
+                return Ok(ResponsePlan {
+                    method: &BySuperposition,
+                    reason: reason.to_owned(),
+                    left_out,
+                });
+            }
+            (Some(_), Some(refusal)) => left_out.push((BySuperposition.name(), refusal)),
+            (None, _) => {
+                let reason = "the damping couples the real modes".to_owned();
+                left_out.push((BySuperposition.name(), reason));
+            }
         }
         match ByExponential.refuses(problem) {
             Some(reason) => Err(ResponseError::NotApplicable {
@@ -72,6 +85,19 @@ impl ResponsePlan {
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         self.method.run(problem)
     }
+}
+
+/// Whether rounding the assembled state matrix is estimated to spoil the motion visibly.
+fn is_stiff(problem: &Problem<'_>) -> bool {
+    const VISIBLE: f64 = 1e-9;
+    let Ok(form) = FirstOrder::of(problem.system()) else {
+        return false;
+    };
+    let end = problem.grid().time(problem.grid().last());
+    let estimate = Estimate::of(problem.system(), &form);
+    estimate
+        .of_rounding(end)
+        .is_some_and(|error| error > VISIBLE)
 }
 
 impl fmt::Display for ResponsePlan {

@@ -43,6 +43,25 @@ impl Pencil {
         }
     }
 
+    /// The shapes x and y that Q(λ) nearly annuls from the right and from the left: the singular
+    /// vectors of its smallest singular value. `None` where the iteration fails.
+    pub(crate) fn null_vectors(&self, lambda: Complex<f64>) -> Option<[Vec<Complex<f64>>; 2]> {
+        let [m, c, k] = &self.matrices;
+        let n = m.nrows();
+        let scale = self.scale(lambda);
+        let q = Mat::from_fn(n, n, |i, j| {
+            ((lambda * m[(i, j)] + c[(i, j)]) * lambda + k[(i, j)]) / scale
+        });
+        if !q.norm_max().is_finite() {
+            return None;
+        }
+        let svd = q.svd().ok()?;
+        let last = |vectors: MatRef<'_, Complex<f64>>| {
+            vectors.col(n - 1).iter().copied().collect::<Vec<_>>()
+        };
+        Some([last(svd.V()), last(svd.U())])
+    }
+
     /// κ = (|λ|²‖M‖ + |λ|‖C‖ + ‖K‖)‖x‖‖y‖ / (|λ||y*(2λM + C)x|); `None` where it does not exist.
     pub(crate) fn condition(
         &self,

@@ -1,6 +1,7 @@
 //! General damping in the coordinates of the undamped modes.
 
 use faer::Mat;
+use num_complex::Complex;
 
 use crate::modes::Modes;
 use crate::quality::rayleigh::Forms;
@@ -65,15 +66,21 @@ impl ModeSolver for ModalMatrix {
                 a[(elastic + i, elastic + j)] = -gamma[(i, j)];
             }
         }
-        // The velocity half of a state gives the shape, up to the factor λ.
-        let shapes = Mat::from_fn(system.len(), elastic + r, |i, state| {
-            if state < elastic {
-                0.0
-            } else {
-                modes[state - elastic].shape[i]
-            }
-        });
-        let mut found = state_matrix::eigen(self, a.as_ref(), shapes.as_ref(), None)?;
+        let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
+        // z holds ωq and q′ = λq of each mode: q comes from the larger.
+        let shape = |lambda: Complex<f64>, z: &[Complex<f64>]| {
+            let amplitude = |j: usize| {
+                let velocity = z[elastic + j];
+                if j < elastic && z[j].norm() > velocity.norm() {
+                    z[j] / modes[j].square.sqrt()
+                } else {
+                    velocity / lambda
+                }
+            };
+            let amplitudes: Vec<Complex<f64>> = (0..r).map(amplitude).collect();
+            state_matrix::combined(shapes.as_ref(), &amplitudes)
+        };
+        let mut found = state_matrix::eigen(self, a.as_ref(), &shape, None)?;
         let rigid_count = r - elastic;
         if rigid_count > 0 {
             let zeros = structure.zero_roots().unwrap_or(rigid_count);
@@ -141,8 +148,6 @@ fn modal_damping(system: &System, modes: &[RealMode]) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use num_complex::Complex;
-
     use crate::element::GROUND;
 
     #[test]

@@ -40,7 +40,7 @@ impl ModeSolver for StateMatrix {
         admit(self, system, structure)?;
         let form = FirstOrder::of(system)?;
         let left = (!structure.is_symmetric()).then(|| form.b());
-        let mut found = eigen(self, form.a(), form.x(), left)?;
+        let mut found = eigen(self, form.a(), &|_, z| combined(form.x(), z), left)?;
         let mut roots = Vec::new();
         if let Some(zeros) = structure.zero_roots().filter(|zeros| *zeros > 0) {
             found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
@@ -57,12 +57,22 @@ impl ModeSolver for StateMatrix {
     }
 }
 
-/// All eigenvalues of A (N × N), conjugates included, with the shapes x = X z of their vectors; with
-/// B, also the left shapes y = B*w.
+/// The shape x that belongs to a root and the vector z of its state.
+pub(crate) type ShapeOf<'a> = dyn Fn(Complex<f64>, &[Complex<f64>]) -> Vec<Complex<f64>> + 'a;
+
+/// X z.
+pub(crate) fn combined(x: MatRef<'_, f64>, z: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    (0..x.nrows())
+        .map(|i| (0..z.len()).map(|s| z[s] * x[(i, s)]).sum())
+        .collect()
+}
+
+/// All eigenvalues of A (N × N), conjugates included, with the shapes that `shape` makes of a root
+/// and its vector z; with B, also the left shapes y = B*w.
 pub(crate) fn eigen(
     solver: &dyn ModeSolver,
     a: MatRef<'_, f64>,
-    x: MatRef<'_, f64>,
+    shape: &ShapeOf<'_>,
     b: Option<MatRef<'_, f64>>,
 ) -> Result<Vec<Root>, ModesError> {
     let method = solver.name();
@@ -107,9 +117,7 @@ pub(crate) fn eigen(
         let z: Vec<Complex<f64>> = (0..n)
             .map(|i| vector(&right, i) * balanced.scale[i])
             .collect();
-        let shape: Vec<Complex<f64>> = (0..x.nrows())
-            .map(|i| (0..n).map(|s| z[s] * x[(i, s)]).sum())
-            .collect();
+        let shape = shape(value, &z);
         let left = b.map(|b| {
             let w: Vec<Complex<f64>> = (0..n)
                 .map(|i| vector(&left, i) / balanced.scale[i])
@@ -163,7 +171,7 @@ pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -
             .all(|i| collinearity(&found[*i], &found[first]) > 1.0 - 1e-6);
         if count == 1 || !parallel {
             for &i in group.iter().filter(|i| values[**i].im >= 0.0) {
-                roots.push(improved(system, structure, &found[i], &lefts[i], radii[i]));
+                roots.push(improved(system, structure, &pencil, &found[i], radii[i]));
             }
             continue;
         }
@@ -182,23 +190,15 @@ pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -
             .iter()
             .map(|i| (values[*i] - mean).norm() + radii[*i])
             .fold(0.0, f64::max);
-        let mut shape = found[first].shape.clone();
-        if straddles {
-            let pivot =
-                shape.iter().copied().fold(
-                    Complex::ZERO,
-                    |a: Complex<f64>, b| {
-                        if b.norm() > a.norm() { b } else { a }
-                    },
-                );
-            shape
-                .iter_mut()
-                .for_each(|x| *x = Complex::from((*x / pivot).re));
+        let (mut shape, mut left) = (found[first].shape.clone(), found[first].left.clone());
+        if let Some([x, y]) = pencil.null_vectors(mean) {
+            shape = x;
+            left = left.map(|_| y);
         }
         roots.push(Root {
             value: mean,
             shape,
-            left: None,
+            left,
             count,
             defective: true,
             error: Some((spread, spread)),
@@ -218,15 +218,42 @@ fn collinearity(a: &Root, b: &Root) -> f64 {
     product.norm() / (norm(&a.shape) * norm(&b.shape))
 }
 
-/// The root moved to that of its Rayleigh functional, where that is near and well defined.
+/// The root moved to that of its Rayleigh functional, where that is near and well defined; where its
+/// shape then fails the equations, with the shape that fulfils them best.
 fn improved(
     system: &System,
     structure: &Structure,
+    pencil: &Pencil,
     root: &Root,
-    left: &[Complex<f64>],
     radius: f64,
 ) -> Root {
-    let forms = Forms::of(system, left, &root.shape);
+    const UNITS: f64 = 8.0 * f64::EPSILON;
+    let mut better = moved(system, structure, root, radius);
+    if pencil.backward_error(better.value, &better.shape) > UNITS
+        && let Some([x, y]) = pencil.null_vectors(better.value)
+    {
+        let left = better.left.is_some().then_some(y);
+        let again = moved(
+            system,
+            structure,
+            &Root {
+                shape: x,
+                left,
+                ..better.clone()
+            },
+            radius,
+        );
+        let error = |root: &Root| pencil.backward_error(root.value, &root.shape);
+        if error(&again) < error(&better) {
+            better = again;
+        }
+    }
+    better
+}
+
+/// The root of the Rayleigh functional of the given root's shapes.
+fn moved(system: &System, structure: &Structure, root: &Root, radius: f64) -> Root {
+    let forms = Forms::of(system, &root.left(), &root.shape);
     let mut value = root.value;
     if let Some(better) = forms.root(root.value)
         && (better - root.value).norm() <= radius.max(1e-12 * root.value.norm())

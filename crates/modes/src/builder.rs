@@ -142,12 +142,8 @@ impl SystemBuilder {
             added[kind as usize] = Some(matrix);
         }
         let system = System::assemble(names, masses, springs, dampers, added);
-        for (kind, matrix) in [
-            (MatrixKind::Mass, system.mass_matrix()),
-            (MatrixKind::Damping, system.damping_matrix()),
-            (MatrixKind::Stiffness, system.stiffness_matrix()),
-        ] {
-            if let Some((row, column)) = first_not_finite(matrix.as_ref()) {
+        for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
+            if let Some((row, column)) = overflow(&system, kind) {
                 return Err(BuildError::Overflow { kind, row, column });
             }
         }
@@ -234,6 +230,25 @@ fn check_matrix(kind: MatrixKind, matrix: MatRef<'_, f64>, n: usize) -> Result<(
         }),
         None => Ok(()),
     }
+}
+
+/// An entry of an assembled matrix that is not finite. The matrix is not assembled where the sizes
+/// of its elements show that none can be.
+fn overflow(system: &System, kind: MatrixKind) -> Option<(usize, usize)> {
+    let sizes: f64 = match kind {
+        MatrixKind::Mass => system.masses().iter().sum(),
+        MatrixKind::Damping => system.dampers().iter().map(|d| d.coefficient.abs()).sum(),
+        MatrixKind::Stiffness => system.springs().iter().map(|s| s.coefficient.abs()).sum(),
+    };
+    if system.added(kind).is_none() && sizes.is_finite() {
+        return None;
+    }
+    let matrix = match kind {
+        MatrixKind::Mass => system.mass_matrix(),
+        MatrixKind::Damping => system.damping_matrix(),
+        MatrixKind::Stiffness => system.stiffness_matrix(),
+    };
+    first_not_finite(matrix.as_ref())
 }
 
 fn first_not_finite(matrix: MatRef<'_, f64>) -> Option<(usize, usize)> {

@@ -1,6 +1,6 @@
 //! What a node without mass cannot be given.
 
-use eigentone_modes::{MatrixKind, System};
+use eigentone_modes::System;
 
 use crate::load::Load;
 use crate::problem::{AppliedLoad, ResponseError};
@@ -12,23 +12,9 @@ pub(crate) fn check(
     initial: &State,
     loads: &[AppliedLoad],
 ) -> Result<(), ResponseError> {
-    let mass = system.mass_matrix();
-    let damping = system.damping_matrix();
-    let n = system.len();
-    let empty = |matrix: &faer::Mat<f64>, i: usize| {
-        (0..n).all(|j| matrix[(i, j)] == 0.0 && matrix[(j, i)] == 0.0)
-    };
-    let without_mass = |i: usize| empty(&mass, i);
-    let without_damper = |i: usize| {
-        let joined = |element: &eigentone_modes::Element| {
-            let ends = [element.first.coordinate(), element.second.coordinate()];
-            element.coefficient != 0.0 && ends.contains(&Some(i))
-        };
-        system.added(MatrixKind::Damping).map_or_else(
-            || !system.dampers().iter().any(joined),
-            |_| empty(&damping, i),
-        )
-    };
+    let structure = system.structure();
+    let without_mass = |i: usize| structure.massless().binary_search(&i).is_ok();
+    let without_damper = |i: usize| structure.damped_massless().binary_search(&i).is_err();
     for (name, _) in &initial.displacements {
         if system
             .index_of(name)

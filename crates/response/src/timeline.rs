@@ -1,6 +1,7 @@
 //! All loads together, cut into pieces at the instants where one of them changes.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 use eigentone_digits::DoubleDouble;
 
@@ -258,23 +259,24 @@ impl Timeline {
         starts.sort_by(Instant::order);
         starts.dedup_by(|a, b| a.order(b) == Ordering::Equal);
 
-        let mut now: Vec<Option<Change>> = loads.iter().map(|_| None).collect();
+        impulses.sort_by(|a, b| a.0.order(&b.0));
+        let mut now: BTreeMap<usize, Change> = BTreeMap::new();
         let mut upcoming = changes.into_iter().peekable();
+        let mut blows = impulses.into_iter().peekable();
         let pieces = starts.into_iter().map(|start| {
             while let Some(change) =
                 upcoming.next_if(|change| change.at.order(&start) != Ordering::Greater)
             {
-                let load = change.load;
-                now[load] = Some(change);
+                now.insert(change.load, change);
             }
-            let here = impulses
-                .iter()
-                .filter(|(at, ..)| at.order(&start) == Ordering::Equal);
+            let here = std::iter::from_fn(|| {
+                blows.next_if(|(at, ..)| at.order(&start) != Ordering::Greater)
+            });
             Piece {
                 start,
                 straight: straight_at(&start, &now, loads, grid),
                 impulses: here
-                    .map(|&(_, coordinate, magnitude)| (coordinate, magnitude))
+                    .map(|(_, coordinate, magnitude)| (coordinate, magnitude))
                     .collect(),
             }
         });
@@ -306,12 +308,12 @@ fn sample_changes(samples: &Samples, grid: &TimeGrid, mut change: impl FnMut(Ins
 /// The sum of all loads that run straight, by coordinate, at the start of a piece.
 fn straight_at(
     start: &Instant,
-    now: &[Option<Change>],
+    now: &BTreeMap<usize, Change>,
     loads: &[AppliedLoad],
     grid: &TimeGrid,
 ) -> Vec<Straight> {
     let mut sums: Vec<Straight> = Vec::new();
-    for change in now.iter().flatten() {
+    for change in now.values() {
         let value = change.value + change.slope * start.since(&change.at, grid);
         let coordinate = loads[change.load].coordinate;
         match sums.iter_mut().find(|sum| sum.coordinate == coordinate) {

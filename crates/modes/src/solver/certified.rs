@@ -55,7 +55,10 @@ pub(crate) fn certified(
         }
     }));
     let mut plan = modes.plan;
-    plan.bounds = format!("proven: discs that hold all roots, with {digits} digits");
+    plan.bounds = match digits {
+        0 => "proven: every root is exactly 0".to_owned(),
+        _ => format!("proven: discs that hold all roots, with {digits} digits"),
+    };
     Modes {
         bounds: Bounds::Proven,
         plan,

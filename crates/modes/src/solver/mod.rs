@@ -107,6 +107,14 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         plan,
         ..solver.solve(system, &structure)?
     };
+    // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
+    let roots = || modes.eigenvalues.iter().map(|root| root.value);
+    let zeros = roots().filter(|root| root.norm() == 0.0).count();
+    if roots().any(|root| !root.is_finite()) || structure.zero_roots().is_some_and(|n| n != zeros) {
+        return Err(ModesError::OutOfRange {
+            method: solver.name(),
+        });
+    }
     Ok(match precision {
         Precision::Double => doubles(modes),
         Precision::Certified { tolerance } => {

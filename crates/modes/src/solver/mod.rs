@@ -6,6 +6,7 @@ mod classical;
 mod cluster;
 mod modal_matrix;
 mod parts;
+mod reversed;
 mod rigid;
 mod roots;
 mod spring_factor;
@@ -101,6 +102,9 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
 }
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
+    if reversed::is_needed(system) {
+        return reversed::solve(system, precision);
+    }
     let structure = system.structure();
     let (solver, plan) = plan(system, &structure)?;
     let modes = Modes {

@@ -86,7 +86,8 @@ impl ModeSolver for ModalMatrix {
             let zeros = structure.zero_roots().unwrap_or(rigid_count);
             found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
             found.drain(..zeros.saturating_sub(rigid_count).min(found.len()));
-            roots.extend(rigid::roots(rigid::shapes(system, structure), zeros));
+            let shapes = modes[elastic..].iter().map(RealMode::complex_shape);
+            roots.extend(rigid::roots(shapes.collect(), zeros));
         }
         roots.extend(state_matrix::refine(system, structure, found));
         Ok(collect(self, system, roots))

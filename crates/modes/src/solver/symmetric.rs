@@ -95,7 +95,10 @@ pub(crate) fn real_modes(
     let mut order: Vec<usize> = (0..nf).collect();
     let square = |j: &usize| eigen.S()[*j];
     order.sort_by(|a, b| square(a).abs().total_cmp(&square(b).abs()));
-    let rigid = structure.zero_roots().unwrap_or(0) / 2;
+    let rigid = match structure.zero_roots() {
+        Some(0) => 0,
+        zeros => structure.rigid_motions().unwrap_or(zeros.unwrap_or(0) / 2),
+    };
     let modes = order.into_iter().enumerate().map(|(rank, j)| {
         let shape: Vec<f64> = shapes.col(j).iter().copied().collect();
         if rank < rigid {

@@ -164,6 +164,13 @@ impl Structure {
         self.roots.zero
     }
 
+    /// How many independent shapes K lets move without any force, where K is proved positive
+    /// semidefinite.
+    pub(crate) fn rigid_motions(&self) -> Option<usize> {
+        let stiffness = &self.coefficients.stiffness;
+        Some(stiffness.matrix.len() - stiffness.semidefinite_rank()?)
+    }
+
     /// How many of the 2n roots are finite: the degree of det(λ²M + λC + K). `None` where it was
     /// not proved.
     pub fn finite_roots(&self) -> Option<usize> {

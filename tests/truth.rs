@@ -264,6 +264,16 @@ fn motions_of_plain_scenes_are_right_to_12_digits() {
     }
 }
 
+/// Stiffness, unlike masses and long times cost digits, but not all of them.
+#[test]
+fn default_motions_of_extreme_scenes_keep_8_digits() {
+    let extreme = MEASURED.1.iter().filter(|e| EXTREME.contains(&e.case));
+    for errors in extreme.filter(|e| e.planned) {
+        let (x, v) = (errors.displacement, errors.velocity);
+        assert!(x <= 1e-8 && v <= 1e-8, "{}: {x:e}, {v:e}", errors.case);
+    }
+}
+
 /// The roots of critical damping merge: in doubles alone they would be good to 8 digits.
 #[test]
 fn critical_damping_is_exact() {

@@ -89,7 +89,7 @@ impl Analysis<'_> {
         }
     }
 
-    /// One line: what kind of bounds these are, and the largest.
+    /// What kind of bounds these are, and the largest.
     fn bounds(&self) -> String {
         let roots = self.modes.eigenvalues();
         let relative = roots.iter().filter_map(|root| {
@@ -114,7 +114,7 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
-            text.push_str("\n  response estimated to first order");
+            text.push_str("\nresponse estimated to first order");
             let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),

@@ -1,0 +1,12 @@
+//! Modes from outside.
+//!
+//! - `closed_form`: frequencies and damping that formulas give, in twice a double's digits.
+//! - `published`: rows of verification manuals and papers.
+//! - `planted`: systems built from chosen poles and shapes.
+//! - `law`: what does not depend on numbers: units, order, conjugates, signs, counts.
+
+mod closed_form;
+mod law;
+mod planted;
+mod published;
+mod root;

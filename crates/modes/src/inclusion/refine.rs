@@ -50,9 +50,12 @@ pub(crate) fn refine<T: Real>(
     points: &mut Points<T>,
     goal: &Goal,
 ) -> Level<T> {
-    const SWEEPS: usize = 80;
+    const SWEEPS: usize = 150;
     const PLAIN: usize = 6;
     let mut best: Option<Vec<Inclusion<T>>> = None;
+    // Sweeps for which points take plain steps after gathering them went too far.
+    let mut pause = PLAIN;
+    let mut gathered = false;
     let mut stuck = 0;
     let mut previous = f64::INFINITY;
     for sweep in 0..SWEEPS {
@@ -68,13 +71,25 @@ pub(crate) fn refine<T: Real>(
             best = Some(discs);
         }
         let mut moved = false;
+        let mut now_gathered = false;
         let mut progress = 0f64;
         for group in &groups {
-            moved |= if group.len() == 1 || sweep < PLAIN {
-                step_all(points, group)
+            if group.len() > 1 && pause == 0 {
+                match gather(points, group, goal) {
+                    Move::Gathered => (moved, now_gathered) = (true, true),
+                    Move::Stepped => {
+                        moved = true;
+                        pause = if gathered {
+                            2 * PLAIN + group.len()
+                        } else {
+                            pause
+                        };
+                    }
+                    Move::None => {}
+                }
             } else {
-                gather(points, group, goal)
-            };
+                moved |= step_all(points, group);
+            }
             for &i in group {
                 progress = progress.max(upper(points.corrections[i]) / size(points.z[i]));
             }
@@ -82,6 +97,8 @@ pub(crate) fn refine<T: Real>(
         if !moved {
             break;
         }
+        pause = pause.saturating_sub(1);
+        gathered = now_gathered;
         if sweep % PLAIN == PLAIN - 1 {
             break_symmetry(points);
         }
@@ -144,17 +161,24 @@ fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
     true
 }
 
+/// What became of a group.
+enum Move {
+    Gathered,
+    Stepped,
+    None,
+}
+
 /// Moves a group of points that do not stand clear of each other. If the corrections are no larger
 /// than the group, its roots lie closer together than its points: the points are gathered on a
 /// smaller circle about their corrected mean. Else each takes its own step.
-fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool {
+fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> Move {
     let m = group.len();
     let mut centre = Ball::ZERO;
     for &i in group {
         centre = centre + middle(points.improved(i));
     }
     let Some(share) = real::<T>(1.0).checked_div(real(m as f64)) else {
-        return false;
+        return Move::None;
     };
     let centre = centre * share;
     let spread = group
@@ -166,7 +190,7 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool
         size(w) > 4.0 * radius(w)
     });
     if !known {
-        return false;
+        return Move::None;
     }
     let correction = group
         .iter()
@@ -181,9 +205,13 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool
             let arm = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
             points.place(i, centre + arm);
         }
-        return true;
+        return Move::Gathered;
     }
-    step_all(points, group)
+    if step_all(points, group) {
+        Move::Stepped
+    } else {
+        Move::None
+    }
 }
 
 /// Moves each point of a group; whether any moved.

@@ -8,7 +8,7 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::{Root, collect, count_equal};
-use super::{ModeSolver, classical};
+use super::{ModeSolver, classical, rigid};
 
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
 const LARGEST: usize = 64;
@@ -27,33 +27,36 @@ pub(crate) fn certified(
         let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
         return without_proof(modes, reason);
     }
-    let attempt = prove(system, structure, modes.as_slice(), tolerance).or_else(|| {
-        prove(
-            system,
-            structure,
-            &uncoupled(solver, system, structure)?,
-            tolerance,
-        )
-    });
+    let attempt = prove(system, structure, modes.as_slice(), tolerance)
+        .or_else(|| {
+            let modes = uncoupled(solver, system, structure)?;
+            prove(system, structure, &modes, tolerance)
+        })
+        .or_else(|| {
+            let modes = collect(solver, system, lone_roots(system));
+            prove(system, structure, modes.as_slice(), tolerance)
+        });
     let Some((mut roots, digits)) = attempt else {
         let reason = "no separate discs were reached with the digits at hand".to_owned();
         return without_proof(modes, reason);
     };
-    let zeros = modes
-        .iter()
-        .filter(|mode| mode.eigenvalue().value.norm() == 0.0);
-    roots.extend(zeros.map(|mode| {
-        let zero = root(
-            mode,
-            mode.eigenvalue().value,
-            mode.multiplicity,
-            mode.defective,
-        );
-        Root {
-            error: Some((0.0, 0.0)),
-            ..zero
+    // The proof excludes 0 from its discs; how many roots lie there is known exactly.
+    let zeros = structure.zero_roots().unwrap_or(0);
+    let shapes = || {
+        let floating = rigid::shapes(system, structure);
+        let at_zero = modes
+            .iter()
+            .filter(|mode| mode.eigenvalue().value.norm() == 0.0);
+        let solved: Vec<_> = at_zero.map(|mode| mode.shape().to_vec()).collect();
+        if floating.is_empty() {
+            solved
+        } else {
+            floating
         }
-    }));
+    };
+    if zeros > 0 {
+        roots.extend(rigid::roots(shapes(), zeros));
+    }
     let mut plan = modes.plan;
     plan.bounds = match digits {
         0 => "proven: every root is exactly 0".to_owned(),
@@ -86,11 +89,24 @@ fn prove(
         } else {
             1
         };
-        for _ in 0..count {
-            approximations.push(value);
+        // The points of a cluster start on a circle as wide as it is uncertain.
+        let reach = mode
+            .eigenvalue()
+            .bound
+            .unwrap_or(f64::INFINITY)
+            .min(0.1 * value.norm());
+        for turn in 0..count {
+            let angle = 0.4 + std::f64::consts::TAU * turn as f64 / count as f64;
+            let offset = if count > 1 {
+                Complex::from_polar(reach, angle)
+            } else {
+                Complex::ZERO
+            };
+            let point = value + offset;
+            approximations.push(point);
             owner.push(index);
             if value.im != 0.0 {
-                approximations.push(value.conj());
+                approximations.push(point.conj());
                 owner.push(index);
             }
         }
@@ -132,6 +148,28 @@ fn uncoupled(solver: &dyn ModeSolver, system: &System, structure: &Structure) ->
     }
     let roots = classical::uncoupled_roots(solver, system, structure)?;
     Some(collect(solver, system, roots).as_slice().to_vec())
+}
+
+/// The roots that each coordinate has by itself, all others held: of the right size wherever one
+/// coordinate rules a motion.
+fn lone_roots(system: &System) -> Vec<Root> {
+    let (m, c, k) = (
+        system.mass_matrix(),
+        system.damping_matrix(),
+        system.stiffness_matrix(),
+    );
+    let mut roots = Vec::new();
+    for i in 0..system.len() {
+        let mut shape = vec![Complex::ZERO; system.len()];
+        shape[i] = Complex::ONE;
+        let values = classical::scalar_roots(m[(i, i)], c[(i, i)], k[(i, i)]);
+        roots.extend(
+            values
+                .into_iter()
+                .map(|value| Root::simple(value, shape.clone())),
+        );
+    }
+    roots
 }
 
 fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {

@@ -264,6 +264,22 @@ fn separate(system: &System, modes: &mut [RealMode]) {
     }
 }
 
+/// The nonzero roots of mλ² + cλ + k with Im ≥ 0, where m or c is positive.
+pub(crate) fn scalar_roots(m: f64, c: f64, k: f64) -> Vec<Complex<f64>> {
+    if m == 0.0 {
+        return if c == 0.0 || k == 0.0 {
+            Vec::new()
+        } else {
+            vec![Complex::from(-k / c)]
+        };
+    }
+    let [m, c, k] = [m, c, k].map(DoubleDouble::from);
+    let roots = Quadratic { m, c, k }.roots(true).into_iter();
+    let each = roots.flat_map(|root| std::iter::repeat_n(root.value, root.count));
+    each.filter(|value| value.norm() != 0.0 && value.is_finite())
+        .collect()
+}
+
 /// mλ² + cλ + k with m > 0.
 struct Quadratic {
     m: DoubleDouble,

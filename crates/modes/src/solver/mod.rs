@@ -111,20 +111,21 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         plan,
         ..solver.solve(system, &structure)?
     };
+    let answer = match precision {
+        Precision::Double => doubles(modes),
+        Precision::Certified { tolerance } => {
+            certified::certified(solver, system, &structure, modes, tolerance)
+        }
+    };
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
-    let roots = || modes.eigenvalues.iter().map(|root| root.value);
+    let roots = || answer.eigenvalues.iter().map(|root| root.value);
     let zeros = roots().filter(|root| root.norm() == 0.0).count();
     if roots().any(|root| !root.is_finite()) || structure.zero_roots().is_some_and(|n| n != zeros) {
         return Err(ModesError::OutOfRange {
             method: solver.name(),
         });
     }
-    Ok(match precision {
-        Precision::Double => doubles(modes),
-        Precision::Certified { tolerance } => {
-            certified::certified(solver, system, &structure, modes, tolerance)
-        }
-    })
+    Ok(answer)
 }
 
 /// In doubles, roots that are equal count as one.
@@ -170,7 +171,9 @@ pub enum ModesError {
     #[error(transparent)]
     FirstOrder(#[from] FirstOrderError),
     /// A frequency leaves the range of doubles.
-    #[error("{method}: a frequency exceeds the range of doubles; choose other units")]
+    #[error(
+        "{method}: the frequencies lie too far apart for doubles; choose other units, or fewer orders of magnitude"
+    )]
     OutOfRange {
         /// The solver.
         method: &'static str,

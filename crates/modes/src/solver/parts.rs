@@ -92,12 +92,17 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         infinite += part.infinite;
         proven &= part.bounds == Bounds::Proven;
         eigenvalues.extend(part.eigenvalues);
-        modes.extend(part.modes.into_iter().map(|mode| {
+        let spread = |entries: &[Complex<f64>]| {
             let mut shape = vec![Complex::ZERO; system.len()];
-            for (&i, entry) in coordinates.iter().zip(&mode.shape) {
+            for (&i, entry) in coordinates.iter().zip(entries) {
                 shape[i] = *entry;
             }
-            Mode { shape, ..mode }
+            shape
+        };
+        modes.extend(part.modes.into_iter().map(|mode| Mode {
+            shape: spread(&mode.shape),
+            left_shape: mode.left_shape.as_deref().map(spread),
+            ..mode
         }));
         plan = plan.or(Some(part.plan));
     }

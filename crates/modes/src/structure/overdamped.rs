@@ -60,6 +60,7 @@ fn separating(parts: [&ExactMatrix; 3]) -> Option<f64> {
     for i in 0..n {
         interval = interval.cut(parts.map(|part| entry(part, i, i)))?;
     }
+    const NARROW: f64 = 1e-12;
     let trials = (6 * MOST_WORK / (n as u64).pow(3)).min(MOST_TRIALS);
     if trials == 0 {
         return None;
@@ -80,8 +81,16 @@ fn separating(parts: [&ExactMatrix; 3]) -> Option<f64> {
             return Some(s);
         };
         interval = interval.cut([&m, &c, &k].map(|part| form(part, &x)))?;
+        // x says that s does not separate, so s lies within rounding of an end.
         if interval.low < s && s < interval.high {
-            return Some(s);
+            if interval.high - interval.low <= NARROW * s {
+                return Some(s);
+            }
+            if s - interval.low < interval.high - s {
+                interval.low = s;
+            } else {
+                interval.high = s;
+            }
         }
     }
     None
@@ -125,7 +134,8 @@ fn not_definite(mut a: Vec<Vec<f64>>) -> Option<Vec<f64>> {
             row[j] = (row[j] - dot(&row[..j], other)) / other[j];
         }
         let pivot = row[i] - dot(&row[..i], &row[..i]);
-        if pivot > 0.0 {
+        // A pivot that rounding alone may have made positive counts as none.
+        if pivot > 4.0 * (i + 1) as f64 * f64::EPSILON * row[i].abs() {
             row[i] = pivot.sqrt();
             continue;
         }

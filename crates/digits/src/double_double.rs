@@ -30,6 +30,7 @@ pub struct DoubleDouble {
 }
 
 /// a + b as sum and error, for any order of magnitudes.
+#[inline]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let part = sum - a;
@@ -37,6 +38,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// a + b as sum and error, for |a| ≥ |b| or a = 0.
+#[inline]
 fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
@@ -149,6 +151,7 @@ impl From<f64> for DoubleDouble {
 impl Neg for DoubleDouble {
     type Output = DoubleDouble;
 
+    #[inline]
     fn neg(self) -> DoubleDouble {
         DoubleDouble {
             high: -self.high,
@@ -160,6 +163,7 @@ impl Neg for DoubleDouble {
 impl Add for DoubleDouble {
     type Output = DoubleDouble;
 
+    #[inline]
     fn add(self, other: DoubleDouble) -> DoubleDouble {
         let (high, error) = two_sum(self.high, other.high);
         let (low, rest) = two_sum(self.low, other.low);
@@ -180,12 +184,14 @@ impl Add<f64> for DoubleDouble {
 impl Sub for DoubleDouble {
     type Output = DoubleDouble;
 
+    #[inline]
     fn sub(self, other: DoubleDouble) -> DoubleDouble {
         self + -other
     }
 }
 
 impl AddAssign for DoubleDouble {
+    #[inline]
     fn add_assign(&mut self, other: DoubleDouble) {
         *self = *self + other;
     }
@@ -200,6 +206,7 @@ impl SubAssign for DoubleDouble {
 impl Mul for DoubleDouble {
     type Output = DoubleDouble;
 
+    #[inline]
     fn mul(self, other: DoubleDouble) -> DoubleDouble {
         let (high, error) = two_product(self.high, other.high);
         let cross = self.high * other.low + self.low * other.high;

@@ -1,5 +1,6 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
+pub(crate) mod congruence;
 mod exactly;
 mod pencil;
 mod refine;

@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::inclusion::certify;
+use crate::inclusion::{certify, congruence};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::structure::Structure;
 use crate::system::System;
@@ -23,23 +23,34 @@ pub(crate) fn certified(
     tolerance: f64,
 ) -> Modes {
     let n = system.len();
-    if n > LARGEST {
-        let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
-        return without_proof(modes, reason);
-    }
-    let attempt = prove(system, structure, modes.as_slice(), tolerance)
-        .or_else(|| {
-            let modes = uncoupled(solver, system, structure)?;
-            prove(system, structure, &modes, tolerance)
-        })
-        .or_else(|| {
-            let modes = collect(solver, system, lone_roots(system));
-            prove(system, structure, modes.as_slice(), tolerance)
-        });
-    let Some((mut roots, digits)) = attempt else {
+    let attempt = match at_once(system, structure, modes.as_slice()) {
+        Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
+        None if n > LARGEST => {
+            let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
+            return without_proof(modes, reason);
+        }
+        coarse => prove(system, structure, modes.as_slice(), tolerance)
+            .or_else(|| {
+                let modes = uncoupled(solver, system, structure)?;
+                prove(system, structure, &modes, tolerance)
+            })
+            .or_else(|| {
+                let modes = collect(solver, system, lone_roots(system));
+                prove(system, structure, modes.as_slice(), tolerance)
+            })
+            .or(coarse),
+    };
+    let Some(Proof {
+        mut roots,
+        mut claim,
+    }) = attempt
+    else {
         let reason = "no separate discs were reached with the digits at hand".to_owned();
         return without_proof(modes, reason);
     };
+    if roots.is_empty() {
+        claim = "every root is exactly 0".to_owned();
+    }
     // The proof excludes 0 from its discs; how many roots lie there is known exactly.
     let zeros = structure.zero_roots().unwrap_or(0);
     let shapes = || {
@@ -58,10 +69,7 @@ pub(crate) fn certified(
         roots.extend(rigid::roots(shapes(), zeros));
     }
     let mut plan = modes.plan;
-    plan.bounds = match digits {
-        0 => "proven: every root is exactly 0".to_owned(),
-        _ => format!("proven: discs that hold all roots, with {digits} digits"),
-    };
+    plan.bounds = format!("proven: {claim}");
     Modes {
         bounds: Bounds::Proven,
         plan,
@@ -69,13 +77,41 @@ pub(crate) fn certified(
     }
 }
 
-/// Proven roots from approximate modes, without those at 0, and the digits that took.
-fn prove(
-    system: &System,
-    structure: &Structure,
-    modes: &[Mode],
-    tolerance: f64,
-) -> Option<(Vec<Root>, usize)> {
+/// Roots with proven bounds, without those at 0, and what proves them.
+struct Proof {
+    roots: Vec<Root>,
+    claim: String,
+}
+
+impl Proof {
+    /// Whether every bound is within `tolerance` of |λ|.
+    fn is_within(&self, tolerance: f64) -> bool {
+        self.roots.iter().all(|root| {
+            let bound = root.error.map_or(f64::INFINITY, |(bound, _)| bound);
+            bound <= tolerance * root.value.norm()
+        })
+    }
+}
+
+/// Of an undamped system, by its shapes.
+fn at_once(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+    let root = |mode: congruence::Elastic| Root {
+        count: mode.multiplicity,
+        error: Some((mode.bound, 0.0)),
+        ..Root::simple(
+            Complex::new(0.0, mode.frequency),
+            mode.shape.into_iter().map(Complex::from).collect(),
+        )
+    };
+    let found = congruence::certify(system, structure, modes)?;
+    Some(Proof {
+        roots: found.into_iter().map(root).collect(),
+        claim: "what the shapes leave of K and M off the diagonal, with 32 digits".to_owned(),
+    })
+}
+
+/// Of any system, by discs about approximate roots.
+fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64) -> Option<Proof> {
     // Approximations of all nonzero roots, and the mode that each belongs to.
     let mut approximations: Vec<Complex<f64>> = Vec::new();
     let mut owner = Vec::new();
@@ -137,7 +173,10 @@ fn prove(
             });
         }
     }
-    Some((roots, digits))
+    Some(Proof {
+        roots,
+        claim: format!("discs that hold all roots, with {digits} digits"),
+    })
 }
 
 /// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the

@@ -1,0 +1,806 @@
+//! All frequencies of an undamped system at once, from approximate shapes, in O(n³).
+//!
+//! For square X the pencils (K, M) and (S, G) = (XᵀKX, XᵀMX) have the same eigenvalues, and good
+//! shapes make S and G nearly diagonal. With g = diag G, s = diag S and d_k = s_k/g_k write
+//!
+//! G = g^{1/2}(I + E_G)g^{1/2}, S = g^{1/2}D^{1/2}(I + E_S)D^{1/2}g^{1/2}, D = diag d ≥ 0.
+//!
+//! If ‖E_G‖ < 1 and ‖E_S‖ < 1, the k-th eigenvalues σ_k of (K, M) and d_k of D, both in rising
+//! order, satisfy
+//!
+//! d_k (1 − ‖E_S‖)/(1 + ‖E_G‖) ≤ σ_k ≤ d_k (1 + ‖E_S‖)/(1 − ‖E_G‖).
+//!
+//! Proof. I + E_G is positive definite, so X and M are nonsingular and M is positive definite. By
+//! Ostrowski's theorem (Horn & Johnson, *Matrix Analysis*, theorem 4.5.9) λ_k(TATᵀ) = θ_k λ_k(A)
+//! with λ_min(TTᵀ) ≤ θ_k ≤ λ_max(TTᵀ) for symmetric A and nonsingular T. D^{1/2}(I + E_S)D^{1/2}
+//! has the eigenvalues of TDTᵀ with T = (I + E_S)^{1/2}, which are θ_k d_k with
+//! |θ_k − 1| ≤ ‖E_S‖; taking the pencil with I + E_G is one more congruence, by (I + E_G)^{-1/2}. ∎
+//!
+//! (This is theorem 2.3 of Demmel & Veselić 1992, *SIAM J. Matrix Anal.* 13, for both matrices.)
+//! Scaled by D^{1/2}, the error is small against each frequency and not only the largest, and
+//! roots that coincide cost nothing. The shapes of rigid-body motions are exact: their rows of S
+//! vanish, and d = 0.
+//!
+//! ‖E‖ is bounded by the largest sum of |E_ij| over a row. It is of the first order in the errors of
+//! X, so X is first refined to double-double by the iteration of Ogita & Aishima 2018, *Jpn. J. Ind.
+//! Appl. Math.* 35, for a pencil: X ← X(I + Ẽ) with ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i).
+//! Shapes too close for that are first replaced by the Ritz vectors of their span.
+
+use std::cmp::Ordering;
+
+use eigentone_digits::DoubleDouble;
+use faer::{Mat, MatRef, Side};
+
+use crate::element::{Element, MatrixKind, Node};
+use crate::modes::Mode;
+use crate::structure::Structure;
+use crate::system::System;
+
+/// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
+const UPWARD: f64 = 1.0 + 1e-9;
+
+/// One elastic mode: ω with a proven bound, and its shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Elastic {
+    pub(crate) frequency: f64,
+    /// Of |ω̂ − ω|.
+    pub(crate) bound: f64,
+    /// How many frequencies the bounds do not tell apart.
+    pub(crate) multiplicity: usize,
+    pub(crate) shape: Vec<f64>,
+}
+
+/// Proves a bound for every nonzero frequency of an undamped system with M and K symmetric and no
+/// massless nodes, given all its modes approximately. `None` where no proof was reached, as for
+/// K ⋡ 0.
+pub(crate) fn certify(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+) -> Option<Vec<Elastic>> {
+    let applies =
+        structure.is_undamped() && structure.is_symmetric() && structure.massless().is_empty();
+    let elastic: Vec<&Mode> = modes
+        .iter()
+        .filter(|mode| mode.eigenvalue().value.norm() != 0.0)
+        .collect();
+    let rigid = structure.spring_floating();
+    let n = system.len();
+    if !applies
+        || elastic.len() + rigid.len() != n
+        || elastic.iter().any(|mode| mode.is_defective())
+    {
+        return None;
+    }
+    let mass = system.mass_matrix();
+    let scaled = |shape: Vec<f64>| {
+        let column = Mat::from_fn(n, 1, |i, _| shape[i]);
+        let norm = (column.transpose() * &mass * &column)[(0, 0)].sqrt();
+        let entries = shape.iter().map(|x| DoubleDouble::from(x / norm));
+        entries.collect::<Vec<DoubleDouble>>()
+    };
+    let mut columns: Vec<Vec<DoubleDouble>> = elastic
+        .iter()
+        .map(|mode| scaled(mode.shape().iter().map(|x| x.re).collect()))
+        .collect();
+    columns.extend(rigid.iter().map(|part| {
+        let within = |i| if part.contains(&i) { 1.0 } else { 0.0 };
+        scaled((0..n).map(within).collect())
+    }));
+    let mut basis = Basis {
+        stiffness: Form::stiffness(system),
+        mass: Form::mass(system),
+        columns,
+        elastic: elastic.len(),
+    };
+    let forms = basis.refine()?;
+    Some(elastic_modes(&forms, &basis.columns))
+}
+
+/// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
+struct Basis<'a> {
+    stiffness: Form<'a>,
+    mass: Form<'a>,
+    columns: Vec<Vec<DoubleDouble>>,
+    elastic: usize,
+}
+
+/// S, G and d in a basis.
+struct Forms {
+    stiffness: Gram,
+    mass: Gram,
+    squares: Vec<DoubleDouble>,
+    /// A bound of |σ_k/d_k − 1| for all k, where it is below ½.
+    spread: f64,
+}
+
+/// What is to be done to a basis.
+enum Step {
+    /// X ← X(I + Ẽ).
+    Correct(Mat<f64>),
+    /// Ritz vectors in place of each of these sets of columns.
+    Rotate(Vec<Vec<usize>>),
+}
+
+impl Basis<'_> {
+    /// Refines the basis as far as double-double reaches, and returns its forms.
+    fn refine(&mut self) -> Option<Forms> {
+        const STEPS: usize = 12;
+        const GOAL: f64 = 1e-24;
+        let mut forms = self.forms()?;
+        for _ in 0..STEPS {
+            if forms.spread <= GOAL {
+                break;
+            }
+            let before = self.columns.clone();
+            let step = self.step(&forms);
+            let last = forms.spread;
+            match &step {
+                Step::Correct(change) => self.correct(change),
+                Step::Rotate(groups) => {
+                    for group in groups {
+                        self.rotate(&forms, group)?;
+                    }
+                }
+            }
+            let next = self.forms()?;
+            if matches!(step, Step::Correct(_)) && next.spread >= last {
+                self.columns = before;
+                break;
+            }
+            forms = next;
+            if matches!(step, Step::Correct(_)) && forms.spread > 0.5 * last {
+                break;
+            }
+        }
+        // Spreads beyond this tell nothing.
+        (forms.spread <= 1e-6).then_some(forms)
+    }
+
+    /// `None` where a shape has no frequency or a number leaves its range.
+    fn forms(&self) -> Option<Forms> {
+        let stiffness = self.stiffness.gram(&self.columns[..self.elastic]);
+        let mass = self.mass.gram(&self.columns);
+        let in_range = |value: DoubleDouble| value.to_f64() > 1e-280 && value.to_f64() < 1e280;
+        let diagonals = |gram: &Gram| (0..gram.size).all(|i| in_range(gram.at(i, i)));
+        if !diagonals(&stiffness) || !diagonals(&mass) {
+            return None;
+        }
+        let squares: Vec<DoubleDouble> = (0..self.elastic)
+            .map(|i| stiffness.at(i, i) / mass.at(i, i))
+            .collect();
+        if !squares.iter().copied().all(in_range) {
+            return None;
+        }
+        let (e_s, e_g) = (stiffness.distance(), mass.distance());
+        // From both sides |σ/d − 1| ≤ (e_S + e_G)/(1 − e_G). Without the theorem's conditions this
+        // is ½ or more, and no proof.
+        let spread = (e_s + e_g) / (1.0 - e_g.min(0.5)) * UPWARD;
+        Some(Forms {
+            stiffness,
+            mass,
+            squares,
+            spread,
+        })
+    }
+
+    fn step(&self, forms: &Forms) -> Step {
+        /// Gaps that may hide shapes which are still mixed.
+        const NEAR: f64 = 0.1;
+        /// Of a gap; beyond it one correction does not do.
+        const SMALL: f64 = 1e-2;
+        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal.
+        const NOTHING: f64 = 1e-27;
+        const EQUAL: f64 = 1e-14;
+        let Forms {
+            stiffness,
+            mass,
+            squares,
+            ..
+        } = forms;
+        let (all, elastic) = (self.columns.len(), self.elastic);
+        let mut change = Mat::<f64>::zeros(all, elastic);
+        let mut group: Vec<usize> = (0..elastic).collect();
+        let own = |i: usize| mass.at(i, i).to_f64();
+        for j in 0..elastic {
+            for i in elastic..all {
+                change[(i, j)] = -mass.at(i, j).to_f64() / own(i);
+            }
+            for i in 0..j {
+                let (s, g) = (stiffness.at(i, j), mass.at(i, j));
+                let gap = (squares[j] - squares[i]).to_f64();
+                let size = squares[i].to_f64().max(squares[j].to_f64());
+                let mean = (squares[i] + squares[j]) * 0.5;
+                let coupling = (s - mean * g).to_f64().abs() / (size * (own(i) * own(j)).sqrt());
+                if coupling <= NOTHING && gap.abs() <= EQUAL * size {
+                    change[(i, j)] = -0.5 * g.to_f64() / own(i);
+                    change[(j, i)] = -0.5 * g.to_f64() / own(j);
+                } else if gap.abs() <= NEAR * size && coupling * size > SMALL * gap.abs() {
+                    let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
+                    group
+                        .iter_mut()
+                        .filter(|label| **label == from)
+                        .for_each(|label| *label = to);
+                } else {
+                    change[(i, j)] = (s - squares[j] * g).to_f64() / (gap * own(i));
+                    change[(j, i)] = -(s - squares[i] * g).to_f64() / (gap * own(j));
+                }
+            }
+        }
+        let mut groups = vec![Vec::new(); elastic];
+        for (i, label) in group.into_iter().enumerate() {
+            groups[label].push(i);
+        }
+        groups.retain(|group| group.len() > 1);
+        if groups.is_empty() {
+            Step::Correct(change)
+        } else {
+            Step::Rotate(groups)
+        }
+    }
+
+    /// The product is small against X, and rounds in the same proportion.
+    fn correct(&mut self, change: &Mat<f64>) {
+        let n = self.columns[0].len();
+        let shapes = Mat::from_fn(n, self.columns.len(), |i, j| self.columns[j][i].to_f64());
+        let product = shapes * change;
+        for (j, column) in self.columns[..self.elastic].iter_mut().enumerate() {
+            for (i, entry) in column.iter_mut().enumerate() {
+                *entry = *entry + product[(i, j)];
+            }
+        }
+    }
+
+    /// The Ritz vectors of a set of columns, by the part of S that differs from a multiple of G.
+    fn rotate(&mut self, forms: &Forms, group: &[usize]) -> Option<()> {
+        let Forms {
+            stiffness,
+            mass,
+            squares,
+            ..
+        } = forms;
+        let centre = squares[group[group.len() / 2]];
+        let norms: Vec<f64> = group
+            .iter()
+            .map(|i| mass.at(*i, *i).to_f64().sqrt())
+            .collect();
+        let rest = Mat::from_fn(group.len(), group.len(), |a, b| {
+            let (i, j) = (group[a], group[b]);
+            (stiffness.at(i, j) - centre * mass.at(i, j)).to_f64() / norms[a] / norms[b]
+        });
+        let eigen = rest.self_adjoint_eigen(Side::Lower).ok()?;
+        let rotated = (0..group.len()).map(|b| {
+            let mut column = vec![DoubleDouble::ZERO; self.columns[0].len()];
+            for (a, i) in group.iter().enumerate() {
+                let share = eigen.U()[(a, b)] / norms[a];
+                for (entry, x) in column.iter_mut().zip(&self.columns[*i]) {
+                    *entry += *x * share;
+                }
+            }
+            column
+        });
+        let rotated: Vec<Vec<DoubleDouble>> = rotated.collect();
+        for (i, column) in group.iter().zip(rotated) {
+            self.columns[*i] = column;
+        }
+        Some(())
+    }
+}
+
+/// A quadratic form Σ_e k_e (x_a − x_b)² + xᵀAx of elements e = (a, b) and a symmetric matrix A.
+struct Form<'a> {
+    n: usize,
+    elements: Vec<Element>,
+    matrix: Option<MatRef<'a, f64>>,
+}
+
+/// XᵀAX for a form and columns X, with how far its entries may be off.
+struct Gram {
+    size: usize,
+    /// By rows.
+    entries: Vec<DoubleDouble>,
+    /// Entry (i, j), i ≤ j, is off by at most unit·first_i·second_j + floor.
+    first: Vec<f64>,
+    second: Vec<f64>,
+    unit: f64,
+    floor: f64,
+}
+
+impl<'a> Form<'a> {
+    fn stiffness(system: &'a System) -> Form<'a> {
+        Form {
+            n: system.len(),
+            elements: system.springs().to_vec(),
+            matrix: system.added(MatrixKind::Stiffness),
+        }
+    }
+
+    fn mass(system: &'a System) -> Form<'a> {
+        let lumped = system.masses().iter().enumerate().map(|(i, mass)| Element {
+            first: Node::Coordinate(i),
+            second: Node::Ground,
+            coefficient: *mass,
+        });
+        Form {
+            n: system.len(),
+            elements: lumped.collect(),
+            matrix: system.added(MatrixKind::Mass),
+        }
+    }
+
+    /// Entry (i, j), i ≤ j, is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
+    /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
+    /// force_i·x_j.
+    ///
+    /// Each entry is a sum of products to which at most `count` roundings of 2^-102 apply one upon
+    /// the other, so that it errs by (count + 1)·2^-102 of the sum of the absolute products. That
+    /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
+    /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
+    /// Σ|A_ab||x_ai||x_bj|.
+    fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
+        let (n, size) = (self.n, columns.len());
+        let by_stretch = self.elements.len() <= 4 * n;
+        let by_force = self.matrix.is_some() || !by_stretch;
+        // Per node, what a unit displacement meets in absolute terms, and how many terms it is.
+        let (mut load, mut terms) = (vec![0.0; n], vec![0usize; n]);
+        let ends = |element: &Element| [element.first, element.second].map(Node::coordinate);
+        if !by_stretch {
+            for element in &self.elements {
+                for i in ends(element).into_iter().flatten() {
+                    load[i] += element.coefficient.abs();
+                    terms[i] += 1;
+                }
+            }
+        }
+        let mut row_sums = vec![0.0; n];
+        if let Some(matrix) = self.matrix {
+            for j in 0..n {
+                for i in 0..n {
+                    row_sums[i] += matrix[(i, j)].abs();
+                }
+            }
+            terms.iter_mut().for_each(|count| *count += n);
+        }
+        let (mut inner, mut outer) = (Vec::with_capacity(size), Vec::with_capacity(size));
+        let (mut first, mut second) = (Vec::with_capacity(size), Vec::with_capacity(size));
+        let mut largest = 0.0;
+        for x in columns {
+            let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
+            let stretches: Vec<DoubleDouble> = self
+                .elements
+                .iter()
+                .map(|element| at(element.first) - at(element.second))
+                .collect();
+            let forces = self.elements.iter().zip(&stretches);
+            let mut forces: Vec<DoubleDouble> = forces
+                .map(|(e, stretch)| *stretch * e.coefficient)
+                .collect();
+            let energy = self.elements.iter().zip(&stretches);
+            let energy: f64 = energy
+                .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
+                .sum();
+            let over = |weights: &[f64]| -> f64 {
+                let each = weights.iter().zip(x);
+                each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
+            };
+            let along = over(&row_sums);
+            if by_stretch {
+                first.push((energy + along).sqrt() * UPWARD);
+                second.push((energy + along).sqrt() * UPWARD);
+            } else {
+                first.push((2.0 * energy + along).sqrt() * UPWARD);
+                second.push((over(&load) + along).sqrt() * UPWARD);
+            }
+            let mut right = if by_stretch { stretches } else { Vec::new() };
+            if by_force {
+                let mut nodal = vec![DoubleDouble::ZERO; n];
+                if !by_stretch {
+                    for (element, force) in self.elements.iter().zip(&forces) {
+                        let [first, second] = ends(element);
+                        if let Some(i) = first {
+                            nodal[i] += *force;
+                        }
+                        if let Some(i) = second {
+                            nodal[i] -= *force;
+                        }
+                    }
+                    forces.clear();
+                }
+                if let Some(matrix) = self.matrix {
+                    for (j, x) in x.iter().enumerate() {
+                        for (i, force) in nodal.iter_mut().enumerate() {
+                            *force += *x * matrix[(i, j)];
+                        }
+                    }
+                }
+                forces.extend(nodal);
+                right.extend(x);
+            }
+            largest = right
+                .iter()
+                .map(|x| x.to_f64().abs())
+                .fold(largest, f64::max);
+            inner.push(forces);
+            outer.push(right);
+        }
+        let length = outer.first().map_or(0, Vec::len);
+        let mut entries = vec![DoubleDouble::ZERO; size * size];
+        for i in 0..size {
+            for j in i..size {
+                let mut sum = DoubleDouble::ZERO;
+                for (force, x) in inner[i].iter().zip(&outer[j]) {
+                    sum += *force * *x;
+                }
+                entries[i * size + j] = sum;
+                entries[j * size + i] = sum;
+            }
+        }
+        // Both stretches, k·stretch, the sum of forces, the product, and the sum.
+        let count = 4 + terms.into_iter().max().unwrap_or(0) + length;
+        Gram {
+            size,
+            entries,
+            first,
+            second,
+            unit: (count + 1) as f64 * 2f64.powi(-102),
+            // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
+            floor: 1e-300 * (1.0 + largest),
+        }
+    }
+}
+
+/// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.
+fn square(k: f64, x: f64) -> f64 {
+    let root = k.abs().sqrt() * x;
+    root * root + f64::MIN_POSITIVE
+}
+
+impl Gram {
+    fn at(&self, i: usize, j: usize) -> DoubleDouble {
+        self.entries[i * self.size + j]
+    }
+
+    /// A bound of ‖E‖ for this matrix = δ^{1/2}(I + E)δ^{1/2}, δ its computed diagonal; NaN or
+    /// infinite where there is none.
+    fn distance(&self) -> f64 {
+        let roots: Vec<f64> = (0..self.size)
+            .map(|i| self.at(i, i).to_f64().sqrt())
+            .collect();
+        let mut largest = 0.0;
+        for i in 0..self.size {
+            let sum: f64 = (0..self.size)
+                .map(|j| {
+                    let (a, b) = (i.min(j), i.max(j));
+                    let rounding = self.unit * self.first[a] * self.second[b] + self.floor;
+                    let entry = if i == j {
+                        0.0
+                    } else {
+                        self.at(i, j).to_f64().abs()
+                    };
+                    (entry + rounding) / roots[i] / roots[j]
+                })
+                .sum();
+            if !sum.is_finite() {
+                return sum;
+            }
+            largest = sum.max(largest);
+        }
+        largest * UPWARD
+    }
+}
+
+/// ω = √σ with bounds; frequencies that are not told apart get one value.
+fn elastic_modes(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Elastic> {
+    let squares = &forms.squares;
+    let mut order: Vec<usize> = (0..squares.len()).collect();
+    order.sort_by(|a, b| {
+        squares[*a]
+            .partial_cmp(&squares[*b])
+            .unwrap_or(Ordering::Equal)
+    });
+    // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the quotient and the root.
+    let relative = forms.spread / (1.0 + (1.0 - forms.spread).sqrt()) + 2f64.powi(-100);
+    let touch = |a: &usize, b: &usize| {
+        let (a, b) = (squares[*a], squares[*b]);
+        (b - a).to_f64() <= forms.spread * UPWARD * (a + b).to_f64()
+    };
+    let mut found = Vec::with_capacity(order.len());
+    for group in order.chunk_by(touch) {
+        let frequency = squares[group[group.len() / 2]].sqrt().to_f64();
+        let bound = group.iter().map(|i| {
+            let root = squares[*i].sqrt();
+            let rounding = (root - DoubleDouble::from(frequency)).to_f64().abs();
+            (rounding + relative * root.to_f64()) * UPWARD
+        });
+        let bound = bound.fold(f64::from_bits(1), f64::max);
+        found.extend(group.iter().map(|i| Elastic {
+            frequency,
+            bound,
+            multiplicity: group.len(),
+            shape: columns[*i].iter().map(|x| x.to_f64()).collect(),
+        }));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inclusion;
+    use crate::modes::{Bounds, Modes, Precision};
+    use crate::solver::solvers;
+    use crate::{GROUND, SystemBuilder};
+    use num_complex::Complex;
+    use proptest::prelude::*;
+
+    const UNIT: f64 = f64::EPSILON / 2.0;
+
+    fn names(n: usize) -> Vec<String> {
+        (0..n).map(|i| format!("m{i}")).collect()
+    }
+
+    /// Masses in a row; of n + 1 springs the first and the last lead to the ground, if not 0.
+    fn chain(masses: &[f64], springs: &[f64]) -> System {
+        let n = masses.len();
+        let names = names(n);
+        let end = |i: usize| {
+            if i == 0 || i > n {
+                GROUND
+            } else {
+                &names[i - 1]
+            }
+        };
+        let masses = names.iter().zip(masses);
+        let system = masses.fold(System::builder(), |b, (name, mass)| b.mass(name, *mass));
+        let springs = springs.iter().enumerate().filter(|(_, k)| **k != 0.0);
+        springs
+            .fold(system, |b, (i, k)| b.spring(end(i), end(i + 1), *k))
+            .build()
+            .unwrap()
+    }
+
+    /// Every mass joined to every other one.
+    fn complete(n: usize, mass: f64, spring: f64, ground: f64) -> System {
+        let names = names(n);
+        let mut builder = SystemBuilder::default();
+        for (i, name) in names.iter().enumerate() {
+            builder = builder.mass(name, mass);
+            if ground != 0.0 {
+                builder = builder.spring(GROUND, name, ground);
+            }
+            for other in &names[..i] {
+                builder = builder.spring(other, name, spring);
+            }
+        }
+        builder.build().unwrap()
+    }
+
+    fn approximate(system: &System) -> Modes {
+        system.modes_to(Precision::Double).unwrap()
+    }
+
+    fn certified(system: &System) -> Option<Vec<Elastic>> {
+        certify(system, &system.structure(), approximate(system).as_slice())
+    }
+
+    /// sin x by its series.
+    fn sine(x: DoubleDouble) -> DoubleDouble {
+        let (mut term, mut sum) = (x, x);
+        for k in 1..30 {
+            term = -(term * x * x) / DoubleDouble::from(f64::from(2 * k * (2 * k + 1)));
+            sum += term;
+        }
+        sum
+    }
+
+    /// Each frequency is its truth within the bound, and the bound within `tolerance`.
+    fn assert_true(found: &[Elastic], truth: &[DoubleDouble], tolerance: f64) {
+        assert_eq!(found.len(), truth.len());
+        for (mode, truth) in found.iter().zip(truth) {
+            let error = (*truth - DoubleDouble::from(mode.frequency)).to_f64().abs();
+            assert!(
+                error <= mode.bound + 1e-30 * mode.frequency,
+                "{error:e} {mode:?}"
+            );
+            assert!(mode.bound <= tolerance * mode.frequency, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn uniform_chains_of_200() {
+        let n = 200;
+        let (m, k) = (0.5, 3.0);
+        let whole = vec![k; n + 1];
+        let (mut hanging, mut free) = (whole.clone(), whole.clone());
+        hanging[n] = 0.0;
+        (free[0], free[n]) = (0.0, 0.0);
+        let quarter = DoubleDouble::TAU * 0.25;
+        // The argument of the sine is (j·p + q)/r quarter turns.
+        for (springs, first, p, q, r) in [
+            (whole, 1, 1.0, 0.0, n + 1),
+            (hanging, 1, 2.0, -1.0, 2 * n + 1),
+            (free, 1, 1.0, 0.0, n),
+        ] {
+            let count = n - usize::from(springs[0] == 0.0);
+            let truth: Vec<DoubleDouble> = (first..first + count)
+                .map(|j| {
+                    let turns = DoubleDouble::from(j as f64 * p + q) / DoubleDouble::from(r as f64);
+                    let root = DoubleDouble::from(4.0 * k / m).sqrt();
+                    root * sine(quarter * turns)
+                })
+                .collect();
+            let system = chain(&vec![m; n], &springs);
+            assert_true(&certified(&system).unwrap(), &truth, 1.01 * UNIT);
+        }
+    }
+
+    #[test]
+    fn one_root_of_99() {
+        for ground in [0.0, 0.25] {
+            let system = complete(100, 2.0, 0.125, ground);
+            let found = certified(&system).unwrap();
+            let root = |square: f64| DoubleDouble::from(square).sqrt();
+            let mut truth = vec![root((12.5 + ground) / 2.0); 99];
+            if ground != 0.0 {
+                truth.insert(0, root(ground / 2.0));
+            }
+            assert_true(&found, &truth, 1.01 * UNIT);
+            assert_eq!(found.last().unwrap().multiplicity, 99);
+            let modes = system.modes().unwrap();
+            assert_eq!(modes.bounds(), Bounds::Proven);
+            assert_eq!(modes.eigenvalues().len(), 200);
+        }
+    }
+
+    #[test]
+    fn a_bar_of_finite_elements() {
+        // K = tridiag(−1, 2, −1) and M = tridiag(1, 4, 1): σ = (2 − 2 cos θ)/(4 + 2 cos θ).
+        let n = 99;
+        let band = |a: f64, b: f64| {
+            Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+                0 => a,
+                1 => b,
+                _ => 0.0,
+            })
+        };
+        let (mass, stiffness) = (band(4.0, 1.0), band(2.0, -1.0));
+        let none = Mat::<f64>::zeros(n, n);
+        let system =
+            System::from_matrices(mass.as_ref(), none.as_ref(), stiffness.as_ref()).unwrap();
+        let truth: Vec<DoubleDouble> = (1..=n)
+            .map(|j| {
+                let share = DoubleDouble::from(j as f64) / DoubleDouble::from(400.0);
+                let s = sine(DoubleDouble::TAU * share);
+                let below = DoubleDouble::from(6.0) - s * s * 4.0;
+                (s * s * 4.0 / below).sqrt()
+            })
+            .collect();
+        assert_true(&certified(&system).unwrap(), &truth, 1.01 * UNIT);
+    }
+
+    #[test]
+    fn soft_beside_stiff() {
+        // σ² − (k₁ + 2k₂)σ + k₁k₂ = 0.
+        for stiff in [1e8, 1e16, 1e24] {
+            let found = certified(&chain(&[1.0, 1.0], &[1.0, stiff, 0.0])).unwrap();
+            let (one, k) = (DoubleDouble::from(1.0), DoubleDouble::from(stiff));
+            let high = (one + k * 2.0 + (one + k * k * 4.0).sqrt()) * 0.5;
+            assert_true(&found, &[(k / high).sqrt(), high.sqrt()], 1.01 * UNIT);
+        }
+        let n = 100;
+        let springs: Vec<f64> = (0..=n)
+            .map(|i| if i % 2 == 0 { 1.0 } else { 1e12 })
+            .collect();
+        let found = certified(&chain(&vec![1.0; n], &springs)).unwrap();
+        assert!(
+            found
+                .iter()
+                .all(|mode| mode.bound <= 4.0 * UNIT * mode.frequency)
+        );
+    }
+
+    #[test]
+    fn nearly_equal_is_not_equal() {
+        for coupling in [1e-9, 1e-13, 1e-16] {
+            let found = certified(&chain(&[1.0, 1.0], &[1.0, coupling, 1.0])).unwrap();
+            let apart = DoubleDouble::from(1.0) + DoubleDouble::from(2.0 * coupling);
+            let truth = [DoubleDouble::from(1.0), apart.sqrt()];
+            assert_true(&found, &truth, 1.01 * UNIT);
+            assert!(found.iter().all(|mode| mode.multiplicity == 1));
+        }
+    }
+
+    #[test]
+    fn no_proof_without_its_conditions() {
+        let negative = chain(&[1.0, 1.0], &[1.0, 1.0, -3.0]);
+        assert!(certified(&negative).is_none());
+        assert!(certified(&chain(&[1.0, 0.0, 1.0], &[1.0; 4])).is_none());
+        let damped = System::builder().mass("a", 1.0).spring(GROUND, "a", 1.0);
+        assert!(certified(&damped.damper(GROUND, "a", 0.1).build().unwrap()).is_none());
+        // A mode is missing, and one is given twice.
+        let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0]);
+        let modes = approximate(&system).as_slice().to_vec();
+        let structure = system.structure();
+        assert!(certify(&system, &structure, &modes[..1]).is_none());
+        let twice = [modes[0].clone(), modes[0].clone()];
+        assert!(certify(&system, &structure, &twice).is_none());
+    }
+
+    /// What Weierstrass corrections prove of the same frequencies.
+    fn by_discs(system: &System) -> Option<Vec<(f64, f64)>> {
+        let structure = system.structure();
+        let roots: Vec<Complex<f64>> = approximate(system)
+            .eigenvalues()
+            .iter()
+            .map(|root| root.value)
+            .filter(|value| value.norm() > 0.0)
+            .collect();
+        let (found, _) = inclusion::certify(system, &structure, &roots, 4.0 * UNIT)?;
+        let mut found: Vec<(f64, f64)> = found
+            .iter()
+            .flat_map(|root| root.members.iter().map(|_| (root.value.im, root.bound)))
+            .collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Some(found)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        #[test]
+        fn agrees_with_the_determinant(
+            masses in prop::collection::vec(-3.0..3.0f64, 2..7),
+            springs in prop::collection::vec(-6.0..6.0f64, 7),
+            cross in prop::collection::vec(-6.0..6.0f64, 3),
+            free in any::<bool>(),
+        ) {
+            let n = masses.len();
+            let power = |x: &f64| 10f64.powf(*x);
+            let masses: Vec<f64> = masses.iter().map(power).collect();
+            let mut springs: Vec<f64> = springs[..=n].iter().map(power).collect();
+            springs[n] = 0.0;
+            if free {
+                springs[0] = 0.0;
+            }
+            let mut builder = SystemBuilder::default();
+            let names = names(n);
+            for (name, mass) in names.iter().zip(&masses) {
+                builder = builder.mass(name, *mass);
+            }
+            for (i, k) in springs.iter().enumerate().filter(|(_, k)| **k != 0.0) {
+                let from = if i == 0 { GROUND } else { &names[i - 1] };
+                builder = builder.spring(from, &names[i], *k);
+            }
+            for (i, k) in cross.iter().enumerate().filter(|(i, _)| i + 2 < n) {
+                builder = builder.spring(&names[i], &names[i + 2], power(k));
+            }
+            let system = builder.build().unwrap();
+            let found = certified(&system).expect("it is far from the end of the digits");
+            let discs = by_discs(&system).expect("so few roots have discs");
+            prop_assert_eq!(found.len(), discs.len());
+            for (mode, (frequency, bound)) in found.iter().zip(discs) {
+                prop_assert!(mode.bound <= 1.01 * UNIT * mode.frequency);
+                prop_assert!((mode.frequency - frequency).abs() <= (mode.bound + bound) * 1.0001);
+            }
+        }
+    }
+
+    #[test]
+    fn every_undamped_solver_leads_to_the_same_doubles() {
+        let springs: Vec<f64> = (0..31).map(|i| 1.0 + f64::from(i % 7)).collect();
+        let system = chain(&[1.5; 30], &springs);
+        let structure = system.structure();
+        let undamped = solvers()
+            .iter()
+            .filter(|solver| solver.refuses(&system, &structure).is_none());
+        let found: Vec<Vec<f64>> = undamped
+            .map(|solver| {
+                let modes = solver.solve(&system, &structure).unwrap();
+                let found = certify(&system, &structure, modes.as_slice()).unwrap();
+                found.iter().map(|mode| mode.frequency).collect()
+            })
+            .collect();
+        assert!(found.len() > 1);
+        assert!(found.iter().all(|list| *list == found[0]));
+    }
+}

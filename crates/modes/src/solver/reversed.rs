@@ -86,7 +86,9 @@ fn inverse(root: &Eigenvalue) -> Eigenvalue {
         let moved = bound / (size * (size - bound));
         let rounded = |part: DoubleDouble| part.low().abs();
         let rounding = rounded(quotient.re).hypot(rounded(quotient.im));
-        (moved + rounding) * (1.0 + 8.0 * f64::EPSILON)
+        // The division itself is right to 2^-98.
+        let division = 2f64.powi(-96) * value.norm();
+        (moved + rounding + division) * (1.0 + 8.0 * f64::EPSILON)
     });
     Eigenvalue {
         value,

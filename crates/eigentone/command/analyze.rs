@@ -47,7 +47,7 @@ impl Analyze {
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
             names: system.names(),
-            structure: &structure,
+            structure,
             modes: &modes,
             response,
         };

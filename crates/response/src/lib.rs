@@ -2,6 +2,8 @@
 
 mod by_exponential;
 mod by_superposition;
+mod element_force;
+mod energy;
 mod equilibrium;
 mod estimate;
 mod exponential;
@@ -23,6 +25,8 @@ mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub use element_force::ElementForces;
+pub use energy::Energy;
 pub use exponential::{Exponential, Pade13};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};

@@ -2,6 +2,8 @@
 
 mod by_exponential;
 mod by_superposition;
+mod element_force;
+mod energy;
 mod equilibrium;
 mod estimate;
 mod exponential;
@@ -16,12 +18,15 @@ mod plan;
 mod problem;
 mod response;
 mod state;
+mod steady_state;
 mod summary;
 mod timeline;
 mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub use element_force::ElementForces;
+pub use energy::Energy;
 pub use exponential::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
@@ -30,6 +35,7 @@ pub use plan::{ResponsePlan, methods};
 pub use problem::{AppliedLoad, Problem, ResponseError};
 pub use response::Response;
 pub use state::State;
+pub use steady_state::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
 pub use summary::{CoordinateSummary, Destination, Summary};
 pub use timeline::{Instant, Piece, Straight, Timeline};
 pub use trajectory::Trajectory;

@@ -6,6 +6,8 @@
 mod analysis;
 mod check;
 mod csv;
+mod element_force;
+mod energy;
 mod modes;
 mod number;
 mod plot;
@@ -15,6 +17,8 @@ mod table;
 
 pub use analysis::{Analysis, Answer};
 pub use check::CheckReport;
+pub use element_force::ElementForceReport;
+pub use energy::EnergyReport;
 pub use modes::ModeReport;
 pub use plot::{Axis, Line, Plot, Scale};
 pub use response::ResponseReport;

@@ -114,7 +114,10 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
-            text.push_str("\nresponse estimated to first order");
+            text.push_str(match trajectory.bounds() {
+                Bounds::Proven => "\nresponse proven",
+                Bounds::Estimated => "\nresponse estimated to first order",
+            });
             let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),

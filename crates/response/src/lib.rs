@@ -2,6 +2,8 @@
 
 mod by_exponential;
 mod by_superposition;
+mod certified;
+mod collector;
 mod equilibrium;
 mod estimate;
 mod exponential;
@@ -22,6 +24,7 @@ mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub use certified::ByCertifiedExponential;
 pub use exponential::{Exponential, Pade13};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};

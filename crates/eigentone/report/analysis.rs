@@ -114,10 +114,14 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
-            text.push_str(match trajectory.bounds() {
-                Bounds::Proven => "\nresponse proven",
-                Bounds::Estimated => "\nresponse estimated to first order",
-            });
+            let _ = match trajectory.bounds() {
+                Bounds::Proven => write!(
+                    text,
+                    "\nresponse proven, with {} digits",
+                    trajectory.digits()
+                ),
+                Bounds::Estimated => write!(text, "\nresponse estimated to first order"),
+            };
             let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),

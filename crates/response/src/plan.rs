@@ -22,9 +22,10 @@ pub struct ResponsePlan {
     pub left_out: Vec<(&'static str, String)>,
 }
 
-/// Every exact method, in the order in which the plan prefers them where both apply well.
+/// Every exact method, in the order in which the plan prefers them where they apply well: the
+/// certified one, then those in doubles.
 pub fn methods() -> &'static [&'static dyn ResponseMethod] {
-    &[&BySuperposition, &ByExponential]
+    &[&ByCertifiedExponential, &BySuperposition, &ByExponential]
 }
 
 impl ResponsePlan {

@@ -14,6 +14,7 @@ pub struct Trajectory {
     displacement_bound: Vec<Option<f64>>,
     velocity_bound: Vec<Option<f64>>,
     bounds: Bounds,
+    digits: usize,
     method: &'static str,
 }
 
@@ -41,6 +42,7 @@ impl Trajectory {
             displacement_bound: vec![None; count],
             velocity_bound: vec![None; count],
             bounds: Bounds::Estimated,
+            digits: 16,
             method,
         }
     }
@@ -62,10 +64,11 @@ impl Trajectory {
         }
     }
 
-    /// The same with bounds that are proven.
-    pub(crate) fn proven(self) -> Trajectory {
+    /// The same with bounds that are proven, computed with so many decimal digits.
+    pub(crate) fn proven(self, digits: usize) -> Trajectory {
         Trajectory {
             bounds: Bounds::Proven,
+            digits,
             ..self
         }
     }
@@ -73,6 +76,11 @@ impl Trajectory {
     /// What the bounds are worth.
     pub fn bounds(&self) -> Bounds {
         self.bounds
+    }
+
+    /// With how many decimal digits it was computed.
+    pub fn digits(&self) -> usize {
+        self.digits
     }
 
     /// How many instants it has.

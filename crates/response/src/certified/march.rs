@@ -108,7 +108,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 return Ok(None);
             }
         }
-        Ok(Some(collector.finish(method).proven()))
+        let digits = (f64::from(-T::UNIT_LOG2) * std::f64::consts::LOG10_2) as usize + 1;
+        Ok(Some(collector.finish(method).proven(digits)))
     }
 
     /// The blows and new laws at the start of a piece.

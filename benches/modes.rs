@@ -1,13 +1,18 @@
-//! Mode solvers, and the proofs that choose among them, on the gallery and on chains.
+//! Mode solvers, and the proofs that choose among them, on the gallery and on chains; the time to
+//! a proven answer, and that to one in doubles beside the bare eigenproblem of its state matrix.
 
 mod chain;
 
 use std::hint::black_box;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use eigentone::gallery::cases;
-use eigentone::modes::solvers;
+use eigentone::modes::{Bounds, FirstOrder, Precision, SystemBuilder, balance, solvers};
 use eigentone::prelude::*;
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{self, ComputeEigenvectors};
+use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
 use chain::Chain;
@@ -40,14 +45,11 @@ fn compare(c: &mut Criterion, name: &str, system: &System, truth: &[Complex<f64>
     assert!(structure.is_passive());
     let mut group = c.benchmark_group("modes");
     group.sample_size(10);
-    group.bench_function(BenchmarkId::new("proofs", name), |bencher| {
-        bencher.iter(|| black_box(system).structure());
-    });
     for solver in solvers() {
-        if solver.refuses(system, &structure).is_some() {
+        if solver.refuses(system, structure).is_some() {
             continue;
         }
-        let solve = || solver.solve(black_box(system), black_box(&structure));
+        let solve = || solver.solve(black_box(system), black_box(structure));
         assert_right(&solve().expect("it does not refuse"), truth);
         group.bench_function(BenchmarkId::new(solver.name(), name), |bencher| {
             bencher.iter(solve);
@@ -76,5 +78,103 @@ fn chains(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, gallery, chains);
+/// A chain of n masses between two walls whose dampers are in no proportion to its masses or
+/// springs, so that every mode moves every other.
+fn uneven(n: usize) -> System {
+    let name = |i: usize| match i {
+        i if i == 0 || i == n + 1 => GROUND.to_owned(),
+        i => format!("m{i}"),
+    };
+    let mass =
+        |builder: SystemBuilder, i: usize| builder.mass(name(i), 1.0 + 0.25 * (i % 4) as f64);
+    let join = |builder: SystemBuilder, i: usize| {
+        builder
+            .spring(name(i), name(i + 1), 1.0 + 0.5 * (i % 3) as f64)
+            .damper(name(i), name(i + 1), 0.02 * (1 + i % 5) as f64)
+    };
+    let builder = (1..=n).fold(System::builder(), mass);
+    (0..=n)
+        .fold(builder, join)
+        .build()
+        .expect("a chain is a system")
+}
+
+/// `modes()` with its proven bounds, of a system that nothing is known of yet.
+fn certified(c: &mut Criterion) {
+    let mut group = c.benchmark_group("certified");
+    group.sample_size(10);
+    for n in [3, 12, 50] {
+        let modes = uneven(n).modes().expect("a chain has modes");
+        assert_eq!(modes.bounds(), Bounds::Proven);
+        assert_eq!(modes.eigenvalues().len(), 2 * n);
+        group.bench_function(BenchmarkId::new("general damping", n), |bencher| {
+            bencher.iter_batched_ref(
+                || uneven(n),
+                |system| black_box(system).modes(),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+}
+
+/// The eigenvalues of A with right and left vectors, by faer, as good as bare.
+fn eigen(a: MatRef<'_, f64>) -> Diag<f64> {
+    let n = a.nrows();
+    let (mut right, mut left) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
+    let wanted = ComputeEigenvectors::Yes;
+    let scratch = evd::evd_scratch::<f64>(n, wanted, wanted, Par::Seq, Default::default());
+    evd::evd_real(
+        a,
+        re.as_mut(),
+        im.as_mut(),
+        Some(left.as_mut()),
+        Some(right.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .expect("it converges");
+    re
+}
+
+/// `modes_to(Precision::Double)`, proofs of structure included, beside faer's eigenproblem of the
+/// balanced state matrix.
+fn doubles(c: &mut Criterion) {
+    let mut group = c.benchmark_group("double");
+    group.sample_size(10);
+    for n in [20, 100, 200] {
+        let form = FirstOrder::of(&uneven(n)).expect("every mass is positive");
+        let balanced = balance(form.a());
+        group.bench_function(BenchmarkId::new("faer eigen", n), |bencher| {
+            bencher.iter(|| eigen(black_box(balanced.matrix.as_ref())));
+        });
+        group.bench_function(BenchmarkId::new("modes", n), |bencher| {
+            bencher.iter_batched_ref(
+                || uneven(n),
+                |system| black_box(system).modes_to(Precision::Double),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+}
+
+/// The proofs of structure alone.
+fn proofs(c: &mut Criterion) {
+    let mut group = c.benchmark_group("proofs");
+    group.sample_size(10);
+    for n in [3, 20, 100] {
+        group.bench_function(BenchmarkId::new("general damping", n), |bencher| {
+            bencher.iter_batched_ref(
+                || uneven(n),
+                |system| {
+                    black_box(system).structure();
+                },
+                BatchSize::LargeInput,
+            );
+        });
+    }
+}
+
+criterion_group!(benches, gallery, chains, certified, doubles, proofs);
 criterion_main!(benches);

@@ -198,10 +198,10 @@ static MEASURED: LazyLock<(Vec<RootErrors>, Vec<MotionErrors>)> = LazyLock::new(
         let roots_of = &truth.eigenvalues;
         roots.push(root_errors(case, "default", true, roots_of, &default));
         for solver in solvers() {
-            if solver.refuses(system, &structure).is_some() {
+            if solver.refuses(system, structure).is_some() {
                 continue;
             }
-            let modes = solver.solve(system, &structure).expect(name);
+            let modes = solver.solve(system, structure).expect(name);
             let solver = solver.name();
             roots.push(root_errors(case, solver, false, roots_of, &modes));
         }

@@ -66,9 +66,9 @@ impl ModeComparison {
                 method: solver.name(),
                 knob: None,
             });
-            let outcome = match solver.refuses(system, &structure) {
+            let outcome = match solver.refuses(system, structure) {
                 Some(reason) => ModeOutcome::Refused { reason },
-                None => match RunTime::of(|| solver.solve(system, &structure)) {
+                None => match RunTime::of(|| solver.solve(system, structure)) {
                     Ok((modes, time)) => ModeOutcome::Measured {
                         distance: (solver.name() != reference)
                             .then(|| distance(modes.eigenvalues(), chosen.eigenvalues())),

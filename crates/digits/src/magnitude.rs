@@ -174,6 +174,7 @@ impl Magnitude {
         match self.exponent {
             0 => self.mantissa,
             1 => self.mantissa * UP,
+            2 => self.mantissa * UP * UP,
             -1 => self.mantissa * DOWN,
             -2 => (self.mantissa * DOWN * DOWN).next_up(),
             below if below < 0 => f64::from_bits(1),
@@ -270,6 +271,7 @@ impl PartialOrd for Magnitude {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Real;
     use crate::rational::{Exact, dyadic};
     use proptest::prelude::*;
 
@@ -309,6 +311,16 @@ mod tests {
                 prop_assert!(a.to_f64() == f64::INFINITY || dyadic(a.to_f64(), 0) >= x);
             }
         }
+    }
+
+    #[test]
+    fn doubles_come_back_as_they_are() {
+        for power in -700..1024 {
+            let x = Real::scale(1.0, power);
+            assert_eq!(Magnitude::from(x).to_f64(), x, "2^{power}");
+        }
+        assert_eq!(Magnitude::from(f64::MAX).to_f64(), f64::MAX);
+        assert_eq!(Magnitude::power_of_two(1024).to_f64(), f64::INFINITY);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use eigentone::report::{Analysis, Answer, ModeReport, ResponseReport};
-use eigentone::response::{Problem, ResponseError, ResponsePlan, Summary, Trajectory};
+use eigentone::response::{
+    Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError, Summary, Trajectory,
+};
 
 use super::files::Files;
 use super::progress::Progress;
@@ -39,16 +41,17 @@ impl Analyze {
                     .map_err(Failure::response(file))?,
             ),
         };
-        let response = solved.as_ref().map(|(plan, trajectory, summary)| Answer {
-            plan,
-            trajectory,
-            summary,
+        let response = solved.as_ref().map(|solved| Answer {
+            plan: &solved.plan,
+            trajectory: &solved.trajectory,
+            summary: &solved.summary,
+            steady_state: &solved.steady_state,
         });
         let name = self.question.name();
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
             names: system.names(),
-            structure: &structure,
+            structure,
             modes: &modes,
             response,
         };
@@ -60,13 +63,23 @@ impl Analyze {
     }
 }
 
-type Solved = (ResponsePlan, Trajectory, Summary);
+struct Solved {
+    plan: ResponsePlan,
+    trajectory: Trajectory,
+    summary: Summary,
+    steady_state: Result<SteadyState, SteadyStateError>,
+}
 
 fn solve(problem: &Problem<'_>, modes: &eigentone::modes::Modes) -> Result<Solved, ResponseError> {
     let plan = ResponsePlan::of(problem)?;
     let trajectory = plan.run(problem)?;
     let summary = Summary::of(problem, &trajectory, modes).expect("a grid has an instant, 0");
-    Ok((plan, trajectory, summary))
+    Ok(Solved {
+        plan,
+        trajectory,
+        summary,
+        steady_state: SteadyState::of(problem),
+    })
 }
 
 fn write(analysis: &Analysis<'_>, directory: &Path) -> Result<(), Failure> {
@@ -76,7 +89,8 @@ fn write(analysis: &Analysis<'_>, directory: &Path) -> Result<(), Failure> {
     files.write("modes.csv", |out| modes.csv(out))?;
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
     if let Some(answer) = &analysis.response {
-        let response = ResponseReport::new(answer.trajectory, analysis.names);
+        let response = ResponseReport::new(answer.trajectory, analysis.names)
+            .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
     }

@@ -10,6 +10,7 @@ mod modes;
 mod number;
 mod plot;
 mod response;
+mod steady_state;
 mod table;
 
 use eigentone_modes::Bounds;

@@ -1,5 +1,7 @@
 //! A linear vibrating system: its elements, and M, C, K assembled from them.
 
+use std::sync::{Arc, OnceLock};
+
 use faer::{Mat, MatRef};
 
 use crate::builder::{BuildError, SystemBuilder};
@@ -21,6 +23,8 @@ pub struct System {
     springs: Vec<Element>,
     dampers: Vec<Element>,
     added: [Option<Mat<f64>>; 3],
+    /// Proved when first asked for; clones share it.
+    structure: Arc<OnceLock<Structure>>,
 }
 
 impl System {
@@ -58,6 +62,7 @@ impl System {
             springs,
             dampers,
             added,
+            structure: Arc::default(),
         }
     }
 
@@ -148,9 +153,10 @@ impl System {
         total
     }
 
-    /// What can be proved of the system from its parameters alone, in exact arithmetic.
-    pub fn structure(&self) -> Structure {
-        Structure::of(self)
+    /// What can be proved of the system from its parameters alone, in exact arithmetic. Proved when
+    /// first asked for, and remembered.
+    pub fn structure(&self) -> &Structure {
+        self.structure.get_or_init(|| Structure::of(self))
     }
 
     /// Natural frequencies, damping ratios and mode shapes with proven bounds, by the solver that

@@ -134,7 +134,7 @@ mod tests {
     use eigentone_modes::GROUND;
 
     fn rest(system: &System, force: &[f64]) -> Vec<f64> {
-        let floating = Floating::of(system, &system.structure(), true);
+        let floating = Floating::of(system, system.structure(), true);
         equilibrium(system, &floating, force)
     }
 
@@ -195,7 +195,7 @@ mod tests {
             .expect("a system");
         let x = rest(&system, &[-10.0, 10.0]);
         assert_eq!(x[1] - x[0], 2.0);
-        let free = Floating::of(&system, &system.structure(), true);
+        let free = Floating::of(&system, system.structure(), true);
         assert_eq!(free.right.ncols(), 1);
     }
 }

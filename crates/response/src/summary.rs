@@ -75,9 +75,9 @@ impl Summary {
         };
         let structure = system.structure();
         let rigid = modes.iter().any(|mode| mode.motion() == Motion::Rigid);
-        let floating = Floating::of(system, &structure, rigid);
+        let floating = Floating::of(system, structure, rigid);
         let state = (last.x.as_slice(), last.v.as_slice());
-        let persistence = Persistence::of(system, &structure, modes, state, &now);
+        let persistence = Persistence::of(system, structure, modes, state, &now);
         let resisted = Resisted::of(system, &floating);
         let (mut force, rate) = finally(problem);
         let follows = equilibrium(system, &floating, &rate);

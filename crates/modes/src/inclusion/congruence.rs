@@ -580,7 +580,7 @@ mod tests {
     }
 
     fn certified(system: &System) -> Option<Vec<Elastic>> {
-        certify(system, &system.structure(), approximate(system).as_slice())
+        certify(system, system.structure(), approximate(system).as_slice())
     }
 
     /// sin x by its series.
@@ -721,9 +721,9 @@ mod tests {
         let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0]);
         let modes = approximate(&system).as_slice().to_vec();
         let structure = system.structure();
-        assert!(certify(&system, &structure, &modes[..1]).is_none());
+        assert!(certify(&system, structure, &modes[..1]).is_none());
         let twice = [modes[0].clone(), modes[0].clone()];
-        assert!(certify(&system, &structure, &twice).is_none());
+        assert!(certify(&system, structure, &twice).is_none());
     }
 
     /// What Weierstrass corrections prove of the same frequencies.
@@ -735,7 +735,7 @@ mod tests {
             .map(|root| root.value)
             .filter(|value| value.norm() > 0.0)
             .collect();
-        let (found, _) = inclusion::certify(system, &structure, &roots, 4.0 * UNIT)?;
+        let (found, _) = inclusion::certify(system, structure, &roots, 4.0 * UNIT)?;
         let mut found: Vec<(f64, f64)> = found
             .iter()
             .flat_map(|root| root.members.iter().map(|_| (root.value.im, root.bound)))
@@ -792,11 +792,11 @@ mod tests {
         let structure = system.structure();
         let undamped = solvers()
             .iter()
-            .filter(|solver| solver.refuses(&system, &structure).is_none());
+            .filter(|solver| solver.refuses(&system, structure).is_none());
         let found: Vec<Vec<f64>> = undamped
             .map(|solver| {
-                let modes = solver.solve(&system, &structure).unwrap();
-                let found = certify(&system, &structure, modes.as_slice()).unwrap();
+                let modes = solver.solve(&system, structure).unwrap();
+                let found = certify(&system, structure, modes.as_slice()).unwrap();
                 found.iter().map(|mode| mode.frequency).collect()
             })
             .collect();

@@ -123,11 +123,11 @@ impl ClassicalModes {
         let structure = system.structure();
         let undamped = structure.is_undamped()
             && (spring_factor::refuses_springs(system).is_none()
-                || symmetric::refuses_matrices(system, &structure).is_none());
-        if !undamped && Classical.refuses(system, &structure).is_some() {
+                || symmetric::refuses_matrices(system, structure).is_none());
+        if !undamped && Classical.refuses(system, structure).is_some() {
             return Ok(None);
         }
-        let forms = modal_forms(&Classical, system, &structure)?;
+        let forms = modal_forms(&Classical, system, structure)?;
         let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i].re);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
         Ok(Some(ClassicalModes {

@@ -106,15 +106,15 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         return reversed::solve(system, precision);
     }
     let structure = system.structure();
-    let (solver, plan) = plan(system, &structure)?;
+    let (solver, plan) = plan(system, structure)?;
     let modes = Modes {
         plan,
-        ..solver.solve(system, &structure)?
+        ..solver.solve(system, structure)?
     };
     let answer = match precision {
         Precision::Double => doubles(modes),
         Precision::Certified { tolerance } => {
-            certified::certified(solver, system, &structure, modes, tolerance)
+            certified::certified(solver, system, structure, modes, tolerance)
         }
     };
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.

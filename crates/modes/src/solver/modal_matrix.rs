@@ -164,7 +164,7 @@ mod tests {
             .damper(GROUND, "b", 0.5)
             .build()
             .unwrap();
-        let modes = ModalMatrix.solve(&system, &system.structure()).unwrap();
+        let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
         let undamped: Vec<Complex<f64>> = modes
             .iter()
             .map(|mode| mode.eigenvalue().value)

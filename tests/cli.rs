@@ -374,6 +374,8 @@ fn a_directory_gets_every_file_whole() {
     names.sort();
     let wanted = [
         "displacement.svg",
+        "energy.csv",
+        "forces.csv",
         "modes.csv",
         "modes.json",
         "modes.md",
@@ -393,6 +395,20 @@ fn a_directory_gets_every_file_whole() {
     );
     assert_eq!(read("modes.csv").lines().count(), 1 + 1);
     assert_eq!(read("response.csv").lines().count(), 201 + 1);
+    for (name, columns) in [
+        (
+            "energy.csv",
+            "kinetic [J],potential [J],dissipated [J],work [J]",
+        ),
+        ("forces.csv", "spring ground–m1 [N]"),
+    ] {
+        let table = read(name);
+        assert_eq!(table.lines().count(), 201 + 1, "{name}");
+        let mut rows = table.lines().map(|row| row.matches(',').count());
+        let cells = rows.next().expect("a header");
+        assert!(rows.all(|row| row == cells), "{name}");
+        assert!(table.contains(columns), "{table}");
+    }
     assert!(
         read("modes.md")
             .lines()

@@ -6,6 +6,8 @@
 mod analysis;
 mod check;
 mod csv;
+mod element_force;
+mod energy;
 mod modes;
 mod number;
 mod plot;
@@ -17,6 +19,8 @@ use eigentone_modes::Bounds;
 
 pub use analysis::{Analysis, Answer};
 pub use check::CheckReport;
+pub use element_force::ElementForceReport;
+pub use energy::EnergyReport;
 pub use modes::ModeReport;
 pub use plot::{Axis, Line, Plot, Scale};
 pub use response::ResponseReport;

@@ -237,7 +237,7 @@ fn responses_have_the_shape_that_was_agreed_on() {
             "velocity_bound",
         ];
         assert_keys(&text, &json, &keys);
-        assert_eq!(json["bounds"], "estimated");
+        assert_eq!(json["bounds"], "proven");
         let scene = case.scene();
         let problem = scene.problem().expect("a time").expect("a problem");
         let count = problem.grid().last() as usize + 1;

@@ -40,6 +40,7 @@ impl Analyze {
             None => None,
             Some(problem) => Some(
                 problem
+                    .map(|problem| problem.to(self.question.precision()))
                     .and_then(|problem| solve(&problem, &modes))
                     .map_err(Failure::response(file))?,
             ),

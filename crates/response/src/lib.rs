@@ -3,6 +3,8 @@
 
 mod by_exponential;
 mod by_superposition;
+mod certified;
+mod collector;
 mod element_force;
 mod energy;
 mod equilibrium;
@@ -26,6 +28,7 @@ mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub use certified::ByCertifiedExponential;
 pub use element_force::ElementForces;
 pub use energy::Energy;
 pub use exponential::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};

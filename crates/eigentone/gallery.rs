@@ -119,6 +119,9 @@ impl Decimal {
 
     fn to_double_double(&self) -> DoubleDouble {
         const DIGITS_AT_ONCE: usize = 15; // exact in a double
+        if self.to_f64() == 0.0 {
+            return DoubleDouble::ZERO;
+        }
         let (mantissa, exponent) = self.0.split_once(['e', 'E']).unwrap_or((&self.0, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let exponent: i32 = exponent.parse().expect("a number's exponent is whole");
@@ -249,6 +252,7 @@ mod tests {
     fn the_smallest_numbers_stay_in_range() {
         let tiny = decimal("1.234567890123456789012345678901234e-310");
         assert!(tiny.minus(tiny.to_f64()).abs() <= 1e-320);
+        assert_eq!(decimal("-1.5e-2000").minus(0.0), 0.0);
         let huge = decimal("1.234567890123456789012345678901234e+307");
         assert!(huge.minus(huge.to_f64()).abs() <= 1.2e-16 * 1.3e307);
     }

@@ -202,13 +202,7 @@ impl<T: Real> Generator<T> {
 
     /// ζ at t = 0 without straight loads, and its error.
     pub(crate) fn start(&self, problem: &Problem<'_>) -> (Vec<T>, Magnitude) {
-        let given = problem.initial_displacement().iter();
-        let given = given.chain(problem.initial_velocity());
-        let mut state = BallMatrix::zeros(2 * problem.system().len(), 1);
-        for (i, value) in given.enumerate() {
-            state.set(i, 0, T::from(*value), Magnitude::ZERO);
-        }
-        let state = self.enter.times(&self.initial.times(&state));
+        let state = self.enter.times(&self.given(problem));
         let mut zeta: Vec<T> = (0..self.states).map(|i| state.middle(i, 0)).collect();
         zeta.resize(self.w.len(), T::ZERO);
         for cosine in (self.states + 1..self.straight).step_by(2) {
@@ -217,27 +211,45 @@ impl<T: Real> Generator<T> {
         (zeta, state.spread())
     }
 
-    /// Displacements, velocities and accelerations at t = 0, each with its error: without any change
-    /// of coordinates, so that what is given comes out as it is.
-    pub(crate) fn outset(&self, problem: &Problem<'_>, zeta: &[T]) -> [BallMatrix<T>; 3] {
+    /// The state at t = 0 in its own coordinates, before any blow.
+    pub(crate) fn given(&self, problem: &Problem<'_>) -> BallMatrix<T> {
         let given = problem.initial_displacement().iter();
         let given = given.chain(problem.initial_velocity());
         let mut motion = BallMatrix::zeros(2 * problem.system().len(), 1);
         for (i, value) in given.enumerate() {
             motion.set(i, 0, T::from(*value), Magnitude::ZERO);
         }
-        let mut blows = BallMatrix::zeros(problem.system().len(), 1);
-        for &(coordinate, magnitude) in problem.timeline().pieces()[0].impulses() {
-            blows.add(coordinate, 0, T::from(magnitude), Magnitude::ZERO);
+        self.initial.times(&motion)
+    }
+
+    /// A state in its own coordinates, after blows.
+    pub(crate) fn struck(&self, state: &BallMatrix<T>, blows: &[(usize, f64)]) -> BallMatrix<T> {
+        let mut sum = BallMatrix::zeros(self.push.columns(), 1);
+        for &(coordinate, magnitude) in blows {
+            sum.add(coordinate, 0, T::from(magnitude), Magnitude::ZERO);
         }
-        let state = self.initial.times(&motion).plus(&self.push.times(&blows));
+        state.plus(&self.push.times(&sum))
+    }
+
+    /// Displacements, velocities and accelerations of a state in its own coordinates under the loads
+    /// in ζ, each with its error: without any change of coordinates, so that what is given comes out
+    /// as it is.
+    pub(crate) fn outset(
+        &self,
+        state: &BallMatrix<T>,
+        zeta: &[T],
+        straight_error: Magnitude,
+    ) -> [BallMatrix<T>; 3] {
         let mut whole = BallMatrix::zeros(zeta.len(), 1);
-        whole.put(0, 0, &state);
+        whole.put(0, 0, state);
         for (i, unit) in self.units.iter().enumerate().skip(self.states) {
-            // Straight loads at 0 are the laws' own values, off by a few units at most.
-            let value = zeta[i].scale(-*unit);
-            let error = value.upper() * T::unit() * Magnitude::from(16.0);
-            whole.set(i, 0, value, error);
+            // Sines and cosines are 0 and 1: only at the start, as with them nothing is at rest later.
+            let error = if i < self.straight {
+                Magnitude::ZERO
+            } else {
+                straight_error * Magnitude::power_of_two(-*unit)
+            };
+            whole.set(i, 0, zeta[i].scale(-*unit), error);
         }
         [0, 1, 2].map(|kind| self.maps[kind].times(&whole))
     }

@@ -8,9 +8,8 @@ use super::generator::Generator;
 use super::judge::Judge;
 use super::normed::{Normed, growth};
 use crate::collector::Collector;
-use crate::grid::MAX_STEPS;
 use crate::problem::{Problem, ResponseError};
-use crate::timeline::{Instant, Law};
+use crate::timeline::{Fraction, Instant, Law};
 use crate::trajectory::Trajectory;
 
 /// Answers the problem in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
@@ -25,9 +24,8 @@ pub(crate) fn march<T: Real>(
     tolerance: f64,
     last: bool,
 ) -> Result<Option<Trajectory>, ResponseError> {
-    let walker = Generator::<T>::of(problem).and_then(|generator| Walker::new(problem, generator));
-    match walker {
-        Some(walker) => walker.walk(method, tolerance, last),
+    match Generator::<T>::of(problem) {
+        Some(generator) => Walker::new(problem, generator).walk(method, tolerance, last),
         None => Ok(None),
     }
 }
@@ -37,6 +35,8 @@ pub(crate) fn march<T: Real>(
 enum Moment {
     /// So many unit steps after 0.
     Units(u64),
+    /// A part of a step of the grid that is no whole number of units.
+    Part(Fraction),
     /// An event by itself, in s.
     Event(f64),
 }
@@ -56,23 +56,26 @@ struct Walker<'a, 'b, T> {
     laws: Vec<Law>,
     /// The error of the straight loads in ζ.
     straight_error: Magnitude,
+    /// The state in its own coordinates where it is known without any motion: at the start, and at
+    /// blows on what was at rest.
+    fresh: Option<BallMatrix<T>>,
 }
 
 impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
-    /// `None` where samples divide the step too finely to be counted.
-    fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Option<Walker<'a, 'b, T>> {
+    fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Walker<'a, 'b, T> {
         let (zeta, error) = generator.start(problem);
-        Some(Walker {
+        Walker {
             problem,
-            clock: Clock::of(problem)?,
+            clock: Clock::of(problem),
             powers: Vec::new(),
             next: zeta.clone(),
             zeta,
             drift: Drift::new(error),
             laws: Vec::new(),
             straight_error: Magnitude::ZERO,
+            fresh: Some(generator.given(problem)),
             generator,
-        })
+        }
     }
 
     fn walk(
@@ -82,7 +85,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         last: bool,
     ) -> Result<Option<Trajectory>, ResponseError> {
         let mut collector = Collector::new(self.problem)?;
-        let mut judge = Judge::new(tolerance);
+        let mut judge = Judge::new(tolerance, self.problem.grid());
         let problem = self.problem;
         let pieces = problem.timeline().pieces();
         let mut piece = 0;
@@ -115,6 +118,13 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// The blows and new laws at the start of a piece.
     fn begin(&mut self, piece: usize) {
         let piece = &self.problem.timeline().pieces()[piece];
+        if self.fresh.is_none() && self.is_at_rest() {
+            self.fresh = Some(BallMatrix::zeros(self.generator.states, 1));
+        }
+        self.fresh = self
+            .fresh
+            .take()
+            .map(|state| self.generator.struck(&state, piece.impulses()));
         for &(coordinate, magnitude) in piece.impulses() {
             let error = self.generator.strike(&mut self.zeta, coordinate, magnitude);
             let total = self.drift.total() + error;
@@ -131,6 +141,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
+    fn is_at_rest(&mut self) -> bool {
+        let states = &self.zeta[..self.generator.states];
+        states.iter().all(|entry| entry.is_zero()) && self.drift.total().is_zero()
+    }
+
     /// Sets the straight loads to their values at `now`.
     fn set_straight(&mut self, now: Moment) {
         let clock = &self.clock;
@@ -142,6 +157,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     /// From one moment to a later one.
     fn go(&mut self, now: Moment, end: Moment) {
+        if now == end {
+            return;
+        }
+        self.fresh = None;
         if let (Moment::Units(from), Moment::Units(to)) = (now, end) {
             let mut at = from;
             while at < to {
@@ -221,9 +240,12 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         last: bool,
     ) -> Result<bool, ResponseError> {
         let column = collector.column();
-        let outset = (index == 0).then(|| self.generator.outset(self.problem, &self.zeta));
+        let outset = self.fresh.as_ref().map(|state| {
+            self.generator
+                .outset(state, &self.zeta, self.straight_error)
+        });
         let mut bounds = [Some(0.0); 2];
-        let mut good = true;
+        let mut motion = [(0.0, Magnitude::ZERO); 2];
         for kind in 0..3 {
             if collector.values[kind].ncols() == 0 {
                 continue;
@@ -252,7 +274,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             }
             if kind < 2 {
                 bounds[kind] = Some(bound.to_f64());
-                good &= judge.judge(kind, top, worst);
+                motion[kind] = (top, worst);
             }
             if last && !bound.is_finite() {
                 return Err(ResponseError::Overflow { index });
@@ -260,7 +282,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
         let [displacement, velocity] = bounds;
         collector.close(displacement, velocity);
-        Ok(good)
+        Ok(judge.judge(motion))
     }
 
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
@@ -341,53 +363,53 @@ fn length<T: Real>(vector: &[T]) -> Magnitude {
 }
 
 /// Exact times: whole multiples of a unit, of which a step of the grid has a whole number, and
-/// events.
+/// what lies between them.
 struct Clock {
     step: f64,
     division: u64,
 }
 
 impl Clock {
-    /// `None` where samples divide the step too finely to be counted.
-    fn of(problem: &Problem<'_>) -> Option<Clock> {
+    /// The coarsest unit of which every instant that samples add is a multiple, but for those that
+    /// would make it too fine to be counted.
+    fn of(problem: &Problem<'_>) -> Clock {
+        let steps = problem.grid().last().max(1);
         let pieces = problem.timeline().pieces().iter();
         let fractions = pieces.filter_map(|piece| piece.start_instant().fraction());
-        let division = fractions.map(|fraction| fraction.denominator).try_fold(
-            1u64,
-            |all: u64, denominator| match all % denominator {
-                0 => Some(all),
-                _ => all.checked_mul(denominator / common_divisor(all, denominator)),
-            },
-        )?;
-        let units = problem.grid().last().max(1).checked_mul(division)?;
-        (units <= MAX_STEPS).then_some(Clock {
+        let division = fractions.fold(1u64, |all, Fraction { denominator, .. }| {
+            let finer = all.checked_mul(denominator / common_divisor(all, denominator));
+            let counted = finer.filter(|finer| finer.checked_mul(steps).is_some());
+            counted.unwrap_or(all)
+        });
+        Clock {
             step: problem.grid().step(),
             division,
-        })
+        }
     }
 
     fn moment(&self, instant: &Instant) -> Moment {
         match instant.fraction() {
-            Some(fraction) => {
+            Some(fraction) if self.division.is_multiple_of(fraction.denominator) => {
                 Moment::Units(fraction.numerator * (self.division / fraction.denominator))
             }
+            Some(fraction) => Moment::Part(fraction),
             None => Moment::Event(instant.time().to_f64()),
         }
     }
 
-    /// From 0 to a number of units, and a bound of the error.
-    fn units<T: Real>(&self, units: u64) -> (T, Magnitude) {
-        let product = T::from(units as f64) * T::from(self.step);
-        let time = if self.division == 1 {
+    /// From 0 to a part of a step, and a bound of the error.
+    fn part<T: Real>(&self, numerator: u64, denominator: u64) -> (T, Magnitude) {
+        let product = exactly::<T>(numerator) * T::from(self.step);
+        let time = if denominator == 1 {
             product
         } else {
-            product / T::from(self.division as f64)
+            product / exactly::<T>(denominator)
         };
         let rounding = time.upper() * T::unit() * Magnitude::from(2.5);
         let floor = T::floor() * Magnitude::from(2.0);
         (
             time,
-            if units == 0 {
+            if numerator == 0 {
                 Magnitude::ZERO
             } else {
                 rounding + floor
@@ -398,16 +420,25 @@ impl Clock {
     /// From one moment to another, and a bound of the error.
     fn seconds<T: Real>(&self, from: Moment, to: Moment) -> (T, Magnitude) {
         if let (Moment::Units(from), Moment::Units(to)) = (from, to) {
-            return self.units(to.saturating_sub(from));
+            return self.part(to.saturating_sub(from), self.division);
         }
         let of = |moment| match moment {
-            Moment::Units(units) => self.units::<T>(units),
+            Moment::Units(units) => self.part::<T>(units, self.division),
+            Moment::Part(Fraction {
+                numerator,
+                denominator,
+            }) => self.part(numerator, denominator),
             Moment::Event(time) => (T::from(time), Magnitude::ZERO),
         };
         let ((from, before), (to, after)) = (of(from), of(to));
         let time = to - from;
         (time, before + after + time.upper() * T::unit())
     }
+}
+
+/// A whole number, in two parts that are doubles.
+fn exactly<T: Real>(whole: u64) -> T {
+    T::from((whole >> 32) as f64).scale(32) + T::from((whole & 0xffff_ffff) as f64)
 }
 
 fn common_divisor(a: u64, b: u64) -> u64 {

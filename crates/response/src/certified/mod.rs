@@ -1,5 +1,7 @@
 //! The exact response with proven bounds: the exponential in as many digits as the bounds ask for.
 
+#[cfg(test)]
+mod agreement;
 mod drift;
 mod energy;
 mod exponential;
@@ -103,7 +105,8 @@ impl ResponseMethod for ByCertifiedExponential {
         }
         Err(ResponseError::NotApplicable {
             method: self.name(),
-            reason: "no number of digits tells the mass matrix from a singular one".to_owned(),
+            reason: "no number of digits tells a matrix to be divided by from a singular one"
+                .to_owned(),
         })
     }
 }

@@ -211,6 +211,15 @@ impl<T: Real> Generator<T> {
         (zeta, state.spread())
     }
 
+    /// No free motion is faster, in 1/s; about.
+    pub(crate) fn fastest(&self) -> Magnitude {
+        let rows = (0..self.states).flat_map(|i| &self.w.row(i)[..self.states]);
+        let squares = rows.map(|entry| entry.upper() * entry.upper());
+        squares
+            .fold(Magnitude::ZERO, |sum, square| sum + square)
+            .sqrt()
+    }
+
     /// The state at t = 0 in its own coordinates, before any blow.
     pub(crate) fn given(&self, problem: &Problem<'_>) -> BallMatrix<T> {
         let given = problem.initial_displacement().iter();

@@ -85,8 +85,9 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         last: bool,
     ) -> Result<Option<Trajectory>, ResponseError> {
         let mut collector = Collector::new(self.problem)?;
-        let mut judge = Judge::new(tolerance, self.problem.grid());
         let problem = self.problem;
+        let end = problem.grid().time(problem.grid().last());
+        let mut judge = Judge::new(tolerance, end, self.generator.fastest());
         let pieces = problem.timeline().pieces();
         let mut piece = 0;
         let mut now = Moment::Units(0);
@@ -282,14 +283,25 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
         let [displacement, velocity] = bounds;
         collector.close(displacement, velocity);
-        Ok(judge.judge(motion))
+        let accelerates = || {
+            self.values(2)
+                .iter()
+                .any(|(value, error)| value.upper() > *error)
+        };
+        Ok(judge.judge(motion, accelerates))
     }
 
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
     fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
         let output = &self.generator.outputs[kind];
         let (states, loads) = self.zeta.split_at(self.generator.states);
-        let errors = [self.drift.total(), self.drift.total() + self.straight_error];
+        let drift = self.drift.total();
+        let of_loads = if self.generator.straight > self.generator.states {
+            drift + self.straight_error
+        } else {
+            self.straight_error
+        };
+        let errors = [drift, of_loads];
         let rounding = growth::<T>(self.zeta.len());
         let mut error = Magnitude::ZERO;
         for ((part, vector), own) in output.parts.iter().zip([states, loads]).zip(errors) {

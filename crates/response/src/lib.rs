@@ -1,4 +1,5 @@
-//! The exact response of a linear vibrating system at chosen instants.
+//! The exact response of a linear vibrating system at chosen instants, the steady state under harmonic
+//! loads, and the energies and element forces along a motion.
 
 mod by_exponential;
 mod by_superposition;

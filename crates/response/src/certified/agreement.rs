@@ -6,6 +6,7 @@ use eigentone_modes::System;
 use proptest::prelude::*;
 
 use super::march::march;
+use crate::collector::Wanted;
 use crate::load::{Harmonic, Hold, Impulse, Load, Ramp, Samples, Step};
 use crate::plan::methods;
 use crate::problem::Problem;
@@ -136,7 +137,7 @@ impl Asked {
 
 /// The answer in the arithmetic of T, however good.
 fn certified<T: Real>(problem: &Problem<'_>) -> Trajectory {
-    let found = march::<T>(problem, "test", f64::EPSILON, true);
+    let found = march::<T>(problem, Wanted::Grid, "test", f64::EPSILON, true);
     found.expect("nothing grows").expect("no mass is 0")
 }
 

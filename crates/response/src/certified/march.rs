@@ -7,12 +7,12 @@ use super::exponential::exponential;
 use super::generator::Generator;
 use super::judge::Judge;
 use super::normed::{Normed, growth};
-use crate::collector::Collector;
+use crate::collector::{Collector, Wanted};
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Fraction, Instant, Law};
 use crate::trajectory::Trajectory;
 
-/// Answers the problem in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
+/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
 /// out at all, and at the first instant that misses the tolerance unless this is the `last` attempt.
 ///
 /// # Errors
@@ -20,19 +20,20 @@ use crate::trajectory::Trajectory;
 /// of doubles.
 pub(crate) fn march<T: Real>(
     problem: &Problem<'_>,
+    wanted: Wanted<'_>,
     method: &'static str,
     tolerance: f64,
     last: bool,
 ) -> Result<Option<Trajectory>, ResponseError> {
     match Generator::<T>::of(problem) {
-        Some(generator) => Walker::new(problem, generator).walk(method, tolerance, last),
+        Some(generator) => Walker::new(problem, generator).walk(wanted, method, tolerance, last),
         None => Ok(None),
     }
 }
 
 /// Where the walker stands, or a law set in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Moment {
+pub(super) enum Moment {
     /// So many unit steps after 0.
     Units(u64),
     /// A part of a step of the grid that is no whole number of units.
@@ -42,7 +43,7 @@ enum Moment {
 }
 
 /// A state on its way.
-struct Walker<'a, 'b, T> {
+pub(super) struct Walker<'a, 'b, T> {
     problem: &'a Problem<'b>,
     generator: Generator<T>,
     clock: Clock,
@@ -62,7 +63,7 @@ struct Walker<'a, 'b, T> {
 }
 
 impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
-    fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Walker<'a, 'b, T> {
+    pub(super) fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Walker<'a, 'b, T> {
         let (zeta, error) = generator.start(problem);
         Walker {
             problem,
@@ -80,11 +81,12 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     fn walk(
         mut self,
+        wanted: Wanted<'_>,
         method: &'static str,
         tolerance: f64,
         last: bool,
     ) -> Result<Option<Trajectory>, ResponseError> {
-        let mut collector = Collector::new(self.problem)?;
+        let mut collector = Collector::new(self.problem, wanted)?;
         let problem = self.problem;
         let end = problem.grid().time(problem.grid().last());
         let mut judge = Judge::new(tolerance, end, self.generator.fastest());
@@ -92,9 +94,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let mut piece = 0;
         let mut now = Moment::Units(0);
         self.begin(0);
-        self.prepare_all();
-        while let Some(index) = collector.next() {
-            let target = Instant::on_grid(problem.grid(), index);
+        self.prepare_all(&wanted);
+        while let Some(target) = collector.next() {
             // Go to the target, stopping where a piece begins.
             loop {
                 let begins = pieces.get(piece + 1).map(|next| next.start);
@@ -108,7 +109,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 piece += 1;
                 self.begin(piece);
             }
-            if !self.record(&mut collector, &mut judge, index, last)? && !last {
+            if !self.record(&mut collector, &mut judge, &target, last)? && !last {
                 return Ok(None);
             }
         }
@@ -116,8 +117,23 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         Ok(Some(collector.finish(method).proven(digits)))
     }
 
+    /// The state and the loads.
+    pub(super) fn zeta(&self) -> &[T] {
+        &self.zeta
+    }
+
+    /// Where an instant is.
+    pub(super) fn moment(&self, instant: &Instant) -> Moment {
+        self.clock.moment(instant)
+    }
+
+    /// From one moment to another, and a bound of the error.
+    pub(super) fn seconds(&self, from: Moment, to: Moment) -> (T, Magnitude) {
+        self.clock.seconds(from, to)
+    }
+
     /// The blows and new laws at the start of a piece.
-    fn begin(&mut self, piece: usize) {
+    pub(super) fn begin(&mut self, piece: usize) {
         let piece = &self.problem.timeline().pieces()[piece];
         if self.fresh.is_none() && self.is_at_rest() {
             self.fresh = Some(BallMatrix::zeros(self.generator.states, 1));
@@ -157,7 +173,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// From one moment to a later one.
-    fn go(&mut self, now: Moment, end: Moment) {
+    pub(super) fn go(&mut self, now: Moment, end: Moment) {
         if now == end {
             return;
         }
@@ -217,11 +233,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// The powers whose norms tell how errors fade, where they cost little beside the march.
-    fn prepare_all(&mut self) {
-        let instants = match self.problem.instants() {
-            Some(instants) => instants.len() as u64,
-            None => self.problem.grid().last(),
-        };
+    fn prepare_all(&mut self, wanted: &Wanted<'_>) {
+        let instants = wanted.count(self.problem.grid());
         let steps = self.problem.grid().last() * self.clock.division;
         if steps == 0 {
             return;
@@ -237,10 +250,12 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         &mut self,
         collector: &mut Collector<'_, '_>,
         judge: &mut Judge,
-        index: u64,
+        now: &Instant,
         last: bool,
     ) -> Result<bool, ResponseError> {
         let column = collector.column();
+        let step = self.problem.grid().step();
+        let index = now.index().unwrap_or((now.time().to_f64() / step) as u64);
         let outset = self.fresh.as_ref().map(|state| {
             self.generator
                 .outset(state, &self.zeta, self.straight_error)

@@ -7,12 +7,12 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use eigentone::gallery::cases;
 use eigentone::modes::{FirstOrder, balance};
-use eigentone::response::{Exponential, Pade13};
+use eigentone::response::{Exponential, Pade13, Taylor};
 use faer::Mat;
 
 use chain::Chain;
 
-const METHODS: [&dyn Exponential; 1] = [&Pade13];
+const METHODS: [&dyn Exponential; 2] = [&Taylor, &Pade13];
 
 /// Scenes that only their initial state moves.
 const SCENES: [&str; 4] = [

@@ -237,7 +237,7 @@ fn responses_have_the_shape_that_was_agreed_on() {
             "velocity_bound",
         ];
         assert_keys(&text, &json, &keys);
-        assert_eq!(json["bounds"], "estimated");
+        assert_eq!(json["bounds"], "proven");
         let scene = case.scene();
         let problem = scene.problem().expect("a time").expect("a problem");
         let count = problem.grid().last() as usize + 1;
@@ -374,6 +374,8 @@ fn a_directory_gets_every_file_whole() {
     names.sort();
     let wanted = [
         "displacement.svg",
+        "energy.csv",
+        "forces.csv",
         "modes.csv",
         "modes.json",
         "modes.md",
@@ -393,6 +395,20 @@ fn a_directory_gets_every_file_whole() {
     );
     assert_eq!(read("modes.csv").lines().count(), 1 + 1);
     assert_eq!(read("response.csv").lines().count(), 201 + 1);
+    for (name, columns) in [
+        (
+            "energy.csv",
+            "kinetic [J],potential [J],dissipated [J],work [J]",
+        ),
+        ("forces.csv", "spring ground–m1 [N]"),
+    ] {
+        let table = read(name);
+        assert_eq!(table.lines().count(), 201 + 1, "{name}");
+        let mut rows = table.lines().map(|row| row.matches(',').count());
+        let cells = rows.next().expect("a header");
+        assert!(rows.all(|row| row == cells), "{name}");
+        assert!(table.contains(columns), "{table}");
+    }
     assert!(
         read("modes.md")
             .lines()
@@ -548,4 +564,43 @@ fn what_would_not_fit_in_memory_is_refused_at_once() {
     refused(&["analyze", file], 2);
     let one = parsed(&["response", file, "--json", "--steps", "1000000000000000"]);
     assert_eq!(numbers(&one["time"]), [1e12]);
+}
+
+#[test]
+fn harmonic_loads_have_a_steady_state() {
+    let directory = fresh("harmonic_loads_have_a_steady_state");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("scene.json");
+    // k − Ω²m = 4 − 9·1 = −5 and Ωc = 12, so that the amplitude of 26 N is 26/13 m.
+    let text = r#"{"masses": [{"name": "m", "mass": 1}],
+        "springs": [{"between": ["ground", "m"], "stiffness": 4}],
+        "dampers": [{"between": ["ground", "m"], "damping": 4}],
+        "loads": [{"on": "m", "harmonic": {"amplitude": 26, "frequency": 3}}],
+        "time": {"end": 1, "step": 0.5}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let (file, out) = (
+        file.to_str().expect("UTF-8"),
+        directory.to_str().expect("UTF-8"),
+    );
+    let analysis = printed(&["analyze", file, "--out", out]);
+    let (_, steady) = analysis
+        .split_once("Steady state under the harmonic loads\n")
+        .expect("a table");
+    let row = steady.lines().nth(1).expect("a row");
+    assert!(row.trim_start().starts_with("3"), "{row}");
+    assert!(row.contains("2.00000") && row.contains("−112.620"), "{row}");
+    let asked = printed(&["response", file, "--json", "--steps", "0"]);
+    let written = fs::read_to_string(directory.join("response.json")).expect("it is there");
+    for text in [asked, written] {
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        let motion = &json["steady_state"][0];
+        assert_eq!(number(&motion["frequency"]), 3.0);
+        let x = &motion["amplitude"]["m"];
+        let off = (number(&x["re"]) + 10.0 / 13.0).hypot(number(&x["im"]) + 24.0 / 13.0);
+        assert!(off <= f64::EPSILON && number(&x["bound"]) <= f64::EPSILON);
+    }
+    let resonance = printed(&["analyze", &scene("one-mass-resonance")]);
+    assert!(resonance.contains("none: 2.0 rad/s is a natural frequency"));
+    let free = printed(&["analyze", &scene("three-mass-1")]);
+    assert!(!free.contains("Steady state"));
 }

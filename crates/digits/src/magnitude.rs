@@ -90,6 +90,16 @@ impl Magnitude {
         self.mantissa < f64::INFINITY
     }
 
+    /// √self, rounded up, within a relative 2^-50.
+    pub fn sqrt(self) -> Magnitude {
+        let root = self.mantissa.sqrt() * ABOVE;
+        if self.exponent % 2 == 0 {
+            Magnitude::new(root, self.exponent / 2)
+        } else {
+            Magnitude::new(root * END, self.exponent.div_euclid(2))
+        }
+    }
+
     /// A little more: at least this over 1 − 2^-50.
     #[inline]
     pub(crate) fn above(self) -> Magnitude {
@@ -164,6 +174,7 @@ impl Magnitude {
         match self.exponent {
             0 => self.mantissa,
             1 => self.mantissa * UP,
+            2 => self.mantissa * UP * UP,
             -1 => self.mantissa * DOWN,
             -2 => (self.mantissa * DOWN * DOWN).next_up(),
             below if below < 0 => f64::from_bits(1),
@@ -260,6 +271,7 @@ impl PartialOrd for Magnitude {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Real;
     use crate::rational::{Exact, dyadic};
     use proptest::prelude::*;
 
@@ -287,6 +299,9 @@ mod tests {
                 let difference = if x > y { &x - &y } else { &x - &x };
                 prop_assert!(a.minus(b).exact() <= difference);
                 prop_assert!(a.minus(b).exact() >= &difference - &slack * &x);
+                let root = a.sqrt().exact();
+                prop_assert!(&root * &root >= x);
+                prop_assert!(&root * &root <= &x * (&one + &slack + &slack));
                 let square = &x * &x + &y * &y;
                 let hypot = a.hypot(b).exact();
                 prop_assert!(&hypot * &hypot <= &square * (&one + &slack));
@@ -296,6 +311,16 @@ mod tests {
                 prop_assert!(a.to_f64() == f64::INFINITY || dyadic(a.to_f64(), 0) >= x);
             }
         }
+    }
+
+    #[test]
+    fn doubles_come_back_as_they_are() {
+        for power in -700..1024 {
+            let x = Real::scale(1.0, power);
+            assert_eq!(Magnitude::from(x).to_f64(), x, "2^{power}");
+        }
+        assert_eq!(Magnitude::from(f64::MAX).to_f64(), f64::MAX);
+        assert_eq!(Magnitude::power_of_two(1024).to_f64(), f64::INFINITY);
     }
 
     #[test]

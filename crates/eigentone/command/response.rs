@@ -2,7 +2,7 @@
 
 use clap::Args;
 use eigentone::report::ResponseReport;
-use eigentone::response::ResponsePlan;
+use eigentone::response::{ResponsePlan, SteadyState};
 
 use super::progress::Progress;
 use super::{Failure, Question, print};
@@ -34,11 +34,16 @@ impl Response {
             }
             let _progress = Progress::of("response");
             problem
-                .and_then(|problem| ResponsePlan::of(&problem)?.run(&problem))
+                .map(|problem| problem.to(self.question.precision()))
+                .and_then(|problem| {
+                    let trajectory = ResponsePlan::of(&problem)?.run(&problem)?;
+                    Ok((trajectory, SteadyState::of(&problem).ok()))
+                })
                 .map_err(Failure::response(file))
         };
-        let trajectory = solve()?;
-        let report = ResponseReport::new(&trajectory, scene.system().names());
+        let (trajectory, steady_state) = solve()?;
+        let report = ResponseReport::new(&trajectory, scene.system().names())
+            .with_steady_state(steady_state.as_ref());
         print(|out| match self.json {
             true => report.json(out),
             false => report.text(out),

@@ -3,11 +3,14 @@
 use std::fmt::Write;
 
 use eigentone_modes::{Bounds, Modes, Structure};
-use eigentone_response::{Destination, ResponsePlan, Summary, Trajectory};
+use eigentone_response::{
+    Destination, ResponsePlan, SteadyState, SteadyStateError, Summary, Trajectory,
+};
 
 use super::modes::ModeReport;
 use super::number;
 use super::plot::{Axis, Line, Plot};
+use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table, visible};
 
 /// What was found out about a scene.
@@ -32,6 +35,8 @@ pub struct Answer<'a> {
     pub trajectory: &'a Trajectory,
     /// The motion in a few numbers.
     pub summary: &'a Summary,
+    /// What remains under the harmonic loads; without any it is empty.
+    pub steady_state: &'a Result<SteadyState, SteadyStateError>,
 }
 
 impl Analysis<'_> {
@@ -52,6 +57,9 @@ impl Analysis<'_> {
         section(&mut text, "Modes", &modes.text());
         if let Some(answer) = &self.response {
             section(&mut text, &answer.heading(), &answer.table(self.names));
+            if let Some(steady) = answer.steady(self.names) {
+                section(&mut text, "Steady state under the harmonic loads", &steady);
+            }
         }
         section(&mut text, "Bounds", &self.bounds());
         text
@@ -114,7 +122,14 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
-            text.push_str("\nresponse estimated to first order");
+            let _ = match trajectory.bounds() {
+                Bounds::Proven => write!(
+                    text,
+                    "\nresponse proven, with {} digits",
+                    trajectory.digits()
+                ),
+                Bounds::Estimated => write!(text, "\nresponse estimated to first order"),
+            };
             let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),
@@ -145,6 +160,20 @@ impl Answer<'_> {
             times.len(),
             number::short(end)
         )
+    }
+
+    /// The steady state or why there is none; `None` without harmonic loads.
+    fn steady(&self, names: &[String]) -> Option<String> {
+        match self.steady_state {
+            Ok(steady_state) => (!steady_state.motions().is_empty()).then(|| {
+                let report = SteadyStateReport {
+                    steady_state,
+                    names,
+                };
+                report.text()
+            }),
+            Err(error) => Some(format!("none: {error}")),
+        }
     }
 
     fn table(&self, names: &[String]) -> String {

@@ -3,13 +3,14 @@
 
 use std::io::{self, Write};
 
-use eigentone_response::Trajectory;
+use eigentone_response::{SteadyState, Trajectory};
 use faer::MatRef;
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
 use super::csv;
 use super::number;
+use super::steady_state::SteadyStateReport;
 use super::table::visible;
 
 /// Prints a trajectory.
@@ -17,12 +18,26 @@ use super::table::visible;
 pub struct ResponseReport<'a> {
     trajectory: &'a Trajectory,
     names: &'a [String],
+    steady_state: Option<&'a SteadyState>,
 }
 
 impl<'a> ResponseReport<'a> {
     /// A report of `trajectory`, with the coordinates' names in order.
     pub fn new(trajectory: &'a Trajectory, names: &'a [String]) -> ResponseReport<'a> {
-        ResponseReport { trajectory, names }
+        ResponseReport {
+            trajectory,
+            names,
+            steady_state: None,
+        }
+    }
+
+    /// The same with the steady state under the harmonic loads, which JSON carries unless there are
+    /// no such loads.
+    pub fn with_steady_state(self, steady_state: Option<&'a SteadyState>) -> ResponseReport<'a> {
+        ResponseReport {
+            steady_state: steady_state.filter(|steady| !steady.motions().is_empty()),
+            ..self
+        }
     }
 
     /// A table of step index, instant and displacements, six significant digits, one line for each
@@ -65,19 +80,25 @@ impl<'a> ResponseReport<'a> {
     /// One JSON object: step indices, instants in s, displacements in m and velocities in m/s by
     /// name, and absolute bounds over all coordinates for each instant. Numbers are in the
     /// shortest form that reads back to the same double; a bound that cannot be given is null.
+    /// Where a steady state was given, the key `steady_state` lists the real and imaginary part of
+    /// the amplitude of each coordinate in m, with its proven bound, for each frequency in rad/s.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn json(&self, mut out: impl Write) -> io::Result<()> {
         let trajectory = self.trajectory;
         let json = Json {
-            bounds: super::ESTIMATED,
+            bounds: super::worth(trajectory.bounds()),
             step: trajectory.steps(),
             time: trajectory.times(),
             displacement: Rows(self.names, trajectory.displacement()),
             velocity: Rows(self.names, trajectory.velocity()),
             displacement_bound: trajectory.displacement_bound(),
             velocity_bound: trajectory.velocity_bound(),
+            steady_state: self.steady_state.map(|steady_state| SteadyStateReport {
+                steady_state,
+                names: self.names,
+            }),
         };
         serde_json::to_writer(&mut out, &json)?;
         out.write_all(b"\n")
@@ -124,6 +145,8 @@ struct Json<'a> {
     velocity: Rows<'a>,
     displacement_bound: &'a [Option<f64>],
     velocity_bound: &'a [Option<f64>],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steady_state: Option<SteadyStateReport<'a>>,
 }
 
 /// The rows of a matrix as arrays, by name.

@@ -8,7 +8,7 @@ use faer::{Mat, MatRef};
 
 use crate::by_exponential::accumulate;
 use crate::estimate::Estimate;
-use crate::exponential::Pade13;
+use crate::exponential::Taylor;
 use crate::hold::{Held, exact};
 use crate::march::{Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
@@ -213,7 +213,7 @@ impl Flow for Blocks {
         let held = self.held.entry(h.to_bits()).or_insert_with(|| {
             let hold = |block: &Mat<f64>| {
                 let unit = Mat::<f64>::identity(block.nrows(), block.nrows());
-                exact(&Pade13, block.as_ref(), unit.as_ref(), h, &self.inputs.laws)
+                exact(&Taylor, block.as_ref(), unit.as_ref(), h, &self.inputs.laws)
             };
             self.blocks.iter().map(hold).collect()
         });

@@ -1,7 +1,12 @@
-//! The exact response of a linear vibrating system at chosen instants.
+//! The exact response of a linear vibrating system at chosen instants, the steady state under harmonic
+//! loads, and the energies and element forces along a motion.
 
 mod by_exponential;
 mod by_superposition;
+mod certified;
+mod collector;
+mod element_force;
+mod energy;
 mod equilibrium;
 mod estimate;
 mod exponential;
@@ -16,13 +21,17 @@ mod plan;
 mod problem;
 mod response;
 mod state;
+mod steady_state;
 mod summary;
 mod timeline;
 mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
-pub use exponential::{Exponential, Pade13};
+pub use certified::ByCertifiedExponential;
+pub use element_force::ElementForces;
+pub use energy::Energy;
+pub use exponential::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
 pub use method::ResponseMethod;
@@ -30,6 +39,7 @@ pub use plan::{ResponsePlan, methods};
 pub use problem::{AppliedLoad, Problem, ResponseError};
 pub use response::Response;
 pub use state::State;
+pub use steady_state::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
 pub use summary::{CoordinateSummary, Destination, Summary};
 pub use timeline::{Instant, Piece, Straight, Timeline};
 pub use trajectory::Trajectory;

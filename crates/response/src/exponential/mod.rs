@@ -1,10 +1,24 @@
 //! The matrix exponential.
 
+mod algebra;
+mod condition;
+mod dense;
+mod dual;
+mod expm;
+mod growth;
+mod norm;
 mod pade;
+mod polynomial;
+mod scaling;
+mod squaring;
+mod taylor;
 
 use faer::{Mat, MatRef};
 
+pub use condition::expm_condition;
+pub use expm::{ExpmError, expm};
 pub use pade::Pade13;
+pub use taylor::Taylor;
 
 /// A way to compute e^A, as a value, so that methods can be looped over.
 pub trait Exponential: Sync {

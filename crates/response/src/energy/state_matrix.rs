@@ -1,0 +1,56 @@
+//! A and B of z′ = A z + B f for lumped masses, in any precision.
+
+use eigentone_digits::Real;
+use eigentone_modes::{Element, MatrixKind, Node, System};
+
+/// The masses, where each coordinate has its own and nothing else has inertia.
+pub(super) fn lumped(system: &System) -> Option<&[f64]> {
+    let masses = system.masses();
+    let all = system.added(MatrixKind::Mass).is_none() && masses.iter().all(|mass| *mass != 0.0);
+    all.then_some(masses)
+}
+
+/// A and B of z = (x, v), from the elements: no sum of springs is rounded to doubles.
+pub(super) fn state_matrix<T: Real>(system: &System, masses: &[f64]) -> (Vec<T>, Vec<T>) {
+    let n = system.len();
+    let mut a = vec![T::ZERO; 4 * n * n];
+    let mut b = vec![T::ZERO; 2 * n * n];
+    let mut add = |i: usize, j: usize, value: f64| {
+        let at = &mut a[(n + i) * 2 * n + j];
+        *at = *at - T::from(value);
+    };
+    let mut network = |elements: &[Element], from: usize| {
+        for element in elements {
+            for (end, other) in [
+                (element.first, element.second),
+                (element.second, element.first),
+            ] {
+                let Node::Coordinate(i) = end else { continue };
+                add(i, from + i, element.coefficient);
+                if let Node::Coordinate(j) = other {
+                    add(i, from + j, -element.coefficient);
+                }
+            }
+        }
+    };
+    network(system.springs(), 0);
+    network(system.dampers(), n);
+    for (kind, from) in [(MatrixKind::Stiffness, 0), (MatrixKind::Damping, n)] {
+        let Some(matrix) = system.added(kind) else {
+            continue;
+        };
+        for i in 0..n {
+            for j in 0..n {
+                add(i, from + j, matrix[(i, j)]);
+            }
+        }
+    }
+    for (i, mass) in masses.iter().enumerate() {
+        a[i * 2 * n + n + i] = T::ONE;
+        b[(n + i) * n + i] = T::ONE / T::from(*mass);
+        for entry in &mut a[(n + i) * 2 * n..][..2 * n] {
+            *entry = *entry / T::from(*mass);
+        }
+    }
+    (a, b)
+}

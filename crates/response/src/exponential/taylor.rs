@@ -1,0 +1,69 @@
+//! Scaling and squaring with Taylor polynomials: products only.
+
+use eigentone_digits::Real;
+use faer::{Mat, MatRef};
+
+use super::Exponential;
+use super::algebra::Explicit;
+use super::dense::Dense;
+use super::growth::Growth;
+use super::polynomial::evaluate;
+use super::scaling::scale;
+use super::squaring::{Extended, square};
+
+/// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
+/// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a
+/// squaring for each factor of two above ‖A‖ = 1.68, and no system of equations to solve, which is
+/// dear next to products.
+///
+/// The scaling follows Al-Mohy & Higham 2009 (SIAM J. Matrix Anal. 31): it is taken from the norms
+/// of powers of A, so that a large norm of a nearly nilpotent matrix costs no squarings, and kept
+/// where rounding errors of a nonnormal matrix want it. The squarings carry e^A − I, which keeps
+/// the digits of motions that are slow beside the fastest. Entries beyond the range of doubles come
+/// out as ∞ or 0 and never as NaN; matrices of norm above 10^16, whose exponential no digits are
+/// left of, at least do not grow beyond e^μ, μ the largest eigenvalue of (A + Aᵀ)/2.
+///
+/// It does not balance A: [`expm`](super::expm) does.
+#[derive(Clone, Copy, Debug)]
+pub struct Taylor;
+
+impl Exponential for Taylor {
+    fn name(&self) -> &'static str {
+        "Taylor"
+    }
+
+    fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64> {
+        let n = a.nrows();
+        let mut algebra = Dense::new(n);
+        let shift = first_shift(a);
+        let start = algebra.load(a, shift);
+        let scaled = scale(&mut algebra, n, start);
+        let squarings = scaled.squarings + shift.unsigned_abs();
+        let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
+        let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
+        store(n, &result)
+    }
+}
+
+/// How often A is halved before its powers are formed: only so often that they do not overflow.
+pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
+    const ROOM: f64 = 150.0;
+    let size = a.norm_max();
+    if size.is_finite() && size > 1.0 {
+        (size.log2() + (a.nrows() as f64).log2() - ROOM)
+            .ceil()
+            .max(0.0) as i32
+    } else {
+        0
+    }
+}
+
+/// The matrix in the range of doubles.
+pub(super) fn store(n: usize, result: &Extended<Vec<f64>>) -> Mat<f64> {
+    let x = Dense::value(&result.element);
+    let exponent = result.exponent;
+    Mat::from_fn(n, n, |i, j| match exponent {
+        0 => x[i + n * j],
+        _ => x[i + n * j].scale(exponent),
+    })
+}

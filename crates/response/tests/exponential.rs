@@ -1,0 +1,465 @@
+//! Matrix exponentials against the same in 320 bits.
+
+use std::cmp::Ordering;
+use std::fmt::Write;
+
+use eigentone_digits::{Real, Wide};
+use eigentone_response::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, MatRef};
+
+type Exact = Wide<5>;
+type Square = Vec<Vec<Exact>>;
+
+const UNIT: f64 = f64::EPSILON / 2.0;
+
+/// A matrix, and the family that it stands for.
+struct Case {
+    family: &'static str,
+    matrix: Mat<f64>,
+}
+
+fn case<const N: usize>(family: &'static str, rows: [[f64; N]; N]) -> Case {
+    Case {
+        family,
+        matrix: Mat::from_fn(N, N, |i, j| rows[i][j]),
+    }
+}
+
+fn exactly(a: MatRef<'_, f64>) -> Square {
+    let row = |i: usize| a.row(i).iter().map(|entry| Exact::from(*entry)).collect();
+    (0..a.nrows()).map(row).collect()
+}
+
+/// e^A by the plain Taylor series of 2^-s A and s squarings, in 320 bits: s so large that terms
+/// shrink by 2^8 at least, and 26 of them.
+fn reference(a: &Square) -> Square {
+    let n = a.len();
+    let norm = norm(a).to_f64();
+    let squarings = (norm * 256.0).log2().ceil().max(0.0) as i64;
+    let build = |entry: &dyn Fn(usize, usize) -> Exact| -> Square {
+        let row = |i: usize| (0..n).map(|j| entry(i, j)).collect();
+        (0..n).map(row).collect()
+    };
+    let scaled = build(&|i, j| a[i][j].scale(-squarings));
+    let identity = build(&|i, j| if i == j { Exact::ONE } else { Exact::ZERO });
+    // Horner: I + A (I + A/2 (I + A/3 (…))).
+    let mut sum = identity.clone();
+    for k in (1..=26).rev() {
+        let next = product(&scaled, &sum);
+        sum = build(&|i, j| next[i][j] / Exact::from(f64::from(k)) + identity[i][j]);
+    }
+    for _ in 0..squarings {
+        sum = product(&sum, &sum);
+    }
+    sum
+}
+
+fn product(x: &Square, y: &Square) -> Square {
+    let row = |x: &Vec<Exact>| {
+        let mut sum = vec![Exact::ZERO; x.len()];
+        for (factor, y) in x.iter().zip(y).filter(|(factor, _)| !factor.is_zero()) {
+            for (sum, y) in sum.iter_mut().zip(y).filter(|(_, y)| !y.is_zero()) {
+                *sum = *sum + *factor * *y;
+            }
+        }
+        sum
+    };
+    x.iter().map(row).collect()
+}
+
+/// The largest column sum.
+fn norm(x: &Square) -> Exact {
+    let sum = |j: usize| x.iter().fold(Exact::ZERO, |sum, row| sum + row[j].abs());
+    let larger = |a, b| if b > a { b } else { a };
+    (0..x.len()).map(sum).fold(Exact::ZERO, larger)
+}
+
+fn difference(x: &Square, y: &Square) -> Square {
+    let row = |(x, y): (&Vec<Exact>, &Vec<Exact>)| x.iter().zip(y).map(|(x, y)| *x - *y).collect();
+    x.iter().zip(y).map(row).collect()
+}
+
+fn is_finite(x: &Mat<f64>) -> bool {
+    x.col_iter()
+        .all(|column| column.iter().all(|x| x.is_finite()))
+}
+
+/// ‖X − E‖₁ / ‖E‖₁.
+fn error(x: &Mat<f64>, exact: &Square) -> f64 {
+    assert!(is_finite(x));
+    let off = norm(&difference(&exactly(x.as_ref()), exact));
+    (off / norm(exact)).to_f64()
+}
+
+/// Cases from the literature and from textbooks.
+fn known() -> Vec<Case> {
+    let (a, b, c, d, e) = (2e10, 4e8 / 6.0, 200.0 / 3.0, 3.0, 1e-8);
+    let mut cases = vec![
+        // Moler's blog, "A balancing act for the matrix exponential", 2012.
+        case("Moler", [[0.0, e, 0.0], [-(a + b), -d, a], [c, 0.0, -c]]),
+        // Moler & Van Loan 2003, section 3.
+        case("Moler & Van Loan", [[-49.0, 24.0], [-64.0, 31.0]]),
+        // Al-Mohy & Higham 2009, section 1.
+        case("overscaling", [[1.0, 1e6], [0.0, -1.0]]),
+        case("overscaling", [[1.0, 1e12], [0.0, -1.0]]),
+        case("overscaling", [[1e6, -1e6], [1e6, -1e6]]),
+        case(
+            "overscaling",
+            [[0.0, 1e9, 1e3], [0.0, 0.0, 1e9], [0.0, 0.0, 0.0]],
+        ),
+        case(
+            "overscaling",
+            [[1.0, 1e5, 1e10], [0.0, -1.0, 1e5], [0.0, 0.0, 0.5]],
+        ),
+        case("fast and slow", [[-1e12, 0.0], [0.0, -1.0]]),
+        case("fast and slow", [[-1e9, 1e9], [1.0, -1.0]]),
+        case("decay", [[-700.0, 1.0], [0.0, -690.0]]),
+        case("growth", [[300.0, 1.0], [-1.0, 290.0]]),
+    ];
+    for exponent in 3..=12 {
+        for a in [0.0, -1.0, -100.0, 5.0] {
+            let delta = 10f64.powi(-exponent);
+            cases.push(case("divided difference", [[a, 1.0], [0.0, a + delta]]));
+        }
+    }
+    for (g, k) in [
+        (1.0, 1.0),
+        (100.0, 1.0),
+        (1.0, 1e6),
+        (1e3, -1.0),
+        (3.0, 1e-4),
+    ] {
+        let rows = [
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+            [-k, 0.0, 0.0, -g],
+            [0.0, -k, g, 0.0],
+        ];
+        cases.push(case("gyroscopic", rows));
+    }
+    for (n, lambda) in [(2, -2.0), (5, -1.0), (10, 0.0), (12, -30.0), (20, 0.5)] {
+        let entry = |i: usize, j: usize| match j.wrapping_sub(i) {
+            0 => lambda,
+            1 => 1.0,
+            _ => 0.0,
+        };
+        cases.push(Case {
+            family: "Jordan",
+            matrix: Mat::from_fn(n, n, entry),
+        });
+    }
+    cases
+}
+
+/// Numbers from a fixed sequence (splitmix64).
+struct Sequence(u64);
+
+impl Sequence {
+    /// From [−1, 1).
+    fn signed(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 * 2f64.powi(-52) - 1.0
+    }
+
+    /// From 10^`low` to 10^`high`, evenly on a logarithmic scale.
+    fn magnitude(&mut self, low: f64, high: f64) -> f64 {
+        10f64.powf(low + (high - low) * 0.5 * (self.signed() + 1.0))
+    }
+
+    fn size(&mut self, low: usize, high: usize) -> usize {
+        low + ((high - low + 1) as f64 * 0.5 * (self.signed() + 1.0)) as usize
+    }
+
+    /// n × n, from the indices and a number in [−1, 1).
+    fn matrix(&mut self, n: usize, entry: impl Fn(usize, usize, f64) -> f64) -> Mat<f64> {
+        Mat::from_fn(n, n, |i, j| entry(i, j, self.signed()))
+    }
+
+    /// A chain between two walls, with masses from 1 to 10 and springs from 1 to 10^`stiffest`.
+    fn chain(&mut self, stiffest: f64, damped: bool) -> Mat<f64> {
+        let n = self.size(1, 10);
+        let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
+        let m: Vec<f64> = (0..n).map(|_| self.magnitude(0.0, 1.0)).collect();
+        for i in 0..n {
+            a[(i, n + i)] = 1.0;
+        }
+        for spring in 0..=n {
+            let k = self.magnitude(0.0, stiffest);
+            let c = if damped { 0.05 * k.sqrt() } else { 0.0 };
+            let ends = [spring.checked_sub(1), (spring < n).then_some(spring)];
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                if let (Some(row), Some(column)) = (ends[i], ends[j]) {
+                    let sign = if i == j { -1.0 } else { 1.0 };
+                    a[(n + row, column)] += sign * k / m[row];
+                    a[(n + row, n + column)] += sign * c / m[row];
+                }
+            }
+        }
+        a
+    }
+}
+
+/// Stiff and nonnormal matrices of order 2 to 20.
+fn generated() -> Vec<Case> {
+    let mut from = Sequence(7);
+    let mut cases = Vec::new();
+    for _ in 0..25 {
+        let mut add = |family, matrix| cases.push(Case { family, matrix });
+        add("stiff chain", from.chain(12.0, true));
+        add("undamped chain", from.chain(6.0, false));
+
+        let (n, top) = (from.size(2, 20), from.magnitude(-1.0, 1.5));
+        add("full", from.matrix(n, |_, _, x| top * x));
+
+        let (n, top) = (from.size(2, 20), from.magnitude(0.0, 8.0));
+        let triangular = from.matrix(n, |i, j, x| match j.cmp(&i) {
+            Ordering::Less => 0.0,
+            Ordering::Equal => 3.0 * x,
+            Ordering::Greater => top * x,
+        });
+        add("triangular", triangular);
+
+        let (n, ratio) = (from.size(2, 20), from.magnitude(-1.5, 0.0));
+        let graded = from.matrix(n, |i, j, x| 4.0 * ratio.powi((i + j) as i32) * x);
+        add("graded", graded);
+
+        let (n, ratio) = (from.size(2, 14), from.magnitude(0.0, 1.0));
+        let skewed = from.matrix(n, |i, j, x| 2.0 * ratio.powi(i as i32 - j as i32) * x);
+        add("badly scaled", skewed);
+
+        let (n, top) = (from.size(2, 16), from.magnitude(0.0, 3.0));
+        let bidiagonal = from.matrix(n, |i, j, x| match j.wrapping_sub(i) {
+            0 => -top * x.abs(),
+            1 => top * x,
+            _ => 0.0,
+        });
+        add("bidiagonal decay", bidiagonal);
+
+        let (n, top) = (from.size(3, 12), from.magnitude(0.0, 2.0));
+        let strict = from.matrix(n, |i, j, x| if j > i { top * x } else { 0.0 });
+        let mix = from.matrix(n, |i, j, x| if i == j { 2.0 + x } else { x });
+        let inverse = mix.partial_piv_lu().inverse();
+        add("nearly nilpotent", &mix * strict * inverse);
+    }
+    cases
+}
+
+/// Worst ratios of a family.
+struct Worst {
+    family: &'static str,
+    cases: usize,
+    /// Error of [`expm`], of [`Taylor`] and of [`Pade13`] in units of κ·2^-53.
+    units: [f64; 3],
+    /// Error of [`expm`] and of [`Taylor`] over what is asked of them.
+    of_allowed: [f64; 2],
+}
+
+/// The error must stay below ten units of what the condition makes of rounding, or below twice that of
+/// Al-Mohy & Higham's method.
+#[test]
+fn errors_are_those_that_the_condition_explains() {
+    let (known, generated) = (known(), generated());
+    assert_eq!(generated.len(), 200);
+    let mut table: Vec<Worst> = Vec::new();
+    for Case { family, matrix } in known.iter().chain(&generated) {
+        let exact = reference(&exactly(matrix.as_ref()));
+        let condition = expm_condition(matrix.as_ref()).expect("square and finite");
+        let found = [
+            expm(matrix.as_ref()).expect("square and finite"),
+            Taylor.exponential(matrix.as_ref()),
+            Pade13.exponential(matrix.as_ref()),
+        ];
+        let errors = found.each_ref().map(|found| error(found, &exact));
+        let rounding = UNIT * condition.max(1.0);
+        let units = errors.map(|error| error / rounding);
+        let allowed = (10.0 * rounding).max(2.0 * errors[2]);
+        let of_allowed = [errors[0] / allowed, errors[1] / allowed];
+        match table.iter_mut().find(|worst| worst.family == *family) {
+            Some(worst) => {
+                worst.cases += 1;
+                worst.units = std::array::from_fn(|i| worst.units[i].max(units[i]));
+                worst.of_allowed = std::array::from_fn(|i| worst.of_allowed[i].max(of_allowed[i]));
+            }
+            None => table.push(Worst {
+                family,
+                cases: 1,
+                units,
+                of_allowed,
+            }),
+        }
+    }
+    let mut text = String::from(
+        "\nWorst errors, in units of κ·2^-53, and over the allowed max(10 units, 2 × Padé 13)\n\n\
+         family               cases      expm    Taylor   Padé 13   expm/allowed   Taylor/allowed\n",
+    );
+    for worst in &table {
+        let ([a, b, c], [d, e]) = (worst.units, worst.of_allowed);
+        let (family, cases) = (worst.family, worst.cases);
+        writeln!(
+            text,
+            "{family:20} {cases:>5} {a:>9.2e} {b:>9.2e} {c:>9.2e} {d:>14.2} {e:>16.2}"
+        )
+        .expect("strings take text");
+    }
+    println!("{text}");
+    for worst in &table {
+        assert!(worst.of_allowed[0] <= 1.0, "expm, {}", worst.family);
+        assert!(worst.of_allowed[1] <= 1.0, "Taylor, {}", worst.family);
+    }
+}
+
+#[test]
+fn only_square_and_finite_matrices_are_taken() {
+    let tall = Mat::<f64>::zeros(3, 2);
+    let error = ExpmError::NotSquare {
+        rows: 3,
+        columns: 2,
+    };
+    assert_eq!(expm(tall.as_ref()).err(), Some(error));
+    assert_eq!(expm_condition(tall.as_ref()).err(), Some(error));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut a = Mat::<f64>::zeros(3, 3);
+        a[(2, 1)] = bad;
+        let error = ExpmError::NotFinite { row: 2, column: 1 };
+        assert_eq!(expm(a.as_ref()).err(), Some(error));
+        assert_eq!(expm_condition(a.as_ref()).err(), Some(error));
+    }
+}
+
+#[test]
+fn trivial_matrices_are_exact() {
+    let none = expm(Mat::<f64>::zeros(0, 0).as_ref()).expect("square");
+    assert_eq!(none.shape(), (0, 0));
+    for n in 1..=6 {
+        let one = expm(Mat::<f64>::zeros(n, n).as_ref()).expect("square");
+        assert_eq!(one, Mat::<f64>::identity(n, n));
+    }
+    let tiny = Mat::from_fn(3, 3, |i, j| 1e-300 * (1 + i + 3 * j) as f64);
+    let result = expm(tiny.as_ref()).expect("square");
+    assert_eq!(result[(0, 1)], tiny[(0, 1)]);
+    assert_eq!(result[(1, 1)], 1.0);
+}
+
+/// Every norm that a double can hold: decay ends at 0, growth at ∞, a turn keeps its size.
+#[test]
+fn nothing_is_ever_nan() {
+    for exponent in [1, 3, 10, 16, 20, 100, 150, 200, 300, 307] {
+        let size = 10f64.powi(exponent);
+        for n in [1, 2, 3, 5, 7] {
+            let decay = Mat::from_fn(n, n, |i, j| match (i == j, i + 1 == j) {
+                (true, _) => -size * (1.0 + i as f64 / 8.0),
+                (_, true) => size / 8.0,
+                _ => 0.0,
+            });
+            let result = expm(decay.as_ref()).expect("finite");
+            assert!(is_finite(&result), "decay {size:e}");
+            assert!(size < 1e3 || result.norm_max() == 0.0);
+
+            let turn = Mat::from_fn(n, n, |i, j| size * (j as f64 - i as f64) / n as f64);
+            let result = expm(turn.as_ref()).expect("finite");
+            assert!(is_finite(&result), "turn {size:e}, order {n}");
+            assert!(result.norm_max() < 2.0, "turn {size:e}, order {n}");
+
+            let growth = Mat::from_fn(n, n, |i, j| if i == j { size } else { -size / 9.0 });
+            for a in [
+                &growth,
+                &(&growth - 2.0 * &turn),
+                &((&turn * faer::Scale(1.0 / size)) * &decay),
+            ] {
+                let result = expm(a.as_ref()).expect("finite");
+                let nan = result.col_iter().any(|c| c.iter().any(|x| x.is_nan()));
+                assert!(!nan, "growth {size:e}, order {n}");
+            }
+        }
+        // A power of four is balanced to a turn, which keeps its size.
+        let stiffness = 4f64.powi((size.log2() / 2.0) as i32);
+        let oscillator = Mat::from_fn(2, 2, |i, j| [[0.0, 1.0], [-stiffness, 0.0]][i][j]);
+        let result = expm(oscillator.as_ref()).expect("finite");
+        assert!(result[(0, 0)].abs() < 1.5 && result[(0, 1)].abs() < 1.5 / stiffness.sqrt());
+    }
+}
+
+/// What decays at once leaves the digits of what moves slowly.
+#[test]
+fn slow_motion_beside_fast_decay_keeps_its_digits() {
+    for fast in [1e3, 1e12, 1e100, 1e300] {
+        let a = Mat::from_fn(
+            3,
+            3,
+            |i, j| if i == j { [-fast, -1.0, 0.25][i] } else { 0.0 },
+        );
+        let result = expm(a.as_ref()).expect("finite");
+        assert_eq!(result[(0, 0)], 0.0);
+        for (i, rate) in [(1, -1.0f64), (2, 0.25)] {
+            let error = (result[(i, i)] / rate.exp() - 1.0).abs();
+            assert!(error < 8.0 * f64::EPSILON, "{fast:e}: {error:e}");
+        }
+    }
+}
+
+/// ‖A‖‖L(A, E)‖ / (‖E‖‖e^A‖), from a difference of two exponentials in 320 bits.
+fn condition_along(a: &Mat<f64>, e: &Mat<f64>) -> f64 {
+    const STEP: i64 = -120;
+    let (a, e) = (exactly(a.as_ref()), exactly(e.as_ref()));
+    let n = a.len();
+    let moved = |i: usize, j: usize| a[i][j] + e[i][j].scale(STEP);
+    let moved: Square = (0..n)
+        .map(|i| (0..n).map(|j| moved(i, j)).collect())
+        .collect();
+    let at = reference(&a);
+    let change = norm(&difference(&reference(&moved), &at)).scale(-STEP);
+    (norm(&a) * change / (norm(&e) * norm(&at))).to_f64()
+}
+
+#[test]
+fn the_condition_of_small_matrices_is_exact() {
+    for rows in [
+        [[0.0, 1.0], [-4.0, -0.1]],
+        [[1.0, 1e3], [0.0, -1.0]],
+        [[-30.0, 1.0], [0.5, -2.0]],
+        [[700.0, 1.0], [1.0, 705.0]],
+        [[-800.0, 1.0], [1.0, -805.0]],
+    ] {
+        let a = Mat::from_fn(2, 2, |i, j| rows[i][j]);
+        // One signed unit vector in each column; a common sign makes no difference.
+        let mut largest = 0f64;
+        for choice in 0..8 {
+            let (first, second) = (choice & 1, choice >> 1 & 1);
+            let sign = if choice >> 2 == 1 { -1.0 } else { 1.0 };
+            let mut e = Mat::<f64>::zeros(2, 2);
+            e[(first, 0)] = 1.0;
+            e[(second, 1)] = sign;
+            largest = largest.max(condition_along(&a, &e));
+        }
+        let found = expm_condition(a.as_ref()).expect("finite");
+        assert!(
+            (found / largest - 1.0).abs() < 1e-9,
+            "{rows:?}: {found} {largest}"
+        );
+    }
+    let number = Mat::from_fn(1, 1, |_, _| -3.5);
+    assert_eq!(expm_condition(number.as_ref()), Ok(3.5));
+}
+
+/// For larger ones it is a lower bound that no direction tried exceeds by much.
+#[test]
+fn the_condition_of_larger_matrices_is_nearly_reached() {
+    let mut from = Sequence(11);
+    for (n, ratio) in [(5, 1.0), (6, 3.0), (8, 0.5)] {
+        let a = from.matrix(n, |i, j, x| 2.0 * f64::powi(ratio, i as i32 - j as i32) * x);
+        let found = expm_condition(a.as_ref()).expect("finite");
+        let mut largest = condition_along(&a, &Mat::identity(n, n));
+        for row in 0..n {
+            for column in 0..n {
+                let unit = |i, j| f64::from(u8::from((i, j) == (row, column)));
+                largest = largest.max(condition_along(&a, &Mat::from_fn(n, n, unit)));
+            }
+        }
+        assert!(found >= 0.5 * largest, "order {n}: {found} {largest}");
+        assert!(found <= n as f64 * largest, "order {n}: {found} {largest}");
+    }
+}

@@ -414,11 +414,11 @@ proptest! {
         // Elsewhere X is the only solution.
         prop_assume!(system.names().iter().all(|name| receptance(&system, name, omega).is_ok()));
         let motion = alone(&system, &loads);
-        for i in 0..n {
-            let x = motion.displacement()[i];
-            let off = (x - f64::from(planted[i])).norm();
-            prop_assert!(off <= motion.bound()[i] && x.im == 0.0, "{} for {}", x, planted[i]);
-            prop_assert!(motion.bound()[i] <= 1e-13, "{:e}", motion.bound()[i]);
+        let found = motion.displacement().iter().zip(motion.bound());
+        for ((x, bound), planted) in found.zip(planted) {
+            let off = (x - f64::from(planted)).norm();
+            prop_assert!(off <= *bound && x.im == 0.0, "{} for {}", x, planted);
+            prop_assert!(*bound <= 1e-13, "{:e}", bound);
         }
     }
 }

@@ -68,11 +68,8 @@ pub(crate) fn certify(
         return None;
     }
     let shapes = elastic().map(|mode| mode.shape().iter().map(|x| x.re).collect());
-    Some(elastic_modes(&squares(
-        system,
-        structure,
-        shapes.collect(),
-    )?))
+    let found = squares(system, structure, shapes.collect(), 1e-24)?;
+    Some(elastic_modes(&found))
 }
 
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
@@ -101,11 +98,12 @@ impl Squares {
 
 /// The same for (K, M) of any system with M and K symmetric and no massless nodes, given its
 /// elastic shapes approximately: as many as there are coordinates, less the parts that no spring
-/// ties to the ground.
+/// ties to the ground. Their bound is brought to `goal` if double-double reaches it.
 pub(crate) fn squares(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    goal: f64,
 ) -> Option<Squares> {
     let rigid = structure.spring_floating();
     let n = system.len();
@@ -132,7 +130,7 @@ pub(crate) fn squares(
         columns,
         elastic,
     };
-    let forms = basis.refine()?;
+    let forms = basis.refine(goal)?;
     let mut order: Vec<usize> = (0..elastic).collect();
     let value = |i: usize| forms.squares[i];
     order.sort_by(|a, b| {
@@ -174,13 +172,12 @@ enum Step {
 }
 
 impl Basis<'_> {
-    /// Refines the basis as far as double-double reaches, and returns its forms.
-    fn refine(&mut self) -> Option<Forms> {
+    /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
+    fn refine(&mut self, goal: f64) -> Option<Forms> {
         const STEPS: usize = 12;
-        const GOAL: f64 = 1e-24;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
-            if forms.spread <= GOAL {
+            if forms.spread <= goal {
                 break;
             }
             let before = self.columns.clone();

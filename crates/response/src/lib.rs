@@ -27,7 +27,7 @@ pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
 pub use element_force::ElementForces;
 pub use energy::Energy;
-pub use exponential::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};
+pub use exponential::{ExpmError, Exponential, Pade13, SecondOrder, Taylor, expm, expm_condition};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
 pub use method::ResponseMethod;

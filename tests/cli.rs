@@ -237,7 +237,7 @@ fn responses_have_the_shape_that_was_agreed_on() {
             "velocity_bound",
         ];
         assert_keys(&text, &json, &keys);
-        assert_eq!(json["bounds"], "estimated");
+        assert_eq!(json["bounds"], "proven");
         let scene = case.scene();
         let problem = scene.problem().expect("a time").expect("a problem");
         let count = problem.grid().last() as usize + 1;
@@ -374,6 +374,8 @@ fn a_directory_gets_every_file_whole() {
     names.sort();
     let wanted = [
         "displacement.svg",
+        "energy.csv",
+        "forces.csv",
         "modes.csv",
         "modes.json",
         "modes.md",
@@ -393,6 +395,20 @@ fn a_directory_gets_every_file_whole() {
     );
     assert_eq!(read("modes.csv").lines().count(), 1 + 1);
     assert_eq!(read("response.csv").lines().count(), 201 + 1);
+    for (name, columns) in [
+        (
+            "energy.csv",
+            "kinetic [J],potential [J],dissipated [J],work [J]",
+        ),
+        ("forces.csv", "spring ground–m1 [N]"),
+    ] {
+        let table = read(name);
+        assert_eq!(table.lines().count(), 201 + 1, "{name}");
+        let mut rows = table.lines().map(|row| row.matches(',').count());
+        let cells = rows.next().expect("a header");
+        assert!(rows.all(|row| row == cells), "{name}");
+        assert!(table.contains(columns), "{table}");
+    }
     assert!(
         read("modes.md")
             .lines()

@@ -33,7 +33,9 @@
 //! - [`modes`]: from elements to a [`System`](modes::System), what is proved of it, its
 //!   [`Modes`](modes::Modes), and every solver as a value.
 //! - [`response`]: loads, initial [`State`](response::State)s and the exact
-//!   [`Trajectory`](response::Trajectory), by every method as a value.
+//!   [`Trajectory`](response::Trajectory), by every method as a value; its
+//!   [`Energy`](response::Energy) and [`ElementForces`](response::ElementForces); the
+//!   [`SteadyState`](response::SteadyState) under harmonic loads, and receptances.
 //! - [`check`]: closed forms and numerical integrators to compare with, and tables of error against
 //!   run time.
 //! - [`scene`]: the scene file.

@@ -275,6 +275,10 @@ impl Real for DoubleDouble {
 
     /// An underflow costs each of the seven products of an error term half of 2^-1074, and rounding
     /// their sum to 53 bits as much again.
+    fn sqrt(self) -> DoubleDouble {
+        DoubleDouble::sqrt(self)
+    }
+
     fn floor() -> Magnitude {
         Magnitude::power_of_two(-1060)
     }

@@ -90,6 +90,16 @@ impl Magnitude {
         self.mantissa < f64::INFINITY
     }
 
+    /// √self, rounded up, within a relative 2^-50.
+    pub fn sqrt(self) -> Magnitude {
+        let root = self.mantissa.sqrt() * ABOVE;
+        if self.exponent % 2 == 0 {
+            Magnitude::new(root, self.exponent / 2)
+        } else {
+            Magnitude::new(root * END, self.exponent.div_euclid(2))
+        }
+    }
+
     /// A little more: at least this over 1 − 2^-50.
     #[inline]
     pub(crate) fn above(self) -> Magnitude {
@@ -289,6 +299,9 @@ mod tests {
                 let difference = if x > y { &x - &y } else { &x - &x };
                 prop_assert!(a.minus(b).exact() <= difference);
                 prop_assert!(a.minus(b).exact() >= &difference - &slack * &x);
+                let root = a.sqrt().exact();
+                prop_assert!(&root * &root >= x);
+                prop_assert!(&root * &root <= &x * (&one + &slack + &slack));
                 let square = &x * &x + &y * &y;
                 let hypot = a.hypot(b).exact();
                 prop_assert!(&hypot * &hypot <= &square * (&one + &slack));

@@ -52,8 +52,16 @@ pub trait Real:
     /// A number between |x|(1 − 2^-52) and |x|(1 + 2^-52); infinite where x is not finite.
     fn magnitude(self) -> Magnitude;
 
+    /// An upper bound of |x|, within a relative 2^-49.
+    fn upper(self) -> Magnitude {
+        self.magnitude().above()
+    }
+
     /// x·2^power, within `floor()`.
     fn scale(self, power: i64) -> Self;
+
+    /// √x, within 4 times the error of a quotient; not finite for x < 0.
+    fn sqrt(self) -> Self;
 
     /// x·factor, within the bound of a product.
     fn mul_f64(self, factor: f64) -> Self {
@@ -90,6 +98,10 @@ impl Real for f64 {
 
     fn magnitude(self) -> Magnitude {
         Magnitude::from(self)
+    }
+
+    fn sqrt(self) -> f64 {
+        f64::sqrt(self)
     }
 
     fn scale(self, power: i64) -> f64 {

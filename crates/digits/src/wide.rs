@@ -420,6 +420,10 @@ impl<const L: usize> Real for Wide<L> {
 
     const UNIT_LOG2: i32 = 1 - 64 * L as i32;
 
+    fn sqrt(self) -> Wide<L> {
+        Wide::sqrt(self)
+    }
+
     fn floor() -> Magnitude {
         Magnitude::ZERO
     }

@@ -3,10 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use eigentone::report::{Analysis, Answer, ModeReport, ResponseReport};
-use eigentone::response::{
-    Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError, Summary, Trajectory,
+use eigentone::report::{
+    Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, ResponseReport,
 };
+use eigentone::response::{
+    ElementForces, Energy, Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError,
+    Summary, Trajectory,
+};
+use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
@@ -36,6 +40,7 @@ impl Analyze {
             None => None,
             Some(problem) => Some(
                 problem
+                    .map(|problem| problem.to(self.question.precision()))
                     .and_then(|problem| solve(&problem, &modes))
                     .map_err(Failure::response(file))?,
             ),
@@ -55,7 +60,7 @@ impl Analyze {
             response,
         };
         if let Some(directory) = &self.out {
-            write(&analysis, directory)?;
+            write(&analysis, &scene, directory)?;
         }
         drop(progress);
         print(|out| out.write_all(analysis.text().as_bytes()))
@@ -81,8 +86,9 @@ fn solve(problem: &Problem<'_>, modes: &eigentone::modes::Modes) -> Result<Solve
     })
 }
 
-fn write(analysis: &Analysis<'_>, directory: &Path) -> Result<(), Failure> {
+fn write(analysis: &Analysis<'_>, scene: &Scene, directory: &Path) -> Result<(), Failure> {
     let mut files = Files::into(directory)?;
+    let system = scene.system();
     let modes = ModeReport::new(analysis.modes, analysis.names);
     files.write("modes.json", |out| modes.json(out))?;
     files.write("modes.csv", |out| modes.csv(out))?;
@@ -92,6 +98,18 @@ fn write(analysis: &Analysis<'_>, directory: &Path) -> Result<(), Failure> {
             .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
+        let trajectory = answer.trajectory;
+        if let Ok(forces) = ElementForces::along(system, trajectory) {
+            let report = ElementForceReport::new(&forces, system, trajectory);
+            files.write("forces.csv", |out| report.csv(out))?;
+        }
+        // Without symmetric matrices there is no energy to speak of.
+        if let Some(Ok(problem)) = scene.problem()
+            && let Ok(energy) = Energy::along(&problem, trajectory)
+        {
+            let report = EnergyReport::new(&energy, trajectory);
+            files.write("energy.csv", |out| report.csv(out))?;
+        }
     }
     let plots = [
         ("displacement.svg", analysis.displacement_plot()),

@@ -49,7 +49,7 @@ impl Cli {
 struct Question {
     /// The scene file
     scene: PathBuf,
-    /// Proven bounds of the modes, with more digits where they demand it, or plain doubles
+    /// Proven bounds, with more digits where they demand it, or plain doubles
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]

@@ -34,6 +34,7 @@ impl Response {
             }
             let _progress = Progress::of("response");
             problem
+                .map(|problem| problem.to(self.question.precision()))
                 .and_then(|problem| {
                     let trajectory = ResponsePlan::of(&problem)?.run(&problem)?;
                     Ok((trajectory, SteadyState::of(&problem).ok()))

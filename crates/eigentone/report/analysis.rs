@@ -122,7 +122,14 @@ impl Analysis<'_> {
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;
-            text.push_str("\nresponse estimated to first order");
+            let _ = match trajectory.bounds() {
+                Bounds::Proven => write!(
+                    text,
+                    "\nresponse proven, with {} digits",
+                    trajectory.digits()
+                ),
+                Bounds::Estimated => write!(text, "\nresponse estimated to first order"),
+            };
             let mut separator = ": ";
             for (quantity, unit, bounds) in [
                 ("displacements", "m", trajectory.displacement_bound()),

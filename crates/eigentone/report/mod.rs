@@ -6,6 +6,8 @@
 mod analysis;
 mod check;
 mod csv;
+mod element_force;
+mod energy;
 mod modes;
 mod number;
 mod plot;
@@ -13,11 +15,20 @@ mod response;
 mod steady_state;
 mod table;
 
+use eigentone_modes::Bounds;
+
 pub use analysis::{Analysis, Answer};
 pub use check::CheckReport;
+pub use element_force::ElementForceReport;
+pub use energy::EnergyReport;
 pub use modes::ModeReport;
 pub use plot::{Axis, Line, Plot, Scale};
 pub use response::ResponseReport;
 
-/// The bounds of a response so far, and of modes without a proof.
-const ESTIMATED: &str = "estimated";
+/// What bounds are worth, as JSON says it.
+fn worth(bounds: Bounds) -> &'static str {
+    match bounds {
+        Bounds::Proven => "proven",
+        Bounds::Estimated => "estimated",
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{Bounds, Mode, Modes, Motion};
+use eigentone_modes::{Mode, Modes, Motion};
 use serde::{Serialize, Serializer};
 
 use super::csv;
@@ -223,10 +223,7 @@ impl Json {
     fn of(modes: &Modes) -> Json {
         let roots = modes.eigenvalues().iter();
         Json {
-            bounds: match modes.bounds() {
-                Bounds::Proven => "proven",
-                Bounds::Estimated => super::ESTIMATED,
-            },
+            bounds: super::worth(modes.bounds()),
             eigenvalues: roots
                 .map(|root| EigenvalueJson {
                     re: root.value.re,

@@ -88,7 +88,7 @@ impl<'a> ResponseReport<'a> {
     pub fn json(&self, mut out: impl Write) -> io::Result<()> {
         let trajectory = self.trajectory;
         let json = Json {
-            bounds: super::ESTIMATED,
+            bounds: super::worth(trajectory.bounds()),
             step: trajectory.steps(),
             time: trajectory.times(),
             displacement: Rows(self.names, trajectory.displacement()),

@@ -246,6 +246,34 @@ impl Massless {
         &self.massive
     }
 
+    /// How many coordinates relax.
+    pub(crate) fn relaxing(&self) -> usize {
+        self.relaxing
+    }
+
+    /// How many coordinates follow at once.
+    pub(crate) fn following(&self) -> usize {
+        self.nodes.len() - self.relaxing
+    }
+
+    /// Where T is 1: the node, and the column.
+    pub(crate) fn change(&self) -> impl Iterator<Item = (usize, usize)> {
+        let entries = (0..self.nodes.len())
+            .flat_map(|row| (0..self.nodes.len()).map(move |column| (row, column)));
+        entries
+            .filter(|at| self.change[*at] != 0.0)
+            .map(|(row, column)| (self.nodes[row], column))
+    }
+
+    /// Where S is not 0: the row, the node, and the entry.
+    pub(crate) fn state_entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+        let entries = (0..self.relaxing)
+            .flat_map(|row| (0..self.nodes.len()).map(move |column| (row, column)));
+        entries
+            .map(|(row, column)| (row, self.nodes[column], self.states[(row, column)]))
+            .filter(|(.., entry)| *entry != 0.0)
+    }
+
     /// The nodes whose displacements, less that of the group they float with, relax.
     pub(crate) fn relaxing_nodes(&self) -> Vec<usize> {
         let row =

@@ -196,8 +196,9 @@ struct Account<'a, 'b, T> {
     driven: DrivenForm<T>,
     dissipation: Square<T>,
     power: Square<T>,
-    /// By the bits of their length.
-    intervals: HashMap<(u64, u64), Interval<T>>,
+    /// By the bits of their length, rounded: lengths that differ only in their last digits are the
+    /// same but for rounding.
+    intervals: HashMap<u64, Interval<T>>,
     dissipated: T,
     work: T,
 }
@@ -282,7 +283,7 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
             return;
         }
         let h = end.elapsed(now, self.problem.grid());
-        let key = (h.high().to_bits(), h.low().to_bits());
+        let key = h.high().to_bits();
         if self.intervals.len() >= KEPT && !self.intervals.contains_key(&key) {
             self.intervals.clear();
         }

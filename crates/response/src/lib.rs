@@ -1,7 +1,10 @@
-//! The exact response of a linear vibrating system at chosen instants.
+//! The exact response of a linear vibrating system at chosen instants, the steady state under harmonic
+//! loads, and the energies and element forces along a motion.
 
 mod by_exponential;
 mod by_superposition;
+mod certified;
+mod collector;
 mod element_force;
 mod energy;
 mod equilibrium;
@@ -25,6 +28,7 @@ mod trajectory;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub use certified::ByCertifiedExponential;
 pub use element_force::ElementForces;
 pub use energy::Energy;
 pub use exponential::{ExpmError, Exponential, Pade13, SecondOrder, Taylor, expm, expm_condition};

@@ -4,14 +4,12 @@ use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::{Mat, MatRef};
 
+use crate::collector::Collector;
 use crate::estimate::Estimate;
 use crate::hold::Laws;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Instant, Piece};
 use crate::trajectory::Trajectory;
-
-/// The most memory that a trajectory may take, in bytes.
-const BUDGET: f64 = 2e9;
 
 /// z′ = A z + B f in the method's own coordinates, able to step over any interval.
 pub(crate) trait Flow {
@@ -191,13 +189,18 @@ pub(crate) fn march(
 ) -> Result<Trajectory, ResponseError> {
     let grid = problem.grid();
     let inputs = Inputs::of(problem);
-    let mut recorder = Recorder::new(method, problem, outputs)?;
+    let n = problem.system().len();
+    let mut recorder = Recorder {
+        outputs,
+        collector: Collector::new(problem)?,
+        forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+    };
     let mut signals = inputs.empty_signals();
     let pieces = problem.timeline().pieces();
     let mut piece = 0;
     let mut now = Instant::on_grid(grid, 0);
     strike(&pieces[0], problem, outputs, b, &mut z)?;
-    while let Some(target) = recorder.next() {
+    while let Some(target) = recorder.collector.next() {
         let target = Instant::on_grid(grid, target);
         // Go to the target, stopping where a piece begins.
         loop {
@@ -221,13 +224,13 @@ pub(crate) fn march(
         }
         recorder.record(&z, &target, &inputs, &pieces[piece], &mut estimate)?;
     }
-    Ok(recorder.finish())
+    Ok(recorder.collector.finish(method))
 }
 
 /// The next instant on the way to `end`: the end itself, or one grid step where several of them are
 /// cheaper than preparing one long step.
 fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) -> Instant {
-    match (now.index, end.index) {
+    match (now.index(), end.index()) {
         (Some(from), Some(to)) if to - from > 1 && to - from <= preparation => {
             Instant::on_grid(problem.grid(), from + 1)
         }
@@ -263,79 +266,14 @@ fn strike(
     Ok(())
 }
 
-/// Keeps the instants asked for, in the order in which time meets them, and hands them back in the
-/// order in which they were asked for.
+/// Turns states into what was asked for.
 struct Recorder<'a, 'b> {
-    method: &'static str,
-    problem: &'a Problem<'b>,
     outputs: &'a Outputs,
-    /// Distinct indices in ascending order, or `None` for the whole grid.
-    wanted: Option<Vec<u64>>,
-    count: usize,
-    taken: usize,
-    values: [Mat<f64>; 3],
-    bounds: [Vec<Option<f64>>; 2],
+    collector: Collector<'a, 'b>,
     forces: [Vec<f64>; 3],
 }
 
-impl<'a, 'b> Recorder<'a, 'b> {
-    fn new(
-        method: &'static str,
-        problem: &'a Problem<'b>,
-        outputs: &'a Outputs,
-    ) -> Result<Recorder<'a, 'b>, ResponseError> {
-        let n = problem.system().len();
-        let wanted = problem.instants().map(|instants| {
-            let mut wanted = instants.to_vec();
-            wanted.sort_unstable();
-            wanted.dedup();
-            wanted
-        });
-        let instants = match &wanted {
-            Some(wanted) => wanted.len() as u64,
-            None => problem.grid().last() + 1,
-        };
-        let kinds = 2 + usize::from(problem.wants_acceleration());
-        let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
-        if bytes > BUDGET {
-            let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
-            return Err(ResponseError::TooLarge {
-                instants,
-                coordinates: n,
-                gigabytes,
-                limit,
-            });
-        }
-        let count = instants as usize;
-        let columns = |wanted: bool| Mat::zeros(n, if wanted { count } else { 0 });
-        Ok(Recorder {
-            method,
-            problem,
-            outputs,
-            wanted,
-            count,
-            taken: 0,
-            values: [
-                columns(true),
-                columns(true),
-                columns(problem.wants_acceleration()),
-            ],
-            bounds: [Vec::with_capacity(count), Vec::with_capacity(count)],
-            forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
-        })
-    }
-
-    /// The index of the next instant to be recorded.
-    fn next(&self) -> Option<u64> {
-        if self.taken == self.count {
-            return None;
-        }
-        Some(match &self.wanted {
-            Some(wanted) => wanted[self.taken],
-            None => self.taken as u64,
-        })
-    }
-
+impl Recorder<'_, '_> {
     fn record(
         &mut self,
         z: &[f64],
@@ -344,9 +282,9 @@ impl<'a, 'b> Recorder<'a, 'b> {
         piece: &Piece,
         estimate: &mut Estimate,
     ) -> Result<(), ResponseError> {
-        let n = self.problem.system().len();
-        let column = self.taken;
-        for (value, map) in self.values.iter_mut().zip(&self.outputs.maps) {
+        let n = self.forces[0].len();
+        let column = self.collector.column();
+        for (value, map) in self.collector.values.iter_mut().zip(&self.outputs.maps) {
             if value.ncols() == 0 {
                 continue;
             }
@@ -356,7 +294,7 @@ impl<'a, 'b> Recorder<'a, 'b> {
                 }
             }
         }
-        let [x, v, a] = &mut self.values;
+        let [x, v, a] = &mut self.collector.values;
         if self.outputs.feed.is_some() || a.ncols() > 0 {
             inputs.forces(now, piece, &mut self.forces);
             let [f, rate, curvature] = &self.forces;
@@ -391,52 +329,11 @@ impl<'a, 'b> Recorder<'a, 'b> {
         };
         let (displacement, velocity) = (largest(x), largest(v));
         if !displacement.is_finite() || !velocity.is_finite() {
-            let index = now.index.expect("only grid instants are recorded");
+            let index = now.index().expect("only grid instants are recorded");
             return Err(ResponseError::Overflow { index });
         }
         let (displacement, velocity) = estimate.bounds(displacement, velocity);
-        self.bounds[0].push(displacement);
-        self.bounds[1].push(velocity);
-        self.taken += 1;
+        self.collector.close(displacement, velocity);
         Ok(())
-    }
-
-    fn finish(self) -> Trajectory {
-        let grid = self.problem.grid();
-        let [x, v, a] = self.values;
-        let [x_bound, v_bound] = self.bounds;
-        let with_acceleration = self.problem.wants_acceleration();
-        let build = |steps: Vec<u64>, pick: Option<&[usize]>| {
-            let times = steps.iter().map(|step| grid.time(*step)).collect();
-            let columns = |m: &Mat<f64>| match pick {
-                Some(pick) => Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]),
-                None => m.clone(),
-            };
-            let bounds = |b: &[Option<f64>]| match pick {
-                Some(pick) => pick.iter().map(|j| b[*j]).collect(),
-                None => b.to_vec(),
-            };
-            let trajectory = Trajectory::new(self.method, steps, times, columns(&x), columns(&v))
-                .with_bounds(bounds(&x_bound), bounds(&v_bound));
-            if with_acceleration {
-                trajectory.with_acceleration(columns(&a))
-            } else {
-                trajectory
-            }
-        };
-        match (&self.wanted, self.problem.instants()) {
-            (Some(wanted), Some(asked)) => {
-                let pick: Vec<usize> = asked
-                    .iter()
-                    .map(|step| {
-                        wanted
-                            .binary_search(step)
-                            .expect("wanted holds what was asked")
-                    })
-                    .collect();
-                build(asked.to_vec(), Some(&pick))
-            }
-            _ => build((0..=grid.last()).collect(), None),
-        }
     }
 }

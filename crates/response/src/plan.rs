@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use eigentone_modes::FirstOrder;
+use eigentone_modes::{FirstOrder, Precision};
 
 use crate::by_exponential::ByExponential;
 use crate::by_superposition::BySuperposition;
+use crate::certified::{self, ByCertifiedExponential};
 use crate::estimate::Estimate;
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
@@ -21,19 +22,42 @@ pub struct ResponsePlan {
     pub left_out: Vec<(&'static str, String)>,
 }
 
-/// Every exact method, in the order in which the plan prefers them where both apply well.
+/// Every exact method, in the order in which the plan prefers them where they apply well: the
+/// certified one, then those in doubles.
 pub fn methods() -> &'static [&'static dyn ResponseMethod] {
-    &[&BySuperposition, &ByExponential]
+    &[&ByCertifiedExponential, &BySuperposition, &ByExponential]
 }
 
 impl ResponsePlan {
-    /// Picks a method for the problem: superposition where the damping is proved to be classical,
+    /// Picks a method for the problem. Where bounds are to be proven, the certified exponential, for
+    /// up to 64 coordinates; else superposition where the damping is proved to be classical,
     /// or where the system is so stiff that rounding its state matrix would cost digits; else the
-    /// exponential.
+    /// exponential in doubles.
     ///
     /// # Errors
     /// [`ResponseError::NotApplicable`] where no exact method applies.
     pub fn of(problem: &Problem<'_>) -> Result<ResponsePlan, ResponseError> {
+        let mut left_out = Vec::new();
+        if let Precision::Certified { .. } = problem.precision() {
+            let refusal = if problem.system().len() > certified::LARGEST {
+                Some(format!("more than {} coordinates", certified::LARGEST))
+            } else {
+                ByCertifiedExponential.refuses(problem)
+            };
+            match refusal {
+                None => {
+                    let reason = "doubles would not prove their bounds".to_owned();
+                    left_out.push((BySuperposition.name(), reason.clone()));
+                    left_out.push((ByExponential.name(), reason));
+                    return Ok(ResponsePlan {
+                        method: &ByCertifiedExponential,
+                        reason: "proven bounds, with the digits that they ask for".to_owned(),
+                        left_out,
+                    });
+                }
+                Some(reason) => left_out.push((ByCertifiedExponential.name(), reason)),
+            }
+        }
         let structure = problem.system().structure();
         let classical = structure.is_undamped() || structure.is_classical();
         let reason = if classical {
@@ -43,7 +67,6 @@ impl ResponsePlan {
         } else {
             None
         };
-        let mut left_out = Vec::new();
         match (
             reason,
             reason.and_then(|_| BySuperposition.refuses(problem)),

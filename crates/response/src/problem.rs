@@ -1,6 +1,6 @@
 //! What is asked: a system, its state at t = 0, its loads, and the instants wanted.
 
-use eigentone_modes::{ModesError, System};
+use eigentone_modes::{ModesError, Precision, System};
 use thiserror::Error;
 
 use crate::grid::TimeGrid;
@@ -21,6 +21,7 @@ pub struct Problem<'a> {
     timeline: Timeline,
     instants: Option<Vec<u64>>,
     acceleration: bool,
+    precision: Precision,
 }
 
 /// A load and the index of the coordinate it acts on.
@@ -61,6 +62,7 @@ impl<'a> Problem<'a> {
             grid,
             instants: None,
             acceleration: false,
+            precision: Precision::default(),
         })
     }
 
@@ -75,6 +77,12 @@ impl<'a> Problem<'a> {
         }
         self.instants = Some(instants.to_vec());
         Ok(self)
+    }
+
+    /// The same problem, answered to this precision. The tolerance of a certified answer is relative
+    /// to the largest coordinate of each instant, for displacements and for velocities.
+    pub fn to(self, precision: Precision) -> Problem<'a> {
+        Problem { precision, ..self }
     }
 
     /// The same problem with accelerations in the answer.
@@ -118,6 +126,11 @@ impl<'a> Problem<'a> {
     /// The indices asked for, or `None` for all of the grid.
     pub fn instants(&self) -> Option<&[u64]> {
         self.instants.as_deref()
+    }
+
+    /// The precision asked for.
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     /// Whether accelerations are asked for.

@@ -1,6 +1,6 @@
 //! The fluent way to ask for a response.
 
-use eigentone_modes::System;
+use eigentone_modes::{Precision, System};
 
 use crate::grid::TimeGrid;
 use crate::load::Load;
@@ -36,6 +36,7 @@ pub struct Response<'a> {
     step: Option<f64>,
     end: Option<f64>,
     acceleration: bool,
+    precision: Precision,
 }
 
 impl<'a> Response<'a> {
@@ -48,6 +49,7 @@ impl<'a> Response<'a> {
             step: None,
             end: None,
             acceleration: false,
+            precision: Precision::default(),
         }
     }
 
@@ -78,6 +80,11 @@ impl<'a> Response<'a> {
         }
     }
 
+    /// Sets the precision, as [`Problem::to`] does.
+    pub fn to(self, precision: Precision) -> Response<'a> {
+        Response { precision, ..self }
+    }
+
     /// Asks for accelerations too.
     pub fn with_acceleration(self) -> Response<'a> {
         Response {
@@ -106,7 +113,7 @@ impl<'a> Response<'a> {
                 }
             });
         let loads = loads.collect::<Result<_, _>>()?;
-        let problem = Problem::new(self.system, &self.initial, loads, grid)?;
+        let problem = Problem::new(self.system, &self.initial, loads, grid)?.to(self.precision);
         Ok(if self.acceleration {
             problem.with_acceleration()
         } else {

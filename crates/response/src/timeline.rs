@@ -3,26 +3,47 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Magnitude, Real};
 
 use crate::grid::TimeGrid;
 use crate::load::{Harmonic, Hold, Load, LoadError, Samples};
 use crate::problem::AppliedLoad;
 
-/// An exact instant: about 32 digits, and the grid index where it is one of the grid's own.
+/// An exact instant: a fraction of the grid's step times a whole number, or any double.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     pub(crate) time: DoubleDouble,
-    pub(crate) index: Option<u64>,
+    fraction: Option<Fraction>,
+}
+
+/// numerator/denominator, in lowest terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fraction {
+    pub(crate) numerator: u64,
+    pub(crate) denominator: u64,
+}
+
+impl Fraction {
+    fn of(numerator: u64, denominator: u64) -> Fraction {
+        let common = greatest_common_divisor(numerator, denominator);
+        Fraction {
+            numerator: numerator / common,
+            denominator: denominator / common,
+        }
+    }
+
+    /// As a number.
+    pub(crate) fn value<T: Real>(self) -> T {
+        T::from(self.numerator as f64) / T::from(self.denominator as f64)
+    }
 }
 
 impl Instant {
     /// t_k = k·step, exactly.
     pub fn on_grid(grid: &TimeGrid, index: u64) -> Instant {
-        let time = DoubleDouble::product(index as f64, grid.step());
         Instant {
-            time,
-            index: Some(index),
+            time: DoubleDouble::product(index as f64, grid.step()),
+            fraction: Some(Fraction::of(index, 1)),
         }
     }
 
@@ -34,14 +55,18 @@ impl Instant {
         }
         Instant {
             time: DoubleDouble::from(at),
-            index: None,
+            fraction: None,
         }
     }
 
-    /// Earlier or later; two grid instants by their indices.
+    /// Earlier or later; two instants on the grid, or between its instants, by their fractions.
     pub fn order(&self, other: &Instant) -> Ordering {
-        match (self.index, other.index) {
-            (Some(a), Some(b)) => a.cmp(&b),
+        match (self.fraction, other.fraction) {
+            (Some(a), Some(b)) => {
+                let cross =
+                    |a: Fraction, b: Fraction| u128::from(a.numerator) * u128::from(b.denominator);
+                cross(a, b).cmp(&cross(b, a))
+            }
             _ => self
                 .time
                 .partial_cmp(&other.time)
@@ -56,12 +81,18 @@ impl Instant {
 
     /// Its index on the grid, if it is one of the grid's own.
     pub fn index(&self) -> Option<u64> {
-        self.index
+        let whole = self.fraction.filter(|fraction| fraction.denominator == 1);
+        whole.map(|fraction| fraction.numerator)
+    }
+
+    /// How many steps of the grid it is away from 0, unless it is an event by itself.
+    pub(crate) fn fraction(&self) -> Option<Fraction> {
+        self.fraction
     }
 
     /// The seconds from an earlier instant to this one; whole steps exactly.
     pub fn elapsed(&self, earlier: &Instant, grid: &TimeGrid) -> DoubleDouble {
-        match (earlier.index, self.index) {
+        match (earlier.index(), self.index()) {
             (Some(a), Some(b)) => DoubleDouble::product((b - a) as f64, grid.step()),
             _ => self.time - earlier.time,
         }
@@ -109,11 +140,21 @@ impl SampleGrid {
             }
             SampleGrid::Divided(p) if j / p >= grid.last() => None,
             SampleGrid::Divided(p) => {
-                let common = greatest_common_divisor(j, p);
-                let whole = DoubleDouble::product((j / common) as f64, grid.step());
-                let time = whole / DoubleDouble::from((p / common) as f64);
-                Some(Instant { time, index: None })
+                let fraction = Fraction::of(j, p);
+                let whole = DoubleDouble::product(fraction.numerator as f64, grid.step());
+                Some(Instant {
+                    time: whole / DoubleDouble::from(fraction.denominator as f64),
+                    fraction: Some(fraction),
+                })
             }
+        }
+    }
+
+    /// The samples' spacing in steps of the grid.
+    fn steps(self) -> Fraction {
+        match self {
+            SampleGrid::Multiple(p) => Fraction::of(p, 1),
+            SampleGrid::Divided(p) => Fraction::of(1, p),
         }
     }
 
@@ -147,10 +188,89 @@ pub struct Straight {
     pub slope: f64,
 }
 
+/// What a load that runs straight does from an instant on, without rounding.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Law {
+    /// Which load, from 0; its next law ends this one.
+    pub(crate) load: usize,
+    pub(crate) coordinate: usize,
+    pub(crate) since: Instant,
+    run: Run,
+}
+
+/// The force as a function of the time τ since the law set in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Run {
+    Constant(f64),
+    /// rate·(τ + lead).
+    Growing {
+        rate: f64,
+        lead: f64,
+    },
+    /// from + (to − from)·τ/(steps·step).
+    Towards {
+        from: f64,
+        to: f64,
+        steps: Fraction,
+        step: f64,
+    },
+}
+
+/// A value and a bound of its error.
+type Known<T> = (T, Magnitude);
+
+/// A law at an instant.
+pub(crate) struct StraightIn<T> {
+    pub(crate) value: Known<T>,
+    pub(crate) slope: Known<T>,
+}
+
+impl Law {
+    pub(crate) fn is_sloped(&self) -> bool {
+        !matches!(self.run, Run::Constant(_))
+    }
+
+    /// Force and slope when `time` s have passed since the law set in, known to `error` s.
+    pub(crate) fn at<T: Real>(&self, time: T, error: Magnitude) -> StraightIn<T> {
+        // Each operation errs by a unit of its result, of which no part exceeds the sum of sizes.
+        let units = T::unit() * Magnitude::from(8.0);
+        let grow = |start: T, slope: T, slope_error: Magnitude| {
+            let rise = slope * time;
+            let rounding = (start.upper() + rise.upper()) * units + T::floor();
+            let error =
+                rounding + (slope.upper() + slope_error) * error + slope_error * time.upper();
+            StraightIn {
+                value: (start + rise, error),
+                slope: (slope, slope_error),
+            }
+        };
+        match self.run {
+            Run::Constant(force) => StraightIn {
+                value: (T::from(force), Magnitude::ZERO),
+                slope: (T::ZERO, Magnitude::ZERO),
+            },
+            Run::Growing { rate, lead } => {
+                let start = T::from(rate) * T::from(lead);
+                grow(start, T::from(rate), Magnitude::ZERO)
+            }
+            Run::Towards {
+                from,
+                to,
+                steps,
+                step,
+            } => {
+                let slope = (T::from(to) - T::from(from)) / (steps.value::<T>() * T::from(step));
+                grow(T::from(from), slope, slope.upper() * units + T::floor())
+            }
+        }
+    }
+}
+
 /// A stretch of time in which no load changes its law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
     pub(crate) start: Instant,
+    changes: Vec<Law>,
     straight: Vec<Straight>,
     impulses: Vec<(usize, f64)>,
 }
@@ -164,6 +284,11 @@ impl Piece {
     /// Where it begins, exactly.
     pub fn start_instant(&self) -> Instant {
         self.start
+    }
+
+    /// The laws that set in at its start.
+    pub(crate) fn changes(&self) -> &[Law] {
+        &self.changes
     }
 
     /// The forces that are constant or grow steadily, one entry for each coordinate that has any.
@@ -184,10 +309,9 @@ pub struct Timeline {
     harmonics: Vec<(usize, Harmonic)>,
 }
 
-/// From an instant on, a load has this value and slope.
+/// From an instant on, a load has this value and slope, rounded, by this law.
 struct Change {
-    at: Instant,
-    load: usize,
+    law: Law,
     value: f64,
     slope: f64,
 }
@@ -226,21 +350,33 @@ impl Timeline {
         let mut impulses = Vec::new();
         let mut harmonics = Vec::new();
         for (index, applied) in loads.iter().enumerate() {
-            let mut change = |at, value, slope| {
-                changes.push(Change {
-                    at,
+            let mut change = |since, run, value, slope| {
+                let law = Law {
                     load: index,
-                    value,
-                    slope,
-                });
+                    coordinate: applied.coordinate,
+                    since,
+                    run,
+                };
+                changes.push(Change { law, value, slope });
+            };
+            // What starts before 0 is already on at 0.
+            let begin = |start: f64| {
+                if start <= 0.0 {
+                    (origin, -start)
+                } else {
+                    (Instant::event(grid, start), 0.0)
+                }
             };
             match &applied.load {
-                Load::Step(step) if step.start <= 0.0 => change(origin, step.force, 0.0),
-                Load::Step(step) => change(Instant::event(grid, step.start), step.force, 0.0),
-                Load::Ramp(ramp) if ramp.start <= 0.0 => {
-                    change(origin, ramp.rate * -ramp.start, ramp.rate);
+                Load::Step(step) => {
+                    let run = Run::Constant(step.force);
+                    change(begin(step.start).0, run, step.force, 0.0);
                 }
-                Load::Ramp(ramp) => change(Instant::event(grid, ramp.start), 0.0, ramp.rate),
+                Load::Ramp(ramp) => {
+                    let (since, lead) = begin(ramp.start);
+                    let rate = ramp.rate;
+                    change(since, Run::Growing { rate, lead }, rate * lead, rate);
+                }
                 Load::Impulse(impulse) => {
                     let at = Instant::event(grid, impulse.at);
                     impulses.push((at, applied.coordinate, impulse.magnitude));
@@ -249,12 +385,12 @@ impl Timeline {
                 Load::Samples(samples) => sample_changes(samples, grid, change),
             }
         }
-        changes.retain(|change| change.at.order(&end) != Ordering::Greater);
+        changes.retain(|change| change.law.since.order(&end) != Ordering::Greater);
         impulses.retain(|(at, ..)| at.order(&end) != Ordering::Greater);
-        changes.sort_by(|a, b| a.at.order(&b.at));
+        changes.sort_by(|a, b| a.law.since.order(&b.law.since));
 
         let mut starts: Vec<Instant> = vec![origin];
-        starts.extend(changes.iter().map(|change| change.at));
+        starts.extend(changes.iter().map(|change| change.law.since));
         starts.extend(impulses.iter().map(|(at, ..)| *at));
         starts.sort_by(Instant::order);
         starts.dedup_by(|a, b| a.order(b) == Ordering::Equal);
@@ -264,17 +400,20 @@ impl Timeline {
         let mut upcoming = changes.into_iter().peekable();
         let mut blows = impulses.into_iter().peekable();
         let pieces = starts.into_iter().map(|start| {
+            let mut changes = Vec::new();
             while let Some(change) =
-                upcoming.next_if(|change| change.at.order(&start) != Ordering::Greater)
+                upcoming.next_if(|change| change.law.since.order(&start) != Ordering::Greater)
             {
-                now.insert(change.load, change);
+                changes.push(change.law);
+                now.insert(change.law.load, change);
             }
             let here = std::iter::from_fn(|| {
                 blows.next_if(|(at, ..)| at.order(&start) != Ordering::Greater)
             });
             Piece {
                 start,
-                straight: straight_at(&start, &now, loads, grid),
+                changes,
+                straight: straight_at(&start, &now, grid),
                 impulses: here
                     .map(|(_, coordinate, magnitude)| (coordinate, magnitude))
                     .collect(),
@@ -288,34 +427,40 @@ impl Timeline {
 }
 
 /// The changes that the samples of one load make, up to the grid's end.
-fn sample_changes(samples: &Samples, grid: &TimeGrid, mut change: impl FnMut(Instant, f64, f64)) {
+fn sample_changes(
+    samples: &Samples,
+    grid: &TimeGrid,
+    mut change: impl FnMut(Instant, Run, f64, f64),
+) {
     let lie = SampleGrid::of(samples.step, grid.step()).expect("checked in Problem::new");
     let spacing = lie.spacing(grid);
     for (j, value) in samples.values.iter().enumerate() {
         let Some(at) = lie.instant(j as u64, grid) else {
             break;
         };
-        let slope = match (samples.hold, samples.values.get(j + 1)) {
-            (Hold::First, Some(next)) => {
-                ((DoubleDouble::from(*next) - DoubleDouble::from(*value)) / spacing).to_f64()
+        let (run, slope) = match (samples.hold, samples.values.get(j + 1)) {
+            (Hold::First, Some(next)) if next != value => {
+                let run = Run::Towards {
+                    from: *value,
+                    to: *next,
+                    steps: lie.steps(),
+                    step: grid.step(),
+                };
+                let rise = DoubleDouble::from(*next) - DoubleDouble::from(*value);
+                (run, (rise / spacing).to_f64())
             }
-            _ => 0.0,
+            _ => (Run::Constant(*value), 0.0),
         };
-        change(at, *value, slope);
+        change(at, run, *value, slope);
     }
 }
 
 /// The sum of all loads that run straight, by coordinate, at the start of a piece.
-fn straight_at(
-    start: &Instant,
-    now: &BTreeMap<usize, Change>,
-    loads: &[AppliedLoad],
-    grid: &TimeGrid,
-) -> Vec<Straight> {
+fn straight_at(start: &Instant, now: &BTreeMap<usize, Change>, grid: &TimeGrid) -> Vec<Straight> {
     let mut sums: Vec<Straight> = Vec::new();
     for change in now.values() {
-        let value = change.value + change.slope * start.since(&change.at, grid);
-        let coordinate = loads[change.load].coordinate;
+        let value = change.value + change.slope * start.since(&change.law.since, grid);
+        let coordinate = change.law.coordinate;
         match sums.iter_mut().find(|sum| sum.coordinate == coordinate) {
             Some(sum) => {
                 sum.value += value;

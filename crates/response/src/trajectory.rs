@@ -1,5 +1,6 @@
 //! The answer: displacement and velocity at the instants asked for.
 
+use eigentone_modes::Bounds;
 use faer::{Mat, MatRef};
 
 /// The motion at the instants asked for.
@@ -12,6 +13,8 @@ pub struct Trajectory {
     acceleration: Option<Mat<f64>>,
     displacement_bound: Vec<Option<f64>>,
     velocity_bound: Vec<Option<f64>>,
+    bounds: Bounds,
+    digits: usize,
     method: &'static str,
 }
 
@@ -38,6 +41,8 @@ impl Trajectory {
             acceleration: None,
             displacement_bound: vec![None; count],
             velocity_bound: vec![None; count],
+            bounds: Bounds::Estimated,
+            digits: 16,
             method,
         }
     }
@@ -57,6 +62,25 @@ impl Trajectory {
             velocity_bound: velocity,
             ..self
         }
+    }
+
+    /// The same with bounds that are proven, computed with so many decimal digits.
+    pub(crate) fn proven(self, digits: usize) -> Trajectory {
+        Trajectory {
+            bounds: Bounds::Proven,
+            digits,
+            ..self
+        }
+    }
+
+    /// What the bounds are worth.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// With how many decimal digits it was computed.
+    pub fn digits(&self) -> usize {
+        self.digits
     }
 
     /// How many instants it has.
@@ -95,8 +119,8 @@ impl Trajectory {
         self.acceleration.as_ref().map(Mat::as_ref)
     }
 
-    /// First-order estimate of the largest error of any displacement at each instant, in m;
-    /// `None` where none can be given.
+    /// How far any displacement may be off at each instant, in m: proven or a first-order estimate,
+    /// as [`bounds`](Self::bounds) says; `None` where none can be given.
     pub fn displacement_bound(&self) -> &[Option<f64>] {
         &self.displacement_bound
     }

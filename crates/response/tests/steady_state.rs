@@ -5,6 +5,7 @@ use eigentone_response::{
     Harmonic, HarmonicMotion, Response, SteadyState, SteadyStateError, receptance,
 };
 use faer::mat;
+use proptest::prelude::*;
 
 /// Real and imaginary part, each as the sum of two doubles.
 type Truth = [f64; 4];
@@ -369,6 +370,55 @@ fn transients_end_in_the_steady_state() {
             let x: f64 = steady.motions().iter().map(term).sum();
             let off = (x - trajectory.displacement()[(i, k)]).abs();
             assert!(off < 1e-12, "{k}: {off:e}");
+        }
+    }
+}
+
+/// Equal masses and springs whose doubles are no short numbers: the determinant's last possible bit is
+/// some thousand bits below 1.
+#[test]
+fn resonance_of_decimal_numbers_is_proved() {
+    // ω = √(k/m)·2 sin(π/6) for the mode (n + 1)/3 of n masses between walls.
+    for n in [5u8, 20, 59] {
+        let springs: Vec<(u8, u8, f64)> = (0..=n).map(|i| (i, (i + 1) % (n + 1), 0.1)).collect();
+        let chain = network(&vec![0.1; usize::from(n)], &springs, &[]);
+        let error = receptance(&chain, "m1", 1.0).expect_err("a mode");
+        assert_eq!(error, SteadyStateError::Resonance { frequency: 1.0 });
+        assert!(receptance(&chain, "m1", 1f64.next_up()).is_ok());
+    }
+}
+
+proptest! {
+    /// Whole numbers for masses, springs, Ω and X make whole forces: X must come back.
+    #[test]
+    fn planted_amplitudes_are_found(
+        masses in prop::collection::vec(1..100u32, 1..6),
+        stiff in prop::collection::vec((0..6u8, 0..6u8, 0..20u32), 1..9),
+        planted in prop::collection::vec(-99..100i32, 5),
+        frequency in 1..30u32,
+    ) {
+        let n = masses.len();
+        let masses: Vec<f64> = masses.into_iter().map(f64::from).collect();
+        let springs = stiff.into_iter().map(|(i, j, power)| (i % (n as u8 + 1), j % (n as u8 + 1), 2f64.powi(power as i32)));
+        let springs: Vec<(u8, u8, f64)> = springs.filter(|(i, j, _)| i != j).collect();
+        let system = network(&masses, &springs, &[]);
+        let stiffness = system.stiffness_matrix();
+        let omega = f64::from(frequency);
+        let loads: Vec<(String, Harmonic)> = (0..n).map(|i| {
+            // Below 2^53, so that nothing is rounded.
+            let row = (0..n).map(|j| stiffness[(i, j)] * f64::from(planted[j]));
+            let force = row.sum::<f64>() - omega * omega * masses[i] * f64::from(planted[i]);
+            (format!("m{}", i + 1), Harmonic::of(force, omega))
+        }).collect();
+        let loads: Vec<(&str, Harmonic)> = loads.iter().map(|(name, load)| (name.as_str(), *load)).collect();
+        // Elsewhere X is the only solution.
+        prop_assume!(system.names().iter().all(|name| receptance(&system, name, omega).is_ok()));
+        let motion = alone(&system, &loads);
+        let found = motion.displacement().iter().zip(motion.bound());
+        for ((x, bound), planted) in found.zip(planted) {
+            let off = (x - f64::from(planted)).norm();
+            prop_assert!(off <= *bound && x.im == 0.0, "{} for {}", x, planted);
+            prop_assert!(*bound <= 1e-13, "{:e}", bound);
         }
     }
 }

@@ -1,0 +1,415 @@
+//! From instant to instant with more digits, every error counted.
+
+use eigentone_digits::{BallMatrix, Magnitude, Real};
+
+use super::drift::Drift;
+use super::exponential::exponential;
+use super::generator::Generator;
+use super::judge::Judge;
+use super::normed::{Normed, growth};
+use crate::collector::Collector;
+use crate::grid::MAX_STEPS;
+use crate::problem::{Problem, ResponseError};
+use crate::timeline::{Instant, Law};
+use crate::trajectory::Trajectory;
+
+/// Answers the problem in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
+/// out at all, and at the first instant that misses the tolerance unless this is the `last` attempt.
+///
+/// # Errors
+/// [`ResponseError::TooLarge`], and [`ResponseError::Overflow`] where the motion leaves the range
+/// of doubles.
+pub(crate) fn march<T: Real>(
+    problem: &Problem<'_>,
+    method: &'static str,
+    tolerance: f64,
+    last: bool,
+) -> Result<Option<Trajectory>, ResponseError> {
+    let walker = Generator::<T>::of(problem).and_then(|generator| Walker::new(problem, generator));
+    match walker {
+        Some(walker) => walker.walk(method, tolerance, last),
+        None => Ok(None),
+    }
+}
+
+/// Where the walker stands, or a law set in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Moment {
+    /// So many unit steps after 0.
+    Units(u64),
+    /// An event by itself, in s.
+    Event(f64),
+}
+
+/// A state on its way.
+struct Walker<'a, 'b, T> {
+    problem: &'a Problem<'b>,
+    generator: Generator<T>,
+    clock: Clock,
+    /// Φ^{2^j} of the unit step, as far as needed.
+    powers: Vec<Normed<T>>,
+    zeta: Vec<T>,
+    next: Vec<T>,
+    /// The error of the states and of sines and cosines, in the 2-norm.
+    drift: Drift,
+    /// The laws in force, one for each load.
+    laws: Vec<Law>,
+    /// The error of the straight loads in ζ.
+    straight_error: Magnitude,
+}
+
+impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
+    /// `None` where samples divide the step too finely to be counted.
+    fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Option<Walker<'a, 'b, T>> {
+        let (zeta, error) = generator.start(problem);
+        Some(Walker {
+            problem,
+            clock: Clock::of(problem)?,
+            powers: Vec::new(),
+            next: zeta.clone(),
+            zeta,
+            drift: Drift::new(error),
+            laws: Vec::new(),
+            straight_error: Magnitude::ZERO,
+            generator,
+        })
+    }
+
+    fn walk(
+        mut self,
+        method: &'static str,
+        tolerance: f64,
+        last: bool,
+    ) -> Result<Option<Trajectory>, ResponseError> {
+        let mut collector = Collector::new(self.problem)?;
+        let mut judge = Judge::new(tolerance);
+        let problem = self.problem;
+        let pieces = problem.timeline().pieces();
+        let mut piece = 0;
+        let mut now = Moment::Units(0);
+        self.begin(0);
+        self.prepare_all();
+        while let Some(index) = collector.next() {
+            let target = Instant::on_grid(problem.grid(), index);
+            // Go to the target, stopping where a piece begins.
+            loop {
+                let begins = pieces.get(piece + 1).map(|next| next.start);
+                let stop = begins.filter(|start| start.order(&target).is_le());
+                let end = self.clock.moment(&stop.unwrap_or(target));
+                self.go(now, end);
+                now = end;
+                if stop.is_none() {
+                    break;
+                }
+                piece += 1;
+                self.begin(piece);
+            }
+            if !self.record(&mut collector, &mut judge, index, last)? && !last {
+                return Ok(None);
+            }
+        }
+        let digits = (f64::from(-T::UNIT_LOG2) * std::f64::consts::LOG10_2) as usize + 1;
+        Ok(Some(collector.finish(method).proven(digits)))
+    }
+
+    /// The blows and new laws at the start of a piece.
+    fn begin(&mut self, piece: usize) {
+        let piece = &self.problem.timeline().pieces()[piece];
+        for &(coordinate, magnitude) in piece.impulses() {
+            let error = self.generator.strike(&mut self.zeta, coordinate, magnitude);
+            let total = self.drift.total() + error;
+            self.drift.restart(total);
+        }
+        for law in piece.changes() {
+            match self.laws.iter_mut().find(|known| known.load == law.load) {
+                Some(known) => *known = *law,
+                None => self.laws.push(*law),
+            }
+        }
+        if !piece.changes().is_empty() {
+            self.set_straight(self.clock.moment(&piece.start));
+        }
+    }
+
+    /// Sets the straight loads to their values at `now`.
+    fn set_straight(&mut self, now: Moment) {
+        let clock = &self.clock;
+        let elapsed = |law: &Law| clock.seconds(clock.moment(&law.since), now);
+        self.straight_error = self
+            .generator
+            .set_straight(&mut self.zeta, &self.laws, elapsed);
+    }
+
+    /// From one moment to a later one.
+    fn go(&mut self, now: Moment, end: Moment) {
+        if let (Moment::Units(from), Moment::Units(to)) = (now, end) {
+            let mut at = from;
+            while at < to {
+                let j = (to - at).ilog2() as usize;
+                self.prepare(j);
+                let error = apply(
+                    &self.powers[j],
+                    &self.generator,
+                    &mut self.zeta,
+                    &mut self.next,
+                    self.straight_error,
+                );
+                self.drift.step(1 << j, error);
+                at += 1 << j;
+                self.follow_slopes(Moment::Units(at));
+            }
+        } else {
+            let (time, error) = self.clock.seconds::<T>(now, end);
+            let relative = (error + error) / time.magnitude();
+            let hop = exponential(&self.generator.w, time, relative);
+            let error = apply(
+                &hop,
+                &self.generator,
+                &mut self.zeta,
+                &mut self.next,
+                self.straight_error,
+            );
+            let total = hop.true_norm() * self.drift.total() + error;
+            self.drift.restart(total);
+            self.follow_slopes(end);
+        }
+    }
+
+    fn follow_slopes(&mut self, now: Moment) {
+        if self.laws.iter().any(Law::is_sloped) {
+            self.set_straight(now);
+        }
+    }
+
+    /// Φ^{2^j} and all before it.
+    fn prepare(&mut self, j: usize) {
+        while self.powers.len() <= j {
+            let power = match self.powers.last() {
+                Some(last) => last.times(last),
+                None => {
+                    let (time, error) = self.clock.seconds(Moment::Units(0), Moment::Units(1));
+                    exponential(&self.generator.w, time, (error + error) / time.magnitude())
+                }
+            };
+            self.drift.know(self.powers.len(), power.true_norm());
+            self.powers.push(power);
+        }
+    }
+
+    /// The powers whose norms tell how errors fade, where they cost little beside the march.
+    fn prepare_all(&mut self) {
+        let instants = match self.problem.instants() {
+            Some(instants) => instants.len() as u64,
+            None => self.problem.grid().last(),
+        };
+        let steps = self.problem.grid().last() * self.clock.division;
+        if steps == 0 {
+            return;
+        }
+        let levels = steps.ilog2() as usize;
+        if levels * self.zeta.len() <= 16 * instants as usize {
+            self.prepare(levels);
+        }
+    }
+
+    /// Fills the column of the instant reached; whether it is good enough.
+    fn record(
+        &mut self,
+        collector: &mut Collector<'_, '_>,
+        judge: &mut Judge,
+        index: u64,
+        last: bool,
+    ) -> Result<bool, ResponseError> {
+        let column = collector.column();
+        let outset = (index == 0).then(|| self.generator.outset(self.problem, &self.zeta));
+        let mut bounds = [Some(0.0); 2];
+        let mut good = true;
+        for kind in 0..3 {
+            if collector.values[kind].ncols() == 0 {
+                continue;
+            }
+            let values = match &outset {
+                Some(outset) => column_of(&outset[kind]),
+                None => self.values(kind),
+            };
+            let (mut top, mut worst, mut bound) = (0.0f64, Magnitude::ZERO, Magnitude::ZERO);
+            for (i, (exact, error)) in values.into_iter().enumerate() {
+                let size = exact.upper();
+                let hidden = size <= error;
+                let value = if hidden { 0.0 } else { exact.to_f64() };
+                if !value.is_finite() && error.is_finite() {
+                    return Err(ResponseError::Overflow { index });
+                }
+                let rounding = if hidden {
+                    size
+                } else {
+                    (exact - T::from(value)).upper()
+                };
+                bound = larger(bound, error + rounding);
+                worst = larger(worst, error);
+                collector.values[kind][(i, column)] = value;
+                top = top.max(value.abs());
+            }
+            if kind < 2 {
+                bounds[kind] = Some(bound.to_f64());
+                good &= judge.judge(kind, top, worst);
+            }
+            if last && !bound.is_finite() {
+                return Err(ResponseError::Overflow { index });
+            }
+        }
+        let [displacement, velocity] = bounds;
+        collector.close(displacement, velocity);
+        Ok(good)
+    }
+
+    /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
+    fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
+        let output = &self.generator.outputs[kind];
+        let (states, loads) = self.zeta.split_at(self.generator.states);
+        let errors = [self.drift.total(), self.drift.total() + self.straight_error];
+        let rounding = growth::<T>(self.zeta.len());
+        let mut error = Magnitude::ZERO;
+        for ((part, vector), own) in output.parts.iter().zip([states, loads]).zip(errors) {
+            let size = length(vector);
+            if part.norm.is_zero() || size.is_zero() && own.is_zero() {
+                continue;
+            }
+            let floor = T::floor() * Magnitude::from(vector.len() as f64);
+            error = error + part.norm * own + (part.error + rounding * part.norm) * size + floor;
+        }
+        let rows = output.rows.iter();
+        rows.map(|row| (dot(row, &self.zeta), error)).collect()
+    }
+}
+
+/// The only column, with its errors.
+fn column_of<T: Real>(matrix: &BallMatrix<T>) -> Vec<(T, Magnitude)> {
+    let entry = |i| (matrix.middle(i, 0), matrix.radius(i, 0));
+    (0..matrix.rows()).map(entry).collect()
+}
+
+fn larger(a: Magnitude, b: Magnitude) -> Magnitude {
+    if a < b { b } else { a }
+}
+
+/// ζ ← Ψ ζ but for the straight loads; the error this makes by itself, that of the straight loads
+/// included.
+fn apply<T: Real>(
+    psi: &Normed<T>,
+    generator: &Generator<T>,
+    zeta: &mut [T],
+    next: &mut [T],
+    straight_error: Magnitude,
+) -> Magnitude {
+    let n = zeta.len();
+    let size = length(zeta);
+    for (i, next) in next.iter_mut().enumerate().take(generator.straight) {
+        let from = if i < generator.states {
+            0
+        } else {
+            generator.states
+        };
+        *next = dot(&psi.row(i)[from..], &zeta[from..]);
+    }
+    zeta[..generator.straight].copy_from_slice(&next[..generator.straight]);
+    let floor = T::floor() * Magnitude::from((n * n) as f64);
+    (psi.error() + growth::<T>(n) * psi.frobenius()) * size
+        + psi.true_norm() * straight_error
+        + if size.is_zero() {
+            Magnitude::ZERO
+        } else {
+            floor
+        }
+}
+
+/// Σ aᵢ bᵢ.
+fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let products = a.iter().zip(b).map(|(a, b)| *a * *b);
+    products.fold(T::ZERO, |sum, product| sum + product)
+}
+
+/// An upper bound of the 2-norm.
+fn length<T: Real>(vector: &[T]) -> Magnitude {
+    let squares = vector.iter().map(|entry| {
+        let size = entry.upper();
+        size * size
+    });
+    squares
+        .fold(Magnitude::ZERO, |sum, square| sum + square)
+        .sqrt()
+}
+
+/// Exact times: whole multiples of a unit, of which a step of the grid has a whole number, and
+/// events.
+struct Clock {
+    step: f64,
+    division: u64,
+}
+
+impl Clock {
+    /// `None` where samples divide the step too finely to be counted.
+    fn of(problem: &Problem<'_>) -> Option<Clock> {
+        let pieces = problem.timeline().pieces().iter();
+        let fractions = pieces.filter_map(|piece| piece.start_instant().fraction());
+        let division = fractions.map(|fraction| fraction.denominator).try_fold(
+            1u64,
+            |all: u64, denominator| match all % denominator {
+                0 => Some(all),
+                _ => all.checked_mul(denominator / common_divisor(all, denominator)),
+            },
+        )?;
+        let units = problem.grid().last().max(1).checked_mul(division)?;
+        (units <= MAX_STEPS).then_some(Clock {
+            step: problem.grid().step(),
+            division,
+        })
+    }
+
+    fn moment(&self, instant: &Instant) -> Moment {
+        match instant.fraction() {
+            Some(fraction) => {
+                Moment::Units(fraction.numerator * (self.division / fraction.denominator))
+            }
+            None => Moment::Event(instant.time().to_f64()),
+        }
+    }
+
+    /// From 0 to a number of units, and a bound of the error.
+    fn units<T: Real>(&self, units: u64) -> (T, Magnitude) {
+        let product = T::from(units as f64) * T::from(self.step);
+        let time = if self.division == 1 {
+            product
+        } else {
+            product / T::from(self.division as f64)
+        };
+        let rounding = time.upper() * T::unit() * Magnitude::from(2.5);
+        let floor = T::floor() * Magnitude::from(2.0);
+        (
+            time,
+            if units == 0 {
+                Magnitude::ZERO
+            } else {
+                rounding + floor
+            },
+        )
+    }
+
+    /// From one moment to another, and a bound of the error.
+    fn seconds<T: Real>(&self, from: Moment, to: Moment) -> (T, Magnitude) {
+        if let (Moment::Units(from), Moment::Units(to)) = (from, to) {
+            return self.units(to.saturating_sub(from));
+        }
+        let of = |moment| match moment {
+            Moment::Units(units) => self.units::<T>(units),
+            Moment::Event(time) => (T::from(time), Magnitude::ZERO),
+        };
+        let ((from, before), (to, after)) = (of(from), of(to));
+        let time = to - from;
+        (time, before + after + time.upper() * T::unit())
+    }
+}
+
+fn common_divisor(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { common_divisor(b, a % b) }
+}

@@ -466,30 +466,20 @@ fn the_condition_of_larger_matrices_is_nearly_reached() {
     }
 }
 
-/// Chains long enough for the structure to be used: symmetric ones and others, slow and fast.
+/// Chains long enough for the structure to be used, over short and long times.
 #[test]
 fn second_order_errors_are_those_that_the_condition_explains() {
     let mut from = Sequence(5);
     let mut worst = [0f64; 2];
-    for case in 0..24 {
-        let (unlike, damping) = (case % 2 == 1, [0.0, 1e-3, 0.1, 3.0][case / 2 % 4]);
-        let time = [0.05, 1.0, 40.0][case / 8];
+    for case in 0..20 {
+        let damping = [0.0, 1e-3, 0.1, 3.0][case % 4];
+        let time = [0.05, 1.0, 40.0, 300.0, 1e3][case / 4];
         let n = 10;
-        let mass: Vec<f64> = (0..n)
-            .map(|_| {
-                if unlike {
-                    from.magnitude(0.0, 1.0)
-                } else {
-                    1.0
-                }
-            })
-            .collect();
         let spring: Vec<f64> = (0..=n).map(|_| from.magnitude(0.0, 1.5)).collect();
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
         for i in 0..n {
             a[(i, n + i)] = 4.0 * time;
-            for (factor, first) in [(0.25, 0), (damping, n)] {
-                let factor = factor * time / mass[i];
+            for (factor, first) in [(0.25 * time, 0), (damping * time, n)] {
                 a[(n + i, first + i)] = -factor * (spring[i] + spring[i + 1]);
                 if i > 0 {
                     a[(n + i, first + i - 1)] = factor * spring[i];

@@ -473,7 +473,7 @@ fn second_order_errors_are_those_that_the_condition_explains() {
     let mut worst = [0f64; 2];
     for case in 0..20 {
         let damping = [0.0, 1e-3, 0.1, 3.0][case % 4];
-        let time = [0.05, 1.0, 40.0, 300.0, 1e3][case / 4];
+        let time = [0.01, 0.05, 0.2, 0.5, 40.0][case / 4];
         let n = 10;
         let spring: Vec<f64> = (0..=n).map(|_| from.magnitude(0.0, 1.5)).collect();
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);

@@ -196,6 +196,10 @@ impl Answer<'_> {
             Destination::Rest { settled, .. } => settled,
             _ => None,
         };
+        let overshoot = |destination| match destination {
+            Destination::Rest { overshoot, .. } => overshoot.map(|beyond| 100.0 * beyond),
+            _ => None,
+        };
         let times = number::column(all.iter().map(|one| settled(one.destination)));
         let times = all
             .iter()
@@ -217,10 +221,20 @@ impl Answer<'_> {
                 Align::Point,
                 number::column(all.iter().map(|one| Some(one.peak_time))),
             )
+            .column(
+                "overshoot, %",
+                Align::Point,
+                number::column(all.iter().map(|one| overshoot(one.destination))),
+            )
             .column("settled after, s", Align::Point, times);
-        table.text()
-            + "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at a\n\
-               sample. Settled after: the last sample outside ±2 % of the largest deviation from that end.\n"
+        let explained = if self.summary.is_between() {
+            "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at any\n\
+             time. Settled after: the last time outside ±2 % of the largest deviation from that end.\n"
+        } else {
+            "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at a\n\
+             sample. Settled after: the last sample outside ±2 % of the largest deviation from that end.\n"
+        };
+        table.text() + explained
     }
 }
 

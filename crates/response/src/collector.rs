@@ -2,7 +2,9 @@
 
 use faer::Mat;
 
+use crate::grid::TimeGrid;
 use crate::problem::{Problem, ResponseError};
+use crate::timeline::Instant;
 use crate::trajectory::Trajectory;
 
 /// The most memory that a trajectory may take, in bytes.
@@ -12,8 +14,9 @@ const BUDGET: f64 = 2e9;
 /// they were asked for.
 pub(crate) struct Collector<'a, 'b> {
     problem: &'a Problem<'b>,
-    /// Distinct indices in ascending order, or `None` for the whole grid.
-    wanted: Option<Vec<u64>>,
+    wanted: Wanted<'a>,
+    /// What was asked for, distinct and ascending; empty for the whole grid.
+    ascending: Vec<Instant>,
     count: usize,
     taken: usize,
     /// Displacement, velocity and, where asked for, acceleration: one column for each instant.
@@ -21,21 +24,52 @@ pub(crate) struct Collector<'a, 'b> {
     bounds: [Vec<Option<f64>>; 2],
 }
 
+/// Which instants are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wanted<'a> {
+    Grid,
+    Steps(&'a [u64]),
+    /// In s.
+    Times(&'a [f64]),
+}
+
+impl<'a> Wanted<'a> {
+    /// What the problem itself asks for.
+    pub(crate) fn by(problem: &'a Problem<'_>) -> Wanted<'a> {
+        problem.instants().map_or(Wanted::Grid, Wanted::Steps)
+    }
+
+    /// How many.
+    pub(crate) fn count(&self, grid: &TimeGrid) -> u64 {
+        match self {
+            Wanted::Grid => grid.last() + 1,
+            Wanted::Steps(steps) => steps.len() as u64,
+            Wanted::Times(times) => times.len() as u64,
+        }
+    }
+
+    /// In the order asked for; nothing for the whole grid.
+    fn instants(&self, grid: &TimeGrid) -> Vec<Instant> {
+        match self {
+            Wanted::Grid => Vec::new(),
+            Wanted::Steps(steps) => steps
+                .iter()
+                .map(|index| Instant::on_grid(grid, *index))
+                .collect(),
+            Wanted::Times(times) => times.iter().map(|t| Instant::event(grid, *t)).collect(),
+        }
+    }
+}
+
 impl<'a, 'b> Collector<'a, 'b> {
     /// # Errors
     /// [`ResponseError::TooLarge`].
-    pub(crate) fn new(problem: &'a Problem<'b>) -> Result<Collector<'a, 'b>, ResponseError> {
+    pub(crate) fn new(
+        problem: &'a Problem<'b>,
+        wanted: Wanted<'a>,
+    ) -> Result<Collector<'a, 'b>, ResponseError> {
         let n = problem.system().len();
-        let wanted = problem.instants().map(|instants| {
-            let mut wanted = instants.to_vec();
-            wanted.sort_unstable();
-            wanted.dedup();
-            wanted
-        });
-        let instants = match &wanted {
-            Some(wanted) => wanted.len() as u64,
-            None => problem.grid().last() + 1,
-        };
+        let instants = wanted.count(problem.grid());
         let kinds = 2 + usize::from(problem.wants_acceleration());
         let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
         if bytes > BUDGET {
@@ -47,11 +81,18 @@ impl<'a, 'b> Collector<'a, 'b> {
                 limit,
             });
         }
-        let count = instants as usize;
+        let mut ascending = wanted.instants(problem.grid());
+        ascending.sort_by(Instant::order);
+        ascending.dedup_by(|a, b| a.order(b).is_eq());
+        let count = match wanted {
+            Wanted::Grid => instants as usize,
+            _ => ascending.len(),
+        };
         let columns = |wanted: bool| Mat::zeros(n, if wanted { count } else { 0 });
         Ok(Collector {
             problem,
             wanted,
+            ascending,
             count,
             taken: 0,
             values: [
@@ -63,14 +104,14 @@ impl<'a, 'b> Collector<'a, 'b> {
         })
     }
 
-    /// The index of the next instant to be recorded.
-    pub(crate) fn next(&self) -> Option<u64> {
+    /// The next instant to be recorded.
+    pub(crate) fn next(&self) -> Option<Instant> {
         if self.taken == self.count {
             return None;
         }
-        Some(match &self.wanted {
-            Some(wanted) => wanted[self.taken],
-            None => self.taken as u64,
+        Some(match self.wanted {
+            Wanted::Grid => Instant::on_grid(self.problem.grid(), self.taken as u64),
+            _ => self.ascending[self.taken],
         })
     }
 
@@ -88,38 +129,41 @@ impl<'a, 'b> Collector<'a, 'b> {
 
     pub(crate) fn finish(self, method: &'static str) -> Trajectory {
         let grid = self.problem.grid();
+        let asked = self.wanted.instants(grid);
         let [x, v, a] = self.values;
         let [x_bound, v_bound] = self.bounds;
-        let with_acceleration = self.problem.wants_acceleration();
-        let times = |steps: &[u64]| steps.iter().map(|step| grid.time(*step)).collect();
-        let (Some(wanted), Some(asked)) = (&self.wanted, self.problem.instants()) else {
-            let steps: Vec<u64> = (0..=grid.last()).collect();
-            let trajectory = Trajectory::new(method, steps.clone(), times(&steps), x, v)
-                .with_bounds(x_bound, v_bound);
-            return if with_acceleration {
-                trajectory.with_acceleration(a)
-            } else {
-                trajectory
+        let (steps, times): (Vec<u64>, Vec<f64>) = match self.wanted {
+            Wanted::Grid => (0..=grid.last())
+                .map(|step| (step, grid.time(step)))
+                .unzip(),
+            Wanted::Steps(steps) => steps.iter().map(|step| (*step, grid.time(*step))).unzip(),
+            Wanted::Times(times) => (Vec::new(), times.to_vec()),
+        };
+        let (x, v, a, x_bound, v_bound) = if let Wanted::Grid = self.wanted {
+            (x, v, a, x_bound, v_bound)
+        } else {
+            let place = |instant: &Instant| {
+                self.ascending
+                    .binary_search_by(|known| known.order(instant))
+                    .expect("it is one of those asked for")
             };
+            let pick: Vec<usize> = asked.iter().map(place).collect();
+            let columns = |m: Mat<f64>| match m.ncols() {
+                0 => m,
+                _ => Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]),
+            };
+            let bounds = |b: Vec<Option<f64>>| pick.iter().map(|j| b[*j]).collect();
+            (
+                columns(x),
+                columns(v),
+                columns(a),
+                bounds(x_bound),
+                bounds(v_bound),
+            )
         };
-        let place = |step: &u64| {
-            wanted
-                .binary_search(step)
-                .expect("wanted holds what was asked")
-        };
-        let pick: Vec<usize> = asked.iter().map(place).collect();
-        let columns = |m: &Mat<f64>| Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]);
-        let bounds = |b: &[Option<f64>]| pick.iter().map(|j| b[*j]).collect();
-        let trajectory = Trajectory::new(
-            method,
-            asked.to_vec(),
-            times(asked),
-            columns(&x),
-            columns(&v),
-        )
-        .with_bounds(bounds(&x_bound), bounds(&v_bound));
-        if with_acceleration {
-            trajectory.with_acceleration(columns(&a))
+        let trajectory = Trajectory::new(method, steps, times, x, v).with_bounds(x_bound, v_bound);
+        if self.problem.wants_acceleration() {
+            trajectory.with_acceleration(a)
         } else {
             trajectory
         }

@@ -4,7 +4,7 @@ use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::{Mat, MatRef};
 
-use crate::collector::Collector;
+use crate::collector::{Collector, Wanted};
 use crate::estimate::Estimate;
 use crate::hold::Laws;
 use crate::problem::{Problem, ResponseError};
@@ -192,7 +192,7 @@ pub(crate) fn march(
     let n = problem.system().len();
     let mut recorder = Recorder {
         outputs,
-        collector: Collector::new(problem)?,
+        collector: Collector::new(problem, Wanted::by(problem))?,
         forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
     };
     let mut signals = inputs.empty_signals();
@@ -201,7 +201,6 @@ pub(crate) fn march(
     let mut now = Instant::on_grid(grid, 0);
     strike(&pieces[0], problem, outputs, b, &mut z)?;
     while let Some(target) = recorder.collector.next() {
-        let target = Instant::on_grid(grid, target);
         // Go to the target, stopping where a piece begins.
         loop {
             let begins = pieces.get(piece + 1).map(|next| next.start);

@@ -243,6 +243,14 @@ pub enum ResponseError {
         /// The last index of the grid.
         last: u64,
     },
+    /// A time was asked for that is not finite or not within the grid.
+    #[error("time {time:?} s is not between 0 and the end, {end:?} s")]
+    Time {
+        /// The time given, in s.
+        time: f64,
+        /// The end of the grid, in s.
+        end: f64,
+    },
     /// The answer would take too much memory.
     #[error(
         "{instants} instants of {coordinates} coordinates take {gigabytes:.1} GB, more than the {limit:.1} GB allowed: ask for fewer instants"

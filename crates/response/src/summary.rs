@@ -1,10 +1,11 @@
 //! What becomes of each coordinate: its peak, where it ends up, and when it has settled there.
 
-use eigentone_modes::{Modes, Motion, System};
+use eigentone_modes::{Bounds, Modes, Motion, System};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use crate::equilibrium::{Floating, equilibrium};
+use crate::extrema::{Band, Extrema, Extremum, last_outside};
 use crate::load::{Harmonic, Load};
 use crate::persistence::{Persistence, Sustained};
 use crate::problem::Problem;
@@ -23,13 +24,13 @@ const BAND: f64 = 0.02;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     coordinates: Vec<CoordinateSummary>,
+    between: bool,
 }
 
 /// One coordinate's motion in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoordinateSummary {
-    /// The displacement of largest magnitude among the instants, in m, with its sign; the first
-    /// one on ties.
+    /// The displacement of largest magnitude, in m, with its sign; the first one on ties.
     pub peak: f64,
     /// When that is, in s.
     pub peak_time: f64,
@@ -45,9 +46,12 @@ pub enum Destination {
     Rest {
         /// At this displacement in m, the equilibrium under the final constant loads.
         displacement: f64,
-        /// The instant in s of the last sample that is farther away than 2 % of the largest
-        /// deviation, 0 if there is none; `None` if the last sample itself is.
+        /// The last time in s at which it is farther away than 2 % of the largest deviation, 0 if
+        /// there is none; `None` if it still is at the end.
         settled: Option<f64>,
+        /// How far it goes beyond the end, in parts of the way there from where it starts; `None`
+        /// if it starts there.
+        overshoot: Option<f64>,
     },
     /// It keeps oscillating.
     Oscillation,
@@ -60,13 +64,16 @@ pub enum Destination {
 
 impl Summary {
     /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks and settling are
-    /// seen at the trajectory's instants only; the last of them decides what keeps moving, of which
-    /// what is too small to be seen in six digits is left out. `None` if there are no instants.
+    /// those of the motion itself, also between the instants, if the trajectory goes to the end of the
+    /// grid, its bounds are proven and the motion can be followed; else those of the instants:
+    /// [`is_between`](Self::is_between) says which. The last instant decides what keeps moving, of which
+    /// what is too small to be seen in six digits is left out. `None` if there are no instants, or
+    /// none by its index.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory, modes: &Modes) -> Option<Summary> {
         let system = problem.system();
         let n = system.len();
         let (x, v) = (trajectory.displacement(), trajectory.velocity());
-        let latest = (0..trajectory.len()).max_by_key(|&k| trajectory.steps()[k])?;
+        let latest = (0..trajectory.steps().len()).max_by_key(|&k| trajectory.steps()[k])?;
         let now = sustained(problem, trajectory.times()[latest]);
         let last = Last {
             x: (0..n).map(|i| x[(i, latest)]).collect(),
@@ -89,14 +96,24 @@ impl Summary {
         let rest = come_to_rest(system, &floating, &resisted, &force, &last, &now);
 
         let all = x.norm_max();
-        let coordinates = (0..n).map(|i| {
-            let row = (0..trajectory.len()).map(|k| (k, x[(i, k)]));
-            let first_largest = row.fold((0, 0.0f64), |peak, (k, x)| {
-                if x.abs() > peak.1.abs() { (k, x) } else { peak }
-            });
-            let seen = (VISIBLE * first_largest.1.abs()).max(ROUNDING * all);
+        let whole = trajectory.steps()[latest] == problem.grid().last();
+        let between = (whole && trajectory.bounds() == Bounds::Proven)
+            .then(|| Extrema::of(problem, trajectory))
+            .flatten();
+        let ranges: Vec<Range> = (0..n)
+            .map(|i| match &between {
+                Some(extrema) => Range {
+                    peak: extrema.peak(i),
+                    highest: extrema.highest()[i].displacement,
+                    lowest: extrema.lowest()[i].displacement,
+                },
+                None => Range::of_instants(trajectory, i),
+            })
+            .collect();
+        let destination = |i: usize| {
+            let seen = (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
             let moved = follows[i] != 0.0 || driven[i];
-            let destination = if persistence.growth[i] > seen {
+            if persistence.growth[i] > seen {
                 Destination::Growth
             } else if rest.drifts[i] || moved {
                 Destination::Drift
@@ -104,20 +121,64 @@ impl Summary {
                 Destination::Oscillation
             } else {
                 let displacement = rest.displacement[i];
-                let settled = settled(trajectory, i, displacement, ROUNDING * all);
                 Destination::Rest {
                     displacement,
-                    settled,
+                    settled: None,
+                    overshoot: ranges[i].overshoot(
+                        start(trajectory, i),
+                        displacement,
+                        ROUNDING * all,
+                    ),
                 }
-            };
-            CoordinateSummary {
-                peak: first_largest.1,
-                peak_time: trajectory.times()[first_largest.0],
-                destination,
             }
+        };
+        let mut destinations: Vec<Destination> = (0..n).map(destination).collect();
+        let bands: Vec<Option<Band>> = (0..n)
+            .map(|i| match destinations[i] {
+                Destination::Rest { displacement, .. } => Some(Band {
+                    centre: displacement,
+                    half_width: (BAND * ranges[i].deviation(displacement)).max(ROUNDING * all),
+                }),
+                _ => None,
+            })
+            .collect();
+        let followed = between.as_ref().and_then(|_| {
+            let seen = bands.iter().enumerate().flat_map(|(i, band)| {
+                band.map(|band| {
+                    last_sample_outside(trajectory, i, &band).map_or(0, |(step, _)| step)
+                })
+            });
+            // The step before is still outside, or the first.
+            let from = seen.min()?;
+            last_outside(problem, trajectory, from, &bands)
         });
-        let coordinates = coordinates.collect();
-        Some(Summary { coordinates })
+        for (i, destination) in destinations.iter_mut().enumerate() {
+            let (Destination::Rest { settled, .. }, Some(band)) = (destination, &bands[i]) else {
+                continue;
+            };
+            let sample = last_sample_outside(trajectory, i, band);
+            let at_the_end = sample.is_some_and(|(step, _)| step == trajectory.steps()[latest]);
+            *settled = match &followed {
+                _ if at_the_end => None,
+                Some(last) => last[i],
+                None => Some(sample.map_or(0.0, |(_, time)| time)),
+            };
+        }
+        let coordinates = ranges.iter().zip(destinations);
+        let coordinates = coordinates.map(|(range, destination)| CoordinateSummary {
+            peak: range.peak.displacement,
+            peak_time: range.peak.time,
+            destination,
+        });
+        Some(Summary {
+            coordinates: coordinates.collect(),
+            between: between.is_some(),
+        })
+    }
+
+    /// Whether peaks and settling times are those of the motion itself, and not of its instants only.
+    pub fn is_between(&self) -> bool {
+        self.between
     }
 
     /// One entry for each coordinate, in order.
@@ -327,19 +388,71 @@ fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
     (0..floating.left.ncols()).map(along).collect()
 }
 
-/// When coordinate `i` was last seen farther than the band from where it ends up.
-fn settled(trajectory: &Trajectory, i: usize, end: f64, rounding: f64) -> Option<f64> {
-    let x = trajectory.displacement();
-    let away = |k: usize| (x[(i, k)] - end).abs();
-    let most = (0..trajectory.len()).map(away).fold(0.0, f64::max);
-    let band = (BAND * most).max(rounding);
-    let order = trajectory.steps().iter().zip(trajectory.times());
-    let mut outside = order.enumerate().filter(|(k, _)| away(*k) > band);
-    let latest = trajectory.steps().iter().max();
-    match outside.by_ref().max_by_key(|(_, (step, _))| **step) {
-        None => Some(0.0),
-        Some((_, (step, time))) => (Some(step) != latest).then_some(*time),
+/// Where a coordinate goes.
+struct Range {
+    peak: Extremum,
+    highest: f64,
+    lowest: f64,
+}
+
+impl Range {
+    /// Among the instants alone.
+    fn of_instants(trajectory: &Trajectory, i: usize) -> Range {
+        let first = Extremum {
+            displacement: 0.0,
+            time: trajectory.times()[0],
+        };
+        let x = trajectory.displacement();
+        let start = x[(i, 0)];
+        let mut range = Range {
+            peak: first,
+            highest: start,
+            lowest: start,
+        };
+        for (k, &time) in trajectory.times().iter().enumerate() {
+            let displacement = x[(i, k)];
+            range.highest = range.highest.max(displacement);
+            range.lowest = range.lowest.min(displacement);
+            if displacement.abs() > range.peak.displacement.abs() {
+                range.peak = Extremum { displacement, time };
+            }
+        }
+        range
     }
+
+    /// The largest distance from `end`.
+    fn deviation(&self, end: f64) -> f64 {
+        (self.highest - end).abs().max((self.lowest - end).abs())
+    }
+
+    /// How far it goes beyond `end` in parts of the way from `start`, a way of at least `rounding`.
+    fn overshoot(&self, start: f64, end: f64, rounding: f64) -> Option<f64> {
+        let way = end - start;
+        let beyond = if way > 0.0 {
+            self.highest - end
+        } else {
+            end - self.lowest
+        };
+        (way.abs() > rounding).then(|| (beyond / way.abs()).max(0.0))
+    }
+}
+
+/// The displacement at the earliest instant.
+fn start(trajectory: &Trajectory, i: usize) -> f64 {
+    let steps = trajectory.steps();
+    let earliest = (0..steps.len()).min_by_key(|k| steps[*k]);
+    earliest.map_or(0.0, |k| trajectory.displacement()[(i, k)])
+}
+
+/// Step and time of the last instant that a band excludes.
+fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option<(u64, f64)> {
+    let x = trajectory.displacement();
+    let instants = trajectory.steps().iter().zip(trajectory.times());
+    let outside = instants
+        .enumerate()
+        .filter(|(k, _)| band.excludes(x[(i, *k)]));
+    let last = outside.max_by_key(|(_, (step, _))| **step);
+    last.map(|(_, (step, time))| (*step, *time))
 }
 
 #[cfg(test)]
@@ -392,7 +505,9 @@ mod tests {
         let Destination::Rest { settled, .. } = course.destination else {
             panic!("{course:?}");
         };
-        assert_eq!(settled, Some(391.0 * 0.01)); // ln 50 = 3.912…
+        let settled = settled.expect("it settles");
+        assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
+        assert!(summary.is_between());
         assert_rests(course.destination, 1.0);
     }
 
@@ -402,11 +517,19 @@ mod tests {
             let response = response.from(State::at_rest().displace("m", 1.0));
             response.every(0.1).until(10.0)
         });
-        let wanted = Destination::Rest {
-            displacement: 0.0,
-            settled: None,
+        let course = summary.coordinates()[0];
+        let Destination::Rest {
+            settled, overshoot, ..
+        } = course.destination
+        else {
+            panic!("{course:?}");
         };
-        assert_eq!(destinations(&summary), [wanted]);
+        assert_rests(course.destination, 0.0);
+        assert_eq!(settled, None);
+        // c/2√(km) = 0.01/8: e^(−πζ/√(1−ζ²)) beyond the end.
+        let zeta: f64 = 0.01 / 8.0;
+        let wanted = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+        assert!((overshoot.expect("it passes") - wanted).abs() < 1e-11);
     }
 
     #[test]

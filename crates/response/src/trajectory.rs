@@ -20,10 +20,11 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// An answer from its parts: step indices, their instants in s, and n × N matrices with one
-    /// column for each instant. Bounds are absent until [`with_bounds`](Self::with_bounds).
+    /// column for each instant. Instants off the grid have no step index: then there are none at all.
+    /// Bounds are absent until [`with_bounds`](Self::with_bounds).
     ///
     /// # Panics
-    /// If the number of columns is not the number of instants.
+    /// If the number of columns, or of step indices other than 0, is not the number of instants.
     pub fn new(
         method: &'static str,
         steps: Vec<u64>,
@@ -31,8 +32,9 @@ impl Trajectory {
         displacement: Mat<f64>,
         velocity: Mat<f64>,
     ) -> Trajectory {
-        let count = steps.len();
-        assert!(times.len() == count && displacement.ncols() == count && velocity.ncols() == count);
+        let count = times.len();
+        assert!(steps.is_empty() || steps.len() == count);
+        assert!(displacement.ncols() == count && velocity.ncols() == count);
         Trajectory {
             steps,
             times,
@@ -84,9 +86,9 @@ impl Trajectory {
     }
 
     /// How many instants it has.
-    #[allow(clippy::len_without_is_empty)] // `steps().is_empty()` says it where it matters
+    #[allow(clippy::len_without_is_empty)] // `times().is_empty()` says it where it matters
     pub fn len(&self) -> usize {
-        self.steps.len()
+        self.times.len()
     }
 
     /// The name of the method that computed it.
@@ -94,7 +96,7 @@ impl Trajectory {
         self.method
     }
 
-    /// The step index of each instant.
+    /// The step index of each instant; empty where the instants were asked for by their times.
     pub fn steps(&self) -> &[u64] {
         &self.steps
     }

@@ -7,13 +7,13 @@ use super::exponential::exponential;
 use super::generator::Generator;
 use super::judge::Judge;
 use super::normed::{Normed, growth};
-use crate::collector::Collector;
+use crate::collector::{Collector, Wanted};
 use crate::grid::MAX_STEPS;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Instant, Law};
 use crate::trajectory::Trajectory;
 
-/// Answers the problem in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
+/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
 /// out at all, and at the first instant that misses the tolerance unless this is the `last` attempt.
 ///
 /// # Errors
@@ -21,20 +21,21 @@ use crate::trajectory::Trajectory;
 /// of doubles.
 pub(crate) fn march<T: Real>(
     problem: &Problem<'_>,
+    wanted: Wanted<'_>,
     method: &'static str,
     tolerance: f64,
     last: bool,
 ) -> Result<Option<Trajectory>, ResponseError> {
     let walker = Generator::<T>::of(problem).and_then(|generator| Walker::new(problem, generator));
     match walker {
-        Some(walker) => walker.walk(method, tolerance, last),
+        Some(walker) => walker.walk(wanted, method, tolerance, last),
         None => Ok(None),
     }
 }
 
 /// Where the walker stands, or a law set in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Moment {
+pub(super) enum Moment {
     /// So many unit steps after 0.
     Units(u64),
     /// An event by itself, in s.
@@ -42,7 +43,7 @@ enum Moment {
 }
 
 /// A state on its way.
-struct Walker<'a, 'b, T> {
+pub(super) struct Walker<'a, 'b, T> {
     problem: &'a Problem<'b>,
     generator: Generator<T>,
     clock: Clock,
@@ -60,7 +61,10 @@ struct Walker<'a, 'b, T> {
 
 impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// `None` where samples divide the step too finely to be counted.
-    fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Option<Walker<'a, 'b, T>> {
+    pub(super) fn new(
+        problem: &'a Problem<'b>,
+        generator: Generator<T>,
+    ) -> Option<Walker<'a, 'b, T>> {
         let (zeta, error) = generator.start(problem);
         Some(Walker {
             problem,
@@ -77,20 +81,20 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     fn walk(
         mut self,
+        wanted: Wanted<'_>,
         method: &'static str,
         tolerance: f64,
         last: bool,
     ) -> Result<Option<Trajectory>, ResponseError> {
-        let mut collector = Collector::new(self.problem)?;
+        let mut collector = Collector::new(self.problem, wanted)?;
         let mut judge = Judge::new(tolerance);
         let problem = self.problem;
         let pieces = problem.timeline().pieces();
         let mut piece = 0;
         let mut now = Moment::Units(0);
         self.begin(0);
-        self.prepare_all();
-        while let Some(index) = collector.next() {
-            let target = Instant::on_grid(problem.grid(), index);
+        self.prepare_all(&wanted);
+        while let Some(target) = collector.next() {
             // Go to the target, stopping where a piece begins.
             loop {
                 let begins = pieces.get(piece + 1).map(|next| next.start);
@@ -104,7 +108,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 piece += 1;
                 self.begin(piece);
             }
-            if !self.record(&mut collector, &mut judge, index, last)? && !last {
+            if !self.record(&mut collector, &mut judge, &target, last)? && !last {
                 return Ok(None);
             }
         }
@@ -112,8 +116,23 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         Ok(Some(collector.finish(method).proven(digits)))
     }
 
+    /// The state and the loads.
+    pub(super) fn zeta(&self) -> &[T] {
+        &self.zeta
+    }
+
+    /// Where an instant is.
+    pub(super) fn moment(&self, instant: &Instant) -> Moment {
+        self.clock.moment(instant)
+    }
+
+    /// From one moment to another, and a bound of the error.
+    pub(super) fn seconds(&self, from: Moment, to: Moment) -> (T, Magnitude) {
+        self.clock.seconds(from, to)
+    }
+
     /// The blows and new laws at the start of a piece.
-    fn begin(&mut self, piece: usize) {
+    pub(super) fn begin(&mut self, piece: usize) {
         let piece = &self.problem.timeline().pieces()[piece];
         for &(coordinate, magnitude) in piece.impulses() {
             let error = self.generator.strike(&mut self.zeta, coordinate, magnitude);
@@ -141,7 +160,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// From one moment to a later one.
-    fn go(&mut self, now: Moment, end: Moment) {
+    pub(super) fn go(&mut self, now: Moment, end: Moment) {
         if let (Moment::Units(from), Moment::Units(to)) = (now, end) {
             let mut at = from;
             while at < to {
@@ -197,11 +216,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// The powers whose norms tell how errors fade, where they cost little beside the march.
-    fn prepare_all(&mut self) {
-        let instants = match self.problem.instants() {
-            Some(instants) => instants.len() as u64,
-            None => self.problem.grid().last(),
-        };
+    fn prepare_all(&mut self, wanted: &Wanted<'_>) {
+        let instants = wanted.count(self.problem.grid());
         let steps = self.problem.grid().last() * self.clock.division;
         if steps == 0 {
             return;
@@ -217,11 +233,14 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         &mut self,
         collector: &mut Collector<'_, '_>,
         judge: &mut Judge,
-        index: u64,
+        now: &Instant,
         last: bool,
     ) -> Result<bool, ResponseError> {
         let column = collector.column();
-        let outset = (index == 0).then(|| self.generator.outset(self.problem, &self.zeta));
+        let step = self.problem.grid().step();
+        let index = now.index().unwrap_or((now.time().to_f64() / step) as u64);
+        let outset =
+            (now.index() == Some(0)).then(|| self.generator.outset(self.problem, &self.zeta));
         let mut bounds = [Some(0.0); 2];
         let mut good = true;
         for kind in 0..3 {

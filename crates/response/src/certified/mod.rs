@@ -3,14 +3,16 @@
 mod drift;
 mod energy;
 mod exponential;
+pub(crate) mod follow;
 mod generator;
 mod judge;
 mod march;
 mod normed;
 
 use eigentone_digits::{DoubleDouble, Wide};
-use eigentone_modes::Precision;
+use eigentone_modes::{FirstOrder, Precision};
 
+use crate::collector::Wanted;
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
@@ -36,7 +38,13 @@ struct Rung {
     run: Run,
 }
 
-type Run = fn(&Problem<'_>, &'static str, f64, bool) -> Result<Option<Trajectory>, ResponseError>;
+type Run = fn(
+    &Problem<'_>,
+    Wanted<'_>,
+    &'static str,
+    f64,
+    bool,
+) -> Result<Option<Trajectory>, ResponseError>;
 
 const LADDER: [Rung; 6] = [
     Rung {
@@ -65,24 +73,41 @@ const LADDER: [Rung; 6] = [
     },
 ];
 
-impl ResponseMethod for ByCertifiedExponential {
-    fn name(&self) -> &'static str {
-        "certified exponential"
-    }
-
-    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        let form = eigentone_modes::FirstOrder::of(problem.system());
-        if let Err(error) = form {
-            return Some(error.to_string());
+impl ByCertifiedExponential {
+    /// The motion at any times in s, from 0 to the end of the problem's grid, in any order, instead
+    /// of the instants of the grid. A time is taken exactly, unless it is the double printed for an
+    /// instant of the grid, which it then stands for. The trajectory has no step indices.
+    ///
+    /// # Errors
+    /// [`ResponseError::Time`] for a time that is not finite or not within the grid, and what
+    /// [`run`](ResponseMethod::run) reports.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, System};
+    /// use eigentone_response::{ByCertifiedExponential, Response, State};
+    ///
+    /// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0).build()?;
+    /// let from = State::at_rest().displace("m", 1.0);
+    /// let problem = Response::of(&system).from(from).every(1.0).until(10.0).problem()?;
+    /// let motion = ByCertifiedExponential.at(&problem, &[0.3, 9.87654321])?;
+    /// assert!((motion.displacement()[(0, 0)] - 0.6f64.cos()).abs() < 2e-16);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn at(&self, problem: &Problem<'_>, times: &[f64]) -> Result<Trajectory, ResponseError> {
+        let end = problem.grid().time(problem.grid().last());
+        match times.iter().find(|time| !(0.0..=end).contains(*time)) {
+            Some(&time) => Err(ResponseError::Time { time, end }),
+            None => self.climb(problem, Wanted::Times(times)),
         }
-        let work = work(problem, &LADDER[0]);
-        (work > MOST_WORK).then(|| {
-            format!("it would take {work:.0e} operations with 32 digits, more than {MOST_WORK:.0e}")
-        })
     }
 
-    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        if let Some(reason) = self.refuses(problem) {
+    /// More and more digits, until they suffice.
+    fn climb(
+        &self,
+        problem: &Problem<'_>,
+        wanted: Wanted<'_>,
+    ) -> Result<Trajectory, ResponseError> {
+        if let Some(reason) = refusal(problem, &wanted) {
             return Err(ResponseError::NotApplicable {
                 method: self.name(),
                 reason,
@@ -94,10 +119,11 @@ impl ResponseMethod for ByCertifiedExponential {
         };
         let affordable = LADDER
             .iter()
-            .filter(|rung| work(problem, rung) <= MOST_WORK);
+            .filter(|rung| work(problem, &wanted, rung) <= MOST_WORK);
         let last = affordable.clone().count() - 1;
         for (at, rung) in affordable.enumerate() {
-            if let Some(trajectory) = (rung.run)(problem, self.name(), tolerance, at == last)? {
+            let answer = (rung.run)(problem, wanted, self.name(), tolerance, at == last)?;
+            if let Some(trajectory) = answer {
                 return Ok(trajectory);
             }
         }
@@ -108,21 +134,53 @@ impl ResponseMethod for ByCertifiedExponential {
     }
 }
 
+impl ResponseMethod for ByCertifiedExponential {
+    fn name(&self) -> &'static str {
+        "certified exponential"
+    }
+
+    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        refusal(problem, &Wanted::by(problem))
+    }
+
+    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        self.climb(problem, Wanted::by(problem))
+    }
+}
+
+fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
+    if let Err(error) = FirstOrder::of(problem.system()) {
+        return Some(error.to_string());
+    }
+    let work = work(problem, wanted, &LADDER[0]);
+    (work > MOST_WORK).then(|| {
+        format!("it would take {work:.0e} operations with 32 digits, more than {MOST_WORK:.0e}")
+    })
+}
+
 /// The most operations, in units of one with 32 digits.
 const MOST_WORK: f64 = 4e10;
 
 /// About how many operations a rung takes, in units of one with 32 digits.
-fn work(problem: &Problem<'_>, rung: &Rung) -> f64 {
+fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, rung: &Rung) -> f64 {
     let states = 2.0 * problem.system().len() as f64 + problem.loads().len() as f64;
-    let instants = match problem.instants() {
-        Some(instants) => instants.len() as f64,
-        None => problem.grid().last() as f64,
-    };
-    let steps = instants + problem.timeline().pieces().len() as f64;
+    let instants = wanted.count(problem.grid()) as f64;
+    let pieces = problem.timeline().pieces();
+    let off_grid = pieces
+        .iter()
+        .filter(|piece| piece.start_instant().fraction().is_none());
+    // An instant off the grid takes an exponential of its own, and one back to the grid.
+    let exponentials = 1.0
+        + 2.0 * off_grid.count() as f64
+        + match wanted {
+            Wanted::Times(_) => instants,
+            _ => 0.0,
+        };
+    let steps = instants + pieces.len() as f64;
     let one = if rung.limbs == 1 {
         1.0
     } else {
         4.0 + (rung.limbs * rung.limbs) as f64 / 8.0
     };
-    (60.0 * states.powi(3) + 2.0 * steps * states * states) * one
+    (60.0 * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
 }

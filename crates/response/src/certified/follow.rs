@@ -1,0 +1,311 @@
+//! The motion between the instants, followed in doubles as closely as its shape asks for.
+
+use std::collections::HashMap;
+
+use eigentone_digits::{DoubleDouble, Magnitude, Real};
+
+use super::exponential::exponential;
+use super::generator::Generator;
+use super::march::Walker;
+use crate::problem::Problem;
+use crate::timeline::Instant;
+
+/// A moment of the motion, in doubles: displacements, velocities and accelerations, then states and
+/// loads.
+#[derive(Clone, Debug)]
+pub(crate) struct Point {
+    n: usize,
+    values: Vec<f64>,
+}
+
+impl Point {
+    /// The displacement of a coordinate.
+    pub(crate) fn x(&self, i: usize) -> f64 {
+        self.values[i]
+    }
+
+    /// Its velocity.
+    pub(crate) fn v(&self, i: usize) -> f64 {
+        self.values[self.n + i]
+    }
+
+    /// Its acceleration.
+    pub(crate) fn a(&self, i: usize) -> f64 {
+        self.values[2 * self.n + i]
+    }
+
+    fn zeta(&self) -> &[f64] {
+        &self.values[3 * self.n..]
+    }
+}
+
+/// A short stretch of time in which the motion of every coordinate is a polynomial of degree five
+/// to about nine digits: that of its displacement, velocity and acceleration at both ends.
+pub(crate) struct Stretch<'a> {
+    /// When it begins, in s.
+    pub(crate) start: f64,
+    /// In s.
+    pub(crate) length: f64,
+    pub(crate) left: &'a Point,
+    pub(crate) right: &'a Point,
+    way: &'a mut Way,
+    /// It is the way halved so many times.
+    depth: usize,
+}
+
+impl Stretch<'_> {
+    /// The displacement of a coordinate at the fraction `s` of the stretch, by the polynomial.
+    pub(crate) fn polynomial(&self, i: usize, s: f64) -> f64 {
+        let highest_first = self.coefficients(i).into_iter().rev();
+        highest_first.fold(0.0, |sum, coefficient| sum * s + coefficient)
+    }
+
+    /// The polynomial's value where its slope changes sign, as it does between the ends.
+    pub(crate) fn turning_value(&self, i: usize) -> f64 {
+        let coefficients = self.coefficients(i);
+        let slope = |s: f64| {
+            let powers = (1..6).rev();
+            powers.fold(0.0, |sum, k| sum * s + k as f64 * coefficients[k])
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        let rises = slope(low) > 0.0;
+        for _ in 0..30 {
+            let middle = 0.5 * (low + high);
+            if (slope(middle) > 0.0) == rises {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.polynomial(i, low)
+    }
+
+    /// Those of 1, s, s², … s⁵.
+    fn coefficients(&self, i: usize) -> [f64; 6] {
+        let (p, q, h) = (self.left, self.right, self.length);
+        let (v, a) = (h * p.v(i), h * h * p.a(i));
+        let rise = q.x(i) - p.x(i) - v - a / 2.0;
+        let slope = h * q.v(i) - v - a;
+        let bend = h * h * q.a(i) - a;
+        [
+            p.x(i),
+            v,
+            a / 2.0,
+            10.0 * rise - 4.0 * slope + bend / 2.0,
+            -15.0 * rise + 7.0 * slope - bend,
+            6.0 * rise - 3.0 * slope + bend / 2.0,
+        ]
+    }
+
+    /// Time and point where `crossed` turns from false to true, as it does between the ends: found by
+    /// bisection, each point of which is exact.
+    pub(crate) fn bisect(&mut self, mut crossed: impl FnMut(&Point) -> bool) -> (f64, Point) {
+        /// A stretch is divided no further than doubles tell its times apart.
+        const HALVINGS: usize = 48;
+        let mut at = self.left.clone();
+        let (mut time, mut length) = (self.start, self.length);
+        for depth in self.depth + 1..=self.depth + HALVINGS {
+            length /= 2.0;
+            let next = self.way.advance(&at, depth);
+            if !crossed(&next) {
+                time += length;
+                at = next;
+            }
+        }
+        (time, at)
+    }
+}
+
+/// From one stop of the march to the next, and its halves, quarters, ….
+struct Way {
+    n: usize,
+    /// Displacements, velocities and accelerations from states and loads, by rows.
+    outputs: Vec<f64>,
+    /// The states and loads after each half of the way, as matrices by rows.
+    halves: Vec<Vec<f64>>,
+    make: Box<dyn Fn(usize) -> Vec<f64>>,
+}
+
+impl Way {
+    fn point(&self, zeta: impl ExactSizeIterator<Item = f64>) -> Point {
+        let size = zeta.len();
+        let mut values = vec![0.0; 3 * self.n + size];
+        let (outputs, states) = values.split_at_mut(3 * self.n);
+        for (entry, value) in states.iter_mut().zip(zeta) {
+            *entry = value;
+        }
+        for (output, row) in outputs.iter_mut().zip(self.outputs.chunks_exact(size)) {
+            *output = dot(row, states);
+        }
+        Point { n: self.n, values }
+    }
+
+    /// The point 2^-depth of the way later.
+    fn advance(&mut self, from: &Point, depth: usize) -> Point {
+        while self.halves.len() <= depth {
+            let half = (self.make)(self.halves.len());
+            self.halves.push(half);
+        }
+        let zeta = from.zeta();
+        let rows = self.halves[depth].chunks_exact(zeta.len());
+        self.point(rows.map(|row| dot(row, zeta)))
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// How finely the motion is divided.
+struct Limits {
+    /// The largest displacement of each coordinate so far.
+    range: Vec<f64>,
+    /// How many stretches may still be looked at.
+    left: u64,
+}
+
+impl Limits {
+    /// Widens the ranges by a point.
+    fn see(&mut self, point: &Point) {
+        for (i, range) in self.range.iter_mut().enumerate() {
+            *range = range.max(point.x(i).abs());
+        }
+    }
+}
+
+/// Beside the range of a coordinate, a difference below this does not show.
+pub(crate) const INVISIBLE: f64 = 1e-9;
+/// Beside the range of all coordinates, a difference below this is rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
+/// turn. `range` is the largest displacement known of each coordinate. `None` where the motion asks
+/// for too many stretches, or 32 digits do not suffice to set out.
+pub(crate) fn follow(
+    problem: &Problem<'_>,
+    from: u64,
+    range: Vec<f64>,
+    visit: &mut dyn FnMut(&mut Stretch<'_>),
+) -> Option<()> {
+    /// The most products that all stretches together may take.
+    const MOST: f64 = 4e9;
+    let generator = Generator::<DoubleDouble>::of(problem)?;
+    let w = generator.w.clone();
+    let outputs = generator.outputs.iter().flat_map(|output| &output.rows);
+    let outputs: Vec<f64> = outputs.flatten().map(|entry| entry.to_f64()).collect();
+    let grid = problem.grid();
+    let mut limits = Limits {
+        range,
+        left: (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64,
+    };
+    let mut walker = Walker::new(problem, generator)?;
+    let mut known: HashMap<u64, Way> = HashMap::new();
+    let pieces = problem.timeline().pieces();
+    let mut piece = 0;
+    let mut now = Instant::on_grid(grid, 0);
+    walker.begin(0);
+    let mut index = from.min(grid.last());
+    loop {
+        let target = Instant::on_grid(grid, index);
+        loop {
+            let begins = pieces.get(piece + 1).map(|next| next.start);
+            let stop = begins.filter(|start| start.order(&target).is_le());
+            let end = stop.unwrap_or(target);
+            let (start, finish) = (walker.moment(&now), walker.moment(&end));
+            if index > from && now.order(&end).is_lt() {
+                let (length, error) = walker.seconds(start, finish);
+                let way = known
+                    .entry(length.to_f64().to_bits())
+                    .or_insert_with(|| Way {
+                        n: problem.system().len(),
+                        outputs: outputs.clone(),
+                        halves: Vec::new(),
+                        make: maker(w.clone(), length, error),
+                    });
+                let left = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
+                let right = way.advance(&left, 0);
+                let mut stretch = Stretch {
+                    start: now.time().to_f64(),
+                    length: length.to_f64(),
+                    left: &left,
+                    right: &right,
+                    way,
+                    depth: 0,
+                };
+                divide(&mut stretch, &mut limits, visit)?;
+                if known.len() > 64 {
+                    known.clear();
+                }
+            }
+            walker.go(start, finish);
+            now = end;
+            if stop.is_none() {
+                break;
+            }
+            piece += 1;
+            walker.begin(piece);
+        }
+        if index == grid.last() {
+            return Some(());
+        }
+        index += 1;
+    }
+}
+
+/// e^{W·length/2^depth}, by rows in doubles.
+fn maker(
+    w: super::normed::Normed<DoubleDouble>,
+    length: DoubleDouble,
+    error: Magnitude,
+) -> Box<dyn Fn(usize) -> Vec<f64>> {
+    Box::new(move |depth| {
+        let time = Real::scale(length, -(depth as i64));
+        let relative = error / length.magnitude();
+        let power = exponential(&w, time, relative);
+        power.entries().iter().map(|entry| entry.to_f64()).collect()
+    })
+}
+
+/// Shows the halves of a stretch, or divides them, until their polynomials meet the motion.
+fn divide(
+    stretch: &mut Stretch<'_>,
+    limits: &mut Limits,
+    visit: &mut dyn FnMut(&mut Stretch<'_>),
+) -> Option<()> {
+    const DEEPEST: usize = 40;
+    limits.left = limits.left.checked_sub(1)?;
+    let depth = stretch.depth + 1;
+    let middle = stretch.way.advance(stretch.left, depth);
+    limits.see(&middle);
+    let all = limits.range.iter().copied().fold(0.0, f64::max);
+    let (p, q, h) = (stretch.left, stretch.right, stretch.length);
+    let meets = (0..limits.range.len()).all(|i| {
+        let speed = 1.875 * (q.x(i) - p.x(i)) - 0.4375 * h * (p.v(i) + q.v(i))
+            + 0.03125 * h * h * (q.a(i) - p.a(i));
+        let off = (middle.x(i) - stretch.polynomial(i, 0.5)).abs();
+        let turn = (h * middle.v(i) - speed).abs();
+        off.max(turn / 8.0) <= (INVISIBLE * limits.range[i]).max(ROUNDING * all)
+    });
+    let half = h / 2.0;
+    for (start, left, right) in [
+        (stretch.start, p, &middle),
+        (stretch.start + half, &middle, q),
+    ] {
+        let mut part = Stretch {
+            start,
+            length: half,
+            left,
+            right,
+            way: &mut *stretch.way,
+            depth,
+        };
+        if meets {
+            visit(&mut part);
+        } else if depth < DEEPEST {
+            divide(&mut part, limits, visit)?;
+        } else {
+            return None;
+        }
+    }
+    Some(())
+}

@@ -7,12 +7,12 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use eigentone::gallery::cases;
 use eigentone::modes::{FirstOrder, balance};
-use eigentone::response::{Exponential, Pade13, Taylor};
+use eigentone::response::{Exponential, Pade13, SecondOrder, Taylor};
 use faer::Mat;
 
 use chain::Chain;
 
-const METHODS: [&dyn Exponential; 2] = [&Taylor, &Pade13];
+const METHODS: [&dyn Exponential; 3] = [&SecondOrder, &Taylor, &Pade13];
 
 /// Scenes that only their initial state moves.
 const SCENES: [&str; 4] = [
@@ -73,7 +73,7 @@ fn gallery(c: &mut Criterion) {
 
 /// All shapes of a chain at once.
 fn chains(c: &mut Criterion) {
-    for masses in [3, 20, 100] {
+    for masses in [3, 20, 100, 200] {
         let chain = Chain {
             masses,
             damping: 0.1,

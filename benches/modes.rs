@@ -85,8 +85,9 @@ fn uneven(n: usize) -> System {
         i if i == 0 || i == n + 1 => GROUND.to_owned(),
         i => format!("m{i}"),
     };
+    // Masses that never repeat: no two modes are nearly the same.
     let mass =
-        |builder: SystemBuilder, i: usize| builder.mass(name(i), 1.0 + 0.25 * (i % 4) as f64);
+        |builder: SystemBuilder, i: usize| builder.mass(name(i), 1.0 + (0.618 * i as f64).fract());
     let join = |builder: SystemBuilder, i: usize| {
         builder
             .spring(name(i), name(i + 1), 1.0 + 0.5 * (i % 3) as f64)

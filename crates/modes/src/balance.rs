@@ -22,11 +22,9 @@ pub fn balance(a: MatRef<'_, f64>) -> Balanced {
     for _ in 0..100 {
         let mut converged = true;
         for i in 0..n {
-            let (mut column, mut row) = (0f64, 0f64);
-            for j in (0..n).filter(|j| *j != i) {
-                column = column.hypot(matrix[(j, i)]);
-                row = row.hypot(matrix[(i, j)]);
-            }
+            let others = || (0..n).filter(|j| *j != i);
+            let column = norm(others().map(|j| matrix[(j, i)]));
+            let row = norm(others().map(|j| matrix[(i, j)]));
             if column == 0.0 || row == 0.0 || !column.is_finite() || !row.is_finite() {
                 continue;
             }
@@ -51,6 +49,16 @@ pub fn balance(a: MatRef<'_, f64>) -> Balanced {
     Balanced {
         matrix,
         scale: exponents.into_iter().map(exp2).collect(),
+    }
+}
+
+/// The 2-norm; where squares would leave the doubles, the slow way.
+fn norm(entries: impl Iterator<Item = f64> + Clone) -> f64 {
+    let square: f64 = entries.clone().map(|x| x * x).sum();
+    if (1e-200..1e200).contains(&square) {
+        square.sqrt()
+    } else {
+        entries.fold(0.0, f64::hypot)
     }
 }
 

@@ -7,7 +7,7 @@ use eigentone_modes::FirstOrder;
 use faer::Mat;
 
 use crate::estimate::Estimate;
-use crate::exponential::{Exponential, Taylor};
+use crate::exponential::{Exponential, SecondOrder};
 use crate::hold::{Held, exact};
 use crate::march::{Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
@@ -79,7 +79,7 @@ impl Flow for Dense {
             self.held.clear();
         }
         let held = self.held.entry(h.to_bits()).or_insert_with(|| {
-            let method: &dyn Exponential = &Taylor;
+            let method: &dyn Exponential = &SecondOrder;
             exact(
                 method,
                 self.a.as_ref(),

@@ -4,7 +4,9 @@ use std::cmp::Ordering;
 use std::fmt::Write;
 
 use eigentone_digits::{Real, Wide};
-use eigentone_response::{ExpmError, Exponential, Pade13, Taylor, expm, expm_condition};
+use eigentone_response::{
+    ExpmError, Exponential, Pade13, SecondOrder, Taylor, expm, expm_condition,
+};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
 
@@ -462,4 +464,44 @@ fn the_condition_of_larger_matrices_is_nearly_reached() {
         assert!(found >= 0.5 * largest, "order {n}: {found} {largest}");
         assert!(found <= n as f64 * largest, "order {n}: {found} {largest}");
     }
+}
+
+/// Chains long enough for the structure to be used, over short and long times.
+#[test]
+fn second_order_errors_are_those_that_the_condition_explains() {
+    let mut from = Sequence(5);
+    let mut worst = [0f64; 2];
+    for case in 0..20 {
+        let damping = [0.0, 1e-3, 0.1, 3.0][case % 4];
+        let time = [0.01, 0.05, 0.2, 0.5, 40.0][case / 4];
+        let n = 10;
+        let spring: Vec<f64> = (0..=n).map(|_| from.magnitude(0.0, 1.5)).collect();
+        let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
+        for i in 0..n {
+            a[(i, n + i)] = 4.0 * time;
+            for (factor, first) in [(0.25 * time, 0), (damping * time, n)] {
+                a[(n + i, first + i)] = -factor * (spring[i] + spring[i + 1]);
+                if i > 0 {
+                    a[(n + i, first + i - 1)] = factor * spring[i];
+                }
+                if i + 1 < n {
+                    a[(n + i, first + i + 1)] = factor * spring[i + 1];
+                }
+            }
+        }
+        let exact = reference(&exactly(a.as_ref()));
+        let rounding = UNIT * expm_condition(a.as_ref()).expect("finite");
+        for (worst, method) in worst
+            .iter_mut()
+            .zip([&SecondOrder as &dyn Exponential, &Taylor])
+        {
+            let error = error(&method.exponential(a.as_ref()), &exact) / rounding;
+            assert!(error < 10.0, "{} on chain {case}: {error}", method.name());
+            *worst = worst.max(error);
+        }
+    }
+    println!(
+        "second order {:.2}, Taylor {:.2} units of κ·2^-53",
+        worst[0], worst[1]
+    );
 }

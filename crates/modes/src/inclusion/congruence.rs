@@ -27,6 +27,7 @@
 //! Shapes too close for that are first replaced by the Ritz vectors of their span.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef, Side};
@@ -58,18 +59,57 @@ pub(crate) fn certify(
     structure: &Structure,
     modes: &[Mode],
 ) -> Option<Vec<Elastic>> {
-    let applies =
-        structure.is_undamped() && structure.is_symmetric() && structure.massless().is_empty();
-    let elastic: Vec<&Mode> = modes
-        .iter()
-        .filter(|mode| mode.eigenvalue().value.norm() != 0.0)
-        .collect();
+    let elastic = || {
+        modes
+            .iter()
+            .filter(|mode| mode.eigenvalue().value.norm() != 0.0)
+    };
+    if !structure.is_undamped() || elastic().any(|mode| mode.is_defective()) {
+        return None;
+    }
+    let shapes = elastic().map(|mode| mode.shape().iter().map(|x| x.re).collect());
+    let found = squares(system, structure, shapes.collect(), 1e-24)?;
+    Some(elastic_modes(&found))
+}
+
+/// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
+pub(crate) struct Squares {
+    pub(crate) values: Vec<DoubleDouble>,
+    pub(crate) shapes: Vec<Vec<f64>>,
+    /// A bound of the relative error of every value.
+    pub(crate) spread: f64,
+}
+
+impl Squares {
+    /// Those that their bounds do not tell apart.
+    pub(crate) fn groups(&self) -> Vec<Range<usize>> {
+        let touch = |a: &DoubleDouble, b: &DoubleDouble| {
+            (*b - *a).to_f64() <= self.spread * UPWARD * (*a + *b).to_f64()
+        };
+        let mut start = 0;
+        let ranges = self.values.chunk_by(touch).map(|group| {
+            let range = start..start + group.len();
+            start = range.end;
+            range
+        });
+        ranges.collect()
+    }
+}
+
+/// The same for (K, M) of any system with M and K symmetric and no massless nodes, given its
+/// elastic shapes approximately: as many as there are coordinates, less the parts that no spring
+/// ties to the ground. Their bound is brought to `goal` if double-double reaches it.
+pub(crate) fn squares(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+    goal: f64,
+) -> Option<Squares> {
     let rigid = structure.spring_floating();
     let n = system.len();
-    if !applies
-        || elastic.len() + rigid.len() != n
-        || elastic.iter().any(|mode| mode.is_defective())
-    {
+    let applies = structure.is_symmetric() && structure.massless().is_empty();
+    let elastic = shapes.len();
+    if !applies || elastic + rigid.len() != n {
         return None;
     }
     let mass = system.mass_matrix();
@@ -79,10 +119,7 @@ pub(crate) fn certify(
         let entries = shape.iter().map(|x| DoubleDouble::from(x / norm));
         entries.collect::<Vec<DoubleDouble>>()
     };
-    let mut columns: Vec<Vec<DoubleDouble>> = elastic
-        .iter()
-        .map(|mode| scaled(mode.shape().iter().map(|x| x.re).collect()))
-        .collect();
+    let mut columns: Vec<Vec<DoubleDouble>> = shapes.into_iter().map(scaled).collect();
     columns.extend(rigid.iter().map(|part| {
         let within = |i| if part.contains(&i) { 1.0 } else { 0.0 };
         scaled((0..n).map(within).collect())
@@ -91,10 +128,22 @@ pub(crate) fn certify(
         stiffness: Form::stiffness(system),
         mass: Form::mass(system),
         columns,
-        elastic: elastic.len(),
+        elastic,
     };
-    let forms = basis.refine()?;
-    Some(elastic_modes(&forms, &basis.columns))
+    let forms = basis.refine(goal)?;
+    let mut order: Vec<usize> = (0..elastic).collect();
+    let value = |i: usize| forms.squares[i];
+    order.sort_by(|a, b| {
+        let order = value(*a).partial_cmp(&value(*b));
+        order.unwrap_or(Ordering::Equal)
+    });
+    let shape = |i: &usize| basis.columns[*i].iter().map(|x| x.to_f64()).collect();
+    Some(Squares {
+        values: order.iter().map(|i| value(*i)).collect(),
+        shapes: order.iter().map(shape).collect(),
+        // The quotient s/g itself rounds.
+        spread: forms.spread + 2f64.powi(-100),
+    })
 }
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
@@ -123,13 +172,12 @@ enum Step {
 }
 
 impl Basis<'_> {
-    /// Refines the basis as far as double-double reaches, and returns its forms.
-    fn refine(&mut self) -> Option<Forms> {
+    /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
+    fn refine(&mut self, goal: f64) -> Option<Forms> {
         const STEPS: usize = 12;
-        const GOAL: f64 = 1e-24;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
-            if forms.spread <= GOAL {
+            if forms.spread <= goal {
                 break;
             }
             let before = self.columns.clone();
@@ -490,34 +538,24 @@ impl Gram {
 }
 
 /// ω = √σ with bounds; frequencies that are not told apart get one value.
-fn elastic_modes(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Elastic> {
-    let squares = &forms.squares;
-    let mut order: Vec<usize> = (0..squares.len()).collect();
-    order.sort_by(|a, b| {
-        squares[*a]
-            .partial_cmp(&squares[*b])
-            .unwrap_or(Ordering::Equal)
-    });
-    // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the quotient and the root.
-    let relative = forms.spread / (1.0 + (1.0 - forms.spread).sqrt()) + 2f64.powi(-100);
-    let touch = |a: &usize, b: &usize| {
-        let (a, b) = (squares[*a], squares[*b]);
-        (b - a).to_f64() <= forms.spread * UPWARD * (a + b).to_f64()
-    };
-    let mut found = Vec::with_capacity(order.len());
-    for group in order.chunk_by(touch) {
-        let frequency = squares[group[group.len() / 2]].sqrt().to_f64();
-        let bound = group.iter().map(|i| {
-            let root = squares[*i].sqrt();
+fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
+    // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the root.
+    let relative = squares.spread / (1.0 + (1.0 - squares.spread).sqrt()) + 2f64.powi(-100);
+    let mut found = Vec::with_capacity(squares.values.len());
+    for group in squares.groups() {
+        let middle = squares.values[(group.start + group.end) / 2];
+        let frequency = middle.sqrt().to_f64();
+        let bound = group.clone().map(|i| {
+            let root = squares.values[i].sqrt();
             let rounding = (root - DoubleDouble::from(frequency)).to_f64().abs();
             (rounding + relative * root.to_f64()) * UPWARD
         });
         let bound = bound.fold(f64::from_bits(1), f64::max);
-        found.extend(group.iter().map(|i| Elastic {
+        found.extend(group.clone().map(|i| Elastic {
             frequency,
             bound,
             multiplicity: group.len(),
-            shape: columns[*i].iter().map(|x| x.to_f64()).collect(),
+            shape: squares.shapes[i].clone(),
         }));
     }
     found

@@ -3,6 +3,7 @@
 pub(crate) mod congruence;
 mod exactly;
 mod pencil;
+pub(crate) mod rayleigh;
 mod refine;
 mod weierstrass;
 

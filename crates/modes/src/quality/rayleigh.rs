@@ -1,43 +1,37 @@
-//! Roots from shapes: the two-sided Rayleigh functional, summed over the elements in
-//! double-double.
+//! Roots from shapes: the two-sided Rayleigh functional, summed over the elements.
 //!
 //! With m = y*Mx, c = y*Cx, k = y*Kx the root of mλ² + cλ + k near an approximation is stationary
 //! in x and y: errors ε of the shapes enter λ as ε² (Lancaster 1966, *Lambda-matrices and
 //! vibrating systems*, §5.5). A spring contributes k·(y_a − y_b)*(x_a − x_b), which keeps soft
 //! springs beside stiff ones, as the assembled K does not.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Real, WideComplex};
 use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
 
-/// y*Mx, y*Cx and y*Kx, or for a real shape x = y their real values.
+/// y*Mx, y*Cx and y*Kx, or for a real shape x = y their real values, in the precision of T.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Forms {
-    pub(crate) m: ComplexDoubleDouble,
-    pub(crate) c: ComplexDoubleDouble,
-    pub(crate) k: ComplexDoubleDouble,
+pub(crate) struct Forms<T = DoubleDouble> {
+    pub(crate) m: WideComplex<T>,
+    pub(crate) c: WideComplex<T>,
+    pub(crate) k: WideComplex<T>,
 }
 
-impl Forms {
+impl<T: Real> Forms<T> {
     /// The three forms of shapes x and y.
-    pub(crate) fn of(system: &System, y: &[Complex<f64>], x: &[Complex<f64>]) -> Forms {
-        let entry = |v: Complex<f64>| ComplexDoubleDouble::new(v.re, v.im);
-        let mut m = ComplexDoubleDouble::ZERO;
-        for (i, mass) in system
-            .masses()
-            .iter()
-            .enumerate()
-            .filter(|(_, mass)| **mass != 0.0)
-        {
-            m += entry(y[i].conj()) * entry(x[i]) * *mass;
-        }
+    pub(crate) fn of(system: &System, y: &[Complex<f64>], x: &[Complex<f64>]) -> Forms<T> {
         let mut forms = Forms {
-            m,
+            m: WideComplex::ZERO,
             c: element_form(system.dampers(), y, x),
             k: element_form(system.springs(), y, x),
         };
+        for ((mass, y), x) in system.masses().iter().zip(y).zip(x) {
+            if *mass != 0.0 {
+                forms.m += wide::<T>(y.conj()) * wide(*x) * *mass;
+            }
+        }
         for (kind, form) in [
             (MatrixKind::Mass, &mut forms.m),
             (MatrixKind::Damping, &mut forms.c),
@@ -47,57 +41,95 @@ impl Forms {
                 continue;
             };
             for (j, xj) in x.iter().enumerate() {
-                let mut column = ComplexDoubleDouble::ZERO;
-                for (i, yi) in y.iter().enumerate() {
-                    if matrix[(i, j)] != 0.0 {
-                        column += entry(yi.conj()) * matrix[(i, j)];
+                let mut column = WideComplex::<T>::ZERO;
+                for (entry, yi) in matrix.col(j).iter().zip(y) {
+                    if *entry != 0.0 {
+                        column += wide::<T>(yi.conj()) * *entry;
                     }
                 }
-                *form += column * entry(*xj);
+                *form += column * wide(*xj);
             }
         }
         forms
     }
 
     /// The root of mλ² + cλ + k to which Newton's method leads from `start`, or `None` where the
-    /// root is nearly double.
+    /// root is nearly double. Its residuals are taken in double-double: they cancel.
     pub(crate) fn root(&self, start: Complex<f64>) -> Option<Complex<f64>> {
-        let mut lambda = ComplexDoubleDouble::new(start.re, start.im);
+        let part = |x: T| {
+            let high = x.to_f64();
+            DoubleDouble::new(high, (x - T::from(high)).to_f64())
+        };
+        let [m, c, k] = [self.m, self.c, self.k].map(|z| ComplexDoubleDouble {
+            re: part(z.re),
+            im: part(z.im),
+        });
+        let plain = |z: ComplexDoubleDouble| Complex::new(z.re.to_f64(), z.im.to_f64());
+        let exact = |z: Complex<f64>| ComplexDoubleDouble::new(z.re, z.im);
+        let mut lambda = exact(start);
         for _ in 0..3 {
-            let value = (self.m * lambda + self.c) * lambda + self.k;
-            let slope = self.m * lambda * 2.0 + self.c;
-            let step = value / slope;
-            if !step.norm().is_finite() || step.norm() > 1e-2 * lambda.norm() {
+            let near = plain(lambda);
+            let slope = plain(m) * near * 2.0 + plain(c);
+            let step = plain((m * lambda + c) * lambda + k) / slope;
+            let size = step.norm();
+            if !size.is_finite() || size > 1e-2 * near.norm() {
                 return None;
             }
-            lambda = lambda - step;
+            lambda = lambda - exact(step);
+            if size <= f64::EPSILON * f64::EPSILON * near.norm() {
+                break;
+            }
         }
-        Some(Complex::new(lambda.re.to_f64(), lambda.im.to_f64()))
+        Some(plain(lambda))
     }
 }
 
-fn element_form(
+/// xᵀMx and xᵀKx of a real shape, in the precision of T.
+pub(crate) fn real_forms<T: Real>(system: &System, x: &[f64]) -> (T, T) {
+    let at = |node: Node| T::from(node.coordinate().map_or(0.0, |i| x[i]));
+    let mut k = T::ZERO;
+    for spring in system.springs() {
+        let stretch = at(spring.first) - at(spring.second);
+        k = k + (stretch * stretch).mul_f64(spring.coefficient);
+    }
+    let mut m = T::ZERO;
+    for (mass, x) in system.masses().iter().zip(x) {
+        m = m + T::from(*x).mul_f64(*x).mul_f64(*mass);
+    }
+    for (kind, form) in [(MatrixKind::Mass, &mut m), (MatrixKind::Stiffness, &mut k)] {
+        let Some(matrix) = system.added(kind) else {
+            continue;
+        };
+        for (j, xj) in x.iter().enumerate() {
+            let mut column = T::ZERO;
+            for (entry, xi) in matrix.col(j).iter().zip(x) {
+                if *entry != 0.0 {
+                    column = column + T::from(*xi).mul_f64(*entry);
+                }
+            }
+            *form = *form + column.mul_f64(*xj);
+        }
+    }
+    (m, k)
+}
+
+fn wide<T: Real>(z: Complex<f64>) -> WideComplex<T> {
+    WideComplex::new(z.re, z.im)
+}
+
+fn element_form<T: Real>(
     elements: &[Element],
     y: &[Complex<f64>],
     x: &[Complex<f64>],
-) -> ComplexDoubleDouble {
+) -> WideComplex<T> {
     let at =
         |shape: &[Complex<f64>], node: Node| node.coordinate().map_or(Complex::ZERO, |i| shape[i]);
     let stretch = |shape: &[Complex<f64>], element: &Element| {
-        let (first, second) = (at(shape, element.first), at(shape, element.second));
-        ComplexDoubleDouble {
-            re: DoubleDouble::new(first.re, -second.re),
-            im: DoubleDouble::new(first.im, -second.im),
-        }
+        wide::<T>(at(shape, element.first)) - wide(at(shape, element.second))
     };
-    let mut sum = ComplexDoubleDouble::ZERO;
+    let mut sum = WideComplex::ZERO;
     for element in elements {
-        let left = stretch(y, element);
-        let left = ComplexDoubleDouble {
-            re: left.re,
-            im: -left.im,
-        };
-        sum += left * stretch(x, element) * element.coefficient;
+        sum += stretch(y, element).conj() * stretch(x, element) * element.coefficient;
     }
     sum
 }

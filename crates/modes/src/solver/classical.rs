@@ -1,11 +1,11 @@
 //! Classically damped modes: real shapes, and one scalar quadratic for each.
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::modes::Modes;
-use crate::quality::rayleigh::Forms;
+use crate::quality::rayleigh::{Forms, real_forms};
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -186,17 +186,17 @@ struct ModalForms {
     rigid: bool,
 }
 
-/// The undamped modes, from the springs where the system is built of them; among those of one
-/// frequency, ones that C does not couple.
-pub(crate) fn real_modes(
+/// The undamped modes, with Rayleigh quotients in the precision of T, from the springs where the
+/// system is built of them; among those of one frequency, ones that C does not couple.
+pub(crate) fn real_modes<T: Real>(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
 ) -> Result<Vec<RealMode>, ModesError> {
     let mut modes = if spring_factor::refuses_springs(system).is_none() {
-        spring_factor::real_modes(solver, system, structure)?
+        spring_factor::real_modes::<T>(solver, system, structure)?
     } else {
-        symmetric::real_modes(solver, system, structure)?
+        symmetric::real_modes::<T>(solver, system, structure)?
     };
     separate(system, &mut modes);
     Ok(modes)
@@ -208,7 +208,7 @@ fn modal_forms(
     system: &System,
     structure: &Structure,
 ) -> Result<Vec<ModalForms>, ModesError> {
-    let modes = real_modes(solver, system, structure)?;
+    let modes = real_modes::<f64>(solver, system, structure)?;
     let form = |mode: RealMode| {
         let shape = unit(&mode).complex_shape();
         ModalForms {
@@ -240,8 +240,8 @@ fn separate(system: &System, modes: &mut [RealMode]) {
     const SWEEPS: usize = 30;
     modes.sort_by(|a, b| a.square.total_cmp(&b.square));
     for mode in modes.iter_mut() {
-        let shape = mode.complex_shape();
-        let mass = Forms::of(system, &shape, &shape).m.re.to_f64().sqrt();
+        let (mass, _) = real_forms::<f64>(system, &mode.shape);
+        let mass = mass.sqrt();
         mode.shape.iter_mut().for_each(|x| *x /= mass);
     }
     let near = |a: &RealMode, b: &RealMode| {
@@ -256,7 +256,7 @@ fn separate(system: &System, modes: &mut [RealMode]) {
                 }
                 let (x, y) = (modes[p].complex_shape(), modes[q].complex_shape());
                 let damping =
-                    |a: &[Complex<f64>], b: &[Complex<f64>]| Forms::of(system, a, b).c.re.to_f64();
+                    |a: &[Complex<f64>], b: &[Complex<f64>]| Forms::<f64>::of(system, a, b).c.re;
                 let (a, b, g) = (damping(&x, &x), damping(&y, &y), damping(&x, &y));
                 if g.abs() <= COUPLED * (a.abs() + b.abs()) {
                     continue;

@@ -65,11 +65,13 @@ pub(crate) fn plan(
     let mut left_out = Vec::new();
     let mut chosen: Option<&'static dyn ModeSolver> = None;
     for &solver in solvers() {
-        match (chosen, solver.refuses(system, structure)) {
-            (None, None) => chosen = Some(solver),
-            (None, Some(reason)) => left_out.push((solver.name(), reason)),
-            (Some(_), None) => left_out.push((solver.name(), "not needed".to_owned())),
-            (Some(_), Some(reason)) => left_out.push((solver.name(), reason)),
+        if chosen.is_some() {
+            left_out.push((solver.name(), "not needed".to_owned()));
+            continue;
+        }
+        match solver.refuses(system, structure) {
+            None => chosen = Some(solver),
+            Some(reason) => left_out.push((solver.name(), reason)),
         }
     }
     let Some(solver) = chosen else {

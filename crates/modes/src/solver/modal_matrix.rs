@@ -1,8 +1,10 @@
 //! General damping in the coordinates of the undamped modes.
 
+use eigentone_digits::DoubleDouble;
 use faer::Mat;
 use num_complex::Complex;
 
+use crate::element::{MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::rayleigh::Forms;
 use crate::structure::Structure;
@@ -46,8 +48,13 @@ impl ModeSolver for ModalMatrix {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = classical::real_modes(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
+        // Frequencies of modes that stay undamped are given as they are, the others are improved.
+        let modes = if undamped == 0 {
+            classical::real_modes::<f64>(self, system, structure)?
+        } else {
+            classical::real_modes::<DoubleDouble>(self, system, structure)?
+        };
         let (apart, mut modes) = set_apart(system, modes, undamped);
         let mut roots = undamped_roots(apart);
 
@@ -68,19 +75,19 @@ impl ModeSolver for ModalMatrix {
         }
         let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
         // z holds ωq and q′ = λq of each mode: q comes from the larger.
-        let shape = |lambda: Complex<f64>, z: &[Complex<f64>]| {
+        let amplitudes = |lambda: Complex<f64>, z: Vec<Complex<f64>>| {
             let amplitude = |j: usize| {
                 let velocity = z[elastic + j];
-                if j < elastic && z[j].norm() > velocity.norm() {
+                if j < elastic && z[j].norm_sqr() > velocity.norm_sqr() {
                     z[j] / modes[j].square.sqrt()
                 } else {
                     velocity / lambda
                 }
             };
-            let amplitudes: Vec<Complex<f64>> = (0..r).map(amplitude).collect();
-            state_matrix::combined(shapes.as_ref(), &amplitudes)
+            (0..r).map(amplitude).collect()
         };
-        let mut found = state_matrix::eigen(self, a.as_ref(), &shape, None)?;
+        let basis = shapes.as_ref();
+        let mut found = state_matrix::eigen(self, a.as_ref(), basis, &amplitudes, None)?;
         let rigid_count = r - elastic;
         if rigid_count > 0 {
             let zeros = structure.zero_roots().unwrap_or(rigid_count);
@@ -106,9 +113,12 @@ fn set_apart(
             return f64::INFINITY;
         }
         let shape = mode.complex_shape();
-        let damping = Forms::of(system, &shape, &shape).c.re.to_f64();
+        let damping = Forms::<f64>::of(system, &shape, &shape).c.re;
         damping.abs() / mode.square.sqrt()
     };
+    if count == 0 {
+        return (Vec::new(), modes);
+    }
     let mut rated: Vec<(f64, RealMode)> = modes
         .into_iter()
         .map(|mode| (resistance(&mode), mode))
@@ -121,25 +131,17 @@ fn set_apart(
 
 /// Γ = ΦᵀCΦ, summed over the dampers.
 fn modal_damping(system: &System, modes: &[RealMode]) -> Mat<f64> {
-    use crate::element::MatrixKind::Damping;
     let r = modes.len();
-    let mut gamma = Mat::<f64>::zeros(r, r);
-    for damper in system.dampers() {
-        let stretch: Vec<f64> = modes
-            .iter()
-            .map(|mode| {
-                let at =
-                    |node: crate::element::Node| node.coordinate().map_or(0.0, |i| mode.shape[i]);
-                at(damper.first) - at(damper.second)
-            })
-            .collect();
-        for j in 0..r {
-            for i in 0..r {
-                gamma[(i, j)] += stretch[i] * damper.coefficient * stretch[j];
-            }
-        }
-    }
-    if let Some(added) = system.added(Damping) {
+    let dampers = system.dampers();
+    let at = |node: Node, j: usize| node.coordinate().map_or(0.0, |i| modes[j].shape[i]);
+    let stretches = Mat::from_fn(dampers.len(), r, |e, j| {
+        at(dampers[e].first, j) - at(dampers[e].second, j)
+    });
+    let forces = Mat::from_fn(dampers.len(), r, |e, j| {
+        dampers[e].coefficient * stretches[(e, j)]
+    });
+    let mut gamma = stretches.transpose() * forces;
+    if let Some(added) = system.added(MatrixKind::Damping) {
         let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
         gamma += shapes.transpose() * (added * &shapes);
     }

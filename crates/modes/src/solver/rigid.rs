@@ -19,6 +19,7 @@ pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
         count,
         defective,
         error: Some((0.0, 0.0)),
+        quality: None,
     };
     let listed = if defective { 1 } else { count };
     let each = if defective { count } else { 1 };

@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes};
 use crate::plan::ModePlan;
-use crate::quality::pencil::{Pencil, norm};
+use crate::quality::pencil::{Approximate, Pencil, Quality, norm};
 use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
@@ -27,6 +27,8 @@ pub(crate) struct Root {
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
     /// tells.
     pub(crate) error: Option<(f64, f64)>,
+    /// Where it was computed already.
+    pub(crate) quality: Option<Quality>,
 }
 
 impl Root {
@@ -39,6 +41,16 @@ impl Root {
             count: 1,
             defective: false,
             error: None,
+            quality: None,
+        }
+    }
+
+    /// What its quality is judged by.
+    pub(crate) fn approximate(&self) -> Approximate<'_> {
+        Approximate {
+            value: self.value,
+            shape: &self.shape,
+            left: self.left.as_deref(),
         }
     }
 
@@ -66,11 +78,23 @@ pub(crate) fn count_equal(modes: &mut [Mode]) {
 
 /// Sorts the roots, normalises the shapes and adds the quality of each.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
-    let pencil = Pencil::of(system);
     let symmetric = all_symmetric(system);
-    let mut modes: Vec<Mode> = roots
+    let roots: Vec<Root> = roots.into_iter().map(normalised_root).collect();
+    let unknown = roots.iter().filter(|root| root.quality.is_none());
+    let unknown: Vec<Approximate<'_>> = unknown.map(Root::approximate).collect();
+    let mut computed = if unknown.is_empty() {
+        Vec::new()
+    } else {
+        Pencil::of(system).qualities(&unknown)
+    }
+    .into_iter();
+    let qualities: Vec<Quality> = roots
         .iter()
-        .map(|root| mode(&pencil, root, symmetric))
+        .filter_map(|root| root.quality.or_else(|| computed.next()))
+        .collect();
+    let with_quality = roots.into_iter().zip(qualities);
+    let mut modes: Vec<Mode> = with_quality
+        .map(|(root, quality)| mode(root, quality, symmetric))
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     let mut eigenvalues = Vec::new();
@@ -109,24 +133,30 @@ pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
         .then(b.value.im.total_cmp(&a.value.im))
 }
 
-fn mode(pencil: &Pencil, root: &Root, symmetric: bool) -> Mode {
-    let shape = normalised(&root.shape);
-    let left_shape = match &root.left {
-        Some(left) => Some(normalised(left)),
-        None => symmetric.then(|| shape.iter().map(|entry| entry.conj()).collect()),
-    };
-    let backward_error = pencil.backward_error(root.value, &shape);
-    let condition = if root.defective || root.value.norm() == 0.0 {
-        None
-    } else {
-        pencil.condition(root.value, &root.shape, &root.left())
-    };
+fn normalised_root(root: Root) -> Root {
+    Root {
+        shape: normalised(&root.shape),
+        left: root.left.as_deref().map(normalised),
+        ..root
+    }
+}
+
+fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
+    let Quality {
+        backward_error,
+        condition,
+    } = quality;
+    let condition = condition.filter(|_| !root.defective && root.value.norm() != 0.0);
     // To first order |λ̂ − λ| ≤ κ η |λ|; η itself is only known to a few units of rounding.
     let estimate = condition.map(|condition| {
         let error = condition * (backward_error + 4.0 * f64::EPSILON) * root.value.norm();
         (error, error)
     });
     let error = root.error.or(estimate);
+    let left_shape = match root.left {
+        None if symmetric => Some(root.shape.iter().map(|entry| entry.conj()).collect()),
+        left => left,
+    };
     Mode {
         eigenvalue: Eigenvalue {
             value: root.value,
@@ -135,7 +165,7 @@ fn mode(pencil: &Pencil, root: &Root, symmetric: bool) -> Mode {
         },
         multiplicity: root.count,
         defective: root.defective,
-        shape,
+        shape: root.shape,
         left_shape,
         backward_error,
         condition,

@@ -6,11 +6,12 @@
 //! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
-use faer::Mat;
+use eigentone_digits::{DoubleDouble, Real};
+use faer::{Mat, Side};
 use num_complex::Complex;
 
 use crate::element::{Element, Node};
-use crate::quality::rayleigh::Forms;
+use crate::quality::rayleigh::real_forms;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -26,6 +27,9 @@ pub struct SpringFactor;
 
 /// Above this many coordinates the O(sweeps·n³) of the Jacobi method is too dear.
 const LARGEST: usize = 400;
+
+/// Of singular values by Jacobi's method, and of eigenvalues of whole matrices where it matters.
+pub(crate) const CONFIRMED: f64 = 1e-13;
 
 /// An undamped mode: ω² (negative where the motion diverges) and a real shape.
 #[derive(Clone, Debug)]
@@ -53,7 +57,7 @@ impl ModeSolver for SpringFactor {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = real_modes(self, system, structure)?;
+        let modes = real_modes::<DoubleDouble>(self, system, structure)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -104,8 +108,8 @@ impl RealMode {
     }
 }
 
-/// The undamped modes of M and K, from the springs.
-pub(crate) fn real_modes(
+/// The undamped modes of M and K, from the springs, with Rayleigh quotients in the precision of T.
+pub(crate) fn real_modes<T: Real>(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
@@ -113,44 +117,12 @@ pub(crate) fn real_modes(
     let n = system.len();
     let network = Condensed::of(system);
     let massive = &network.massive;
-    let column: Vec<Option<usize>> = (0..n)
-        .map(|i| massive.iter().position(|m| *m == i))
-        .collect();
-    let factor_entry = |spring: &Element, node: Node| {
-        let i = node.coordinate()?;
-        let entry = spring.coefficient.sqrt() / system.masses()[i].sqrt();
-        Some((column[i]?, entry))
+    let floating = structure.spring_floating().iter();
+    let rank = massive.len() - floating.filter(|part| has_mass(system, part)).count();
+    let singular = match even(&network, system, rank) {
+        Some(singular) => singular,
+        None => singular_values(solver, &network, system)?,
     };
-    let (rows, columns) = (network.springs.len(), massive.len());
-    let mut factor = Mat::<f64>::zeros(rows, columns);
-    for (row, spring) in network.springs.iter().enumerate() {
-        if let Some((j, entry)) = factor_entry(spring, spring.first) {
-            factor[(row, j)] = entry;
-        }
-        if let Some((j, entry)) = factor_entry(spring, spring.second) {
-            factor[(row, j)] = -entry;
-        }
-    }
-    if !factor.norm_max().is_finite() {
-        return Err(ModesError::OutOfRange {
-            method: solver.name(),
-        });
-    }
-    let rank = columns
-        - structure
-            .spring_floating()
-            .iter()
-            .filter(|part| has_mass(system, part))
-            .count();
-    // The columns that are rotated should be independent where that can be had.
-    let singular = if rows <= columns {
-        jacobi(factor.transpose().to_owned(), false)
-    } else {
-        jacobi(factor, true)
-    };
-    let singular = singular.ok_or(ModesError::NoConvergence {
-        method: solver.name(),
-    })?;
     let mut order: Vec<usize> = (0..singular.values.len()).collect();
     order.sort_by(|a, b| singular.values[*b].total_cmp(&singular.values[*a]));
 
@@ -163,7 +135,7 @@ pub(crate) fn real_modes(
         }
         network.extend(&mut shape);
         modes.push(RealMode {
-            square: refined(system, &shape, sigma),
+            square: refined::<T>(system, &shape, sigma, singular.error),
             shape,
             rigid: false,
         });
@@ -186,17 +158,93 @@ pub(crate) fn real_modes(
     Ok(modes)
 }
 
+/// Singular values and vectors of F in double precision throughout: from FᵀF, where its nonzero
+/// eigenvalues lie close enough together that each keeps its digits. With κ for the largest over the
+/// smallest, a Rayleigh quotient then errs by about n(κu)². `None` elsewhere, and where Jacobi's
+/// method is as quick.
+fn even(network: &Condensed, system: &System, rank: usize) -> Option<Singular> {
+    const FEW: usize = 12;
+    const SPREAD: f64 = 1e6;
+    let count = network.massive.len();
+    if count <= FEW || rank == 0 {
+        return None;
+    }
+    let column = network.columns(system.len());
+    let mut square = Mat::<f64>::zeros(count, count);
+    for spring in &network.springs {
+        let end = |node: Node| {
+            let i = node.coordinate()?;
+            Some((column[i]?, system.masses()[i].sqrt()))
+        };
+        let ends = [end(spring.first), end(spring.second)];
+        for (i, mass) in ends.into_iter().flatten() {
+            square[(i, i)] += spring.coefficient / mass / mass;
+        }
+        if let [Some((i, one)), Some((j, other))] = ends {
+            square[(i, j)] -= spring.coefficient / one / other;
+            square[(j, i)] = square[(i, j)];
+        }
+    }
+    let eigen = square.self_adjoint_eigen(Side::Lower).ok()?;
+    let largest = eigen.S()[count - 1];
+    let smallest = eigen.S()[count - rank];
+    if !largest.is_finite() || smallest <= largest / SPREAD {
+        return None;
+    }
+    let values = eigen.S().column_vector().iter();
+    Some(Singular {
+        values: values.map(|square| square.max(0.0).sqrt()).collect(),
+        vectors: eigen.U().to_owned(),
+        error: 1e-8,
+    })
+}
+
+/// Singular values and vectors of F by Jacobi's method.
+fn singular_values(
+    solver: &dyn ModeSolver,
+    network: &Condensed,
+    system: &System,
+) -> Result<Singular, ModesError> {
+    let method = solver.name();
+    let column = network.columns(system.len());
+    let factor_entry = |spring: &Element, node: Node| {
+        let i = node.coordinate()?;
+        let entry = spring.coefficient.sqrt() / system.masses()[i].sqrt();
+        Some((column[i]?, entry))
+    };
+    let (rows, columns) = (network.springs.len(), network.massive.len());
+    let mut factor = Mat::<f64>::zeros(rows, columns);
+    for (row, spring) in network.springs.iter().enumerate() {
+        if let Some((j, entry)) = factor_entry(spring, spring.first) {
+            factor[(row, j)] = entry;
+        }
+        if let Some((j, entry)) = factor_entry(spring, spring.second) {
+            factor[(row, j)] = -entry;
+        }
+    }
+    if !factor.norm_max().is_finite() {
+        return Err(ModesError::OutOfRange { method });
+    }
+    // The columns that are rotated should be independent where that can be had.
+    let singular = if rows <= columns {
+        jacobi(factor.transpose().to_owned(), false)
+    } else {
+        jacobi(factor, true)
+    };
+    singular.ok_or(ModesError::NoConvergence { method })
+}
+
 fn has_mass(system: &System, part: &[usize]) -> bool {
     part.iter().any(|i| system.masses()[*i] > 0.0)
 }
 
 /// ω² as the Rayleigh quotient of the shape, summed over the elements. On very stiff systems the
-/// rounding of the shape itself spoils the quotient: unless it confirms σ, σ² stays.
-pub(crate) fn refined(system: &System, shape: &[f64], sigma: f64) -> f64 {
-    let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(*x)).collect();
-    let forms = Forms::of(system, &shape, &shape);
-    let square = (forms.k.re / forms.m.re).to_f64();
-    if square.is_finite() && (square.sqrt() - sigma).abs() <= 1e-13 * sigma {
+/// rounding of the shape itself spoils the quotient: unless it confirms σ to its relative error, σ²
+/// stays.
+pub(crate) fn refined<T: Real>(system: &System, shape: &[f64], sigma: f64, error: f64) -> f64 {
+    let (m, k) = real_forms::<T>(system, shape);
+    let square = (k / m).to_f64();
+    if square.is_finite() && (square.sqrt() - sigma).abs() <= error * sigma {
         square
     } else {
         sigma * sigma
@@ -259,6 +307,15 @@ impl Condensed {
         }
     }
 
+    /// For each coordinate its place among those with mass.
+    fn columns(&self, coordinates: usize) -> Vec<Option<usize>> {
+        let mut columns = vec![None; coordinates];
+        for (place, &i) in self.massive.iter().enumerate() {
+            columns[i] = Some(place);
+        }
+        columns
+    }
+
     /// Gives the eliminated nodes their place between their neighbours.
     fn extend(&self, shape: &mut [f64]) {
         for (node, star) in self.eliminated.iter().rev() {
@@ -274,6 +331,8 @@ impl Condensed {
 struct Singular {
     values: Vec<f64>,
     vectors: Mat<f64>,
+    /// Of the values, relative, with a margin.
+    error: f64,
 }
 
 /// Rotates pairs of columns until all are orthogonal; their norms are then the singular values.
@@ -330,10 +389,15 @@ fn jacobi(mut columns: Mat<f64>, accumulate: bool) -> Option<Singular> {
         return Some(Singular {
             values,
             vectors: rotations,
+            error: CONFIRMED,
         });
     }
     let vectors = Mat::from_fn(rows, count, |i, j| columns[(i, j)] / (values[j] * scale));
-    Some(Singular { values, vectors })
+    Some(Singular {
+        values,
+        vectors,
+        error: CONFIRMED,
+    })
 }
 
 /// (a_p, a_q) ← (c·a_p − s·a_q, s·a_p + c·a_q).

@@ -1,5 +1,6 @@
 //! Undamped modes of assembled symmetric matrices.
 
+use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, Side};
 
 use crate::first_order::FirstOrder;
@@ -8,7 +9,7 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::collect;
-use super::spring_factor::{RealMode, refined, undamped_roots};
+use super::spring_factor::{CONFIRMED, RealMode, refined, undamped_roots};
 use super::{ModeSolver, ModesError, admit};
 
 /// The symmetric eigenproblem of L⁻¹KL⁻ᵀ with M = LLᵀ (Golub & Van Loan, *Matrix Computations*,
@@ -35,7 +36,7 @@ impl ModeSolver for Symmetric {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = real_modes(self, system, structure)?;
+        let modes = real_modes::<DoubleDouble>(self, system, structure)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -59,8 +60,9 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     None
 }
 
-/// The undamped modes of M and K, from the assembled matrices.
-pub(crate) fn real_modes(
+/// The undamped modes of M and K, from the assembled matrices, with Rayleigh quotients in the
+/// precision of T.
+pub(crate) fn real_modes<T: Real>(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
@@ -110,7 +112,7 @@ pub(crate) fn real_modes(
         }
         let square = square(&j);
         let square = if square > 0.0 {
-            refined(system, &shape, square.sqrt())
+            refined::<T>(system, &shape, square.sqrt(), CONFIRMED)
         } else {
             square
         };

@@ -47,7 +47,7 @@ pub(crate) fn classical(coefficients: &Coefficients) -> Verdict {
 
 /// Whether one of three symmetric matrices is a combination of the others: their entries, taken as
 /// vectors of three, have rank 2 at most.
-fn is_rayleigh(matrices: [&ExactMatrix; 3]) -> bool {
+pub(crate) fn is_rayleigh(matrices: [&ExactMatrix; 3]) -> bool {
     // A 3 × 3 minor is a sum of six products.
     let bits: u64 = matrices
         .iter()

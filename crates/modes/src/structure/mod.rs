@@ -14,6 +14,7 @@ mod network;
 mod overdamped;
 mod passive;
 mod polynomial;
+mod rayleigh;
 #[cfg(test)]
 mod samples;
 mod semidefinite;
@@ -31,6 +32,7 @@ use determinant::Roots;
 use later::Later;
 use massless::Massless;
 use passive::Passive;
+use rayleigh::Proportion;
 
 use crate::element::MatrixKind;
 use crate::system::System;
@@ -52,6 +54,7 @@ pub struct Structure {
     overdamped: Later<bool>,
     damping_rank: Later<Option<usize>>,
     undamped_modes: Later<Option<usize>>,
+    proportion: Later<Option<Proportion>>,
 }
 
 impl Structure {
@@ -77,6 +80,7 @@ impl Structure {
             overdamped: Later::new(),
             damping_rank: Later::new(),
             undamped_modes: Later::new(),
+            proportion: Later::new(),
             coefficients: Arc::new(coefficients),
         }
     }
@@ -156,6 +160,14 @@ impl Structure {
         *self
             .undamped_modes
             .get(|| undamped_modes::undamped_modes(&self.coefficients, &self.massless.nodes))
+    }
+
+    /// α and β of Rayleigh damping C = αM + βK with M and K symmetric, where that is what it is.
+    pub(crate) fn proportion(&self) -> Option<Proportion> {
+        *self.proportion.get(|| {
+            let rayleigh = || rayleigh::proportion(&self.coefficients);
+            self.is_classical().then(rayleigh).flatten()
+        })
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for

@@ -1,6 +1,7 @@
 //! Overdamped systems: (xᵀCx)² > 4 (xᵀMx)(xᵀKx) for every x ≠ 0, so that nothing oscillates. With
 //! M ≻ 0 and K ⪰ 0 this holds exactly if Q(−s) = s²M − sC + K is negative definite for some s > 0
-//! (Guo, Higham & Tisseur 2009, *SIAM J. Matrix Anal. Appl.* 30, theorem 3.6). Then all 2n roots are
+//! (Guo, Higham & Tisseur 2009, "Detecting and solving hyperbolic quadratic eigenvalue problems",
+//! *SIAM J. Matrix Anal. Appl.* 30). Then all 2n roots are
 //! real, semisimple and not positive, n of them below −s and n above.
 //!
 //! For each x, s lies between the two roots of the scalar quadratic of xᵀMx, xᵀCx and xᵀKx. The

@@ -3,6 +3,7 @@
 mod algebra;
 mod condition;
 mod dense;
+mod diagonals;
 mod dual;
 mod expm;
 mod growth;
@@ -10,6 +11,7 @@ mod norm;
 mod pade;
 mod polynomial;
 mod scaling;
+mod second_order;
 mod squaring;
 mod taylor;
 
@@ -18,6 +20,7 @@ use faer::{Mat, MatRef};
 pub use condition::expm_condition;
 pub use expm::{ExpmError, expm};
 pub use pade::Pade13;
+pub use second_order::SecondOrder;
 pub use taylor::Taylor;
 
 /// A way to compute e^A, as a value, so that methods can be looped over.

@@ -1,7 +1,5 @@
 //! 1-norms of matrices that are stored column by column.
 
-use std::array::from_fn;
-
 /// e^T|X|, or w^T|X| for weights w ≥ 0: the weighted column sums.
 pub(super) fn column_sums(n: usize, x: &[f64], weights: Option<&[f64]>) -> Vec<f64> {
     let columns = x.chunks_exact(n.max(1));
@@ -37,7 +35,9 @@ fn sum_of_sizes(column: &[f64]) -> f64 {
     let (blocks, rest) = column.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for block in blocks {
-        sums = from_fn(|lane| sums[lane] + block[lane].abs());
+        for (sum, entry) in sums.iter_mut().zip(block) {
+            *sum += entry.abs();
+        }
     }
     let rest: f64 = rest.iter().map(|entry| entry.abs()).sum();
     sums.iter().sum::<f64>() + rest
@@ -48,7 +48,9 @@ fn weighted_sum(column: &[f64], weights: &[f64]) -> f64 {
     let (factors, last) = weights.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for (block, factor) in blocks.iter().zip(factors) {
-        sums = from_fn(|lane| sums[lane] + block[lane].abs() * factor[lane]);
+        for ((sum, entry), factor) in sums.iter_mut().zip(block).zip(factor) {
+            *sum += entry.abs() * factor;
+        }
     }
     let rest: f64 = rest.iter().zip(last).map(|(x, w)| x.abs() * w).sum();
     sums.iter().sum::<f64>() + rest

@@ -111,19 +111,27 @@ fn guard(n: usize, a: &[f64], norm: f64, degree: Degree, squarings: i32) -> i32 
         return 0;
     }
     let (coefficient, order) = degree.first_error();
+    let unit = (f64::EPSILON / 2.0).log2();
+    let wanted = |exponent: f64| {
+        let error = coefficient.log2() + exponent - (norm * factor).log2();
+        ((error - unit) / f64::from(order - 1)).ceil().max(0.0) as i32
+    };
+    // The binary logarithms of the norms of powers so far; they bound those of higher ones.
+    let mut exponents = vec![0.0];
     let mut power = vec![1.0; n];
-    let mut exponent = 0.0;
-    for _ in 0..order {
+    for k in 1..=order as usize {
         power = column_sums(n, a, Some(&power));
         let size = largest(&power) * factor;
         if size == 0.0 {
             return 0;
         }
-        exponent += size.log2();
+        exponents.push(exponents[k - 1] + size.log2());
+        let (times, rest) = (order as usize / k, order as usize % k);
+        if wanted(times as f64 * exponents[k] + exponents[rest]) == 0 {
+            return 0;
+        }
         let inverse = factor / size;
         power.iter_mut().for_each(|entry| *entry *= inverse);
     }
-    let error = coefficient.log2() + exponent - (norm * factor).log2();
-    let unit = (f64::EPSILON / 2.0).log2();
-    ((error - unit) / f64::from(order - 1)).ceil().max(0.0) as i32
+    wanted(exponents[order as usize])
 }

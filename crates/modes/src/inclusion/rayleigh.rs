@@ -1,0 +1,275 @@
+//! All roots of a system with Rayleigh damping, from proven squares of its undamped frequencies.
+//!
+//! With C = αM + βK the roots are those of p(λ) = λ² + γλ + σ, γ = α + βσ, one p for each
+//! eigenvalue σ of (K, M). Where σ is known within a bound and α and β to 29 digits, p is known in
+//! balls. For approximations z and w of its roots, each of the discs |λ − z| ≤ 2|p(z)|/|z − w| and
+//! |λ − w| ≤ 2|p(w)|/|z − w| holds one root if they are disjoint (Smith 1970, *J. ACM* 17): that of
+//! the true p as well.
+
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
+use num_complex::Complex;
+
+use super::congruence::{Squares, squares};
+use super::exactly::{exact, lower, real, upper};
+use crate::structure::Structure;
+use crate::system::System;
+
+/// One root, with Im ≥ 0, and its shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Damped {
+    pub(crate) value: Complex<f64>,
+    pub(crate) bound: f64,
+    pub(crate) real_bound: f64,
+    /// How many roots the bounds do not tell apart.
+    pub(crate) multiplicity: usize,
+    pub(crate) shape: Vec<f64>,
+}
+
+/// Proves a bound for every nonzero root of a system with Rayleigh damping and no massless nodes,
+/// given the elastic shapes approximately. `None` where no proof was reached, as for a mode that
+/// cannot be told from a critically damped one.
+pub(crate) fn certify(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+) -> Option<Vec<Damped>> {
+    let proportion = structure.proportion()?;
+    let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
+    let floating = structure.spring_floating();
+    let drifts = proportion.of_mass == DoubleDouble::ZERO;
+    let zeros = floating.len() * if drifts { 2 } else { 1 };
+    if structure.zero_roots() != Some(zeros) {
+        return None;
+    }
+    // Of a lightly damped root the real part is small against the whole.
+    let squares = squares(system, structure, shapes, 1e-27)?;
+    let mut found = Vec::new();
+    for group in squares.groups() {
+        let sigma = around(&squares, &group);
+        for (value, bound, real_bound) in roots(alpha + beta * sigma, sigma)? {
+            found.extend(group.clone().map(|i| Damped {
+                value,
+                bound,
+                real_bound,
+                multiplicity: group.len(),
+                shape: squares.shapes[i].clone(),
+            }));
+        }
+    }
+    if !drifts {
+        // σ = 0: what only dampers hold creeps back with −α.
+        let (value, bound, real_bound) = rounded(-alpha, 0.0);
+        found.extend(floating.iter().map(|part| {
+            Damped {
+                value,
+                bound,
+                real_bound,
+                multiplicity: floating.len(),
+                shape: (0..system.len())
+                    .map(|i| f64::from(part.contains(&i)))
+                    .collect(),
+            }
+        }));
+    }
+    Some(found)
+}
+
+/// α or β with its error.
+fn known(value: DoubleDouble) -> Ball<DoubleDouble> {
+    let radius = value.to_f64().abs() * 2f64.powi(-97);
+    Ball::new(middle(value), Magnitude::from(radius))
+}
+
+fn middle(re: DoubleDouble) -> WideComplex<DoubleDouble> {
+    WideComplex {
+        re,
+        im: DoubleDouble::ZERO,
+    }
+}
+
+/// A ball that holds every σ of a group.
+fn around(squares: &Squares, group: &std::ops::Range<usize>) -> Ball<DoubleDouble> {
+    let centre = squares.values[(group.start + group.end) / 2];
+    let reach = group.clone().map(|i| {
+        let value = squares.values[i];
+        (value - centre).to_f64().abs() + squares.spread * value.to_f64()
+    });
+    let radius = reach.fold(0.0, f64::max) * (1.0 + 1e-9);
+    Ball::new(middle(centre), Magnitude::from(radius))
+}
+
+/// The roots of λ² + γλ + σ with Im ≥ 0, each with bounds of its error and of that of its real
+/// part; `None` where they are not told apart.
+fn roots(
+    gamma: Ball<DoubleDouble>,
+    sigma: Ball<DoubleDouble>,
+) -> Option<Vec<(Complex<f64>, f64, f64)>> {
+    let (half, square) = (gamma.middle().re * 0.5, sigma.middle().re);
+    let discriminant = half * half - square;
+    let (z, w) = if discriminant < DoubleDouble::ZERO {
+        let im = (-discriminant).sqrt();
+        (exact(-half, im), exact(-half, -im))
+    } else {
+        let root = discriminant.sqrt();
+        let large = if half > DoubleDouble::ZERO {
+            -half - root
+        } else {
+            root - half
+        };
+        let zero = DoubleDouble::ZERO;
+        (exact(large, zero), exact(square / large, zero))
+    };
+    let reach = |at: Ball<DoubleDouble>| {
+        let value = (at + gamma) * at + sigma;
+        Some(2.0 * upper(value.checked_div(z - w)?) * (1.0 + 1e-9))
+    };
+    let (first, second) = (reach(z)?, reach(w)?);
+    let apart = (first + second) * (1.0 + 1e-9) < lower(z - w);
+    let found = if z.middle().im > DoubleDouble::ZERO {
+        vec![rounded(z, first)]
+    } else {
+        vec![rounded(z, first), rounded(w, second)]
+    };
+    apart.then_some(found)
+}
+
+/// The double nearest to the centre of a disc, with what lies between it and the root.
+fn rounded(centre: Ball<DoubleDouble>, reach: f64) -> (Complex<f64>, f64, f64) {
+    let middle = centre.middle();
+    let value = Complex::new(middle.re.to_f64(), middle.im.to_f64());
+    let reach = reach + centre.radius().to_f64();
+    let off =
+        |part: DoubleDouble, double: f64| upper(real(double) - exact(part, DoubleDouble::ZERO));
+    let (re, im) = (off(middle.re, value.re), off(middle.im, value.im));
+    let least = f64::from_bits(1);
+    let bound = ((re.hypot(im) + reach) * (1.0 + 1e-9)).max(least);
+    let real_bound = ((re + reach) * (1.0 + 1e-9)).max(least);
+    (value, bound, real_bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Bounds, GROUND, MatrixKind, Modes};
+    use faer::Mat;
+
+    /// n masses of 2 kg, each joined to every other by a spring of ⅛ N/m and to the ground by one
+    /// of `ground`: σ = ground/2 once, and (n/8 + ground)/2 for the rest. C = αM + βK.
+    fn complete(n: usize, ground: f64, alpha: f64, beta: f64) -> System {
+        let stiffness = Mat::from_fn(n, n, |i, j| {
+            let own = if i == j {
+                0.125 * n as f64 + ground
+            } else {
+                0.0
+            };
+            own - 0.125
+        });
+        let diagonal = |value: f64| Mat::from_fn(n, n, |i, j| if i == j { value } else { 0.0 });
+        let damping = diagonal(2.0 * alpha) + &stiffness * faer::Scale(beta);
+        let masses = (0..n).fold(System::builder(), |b, i| b.mass(format!("m{i}"), 2.0));
+        let free = masses
+            .matrix(MatrixKind::Stiffness, stiffness.as_ref())
+            .matrix(MatrixKind::Damping, damping.as_ref());
+        free.build().unwrap()
+    }
+
+    fn proven(system: &System) -> Option<Vec<Damped>> {
+        let modes = crate::ClassicalModes::of(system).unwrap().unwrap();
+        let elastic = (0..system.len()).filter(|j| modes.stiffness()[*j] != 0.0);
+        let shape = |j: usize| modes.shapes().col(j).iter().copied().collect();
+        certify(system, system.structure(), elastic.map(shape).collect())
+    }
+
+    /// λ = −γ/2 ± √(γ²/4 − σ) for exact γ and σ, the first with Im ≥ 0.
+    fn truth(gamma: f64, sigma: f64) -> Vec<[DoubleDouble; 2]> {
+        let zero = DoubleDouble::ZERO;
+        let half = DoubleDouble::from(gamma / 2.0);
+        let rest = half * half - DoubleDouble::from(sigma);
+        if rest < zero {
+            return vec![[-half, (-rest).sqrt()]];
+        }
+        let large = -half - rest.sqrt();
+        vec![[large, zero], [DoubleDouble::from(sigma) / large, zero]]
+    }
+
+    #[test]
+    fn roots_are_within_their_bounds() {
+        let n = 70;
+        for (ground, alpha, beta) in [
+            (0.25, 0.03125, 0.0625),
+            (0.25, 0.0, 2f64.powi(-30)),
+            (0.25, 8.0, 0.5),
+            (0.25, -0.5, 0.25),
+            (0.5, 0.0, -0.125),
+        ] {
+            let system = complete(n, ground, alpha, beta);
+            let found = proven(&system).unwrap();
+            let mut expected = Vec::new();
+            for (sigma, count) in [(ground / 2.0, 1), ((8.75 + ground) / 2.0, n - 1)] {
+                for root in truth(alpha + beta * sigma, sigma) {
+                    expected.push((root, count));
+                }
+            }
+            assert_eq!(found.len(), expected.iter().map(|(_, count)| count).sum());
+            for ([re, im], count) in expected {
+                let off = |part: DoubleDouble, value: f64| {
+                    (part - DoubleDouble::from(value)).to_f64().abs()
+                };
+                let size = re.to_f64().hypot(im.to_f64());
+                let met = found.iter().filter(|root| {
+                    let (a, b) = (off(re, root.value.re), off(im, root.value.im));
+                    a <= root.real_bound && a.hypot(b) <= root.bound && root.multiplicity == count
+                });
+                assert_eq!(met.count(), count);
+                let near = |root: &&Damped| (root.value.norm() - size).abs() < 1e-9 * size;
+                for root in found.iter().filter(near) {
+                    assert!(root.bound <= 1.01 * f64::EPSILON / 2.0 * 2f64.sqrt() * size);
+                    let rounding = f64::EPSILON / 2.0 * re.to_f64().abs();
+                    assert!(root.real_bound <= 1.01 * rounding + 1e-24 * size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_only_dampers_hold_creeps_back() {
+        let n = 66;
+        let system = complete(n, 0.0, 0.375, 0.125);
+        let found = proven(&system).unwrap();
+        let creeping: Vec<&Damped> = found.iter().filter(|root| root.value.im == 0.0).collect();
+        assert_eq!(creeping.len(), 1);
+        assert_eq!(creeping[0].value, Complex::from(-0.375));
+        assert!(creeping[0].bound <= 1e-28);
+        let modes: Modes = system.modes().unwrap();
+        assert_eq!(modes.bounds(), Bounds::Proven);
+        let zeros = modes
+            .eigenvalues()
+            .iter()
+            .filter(|root| root.value.norm() == 0.0);
+        assert_eq!((zeros.count(), modes.eigenvalues().len()), (1, 2 * n));
+        // Drifting: two zeros, and no other real root.
+        let system = complete(n, 0.0, 0.0, 0.125);
+        assert!(
+            proven(&system)
+                .unwrap()
+                .iter()
+                .all(|root| root.value.im > 0.0)
+        );
+    }
+
+    #[test]
+    fn no_proof_at_critical_damping_or_without_proportion() {
+        // σ = 1 and γ = 2.
+        assert!(proven(&complete(14, 2.0, 2.0, 0.0)).is_none());
+        let system = System::builder()
+            .mass("a", 1.0)
+            .mass("b", 1.0)
+            .spring(GROUND, "a", 1.0)
+            .spring("a", "b", 2.0)
+            .damper("a", "b", 0.125)
+            .build()
+            .unwrap();
+        let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
+        assert!(certify(&system, system.structure(), shapes).is_none());
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::Mat;
 
@@ -72,7 +73,8 @@ struct Dense {
 const KEPT: usize = 64;
 
 impl Flow for Dense {
-    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals) {
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
+        let h = h.to_f64();
         if self.held.len() >= KEPT && !self.held.contains_key(&h.to_bits()) {
             self.held.clear();
         }

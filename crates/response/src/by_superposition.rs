@@ -2,20 +2,23 @@
 
 use std::collections::HashMap;
 
+use eigentone_digits::{DoubleDouble, Magnitude};
 use eigentone_modes::{ClassicalModes, FirstOrder, Modes};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, MatRef};
 
 use crate::by_exponential::accumulate;
+use crate::certified::{Normed, exponential};
 use crate::estimate::Estimate;
 use crate::exponential::Taylor;
-use crate::hold::{Held, exact};
+use crate::hold::{Laws, exact};
 use crate::march::{Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
 
-/// The state as a sum of modes, each of which moves by itself and exactly: O(n) a step.
+/// The state as a sum of modes, each of which moves by itself and exactly: O(n) a step, and without
+/// drift over any number of them.
 ///
 /// Classically damped systems use their real shapes and keep displacement and velocity of each, so
 /// that rigid-body motion, resonance and critical damping stay exact. Other systems use pairs of
@@ -50,6 +53,7 @@ impl ResponseMethod for BySuperposition {
         let estimate = Estimate::of(problem.system(), form);
         let mut flow = Blocks {
             blocks: basis.blocks,
+            low: vec![0.0; modal.len()],
             u: inputs.columns(b.as_ref()),
             inputs,
             held: HashMap::new(),
@@ -72,7 +76,14 @@ struct Basis {
     form: FirstOrder,
     t: Mat<f64>,
     inverse: Mat<f64>,
-    blocks: Vec<Mat<f64>>,
+    blocks: Vec<Block>,
+}
+
+/// One or two states that move by themselves, with the generator by rows.
+#[derive(Clone, Debug)]
+struct Block {
+    width: usize,
+    generator: Vec<DoubleDouble>,
 }
 
 impl Basis {
@@ -112,13 +123,14 @@ impl Basis {
                 }
             }
         }
-        let blocks = (0..nf).map(|j| {
-            let m = modes.mass()[j];
-            let rows = [
-                [0.0, 1.0],
-                [-modes.stiffness()[j] / m, -modes.damping()[j] / m],
-            ];
-            Mat::from_fn(2, 2, |i, j| rows[i][j])
+        let blocks = modes.rates().iter().map(|[stiffness, damping]| Block {
+            width: 2,
+            generator: vec![
+                DoubleDouble::ZERO,
+                DoubleDouble::from(1.0),
+                -*stiffness,
+                -*damping,
+            ],
         });
         Basis {
             blocks: blocks.collect(),
@@ -160,8 +172,14 @@ impl Basis {
                     t[(i, column + 1)] = imaginary[i] / size;
                 }
             }
-            let rows = [[lambda.re, lambda.im], [-lambda.im, lambda.re]];
-            blocks.push(Mat::from_fn(width, width, |i, j| rows[i][j]));
+            let generator = match width {
+                1 => vec![lambda.re],
+                _ => vec![lambda.re, lambda.im, -lambda.im, lambda.re],
+            };
+            blocks.push(Block {
+                width,
+                generator: generator.into_iter().map(DoubleDouble::from).collect(),
+            });
             column += width;
         }
         if column != n {
@@ -192,29 +210,55 @@ impl Basis {
     }
 }
 
-/// Independent blocks of one or two states.
+/// Independent blocks of one or two states. Each is carried on in double-double, so that rounding
+/// does not add up over any number of steps.
 struct Blocks {
-    blocks: Vec<Mat<f64>>,
+    blocks: Vec<Block>,
+    /// What the states have beyond doubles.
+    low: Vec<f64>,
     /// T⁻¹B for the loaded coordinates.
     u: Mat<f64>,
     inputs: Inputs,
-    held: HashMap<u64, Vec<Held>>,
+    held: HashMap<[u64; 2], Vec<HeldBlock>>,
     modal: Vec<f64>,
+}
+
+/// The hold of one block.
+struct HeldBlock {
+    width: usize,
+    /// By rows.
+    phi: Vec<DoubleDouble>,
+    /// What the loads add, law by law.
+    gamma: Vec<Mat<f64>>,
+}
+
+impl HeldBlock {
+    fn of(block: &Block, h: DoubleDouble, laws: &Laws) -> HeldBlock {
+        let width = block.width;
+        let exactly = Normed::new(width, width, block.generator.clone(), Magnitude::ZERO);
+        let power = exponential(&exactly, h, Magnitude::ZERO);
+        let generator = Mat::from_fn(width, width, |i, j| block.generator[i * width + j].to_f64());
+        let unit = Mat::<f64>::identity(width, width);
+        let held = exact(&Taylor, generator.as_ref(), unit.as_ref(), h.to_f64(), laws);
+        HeldBlock {
+            width,
+            phi: power.entries().to_vec(),
+            gamma: held.gamma,
+        }
+    }
 }
 
 /// So many lengths of step are kept.
 const KEPT: usize = 64;
 
 impl Flow for Blocks {
-    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals) {
-        if self.held.len() >= KEPT && !self.held.contains_key(&h.to_bits()) {
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
+        let key = [h.high(), h.low()].map(f64::to_bits);
+        if self.held.len() >= KEPT && !self.held.contains_key(&key) {
             self.held.clear();
         }
-        let held = self.held.entry(h.to_bits()).or_insert_with(|| {
-            let hold = |block: &Mat<f64>| {
-                let unit = Mat::<f64>::identity(block.nrows(), block.nrows());
-                exact(&Taylor, block.as_ref(), unit.as_ref(), h, &self.inputs.laws)
-            };
+        let held = self.held.entry(key).or_insert_with(|| {
+            let hold = |block: &Block| HeldBlock::of(block, h, &self.inputs.laws);
             self.blocks.iter().map(hold).collect()
         });
         // The forces on each modal coordinate, law by law.
@@ -230,14 +274,23 @@ impl Flow for Blocks {
         }
         let mut first = 0;
         for held in held.iter() {
-            let width = held.phi.nrows();
-            let mut next = [0.0; 2];
-            add(held.phi.as_ref(), &z[first..first + width], &mut next);
+            let width = held.width;
+            let range = first..first + width;
+            let mut pushed = [0.0; 2];
             for (law, gamma) in held.gamma.iter().enumerate() {
                 let at = law * z.len() + first;
-                add(gamma.as_ref(), &self.modal[at..at + width], &mut next);
+                add(gamma.as_ref(), &self.modal[at..at + width], &mut pushed);
             }
-            z[first..first + width].copy_from_slice(&next[..width]);
+            let mut next = pushed.map(DoubleDouble::from);
+            for (i, next) in next.iter_mut().enumerate().take(width) {
+                for (j, at) in range.clone().enumerate() {
+                    let state = DoubleDouble::new(z[at], self.low[at]);
+                    *next += held.phi[i * width + j] * state;
+                }
+            }
+            for (at, next) in range.zip(next) {
+                (z[at], self.low[at]) = (next.high(), next.low());
+            }
             first += width;
         }
     }

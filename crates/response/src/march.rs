@@ -14,7 +14,7 @@ use crate::trajectory::Trajectory;
 /// z′ = A z + B f in the method's own coordinates, able to step over any interval.
 pub(crate) trait Flow {
     /// Moves z over `h` seconds under the signals that hold at its start.
-    fn advance(&mut self, h: f64, z: &mut [f64], signals: &Signals);
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals);
 
     /// How many unit steps cost as much as preparing one step of a new length.
     fn preparation(&self) -> u64;
@@ -208,11 +208,11 @@ pub(crate) fn march(
             let end = stop.unwrap_or(target);
             while now.order(&end).is_lt() {
                 let next = hop(&now, &end, problem, flow.preparation());
-                let h = next.since(&now, grid);
-                inputs.signals(&now, &pieces[piece], h, &mut signals);
+                let h = next.elapsed(&now, grid);
+                inputs.signals(&now, &pieces[piece], h.to_f64(), &mut signals);
                 flow.advance(h, &mut z, &signals);
                 now = next;
-                estimate.step(h);
+                estimate.step(h.to_f64());
             }
             if stop.is_none() {
                 break;

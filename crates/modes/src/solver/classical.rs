@@ -111,6 +111,7 @@ pub struct ClassicalModes {
     mass: Vec<f64>,
     damping: Vec<f64>,
     stiffness: Vec<f64>,
+    rates: Vec<[DoubleDouble; 2]>,
 }
 
 impl ClassicalModes {
@@ -130,7 +131,13 @@ impl ClassicalModes {
         let forms = modal_forms(&Classical, system, structure)?;
         let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i].re);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
+        let rates = forms.iter().map(|mode| {
+            let (m, c, k) = (mode.forms.m.re, mode.forms.c.re, mode.forms.k.re);
+            let stiffness = if mode.rigid { DoubleDouble::ZERO } else { k };
+            [stiffness / m, c / m]
+        });
         Ok(Some(ClassicalModes {
+            rates: rates.collect(),
             shapes,
             mass: value(|mode| mode.forms.m.re.to_f64()),
             damping: value(|mode| mode.forms.c.re.to_f64()),
@@ -162,6 +169,13 @@ impl ClassicalModes {
     /// Modal stiffnesses in N/m; exactly 0 for rigid-body modes.
     pub fn stiffness(&self) -> &[f64] {
         &self.stiffness
+    }
+
+    /// k/m in 1/s² and c/m in 1/s of each mode, from the elements in double-double: as Rayleigh
+    /// quotients they err by the square of what the shapes do, so that a motion of very many
+    /// periods keeps its phase.
+    pub fn rates(&self) -> &[[DoubleDouble; 2]] {
+        &self.rates
     }
 }
 

@@ -14,6 +14,9 @@ mod normed;
 use eigentone_digits::{DoubleDouble, Wide};
 use eigentone_modes::{FirstOrder, Precision};
 
+pub(crate) use exponential::exponential;
+pub(crate) use normed::Normed;
+
 use crate::collector::Wanted;
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};

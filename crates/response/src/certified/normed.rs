@@ -27,6 +27,12 @@ impl<T: Real> Normed<T> {
             .fold(Magnitude::ZERO, |sum, square| sum + square)
             .sqrt();
         let norm = two_norm(n, &entries, frobenius);
+        // Entries that left the range of T say nothing, though their bounds may be finite.
+        let error = if frobenius.is_finite() {
+            error
+        } else {
+            Magnitude::INFINITY
+        };
         Normed {
             n,
             lead,

@@ -1,11 +1,13 @@
 //! The exponential of any real matrix.
 
-use eigentone_digits::Real;
+use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 use eigentone_modes::balance;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use super::{Exponential, Taylor};
+use super::taylor::taylor;
+use super::{Exponential, Pade13};
+use crate::certified::{Normed, exponential};
 
 /// Why a matrix has no exponential in doubles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -33,8 +35,12 @@ pub enum ExpmError {
 ///
 /// A is balanced by a diagonal of powers of two where that halves its 1-norm at least, which spares
 /// squarings and keeps digits of badly scaled systems (Ward 1977, SIAM J. Numer. Anal. 14); then
-/// [`Taylor`] computes the exponential. The relative error in the 1-norm is usually a small multiple
-/// of 2^-53 times [`expm_condition`](super::expm_condition). Entries beyond the largest double are infinite, none is NaN.
+/// [`Taylor`](super::Taylor) computes the exponential. In matrices far from normal, rounding may grow with
+/// every squaring beyond what the condition explains: up to 64 rows, where there are several
+/// squarings and [`Pade13`] differs by more than 1e-12, all is done again with 32 digits or more, until
+/// the error is proven to be below that of rounding the result. The relative error in the 1-norm is usually a small
+/// multiple of 2^-53 times [`expm_condition`](super::expm_condition). Entries beyond the largest double
+/// are infinite, none is NaN.
 ///
 /// ```
 /// use eigentone_response::expm;
@@ -51,13 +57,13 @@ pub enum ExpmError {
 pub fn expm(a: MatRef<'_, f64>) -> Result<Mat<f64>, ExpmError> {
     check(a)?;
     if even(a) {
-        return Ok(Taylor.exponential(a));
+        return Ok(on_demand(a));
     }
     let balanced = balance(a);
     if norm(balanced.matrix.as_ref()) > 0.5 * norm(a) {
-        return Ok(Taylor.exponential(a));
+        return Ok(on_demand(a));
     }
-    let mut result = Taylor.exponential(balanced.matrix.as_ref());
+    let mut result = on_demand(balanced.matrix.as_ref());
     let exponents: Vec<i64> = balanced.scale.iter().map(|d| d.log2() as i64).collect();
     for (column, right) in result.col_iter_mut().zip(&exponents) {
         for (entry, left) in column.iter_mut().zip(&exponents) {
@@ -65,6 +71,44 @@ pub fn expm(a: MatRef<'_, f64>) -> Result<Mat<f64>, ExpmError> {
         }
     }
     Ok(result)
+}
+
+/// In doubles, or with more digits where two methods in doubles differ visibly.
+fn on_demand(a: MatRef<'_, f64>) -> Mat<f64> {
+    /// Fewer squarings cannot do much harm, and more leave nothing that digits could mend.
+    const TELLING: std::ops::RangeInclusive<u32> = 3..=128;
+    const LARGEST: usize = 64;
+    const VISIBLE: f64 = 1e-12;
+    let (result, squarings) = taylor(a);
+    if !TELLING.contains(&squarings) || a.nrows() > LARGEST {
+        return result;
+    }
+    let other = Pade13.exponential(a);
+    let size = norm(result.as_ref());
+    // What is not finite in either is not finite in a sum of sizes, which no maximum hides.
+    let total: f64 = (&result - &other).col_iter().map(|c| c.norm_l1()).sum();
+    if total.is_finite() && total <= VISIBLE * size {
+        return result;
+    }
+    let small = a.nrows() <= 16;
+    precisely::<DoubleDouble>(a)
+        .or_else(|| precisely::<Wide<4>>(a))
+        .or_else(|| precisely::<Wide<8>>(a))
+        .or_else(|| precisely::<Wide<16>>(a))
+        .or_else(|| small.then(|| precisely::<Wide<32>>(a)).flatten())
+        .or_else(|| small.then(|| precisely::<Wide<64>>(a)).flatten())
+        .unwrap_or(result)
+}
+
+/// With the digits of T; `None` where they do not prove the result to be right to the last digit.
+fn precisely<T: Real>(a: MatRef<'_, f64>) -> Option<Mat<f64>> {
+    let n = a.nrows();
+    let entries = (0..n * n).map(|at| T::from(a[(at / n, at % n)])).collect();
+    let generator = Normed::new(n, n, entries, Magnitude::ZERO);
+    let power = exponential(&generator, T::ONE, Magnitude::ZERO);
+    let enough = power.frobenius() * Magnitude::power_of_two(-56);
+    (power.error() <= enough && power.error().is_finite())
+        .then(|| Mat::from_fn(n, n, |i, j| power.row(i)[j].to_f64()))
 }
 
 /// That the matrix is square and finite.

@@ -33,16 +33,21 @@ impl Exponential for Taylor {
     }
 
     fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64> {
-        let n = a.nrows();
-        let mut algebra = Dense::new(n);
-        let shift = first_shift(a);
-        let start = algebra.load(a, shift);
-        let scaled = scale(&mut algebra, n, start);
-        let squarings = scaled.squarings + shift.unsigned_abs();
-        let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
-        let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-        store(n, &result)
+        taylor(a).0
     }
+}
+
+/// e^A, and the squarings it took.
+pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32) {
+    let n = a.nrows();
+    let mut algebra = Dense::new(n);
+    let shift = first_shift(a);
+    let start = algebra.load(a, shift);
+    let scaled = scale(&mut algebra, n, start);
+    let squarings = scaled.squarings + shift.unsigned_abs();
+    let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
+    let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
+    (store(n, &result), squarings)
 }
 
 /// How often A is halved before its powers are formed: only so often that they do not overflow.

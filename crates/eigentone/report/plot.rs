@@ -170,10 +170,14 @@ impl Plot<'_> {
             WIDTH - 1.0,
             HEIGHT - 1.0,
         );
+        let title = shorten(&self.title, 88);
+        // Bold letters are at most about 0.66 of their size wide on average.
+        let room = (WIDTH - LEFT - 16.0) / (0.66 * title.chars().count().max(1) as f64);
         let _ = writeln!(
             svg,
-            r##"<text x="{LEFT}" y="34" font-size="18" font-weight="600">{}</text>"##,
-            escape(&shorten(&self.title, 88))
+            r##"<text x="{LEFT}" y="34" font-size="{:.1}" font-weight="600">{}</text>"##,
+            room.min(18.0),
+            escape(&title)
         );
         for tick in &x.ticks {
             let at = tick.at;

@@ -40,6 +40,8 @@ pub(crate) const LARGEST: usize = 64;
 /// One attempt, by the digits it takes.
 struct Rung {
     limbs: usize,
+    /// Decimal digits.
+    digits: usize,
     run: Run,
 }
 
@@ -54,26 +56,32 @@ type Run = fn(
 const LADDER: [Rung; 6] = [
     Rung {
         limbs: 1,
+        digits: 32,
         run: march::<DoubleDouble>,
     },
     Rung {
         limbs: 4,
+        digits: 77,
         run: march::<Wide<4>>,
     },
     Rung {
         limbs: 8,
+        digits: 154,
         run: march::<Wide<8>>,
     },
     Rung {
         limbs: 16,
+        digits: 308,
         run: march::<Wide<16>>,
     },
     Rung {
         limbs: 32,
+        digits: 616,
         run: march::<Wide<32>>,
     },
     Rung {
         limbs: 64,
+        digits: 1233,
         run: march::<Wide<64>>,
     },
 ];
@@ -129,7 +137,7 @@ impl ByCertifiedExponential {
         for (at, rung) in affordable.enumerate() {
             let answer = (rung.run)(problem, wanted, self.name(), tolerance, at == last)?;
             if let Some(trajectory) = answer {
-                return Ok(trajectory);
+                return Ok(trajectory.proven(rung.digits));
             }
         }
         Err(ResponseError::NotApplicable {
@@ -165,7 +173,7 @@ fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
 }
 
 /// The most operations, in units of one with 32 digits.
-const MOST_WORK: f64 = 4e10;
+const MOST_WORK: f64 = 1e10;
 
 /// About how many operations a rung takes, in units of one with 32 digits.
 fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, rung: &Rung) -> f64 {

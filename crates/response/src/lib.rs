@@ -32,7 +32,9 @@ pub use by_superposition::BySuperposition;
 pub use certified::ByCertifiedExponential;
 pub use element_force::ElementForces;
 pub use energy::Energy;
-pub use exponential::{ExpmError, Exponential, Pade13, SecondOrder, Taylor, expm, expm_condition};
+pub use exponential::{
+    ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition, expm, expm_condition,
+};
 pub use extrema::{Extrema, Extremum};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};

@@ -14,6 +14,7 @@ mod normed;
 use eigentone_digits::{DoubleDouble, Wide};
 use eigentone_modes::{FirstOrder, Precision};
 
+pub(crate) use energy::Energy;
 pub(crate) use exponential::exponential;
 pub(crate) use normed::Normed;
 

@@ -5,6 +5,7 @@ mod condition;
 mod dense;
 mod diagonals;
 mod dual;
+mod energy_condition;
 mod expm;
 mod growth;
 mod norm;
@@ -18,6 +19,7 @@ mod taylor;
 use faer::{Mat, MatRef};
 
 pub use condition::expm_condition;
+pub use energy_condition::energy_condition;
 pub use expm::{ExpmError, expm};
 pub use pade::Pade13;
 pub use second_order::SecondOrder;

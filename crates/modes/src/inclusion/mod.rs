@@ -5,6 +5,7 @@ mod exactly;
 mod pencil;
 pub(crate) mod rayleigh;
 mod refine;
+pub(crate) mod springless;
 mod weierstrass;
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};

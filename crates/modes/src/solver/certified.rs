@@ -2,12 +2,13 @@
 
 use num_complex::Complex;
 
-use crate::inclusion::{certify, congruence, rayleigh};
+use crate::inclusion::{certify, congruence, rayleigh, springless};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::{Root, collect, count_equal};
+use super::springless::with_dampers_for_springs;
 use super::{ModeSolver, classical, rigid};
 
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
@@ -24,7 +25,8 @@ pub(crate) fn certified(
 ) -> Modes {
     let n = system.len();
     let at_once = at_once(system, structure, modes.as_slice())
-        .or_else(|| with_proportion(solver, system, structure));
+        .or_else(|| with_proportion(solver, system, structure))
+        .or_else(|| without_springs(solver, system, structure));
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
         None if n > LARGEST => {
@@ -135,6 +137,34 @@ fn with_proportion(
         roots: found.into_iter().map(root).collect(),
         claim: "what the undamped shapes leave of K and M off the diagonal, with 32 digits; the \
                 damping follows exactly"
+            .to_owned(),
+    })
+}
+
+/// Of a system without springs, by the shapes of the undamped one that has the dampers for springs:
+/// λ = −ω².
+fn without_springs(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Option<Proof> {
+    let undamped = with_dampers_for_springs(system, structure)?;
+    let structure = undamped.structure();
+    let modes = classical::real_modes::<f64>(solver, &undamped, structure).ok()?;
+    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
+    let shapes = elastic.map(|mode| mode.shape).collect();
+    let root = |found: springless::Relaxing| Root {
+        count: found.multiplicity,
+        error: Some((found.bound, found.bound)),
+        ..Root::simple(
+            Complex::from(found.value),
+            found.shape.into_iter().map(Complex::from).collect(),
+        )
+    };
+    let found = springless::certify(&undamped, structure, shapes)?;
+    Some(Proof {
+        roots: found.into_iter().map(root).collect(),
+        claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
             .to_owned(),
     })
 }

@@ -10,8 +10,8 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::{Root, collect};
-use super::spring_factor::{self, RealMode};
-use super::{ModeSolver, ModesError, admit, rigid, symmetric};
+use super::spring_factor::{self, CONFIRMED, RealMode};
+use super::{ModeSolver, ModesError, admit, rigid, springless, symmetric};
 
 /// The undamped modes, and for each the roots of mλ² + cλ + k with the modal mass, damping and
 /// stiffness: for systems with C M⁻¹ K = K M⁻¹ C (Caughey & O'Kelly 1965, *J. Appl. Mech.* 32),
@@ -59,6 +59,7 @@ fn modal_roots(
         shape,
         forms,
         rigid,
+        error,
     } in modal_forms(solver, system, structure)?
     {
         let stiffness = if rigid {
@@ -84,7 +85,11 @@ fn modal_roots(
             .roots(exact)
             .into_iter()
             .filter(|root| root.value.norm() != 0.0);
-        roots.extend(found.map(|root| root.with_shape(&shape)));
+        roots.extend(found.map(|mut root| {
+            let least = error * root.value.norm();
+            root.error = (root.error.0.max(least), root.error.1.max(least));
+            root.with_shape(&shape)
+        }));
     }
     roots.extend(rigid::roots(at_rest, zeros));
     Ok(roots)
@@ -184,6 +189,8 @@ struct ModalForms {
     shape: Vec<Complex<f64>>,
     forms: Forms,
     rigid: bool,
+    /// The least relative error that a root is given.
+    error: f64,
 }
 
 /// The undamped modes, with Rayleigh quotients in the precision of T, from the springs where the
@@ -208,6 +215,9 @@ fn modal_forms(
     system: &System,
     structure: &Structure,
 ) -> Result<Vec<ModalForms>, ModesError> {
+    if let Some(undamped) = springless::with_dampers_for_springs(system, structure) {
+        return relaxing_forms(solver, system, &undamped);
+    }
     let modes = real_modes::<f64>(solver, system, structure)?;
     let form = |mode: RealMode| {
         let shape = unit(&mode).complex_shape();
@@ -215,6 +225,35 @@ fn modal_forms(
             forms: Forms::of(system, &shape, &shape),
             shape,
             rigid: mode.rigid,
+            error: 0.0,
+        }
+    };
+    Ok(modes.into_iter().map(form).collect())
+}
+
+/// Those of a system without springs, given the undamped one that has the dampers for springs.
+/// Shapes as near to each other as those of stiff dampers do not tell c: unless they confirm its
+/// ratio to m, that is what the dampers' factor makes it.
+fn relaxing_forms(
+    solver: &dyn ModeSolver,
+    system: &System,
+    undamped: &System,
+) -> Result<Vec<ModalForms>, ModesError> {
+    let modes = real_modes::<f64>(solver, undamped, undamped.structure())?;
+    let form = |mode: RealMode| {
+        let shape = unit(&mode).complex_shape();
+        let mut forms: Forms = Forms::of(system, &shape, &shape);
+        let rate = (forms.c.re / forms.m.re).to_f64();
+        let confirmed = (rate - mode.square).abs() <= CONFIRMED * mode.square.abs();
+        if mode.rigid || !confirmed {
+            forms.c.re = forms.m.re * mode.square;
+        }
+        ModalForms {
+            shape,
+            forms,
+            rigid: true,
+            // Of ω, thus twice of ω², and once more of c.
+            error: 4.0 * CONFIRMED,
         }
     };
     Ok(modes.into_iter().map(form).collect())

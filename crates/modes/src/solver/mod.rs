@@ -10,6 +10,7 @@ mod reversed;
 mod rigid;
 mod roots;
 mod spring_factor;
+mod springless;
 mod state_matrix;
 mod symmetric;
 

@@ -37,6 +37,8 @@ pub(crate) struct RealMode {
     pub(crate) square: f64,
     pub(crate) shape: Vec<f64>,
     pub(crate) rigid: bool,
+    /// How far ω is from what another way gives, relative.
+    pub(crate) doubt: f64,
 }
 
 impl ModeSolver for SpringFactor {
@@ -89,7 +91,7 @@ pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
         let shape = mode.complex_shape();
         let omega = mode.square.abs().sqrt();
         if mode.square >= 0.0 {
-            let error = Some((4.0 * f64::EPSILON * omega, 0.0));
+            let error = Some(((4.0 * f64::EPSILON + mode.doubt) * omega, 0.0));
             roots.push(Root {
                 error,
                 ..Root::simple(Complex::new(0.0, omega), shape)
@@ -134,10 +136,17 @@ pub(crate) fn real_modes<T: Real>(
             shape[i] = singular.vectors[(row, j)] / system.masses()[i].sqrt();
         }
         network.extend(&mut shape);
+        let (square, doubt) = refined::<T>(system, &shape, sigma, singular.error);
         modes.push(RealMode {
-            square: refined::<T>(system, &shape, sigma, singular.error),
+            square,
             shape,
             rigid: false,
+            // Values that are less good than the quotients do not put these in doubt.
+            doubt: if singular.error > CONFIRMED {
+                0.0
+            } else {
+                doubt
+            },
         });
     }
     for part in structure
@@ -153,6 +162,7 @@ pub(crate) fn real_modes<T: Real>(
             square: 0.0,
             shape,
             rigid: true,
+            doubt: 0.0,
         });
     }
     Ok(modes)
@@ -240,14 +250,20 @@ fn has_mass(system: &System, part: &[usize]) -> bool {
 
 /// ω² as the Rayleigh quotient of the shape, summed over the elements. On very stiff systems the
 /// rounding of the shape itself spoils the quotient: unless it confirms σ to its relative error, σ²
-/// stays.
-pub(crate) fn refined<T: Real>(system: &System, shape: &[f64], sigma: f64, error: f64) -> f64 {
+/// stays. Also by how much the two differ, relative to σ, if the quotient is taken.
+pub(crate) fn refined<T: Real>(
+    system: &System,
+    shape: &[f64],
+    sigma: f64,
+    error: f64,
+) -> (f64, f64) {
     let (m, k) = real_forms::<T>(system, shape);
     let square = (k / m).to_f64();
-    if square.is_finite() && (square.sqrt() - sigma).abs() <= error * sigma {
-        square
+    let apart = (square.sqrt() - sigma).abs();
+    if square.is_finite() && apart <= error * sigma {
+        (square, apart / sigma)
     } else {
-        sigma * sigma
+        (sigma * sigma, 0.0)
     }
 }
 

@@ -108,18 +108,20 @@ pub(crate) fn real_modes<T: Real>(
                 square: 0.0,
                 shape,
                 rigid: true,
+                doubt: 0.0,
             };
         }
         let square = square(&j);
-        let square = if square > 0.0 {
+        let (square, doubt) = if square > 0.0 {
             refined::<T>(system, &shape, square.sqrt(), CONFIRMED)
         } else {
-            square
+            (square, 0.0)
         };
         RealMode {
             square,
             shape,
             rigid: false,
+            doubt,
         }
     });
     Ok(modes.collect())

@@ -60,10 +60,13 @@ impl<T: Real> Scaled<T> {
         if is_zero(self.ball) {
             return Some(self.ball);
         }
+        const LARGEST: i64 = 900;
         let this = self.normalised();
-        (-900..900)
-            .contains(&this.exponent)
-            .then(|| scaled(this.ball, this.exponent))
+        if this.exponent < -LARGEST {
+            let reach = Magnitude::power_of_two(1 - LARGEST);
+            return Some(Ball::new(WideComplex::ZERO, reach));
+        }
+        (this.exponent < LARGEST).then(|| scaled(this.ball, this.exponent))
     }
 }
 

@@ -185,17 +185,17 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> Move
         .iter()
         .map(|i| upper(points.z[*i] - centre))
         .fold(0.0, f64::max);
-    let known = group.iter().all(|i| {
-        let w = points.corrections[*i];
-        size(w) > 4.0 * radius(w)
-    });
-    if !known {
-        return Move::None;
-    }
     let correction = group
         .iter()
         .map(|i| upper(points.corrections[*i]))
         .fold(0.0, f64::max);
+    // A point may stand on a root already: its own correction is then nothing but uncertainty.
+    let known = group
+        .iter()
+        .all(|i| 5.0 * radius(points.corrections[*i]) < correction);
+    if !known {
+        return Move::None;
+    }
     let tight = correction <= 1.5 * spread && spread <= 1e-2 * size(centre);
     let floor = goal.limit * size(centre) / (64.0 * points.z.len() as f64);
     if tight && spread > floor {

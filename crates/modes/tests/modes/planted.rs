@@ -167,6 +167,25 @@ fn assert_shapes(modes: &Modes, poles: &[Poles], columns: &Mat<f64>) {
     }
 }
 
+/// A triple root −3, twice defective, beside pairs that coincide.
+#[test]
+fn a_double_root_beside_a_simple_one() {
+    let whole = |first: i32, second: i32| Poles::Real {
+        first: first << 20,
+        second: second << 20,
+    };
+    let pair = Poles::Pair {
+        decay: 0,
+        turn: 1 << 20,
+    };
+    let poles = [pair, whole(3, 3), pair, whole(1, 3)];
+    let right = unimodular(4, &[(3, 1, -1), (1, 0, -2)]);
+    let system = plant(&right.transpose().to_owned(), &right, &poles, |_, _| 0.0);
+    let modes = system.modes().expect("modes");
+    assert_eq!(modes.bounds(), Bounds::Proven);
+    assert_roots(&roots(&poles), &modes, 4.0, "symmetric");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 

@@ -14,6 +14,7 @@ use crate::exponential::Taylor;
 use crate::hold::{Laws, exact};
 use crate::march::{Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
+use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
 
@@ -57,6 +58,7 @@ impl ResponseMethod for BySuperposition {
             u: inputs.columns(b.as_ref()),
             inputs,
             held: HashMap::new(),
+            operations: Operations::default(),
             modal: Vec::new(),
         };
         march(
@@ -220,6 +222,7 @@ struct Blocks {
     u: Mat<f64>,
     inputs: Inputs,
     held: HashMap<[u64; 2], Vec<HeldBlock>>,
+    operations: Operations,
     modal: Vec<f64>,
 }
 
@@ -258,9 +261,11 @@ impl Flow for Blocks {
             self.held.clear();
         }
         let held = self.held.entry(key).or_insert_with(|| {
+            self.operations.exponentials += self.blocks.len() as u64;
             let hold = |block: &Block| HeldBlock::of(block, h, &self.inputs.laws);
             self.blocks.iter().map(hold).collect()
         });
+        self.operations.steps += 1;
         // The forces on each modal coordinate, law by law.
         let laws = signals.values.len();
         self.modal.clear();
@@ -297,6 +302,10 @@ impl Flow for Blocks {
 
     fn preparation(&self) -> u64 {
         256
+    }
+
+    fn operations(&self) -> Operations {
+        self.operations
     }
 }
 

@@ -34,17 +34,24 @@
 //! ```
 
 mod closed_form;
+mod exponential_comparison;
 mod instants;
 mod integrator;
 mod mode_comparison;
 mod run_time;
+mod stability;
+mod trajectory_error;
 mod work_precision;
 
 pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
+pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work};
-pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
+pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeError, ModeOutcome};
 pub use run_time::RunTime;
+pub use stability::{
+    Cell, Family, FamilyStudy, Hardship, StabilityRow, StabilityStudy, StudyProgress, Verdict,
+};
+pub use trajectory_error::TrajectoryError;
 pub use work_precision::{
-    Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,
-    integrators,
+    Effort, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow, integrators,
 };

@@ -10,7 +10,8 @@ use eigentone_response::{
 
 use crate::closed_form::OneMass;
 use crate::integrator::{
-    Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work,
+    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
+    RungeKutta4, Work,
 };
 use crate::run_time::RunTime;
 use crate::trajectory_error::TrajectoryError;
@@ -138,8 +139,17 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
     for count in substeps.clone() {
         all.push(Box::new(RungeKutta4::with_substeps(count)));
     }
-    for count in substeps {
+    for count in substeps.clone() {
         all.push(Box::new(Newmark::with_substeps(count)));
+    }
+    for count in substeps.clone() {
+        all.push(Box::new(Newmark::central_difference(count)));
+    }
+    for count in substeps.clone() {
+        all.push(Box::new(HhtAlpha::with_substeps(count)));
+    }
+    for count in substeps {
+        all.push(Box::new(GeneralizedAlpha::with_substeps(count)));
     }
     all
 }

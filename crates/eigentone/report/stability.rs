@@ -70,7 +70,7 @@ impl StabilityReport<'_> {
     }
 }
 
-const READING: &str = "Accurate: at least six digits. Degraded: one to six. Broken: no digit is right, the motion \
+const READING: &str = "Accurate: at least four digits. Degraded: one to four. Broken: no digit is right, the motion \
      grows without bound, or there is no answer. Not run: it would take more than 2 s.";
 
 fn heading(study: &FamilyStudy) -> String {

@@ -1,9 +1,12 @@
 //! The equation of motion solved for the acceleration, and the forces that act in one piece.
 
+use std::ops::{Add, Mul};
+
 use eigentone_modes::System;
 use eigentone_response::Timeline;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
+use faer::traits::ComplexField;
 
 /// x″ = M⁻¹(f − C x′ − K x), with the zeros of M⁻¹K, M⁻¹C and M⁻¹ left out.
 pub(crate) struct EquationOfMotion {
@@ -165,12 +168,16 @@ impl EquationOfMotion {
     }
 
     /// I + α M⁻¹C + β M⁻¹K, inverted (n × n).
-    pub(crate) fn implicit_inverse(&self, alpha: f64, beta: f64) -> Mat<f64> {
+    pub(crate) fn implicit_inverse<T>(&self, alpha: T, beta: T) -> Mat<T>
+    where
+        T: ComplexField + Copy + Add<Output = T> + Mul<f64, Output = T>,
+    {
         let n = self.len();
-        let mut matrix = Mat::<f64>::identity(n, n);
+        let mut matrix = Mat::<T>::identity(n, n);
         for (i, coupling) in self.coupling.iter().enumerate() {
             for one in coupling {
-                matrix[(i, one.coordinate)] += alpha * one.damping + beta * one.stiffness;
+                let entry = &mut matrix[(i, one.coordinate)];
+                *entry = *entry + alpha * one.damping + beta * one.stiffness;
             }
         }
         matrix.partial_piv_lu().inverse()

@@ -9,7 +9,9 @@ use eigentone_response::{
 
 use super::family::{Case, Family};
 use super::{Cell, seconds};
-use crate::integrator::{Dop853, DormandPrince5, Integrator, Limit, Newmark, RungeKutta4};
+use crate::integrator::{
+    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark, RungeKutta4,
+};
 use crate::mode_comparison::ModeError;
 use crate::trajectory_error::TrajectoryError;
 
@@ -51,7 +53,7 @@ pub(super) enum Kind {
 /// What limits a fixed step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
-    /// Explicit, of fourth order.
+    /// Explicit.
     Explicit,
     /// Implicit and unconditionally stable, of second order.
     Second,
@@ -92,11 +94,20 @@ pub(super) fn contenders(family: &Family) -> Vec<Contender> {
     for (order, steps, make) in [
         (
             Order::Explicit,
-            200.0,
+            500.0,
             (|substeps| Box::new(RungeKutta4::with_substeps(substeps)) as _) as fn(u32) -> _,
         ),
+        (Order::Explicit, 20_000.0, |substeps| {
+            Box::new(Newmark::central_difference(substeps)) as _
+        }),
         (Order::Second, 20_000.0, |substeps| {
             Box::new(Newmark::with_substeps(substeps)) as _
+        }),
+        (Order::Second, 20_000.0, |substeps| {
+            Box::new(HhtAlpha::with_substeps(substeps)) as _
+        }),
+        (Order::Second, 20_000.0, |substeps| {
+            Box::new(GeneralizedAlpha::with_substeps(substeps)) as _
         }),
     ] {
         let method: Box<dyn Integrator> = make(1);
@@ -199,7 +210,10 @@ impl Member<'_> {
             Ok((motion, _)) => return self.compare(Ok(motion), taken),
             Err(error) => return self.compare(Err(error), taken),
         }
-        let steps = 1e6f64;
+        let steps = match method.predict(problem) {
+            Ok(prediction) => prediction.steps,
+            Err(error) => return self.compare(Err(error), taken),
+        };
         let time = taken / trial * steps;
         if time > LONGEST {
             return Cell::NotRun { steps, time };

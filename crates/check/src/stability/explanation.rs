@@ -57,7 +57,7 @@ fn sentence(kind: &Kind, hardship: Hardship, lost: &Cell) -> &'static str {
 fn fixed(order: Order, hardship: Hardship, lost: &Cell) -> &'static str {
     match (order, lost) {
         (Order::Explicit, Cell::Unstable) => {
-            "Explicit: beyond a step of 2.8/|λ| of the fastest mode every rounding error of that mode grows from step to step."
+            "Explicit: beyond a step of two or three times 1/|λ| of the fastest mode every rounding error of that mode grows from step to step."
         }
         (_, Cell::NotRun { .. }) => match hardship {
             Hardship::Size => "Its steps times n² operations each take too long.",

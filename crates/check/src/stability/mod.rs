@@ -76,9 +76,9 @@ pub enum Cell {
 /// What a cell is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Six digits or more.
+    /// Four digits or more, as much as a plot shows.
     Accurate,
-    /// One to six digits.
+    /// One to four digits.
     Degraded,
     /// No digit, no stability, or no answer.
     Broken,
@@ -92,7 +92,7 @@ impl Cell {
     /// What it is worth.
     pub fn verdict(&self) -> Verdict {
         match self {
-            Cell::Answered { error, .. } if *error <= 1e-6 => Verdict::Accurate,
+            Cell::Answered { error, .. } if *error <= 1e-4 => Verdict::Accurate,
             Cell::Answered { error, .. } if *error <= 0.1 => Verdict::Degraded,
             Cell::Answered { .. } | Cell::Unstable | Cell::Failed { .. } => Verdict::Broken,
             Cell::Refused { .. } => Verdict::Refused,

@@ -120,6 +120,8 @@ struct WorkJson {
     evaluations: u64,
     accepted: u64,
     rejected: u64,
+    factorisations: u64,
+    solves: u64,
 }
 
 impl TimeJson {
@@ -244,6 +246,8 @@ impl<'a> MethodJson<'a> {
                 evaluations: work.evaluations,
                 accepted: work.accepted,
                 rejected: work.rejected,
+                factorisations: work.factorisations,
+                solves: work.solves,
             }),
         }
     }

@@ -170,6 +170,12 @@ fn work(row: &WorkPrecisionRow) -> String {
         add(work.accepted as f64, "step", "steps");
         add(work.rejected as f64, "rejected", "rejected");
         add(work.evaluations as f64, "evaluation", "evaluations");
+        add(
+            work.factorisations as f64,
+            "factorisation",
+            "factorisations",
+        );
+        add(work.solves as f64, "solve", "solves");
     }
     if let Some(operations) = measurement.operations {
         add(

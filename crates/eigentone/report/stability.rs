@@ -71,7 +71,8 @@ impl StabilityReport<'_> {
 }
 
 const READING: &str = "Accurate: at least four digits. Degraded: one to four. Broken: no digit is right, the motion \
-     grows without bound, or there is no answer. Not run: it would take more than 2 s.";
+     grows without bound, or there is no answer. Not run: it would take more than 2 s. \
+     T/500: 500 steps in a period of the motion that one looks at. 1e-9: the tolerance of each step.";
 
 fn heading(study: &FamilyStudy) -> String {
     let values = &study.family.values;

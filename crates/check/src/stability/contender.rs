@@ -112,7 +112,7 @@ pub(super) fn contenders(family: &Family) -> Vec<Contender> {
     ] {
         let method: Box<dyn Integrator> = make(1);
         let kind = Kind::Fixed { order, steps, make };
-        all.push(named(&format!("{}, {steps} a period", method.name()), kind));
+        all.push(named(&format!("{}, T/{steps}", method.name()), kind));
     }
     if family.modes {
         all.push(named("plan", Kind::PlannedModes(Precision::default())));
@@ -155,7 +155,7 @@ impl Member<'_> {
         })
     }
 
-    /// The cell of one method. `before` is the member before and how long the method took there.
+    /// The cell of one method.
     pub(super) fn answer(&self, contender: &Contender) -> Cell {
         let system = &self.case.system;
         let problem = match self.case.problem() {
@@ -173,13 +173,12 @@ impl Member<'_> {
             },
             Kind::Fixed { steps, make, .. } => {
                 let longest = self.family.period / steps;
-                let substeps = (problem.grid().step() / longest).ceil();
-                self.integrate(
-                    &*make(substeps.clamp(1.0, f64::from(u32::MAX)) as u32),
-                    &problem,
-                )
+                let substeps = (problem.grid().step() / longest).ceil().max(1.0);
+                // What a setting cannot say is predicted from the most that it can.
+                let most = substeps.min(f64::from(u32::MAX));
+                self.integrate(&*make(most as u32), &problem, substeps / most)
             }
-            Kind::Adaptive { make, .. } => self.integrate(&*make(TOLERANCE), &problem),
+            Kind::Adaptive { make, .. } => self.integrate(&*make(TOLERANCE), &problem, 1.0),
             Kind::PlannedModes(precision) => self.modes(|| system.modes_to(*precision)),
             Kind::Solver(solver) => {
                 let structure = system.structure();
@@ -191,7 +190,8 @@ impl Member<'_> {
         }
     }
 
-    fn integrate(&self, method: &dyn Integrator, problem: &Problem<'_>) -> Cell {
+    /// Runs the method, unless `more` times its steps take too long.
+    fn integrate(&self, method: &dyn Integrator, problem: &Problem<'_>, more: f64) -> Cell {
         // So many steps tell how long one takes.
         let n = problem.system().len() as f64;
         let trial = (2e7 / (n * n + 1e4)).max(20.0).round();
@@ -211,20 +211,24 @@ impl Member<'_> {
             Err(error) => return self.compare(Err(error), taken),
         }
         let steps = match method.predict(problem) {
-            Ok(prediction) => prediction.steps,
+            Ok(prediction) => more * prediction.steps,
             Err(error) => return self.compare(Err(error), taken),
         };
         let time = taken / trial * steps;
         if time > LONGEST {
             return Cell::NotRun { steps, time };
         }
-        self.motion(|| {
-            let limit = Limit {
-                steps: u64::MAX,
-                time: Some(Duration::from_secs_f64(2.0 * LONGEST)),
-            };
-            Ok(method.integrate(problem, limit)?.0)
-        })
+        let limit = Limit {
+            steps: u64::MAX,
+            time: Some(Duration::from_secs_f64(LONGEST)),
+        };
+        let start = Instant::now();
+        let answer = method.integrate(problem, limit);
+        let time = seconds(start);
+        match answer {
+            Err(ResponseError::Stopped { .. }) if time >= LONGEST => Cell::NotRun { steps, time },
+            answer => self.compare(answer.map(|(motion, _)| motion), time),
+        }
     }
 
     fn motion(&self, run: impl FnOnce() -> Result<Trajectory, ResponseError>) -> Cell {

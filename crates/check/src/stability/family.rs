@@ -10,7 +10,7 @@ pub enum Hardship {
     Stiffness,
     /// A damper is far weaker or far stronger than what would be critical.
     Damping,
-    /// One mass is far heavier than the others.
+    /// One mass is far lighter than the others.
     Mass,
     /// One step is far longer or far shorter than the fastest motion takes.
     Step,
@@ -98,10 +98,10 @@ impl Family {
             Family {
                 name: "mass",
                 parameter: "mass ratio",
-                about: "A light mass on one that is heavier by the ratio, on a spring that is stiffer by as much.",
+                about: "Three masses between walls, with equal springs; the middle one is lighter than the others by the ratio.",
                 hardship: Hardship::Mass,
                 values: powers(0..=20, 2),
-                period: TURN / 1.6,
+                period: TURN / 1.2,
                 modes: true,
                 build: mass,
             },
@@ -182,16 +182,20 @@ fn damping(ratio: f64) -> Result<Case, BuildError> {
 
 fn mass(ratio: f64) -> Result<Case, BuildError> {
     let system = System::builder()
-        .mass("base", ratio)
-        .mass("top", 1.0)
-        .spring(GROUND, "base", ratio)
-        .spring("base", "top", 1.0)
-        .damper("base", "top", 0.02)
+        .mass("m1", 1.0)
+        .mass("m2", 1.0 / ratio)
+        .mass("m3", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", 1.0)
+        .spring("m2", "m3", 1.0)
+        .spring("m3", GROUND, 1.0)
+        .damper(GROUND, "m1", 0.02)
+        .damper("m2", "m3", 0.02)
         .build()?;
     Ok(Case {
         system,
-        start: State::at_rest().displace("top", 1.0),
-        step: 0.5,
+        start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
+        step: 1.0,
         instants: every(1),
     })
 }

@@ -4,7 +4,7 @@
 //! - [`MassSpringDamper`] is the textbook's single mass, exact to the last places at any damping;
 //!   [`OneMass`] is the same as a [`ResponseMethod`](eigentone_response::ResponseMethod).
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
-//!   [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
+//!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
 //!   tell beforehand how many steps they will take.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
@@ -48,7 +48,7 @@ pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassErr
 pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
-    Prediction, RungeKutta4, Work,
+    Prediction, Radau5, RungeKutta4, Work,
 };
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeError, ModeOutcome};
 pub use run_time::RunTime;

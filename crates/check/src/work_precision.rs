@@ -10,7 +10,7 @@ use eigentone_response::{
 
 use crate::closed_form::OneMass;
 use crate::integrator::{
-    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
+    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, Radau5,
     RungeKutta4, Work,
 };
 use crate::run_time::RunTime;
@@ -124,8 +124,8 @@ pub struct Progress {
     pub knob: Option<Knob>,
 }
 
-/// The integrators worth comparing, each over its settings, the cheapest first: the pairs at
-/// tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
+/// The integrators worth comparing, each over its settings, the cheapest first: those
+/// of adaptive step at tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
 pub fn integrators() -> Vec<Box<dyn Integrator>> {
     const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
     let substeps = (0..8).map(|power| 1 << power);
@@ -135,6 +135,9 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
     }
     for tolerance in TOLERANCES {
         all.push(Box::new(DormandPrince5::with_tolerance(tolerance)));
+    }
+    for tolerance in TOLERANCES {
+        all.push(Box::new(Radau5::with_tolerance(tolerance)));
     }
     for count in substeps.clone() {
         all.push(Box::new(RungeKutta4::with_substeps(count)));

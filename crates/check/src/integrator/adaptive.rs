@@ -70,8 +70,10 @@ pub(super) trait Passage {
 /// Lengths of steps within one stretch, in s.
 #[derive(Clone, Copy)]
 pub(super) struct Steps {
-    /// To begin with.
-    pub(super) first: f64,
+    /// So short that even the fastest motion is followed.
+    pub(super) careful: f64,
+    /// What was wanted at the end of the stretch before.
+    pub(super) last: Option<f64>,
     /// No step is longer.
     pub(super) longest: f64,
     /// The length of the stretch.
@@ -305,7 +307,8 @@ impl<'a, A: Adaptive> Integration<'a, A> {
             reason,
         };
         let steps = Steps {
-            first: self.last_step.unwrap_or(natural).min(length),
+            careful: natural,
+            last: self.last_step,
             longest: self.longest_step,
             whole: length,
         };

@@ -75,7 +75,7 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Adaptive
         let mut solver = (self.pair)()
             .rtol(0.0)
             .atol(vec![0.0; state.len()])
-            .h0(steps.first)
+            .h0(steps.last.unwrap_or(steps.careful).min(steps.whole))
             .h_max(steps.longest)
             .max_steps(usize::MAX);
         set_tolerances(&mut solver.atol, allowed);

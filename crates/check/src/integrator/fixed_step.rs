@@ -25,8 +25,8 @@ pub(super) trait Scheme {
 
 /// A step of fixed length.
 pub(super) trait FixedStep {
-    /// Begins anew at the state [x; x′], `elapsed` s after the forces' piece began.
-    fn restart(&mut self, state: &[f64], forces: &Forces<'_>, elapsed: f64);
+    /// Forgets what it knows of the motion, since a load changes its law here.
+    fn restart(&mut self) {}
 
     /// Takes the state from `elapsed` s over a step of `h` s, or says why it cannot.
     fn step(
@@ -112,7 +112,7 @@ pub(super) fn integrate(
     let mut method = scheme.method(&equation);
     let mut meter = Meter::start(limit);
     let trajectory = course::follow(name, problem, &equation, |stretch, state, recorder| {
-        method.restart(state, &stretch.forces, 0.0);
+        method.restart();
         for leg in legs(stretch, scheme.substeps()) {
             for step in 0..leg.count {
                 meter.step().map_err(stopped)?;

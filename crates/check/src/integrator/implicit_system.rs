@@ -1,12 +1,27 @@
 //! The linear system of equations that an implicit step solves.
 
-use std::ops::{Add, AddAssign, Mul};
+use std::ops::{Add, AddAssign, Mul, Sub};
 
 use faer::Mat;
 use faer::traits::ComplexField;
 
 use super::Work;
 use super::equation::EquationOfMotion;
+
+/// A real or complex number.
+pub(super) trait Number:
+    ComplexField
+    + Copy
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+{
+}
+
+impl Number for f64 {}
+impl Number for faer::c64 {}
 
 /// (I + α M⁻¹C + β M⁻¹K) x = b, factorised once for each α and β.
 ///
@@ -18,11 +33,7 @@ pub(super) struct ImplicitSystem<T> {
     solves: u64,
 }
 
-impl<T> ImplicitSystem<T>
-where
-    T: ComplexField + Copy,
-    T: Add<Output = T> + AddAssign + Mul<Output = T> + Mul<f64, Output = T>,
-{
+impl<T: Number> ImplicitSystem<T> {
     pub(super) fn new() -> ImplicitSystem<T> {
         ImplicitSystem {
             inverse: None,

@@ -16,6 +16,7 @@ mod knob;
 mod limit;
 mod newmark;
 mod prediction;
+mod radau;
 mod runge_kutta;
 mod work;
 
@@ -29,6 +30,7 @@ pub use knob::Knob;
 pub use limit::Limit;
 pub use newmark::Newmark;
 pub use prediction::{Basis, Prediction};
+pub use radau::Radau5;
 pub use runge_kutta::RungeKutta4;
 pub use work::Work;
 

@@ -58,8 +58,6 @@ impl Stages<'_> {
 }
 
 impl FixedStep for Stages<'_> {
-    fn restart(&mut self, _state: &[f64], _forces: &Forces<'_>, _elapsed: f64) {}
-
     fn step(
         &mut self,
         state: &mut [f64],

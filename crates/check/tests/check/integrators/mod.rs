@@ -1,14 +1,16 @@
-//! The numerical integrators: `damping` holds what their documentation says of numerical damping and
+//! The numerical integrators: `convergence` observes their order, `damping` holds what their documentation says of numerical damping and
 //! stability, `prediction` what they tell before they run.
 
+mod convergence;
 mod damping;
 mod prediction;
+mod stiffness;
 
 use std::time::Duration;
 
 use eigentone_check::{
     Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, OneMass,
-    RungeKutta4, TrajectoryError,
+    Radau5, RungeKutta4, TrajectoryError,
 };
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
@@ -30,10 +32,11 @@ fn run(method: &dyn ResponseMethod, problem: &Problem<'_>) -> Trajectory {
 }
 
 /// One of each.
-fn all() -> [Box<dyn Integrator>; 7] {
+fn all() -> [Box<dyn Integrator>; 8] {
     [
         Box::new(Dop853::with_tolerance(1e-9)),
         Box::new(DormandPrince5::with_tolerance(1e-9)),
+        Box::new(Radau5::with_tolerance(1e-9)),
         Box::new(RungeKutta4::with_substeps(8)),
         Box::new(Newmark::with_substeps(8)),
         Box::new(Newmark::central_difference(8)),
@@ -81,7 +84,8 @@ fn errors_follow_the_tolerance() {
             let tolerance = 10f64.powi(-power);
             let eighth = error(&run(&Dop853 { tolerance }, &problem), &truth);
             let fifth = error(&run(&DormandPrince5 { tolerance }, &problem), &truth);
-            for error in [eighth, fifth] {
+            let implicit = error(&run(&Radau5 { tolerance }, &problem), &truth);
+            for error in [eighth, fifth, implicit] {
                 let times = error / tolerance;
                 assert!(
                     (1e-4..20.0).contains(&times),
@@ -166,6 +170,8 @@ fn take_every_load() {
     for tolerance in [1e-7, 1e-9, 1e-11] {
         let eighth = error(&run(&Dop853 { tolerance }, &problem), &truth);
         let fifth = error(&run(&DormandPrince5 { tolerance }, &problem), &truth);
+        let implicit = error(&run(&Radau5 { tolerance }, &problem), &truth);
+        assert!(implicit < 20.0 * tolerance, "{tolerance:e}: {implicit:e}");
         assert!(eighth < 20.0 * tolerance, "{tolerance:e}: {eighth:e}");
         assert!(fifth < 20.0 * tolerance, "{tolerance:e}: {fifth:e}");
     }
@@ -311,15 +317,22 @@ fn count_their_work() {
     let runge_kutta = work(&RungeKutta4::with_substeps(3));
     assert_eq!((runge_kutta.accepted, runge_kutta.evaluations), (60, 240));
     assert_eq!((runge_kutta.factorisations, runge_kutta.solves), (0, 0));
-    for method in [
-        &Newmark::with_substeps(3) as &dyn Integrator,
-        &HhtAlpha::with_substeps(3),
-        &GeneralizedAlpha::with_substeps(3),
+    // At the start the acceleration is evaluated once, and its slope where it stands for another
+    // instant.
+    for (method, evaluations) in [
+        (&Newmark::with_substeps(3) as &dyn Integrator, 61),
+        (&HhtAlpha::with_substeps(3), 62),
+        (&GeneralizedAlpha::with_substeps(3), 62),
     ] {
         let work = work(method);
-        assert_eq!((work.accepted, work.evaluations), (60, 61));
+        assert_eq!((work.accepted, work.evaluations), (60, evaluations));
         assert_eq!((work.factorisations, work.solves), (1, 60));
     }
+    let radau = work(&Radau5::with_tolerance(1e-8));
+    let tried = radau.accepted + radau.rejected;
+    assert!((4 * tried..4 * tried + 10).contains(&radau.evaluations));
+    assert!((3 * tried..3 * tried + 10).contains(&radau.solves));
+    assert!(radau.factorisations % 2 == 0 && radau.factorisations < tried);
     // With a relative error of h⁹ in a step, a thousandth of the tolerance makes h 1000^(1/8)
     // times smaller; with h⁶ in the other pair, 1000^(1/5) times.
     let steps = |method: &dyn Integrator| work(method).accepted as f64;
@@ -400,6 +413,7 @@ fn refuse_what_they_cannot_do() {
     for tolerance in [0.0, -1e-6, f64::NAN, 1e-16, 2.0] {
         assert!(refused(&Dop853 { tolerance }, &plain).contains("tolerance"));
         assert!(refused(&DormandPrince5 { tolerance }, &plain).contains("tolerance"));
+        assert!(refused(&Radau5 { tolerance }, &plain).contains("tolerance"));
     }
     assert!(refused(&RungeKutta4 { substeps: 0 }, &plain).contains("at least 1"));
     assert!(refused(&Newmark::with_substeps(0), &plain).contains("at least 1"));
@@ -440,6 +454,7 @@ fn report_a_motion_beyond_doubles() {
         );
     }
     assert!(Dop853::with_tolerance(1e-6).run(&problem).is_err());
+    assert!(Radau5::with_tolerance(1e-6).run(&problem).is_err());
 }
 
 proptest! {

@@ -10,7 +10,8 @@ use eigentone_response::{
 use super::family::{Case, Family};
 use super::{Cell, seconds};
 use crate::integrator::{
-    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark, RungeKutta4,
+    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark, Radau5,
+    RungeKutta4,
 };
 use crate::mode_comparison::ModeError;
 use crate::trajectory_error::TrajectoryError;
@@ -80,15 +81,20 @@ pub(super) fn contenders(family: &Family) -> Vec<Contender> {
         named("plan, doubles", Kind::Plan(Precision::Double)),
         named(ByExponential.name(), Kind::Exact(&ByExponential)),
     ];
-    for make in [
-        (|tolerance| Box::new(Dop853::with_tolerance(tolerance)) as _) as fn(f64) -> _,
-        |tolerance| Box::new(DormandPrince5::with_tolerance(tolerance)) as _,
+    for (explicit, make) in [
+        (
+            true,
+            (|tolerance| Box::new(Dop853::with_tolerance(tolerance)) as _) as fn(f64) -> _,
+        ),
+        (true, |tolerance| {
+            Box::new(DormandPrince5::with_tolerance(tolerance)) as _
+        }),
+        (false, |tolerance| {
+            Box::new(Radau5::with_tolerance(tolerance)) as _
+        }),
     ] {
         let method: Box<dyn Integrator> = make(TOLERANCE);
-        let kind = Kind::Adaptive {
-            explicit: true,
-            make,
-        };
+        let kind = Kind::Adaptive { explicit, make };
         all.push(named(&format!("{}, {TOLERANCE:e}", method.name()), kind));
     }
     for (order, steps, make) in [

@@ -39,14 +39,15 @@ fn sentence(kind: &Kind, hardship: Hardship, lost: &Cell) -> &'static str {
             }
             Hardship::Size => "Its steps times n² operations for each evaluation take too long.",
         },
-        Kind::Adaptive { .. } => match hardship {
-            Hardship::Horizon => {
-                "Its steps are as many as there are turns, and the error of each is carried on."
+        Kind::Adaptive { .. } => match (hardship, lost) {
+            (Hardship::Size, _) => "Its steps times n² operations for each solution take too long.",
+            (Hardship::Stiffness | Hardship::Mass, Cell::Answered { .. }) => {
+                "It starts from matrices in doubles, where soft springs are rounded away beside a stiff one."
             }
-            Hardship::Size => "Its steps times n² operations for each solution take too long.",
-            _ => {
-                "Undamped fast motion has to be followed turn by turn to meet the tolerance, stable or not."
+            (Hardship::Stiffness | Hardship::Mass, _) => {
+                "It stays stable, but to meet its tolerance fast motion that is not damped has to be followed turn by turn."
             }
+            _ => "What still moves has to be followed turn by turn until the end.",
         },
         Kind::Plan(_) | Kind::PlannedModes(_) => {
             "In doubles, the elements themselves keep their digits, but some of the motion hangs on their differences."

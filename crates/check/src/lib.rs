@@ -37,12 +37,17 @@ mod closed_form;
 mod instants;
 mod integrator;
 mod mode_comparison;
+mod reference;
 mod run_time;
 mod work_precision;
 
 pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
 pub use integrator::{Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work};
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
+pub use reference::{
+    Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,
+    ReferenceResponse,
+};
 pub use run_time::RunTime;
 pub use work_precision::{
     Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,

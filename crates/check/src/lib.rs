@@ -39,9 +39,11 @@ mod exponential_comparison;
 mod instants;
 mod integrator;
 mod mode_comparison;
+mod reference;
 mod run_time;
 mod stability;
 mod trajectory_error;
+mod truth;
 mod work_precision;
 
 pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
@@ -50,7 +52,11 @@ pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
     Prediction, Radau5, RungeKutta4, Work,
 };
-pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeError, ModeOutcome};
+pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
+pub use reference::{
+    Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,
+    ReferenceResponse,
+};
 pub use run_time::RunTime;
 pub use stability::{
     Cell, Family, FamilyStudy, Hardship, StabilityRow, StabilityStudy, StudyProgress, Verdict,

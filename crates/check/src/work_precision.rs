@@ -9,17 +9,19 @@ use eigentone_response::{
 };
 
 use crate::closed_form::OneMass;
+use crate::instants::wanted;
 use crate::integrator::{
     Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, Radau5,
     RungeKutta4, Work,
 };
 use crate::run_time::RunTime;
 use crate::trajectory_error::TrajectoryError;
+use crate::truth::MotionTruth;
 
 /// Methods that answered the same problem, each with its error and its run time.
 #[derive(Clone, Debug)]
 pub struct WorkPrecision {
-    /// The method whose answer the errors are measured from.
+    /// What the errors are measured from.
     pub reference: &'static str,
     /// How many instants were asked for and compared.
     pub instants: usize,
@@ -160,7 +162,7 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
 impl WorkPrecision {
     /// Answers `problem` by every method and compares the answers: the closed form of one mass
     /// where it applies, the `exact` methods, then the `integrators`. Errors are measured from the
-    /// closed form where it applies, else from the method that the plan picks. An integrator that is stopped at one
+    /// [`Reference`](crate::Reference) with more digits, or from the method that the plan picks where that is too dear. An integrator that is stopped at one
     /// setting is not tried at the settings that follow it. `progress` is told before each row.
     ///
     /// # Errors
@@ -175,8 +177,9 @@ impl WorkPrecision {
     ) -> Result<WorkPrecision, ResponseError> {
         let started = Instant::now();
         let problem = &thin(problem, effort.instants)?;
+        let instants = wanted(problem)?.len();
         let plan = ResponsePlan::of(problem)?;
-        let truth = Truth::of(problem, plan.method)?;
+        let truth = MotionTruth::of(problem)?;
         let mut exact = exact.to_vec();
         if OneMass.refuses(problem).is_none() {
             exact.insert(0, &OneMass);
@@ -192,7 +195,7 @@ impl WorkPrecision {
             });
             let outcome = match method.refuses(problem) {
                 Some(reason) => Outcome::Refused { reason },
-                None => truth.compare(|| Ok((method.run(problem)?, None))),
+                None => compare(&truth, || Ok((method.run(problem)?, None))),
             };
             rows.push(WorkPrecisionRow {
                 method: method.name(),
@@ -224,7 +227,7 @@ impl WorkPrecision {
             let outcome = match (left_out, method.refuses(problem)) {
                 (Some(reason), _) => Outcome::LeftOut { reason },
                 (_, Some(reason)) => Outcome::Refused { reason },
-                _ => truth.compare(|| {
+                _ => compare(&truth, || {
                     let (trajectory, work) = method.integrate(problem, limit)?;
                     Ok((trajectory, Some(work)))
                 }),
@@ -247,8 +250,8 @@ impl WorkPrecision {
                 left_out: plan.left_out,
             });
         Ok(WorkPrecision {
-            reference: truth.name,
-            instants: truth.motion.len(),
+            reference: truth.name(),
+            instants,
             rows,
             pick,
         })
@@ -283,48 +286,22 @@ impl WorkPrecision {
     }
 }
 
-/// The motion that others are compared with.
-struct Truth {
-    name: &'static str,
-    motion: Trajectory,
-    /// The largest displacement.
-    peak: f64,
-}
-
-impl Truth {
-    fn of(problem: &Problem<'_>, planned: &dyn ResponseMethod) -> Result<Truth, ResponseError> {
-        let method: &dyn ResponseMethod = match OneMass.refuses(problem) {
-            None => &OneMass,
-            Some(_) => planned,
-        };
-        let motion = method.run(problem)?;
-        Ok(Truth {
-            name: method.name(),
-            peak: motion.displacement().norm_max(),
-            motion,
-        })
-    }
-
-    /// Runs a method and measures it.
-    fn compare(
-        &self,
-        run: impl Fn() -> Result<(Trajectory, Option<Work>), ResponseError>,
-    ) -> Outcome {
-        /// An answer that exceeds the largest displacement so many times has lost its stability.
-        const UNSTABLE: f64 = 10.0;
-        match RunTime::of(run) {
-            Ok(((answer, work), time)) => Outcome::Measured(Measurement {
-                error: (answer.method() != self.name)
-                    .then(|| TrajectoryError::between(&answer, &self.motion)),
-                stable: answer.displacement().norm_max() <= UNSTABLE * self.peak,
-                bounds: answer.bounds(),
-                digits: answer.digits(),
-                operations: work.is_none().then(|| answer.operations()),
-                time,
-                work,
-            }),
-            Err(error) => Outcome::Failed(error),
-        }
+/// Runs a method and measures it.
+fn compare(
+    truth: &MotionTruth,
+    run: impl Fn() -> Result<(Trajectory, Option<Work>), ResponseError>,
+) -> Outcome {
+    match RunTime::of(run) {
+        Ok(((answer, work), time)) => Outcome::Measured(Measurement {
+            error: truth.error_of(&answer),
+            stable: truth.is_stable(&answer),
+            bounds: answer.bounds(),
+            digits: answer.digits(),
+            operations: work.is_none().then(|| answer.operations()),
+            time,
+            work,
+        }),
+        Err(error) => Outcome::Failed(error),
     }
 }
 

@@ -13,8 +13,7 @@ use crate::integrator::{
     Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark, Radau5,
     RungeKutta4,
 };
-use crate::mode_comparison::ModeError;
-use crate::trajectory_error::TrajectoryError;
+use crate::truth::{ModesTruth, MotionTruth};
 
 /// The longest that a cell may take, in s.
 const LONGEST: f64 = 2.0;
@@ -136,9 +135,8 @@ pub(super) fn contenders(family: &Family) -> Vec<Contender> {
 pub(super) struct Member<'a> {
     family: &'a Family,
     case: Case,
-    motion: Trajectory,
-    peak: f64,
-    modes: Option<Modes>,
+    motion: MotionTruth,
+    modes: Option<ModesTruth>,
 }
 
 impl Member<'_> {
@@ -146,14 +144,12 @@ impl Member<'_> {
         let case = family.case(value).map_err(|error| error.to_string())?;
         let told = |error: ResponseError| error.to_string();
         let problem = case.problem().map_err(told)?;
-        let plan = ResponsePlan::of(&problem).map_err(told)?;
-        let motion = plan.run(&problem).map_err(told)?;
+        let motion = MotionTruth::of(&problem).map_err(told)?;
         let modes = match family.modes {
-            true => Some(case.system.modes().map_err(|error| error.to_string())?),
+            true => Some(ModesTruth::of(&case.system).map_err(|error| error.to_string())?),
             false => None,
         };
         Ok(Member {
-            peak: motion.displacement().norm_max(),
             motion,
             modes,
             family,
@@ -244,12 +240,14 @@ impl Member<'_> {
     }
 
     fn compare(&self, answer: Result<Trajectory, ResponseError>, time: f64) -> Cell {
-        /// As in a comparison on one scene.
-        const UNSTABLE: f64 = 10.0;
         match answer {
-            Ok(motion) if motion.displacement().norm_max() > UNSTABLE * self.peak => Cell::Unstable,
+            Ok(motion) if !self.motion.is_stable(&motion) => Cell::Unstable,
             Ok(motion) => Cell::Answered {
-                error: TrajectoryError::between(&motion, &self.motion).displacement,
+                // The reference has no error of its own.
+                error: self
+                    .motion
+                    .error_of(&motion)
+                    .map_or(0.0, |error| error.displacement),
                 time,
             },
             Err(ResponseError::Overflow { .. }) => Cell::Unstable,
@@ -263,7 +261,7 @@ impl Member<'_> {
         let time = seconds(start);
         match (answer, &self.modes) {
             (Ok(modes), Some(truth)) => Cell::Answered {
-                error: ModeError::between(modes.eigenvalues(), truth.eigenvalues()).eigenvalue,
+                error: truth.error_of(&modes).modulus,
                 time,
             },
             (Ok(_), None) => Cell::Failed {

@@ -166,7 +166,7 @@ impl<'a> SolverJson<'a> {
             solver: row.solver,
             outcome,
             reason,
-            error: error.map(|error| error.eigenvalue),
+            error: error.map(|error| error.modulus),
             real_part_error: error.map(|error| error.real_part),
             bounds,
             time,

@@ -38,7 +38,7 @@ pub(super) fn modes(modes: &ModeComparison) -> Section {
         .column(
             "error of λ",
             Align::Right,
-            rows().map(|row| or_none(error(row).map(|error| error.eigenvalue))),
+            rows().map(|row| or_none(error(row).map(|error| error.modulus))),
         )
         .column(
             "of Re λ",

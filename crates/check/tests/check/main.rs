@@ -8,3 +8,4 @@ mod comparisons;
 mod integrators;
 mod one_mass;
 mod scenes;
+mod stability;

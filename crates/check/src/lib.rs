@@ -4,7 +4,8 @@
 //! - [`MassSpringDamper`] is the textbook's single mass, exact to the last places at any damping;
 //!   [`OneMass`] is the same as a [`ResponseMethod`](eigentone_response::ResponseMethod).
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
-//!   [`RungeKutta4`], [`Newmark`].
+//!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
+//!   tell beforehand how many steps they will take.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
 //!
@@ -41,7 +42,10 @@ mod run_time;
 mod work_precision;
 
 pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
-pub use integrator::{Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work};
+pub use integrator::{
+    Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
+    Prediction, Radau5, RungeKutta4, Work,
+};
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
 pub use run_time::RunTime;
 pub use work_precision::{

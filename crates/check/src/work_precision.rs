@@ -8,7 +8,8 @@ use faer::MatRef;
 
 use crate::closed_form::OneMass;
 use crate::integrator::{
-    Dop853, DormandPrince5, Integrator, Knob, Limit, Newmark, RungeKutta4, Work,
+    Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, Radau5,
+    RungeKutta4, Work,
 };
 use crate::run_time::RunTime;
 
@@ -111,8 +112,8 @@ pub struct Progress {
     pub knob: Option<Knob>,
 }
 
-/// The integrators worth comparing, each over its settings, the cheapest first: the pairs at
-/// tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
+/// The integrators worth comparing, each over its settings, the cheapest first: those
+/// of adaptive step at tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
 pub fn integrators() -> Vec<Box<dyn Integrator>> {
     const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
     let substeps = (0..8).map(|power| 1 << power);
@@ -123,11 +124,23 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
     for tolerance in TOLERANCES {
         all.push(Box::new(DormandPrince5::with_tolerance(tolerance)));
     }
+    for tolerance in TOLERANCES {
+        all.push(Box::new(Radau5::with_tolerance(tolerance)));
+    }
     for count in substeps.clone() {
         all.push(Box::new(RungeKutta4::with_substeps(count)));
     }
-    for count in substeps {
+    for count in substeps.clone() {
         all.push(Box::new(Newmark::with_substeps(count)));
+    }
+    for count in substeps.clone() {
+        all.push(Box::new(Newmark::central_difference(count)));
+    }
+    for count in substeps.clone() {
+        all.push(Box::new(HhtAlpha::with_substeps(count)));
+    }
+    for count in substeps {
+        all.push(Box::new(GeneralizedAlpha::with_substeps(count)));
     }
     all
 }

@@ -15,7 +15,7 @@ pub(crate) struct Stretch<'a> {
     pub(crate) end: Instant,
     /// The grid indices asked for within it, ascending and without repeats; one at its end belongs
     /// to the next stretch, if there is one.
-    pub(crate) stops: Vec<u64>,
+    pub(crate) stops: &'a [u64],
 }
 
 impl Stretch<'_> {
@@ -67,6 +67,43 @@ impl Recorder {
     }
 }
 
+/// The way to the last of `stops`, which are grid indices, ascending and without repeats.
+pub(crate) fn stretches<'a>(
+    problem: &'a Problem<'_>,
+    stops: &'a [u64],
+) -> impl Iterator<Item = Stretch<'a>> {
+    let (grid, timeline) = (problem.grid(), problem.timeline());
+    let finish = stops.last().map(|index| Instant::on_grid(grid, *index));
+    let mut ahead = stops;
+    (0..timeline.pieces().len()).map_while(move |piece| {
+        let start = timeline.pieces()[piece].start_instant();
+        let finish = finish.filter(|finish| start.order(finish).is_le())?;
+        let next = timeline.pieces().get(piece + 1);
+        let next = next.map(|piece| piece.start_instant());
+        let before_next = |index: &u64| {
+            next.is_none_or(|next| Instant::on_grid(grid, *index).order(&next).is_lt())
+        };
+        let (here, later) = ahead.split_at(ahead.partition_point(before_next));
+        ahead = later;
+        let end = next.filter(|next| next.order(&finish).is_lt());
+        Some(Stretch {
+            forces: Forces { timeline, piece },
+            grid,
+            start,
+            end: end.unwrap_or(finish),
+            stops: here,
+        })
+    })
+}
+
+/// The last instant asked for, by its grid index, if there is one.
+pub(crate) fn last_instant(problem: &Problem<'_>) -> Option<u64> {
+    match problem.instants() {
+        Some(instants) => instants.iter().copied().max(),
+        None => Some(problem.grid().last()),
+    }
+}
+
 /// Leads an integrator through a problem: `cross` takes the state [x; x′] over one stretch and
 /// records it at every stop.
 pub(crate) fn follow(
@@ -76,7 +113,7 @@ pub(crate) fn follow(
     mut cross: impl FnMut(&Stretch<'_>, &mut Vec<f64>, &mut Recorder) -> Result<(), ResponseError>,
 ) -> Result<Trajectory, ResponseError> {
     let steps = instants::wanted(problem)?;
-    let (n, grid, timeline) = (equation.len(), problem.grid(), problem.timeline());
+    let (n, grid) = (equation.len(), problem.grid());
     let mut order: Vec<(u64, usize)> = steps.iter().copied().zip(0..).collect();
     order.sort_unstable();
     let mut stops: Vec<u64> = order.iter().map(|(index, _)| *index).collect();
@@ -93,29 +130,7 @@ pub(crate) fn follow(
 
     let mut state = problem.initial_displacement().to_vec();
     state.extend_from_slice(problem.initial_velocity());
-    let finish = stops.last().map(|index| Instant::on_grid(grid, *index));
-    let mut passed = 0;
-    for piece in 0..timeline.pieces().len() {
-        let start = timeline.pieces()[piece].start_instant();
-        let Some(finish) = finish.filter(|finish| start.order(finish).is_le()) else {
-            break;
-        };
-        let next = timeline.pieces().get(piece + 1);
-        let next = next.map(|piece| piece.start_instant());
-        let before_next = |index: &u64| {
-            next.is_none_or(|next| Instant::on_grid(grid, *index).order(&next).is_lt())
-        };
-        let count = stops[passed..].partition_point(before_next);
-        let here = stops[passed..passed + count].to_vec();
-        passed += count;
-        let end = next.filter(|next| next.order(&finish).is_lt());
-        let stretch = Stretch {
-            forces: Forces { timeline, piece },
-            grid,
-            start,
-            end: end.unwrap_or(finish),
-            stops: here,
-        };
+    for stretch in stretches(problem, &stops) {
         equation.strike(&mut state, &stretch.forces);
         let from = recorder.done;
         cross(&stretch, &mut state, &mut recorder)?;

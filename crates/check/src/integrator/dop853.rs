@@ -1,13 +1,10 @@
 //! DOP853: an explicit Runge–Kutta pair of order 8(5,3) (Hairer, Nørsett & Wanner, *Solving
 //! Ordinary Differential Equations I*, §II.5), by the crate `differential-equations`.
 
-use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
-
-use super::embedded::{self, Integration, Pair};
+use super::adaptive::{self, Adaptive, Scheme};
+use super::embedded::{Embedded, Pair};
 use super::equation::EquationOfMotion;
-use super::{Integrator, Knob, Limit, Work};
-
-const NAME: &str = "DOP853";
+use super::integrator;
 
 /// Runge–Kutta of order 8 with steps sized by a tolerance: the one to take among explicit methods
 /// where many digits are wanted.
@@ -28,33 +25,20 @@ impl Dop853 {
     }
 }
 
-impl ResponseMethod for Dop853 {
+impl Scheme for Dop853 {
     fn name(&self) -> &'static str {
-        NAME
+        "DOP853"
     }
 
-    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        embedded::refuses_tolerance(self.tolerance)
-            .or_else(|| EquationOfMotion::of(problem.system()).err())
+    fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 
-    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        Ok(self.integrate(problem, Limit::default())?.0)
-    }
-}
-
-impl Integrator for Dop853 {
-    fn knob(&self) -> Knob {
-        Knob::Tolerance(self.tolerance)
-    }
-
-    fn integrate(
-        &self,
-        problem: &Problem<'_>,
-        limit: Limit,
-    ) -> Result<(Trajectory, Work), ResponseError> {
+    fn method<'e>(&self, equation: &'e EquationOfMotion) -> impl Adaptive + 'e {
         /// It is stable for |λ|h up to 5.9 (imaginary λ) and 6.4 (real λ).
         const STABLE: f64 = 6.0;
-        Integration::run(NAME, Pair::dop853, STABLE, self.tolerance, problem, limit)
+        Embedded::of(Pair::dop853, STABLE, equation)
     }
 }
+
+integrator!(Dop853, adaptive);

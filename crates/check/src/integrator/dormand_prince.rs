@@ -1,13 +1,10 @@
 //! The explicit Runge–Kutta pair of order 5(4) of Dormand & Prince (1980, *J. Comput. Appl. Math.*
 //! 6), known as ode45 and DOPRI5, by the crate `differential-equations`.
 
-use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
-
-use super::embedded::{self, Integration, Pair};
+use super::adaptive::{self, Adaptive, Scheme};
+use super::embedded::{Embedded, Pair};
 use super::equation::EquationOfMotion;
-use super::{Integrator, Knob, Limit, Work};
-
-const NAME: &str = "Dormand–Prince 5";
+use super::integrator;
 
 /// Runge–Kutta of order 5 with steps sized by a tolerance: what most simulation tools use unless
 /// told otherwise.
@@ -28,33 +25,20 @@ impl DormandPrince5 {
     }
 }
 
-impl ResponseMethod for DormandPrince5 {
+impl Scheme for DormandPrince5 {
     fn name(&self) -> &'static str {
-        NAME
+        "Dormand–Prince 5"
     }
 
-    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        embedded::refuses_tolerance(self.tolerance)
-            .or_else(|| EquationOfMotion::of(problem.system()).err())
+    fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 
-    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        Ok(self.integrate(problem, Limit::default())?.0)
-    }
-}
-
-impl Integrator for DormandPrince5 {
-    fn knob(&self) -> Knob {
-        Knob::Tolerance(self.tolerance)
-    }
-
-    fn integrate(
-        &self,
-        problem: &Problem<'_>,
-        limit: Limit,
-    ) -> Result<(Trajectory, Work), ResponseError> {
+    fn method<'e>(&self, equation: &'e EquationOfMotion) -> impl Adaptive + 'e {
         /// It is stable for |λ|h up to 3.3 (real λ), a little less near the imaginary axis.
         const STABLE: f64 = 3.0;
-        Integration::run(NAME, Pair::dopri5, STABLE, self.tolerance, problem, limit)
+        Embedded::of(Pair::dopri5, STABLE, equation)
     }
 }
+
+integrator!(DormandPrince5, adaptive);

@@ -5,6 +5,8 @@ use eigentone_response::Timeline;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
+use super::implicit_system::Number;
+
 /// x″ = M⁻¹(f − C x′ − K x), with the zeros of M⁻¹K, M⁻¹C and M⁻¹ left out.
 pub(crate) struct EquationOfMotion {
     coupling: Vec<Vec<Coupling>>,
@@ -164,13 +166,22 @@ impl EquationOfMotion {
         total.into_iter().fold(0.0, f64::max)
     }
 
+    /// M⁻¹K x for displacements x.
+    pub(super) fn stiffness_times<T: Number>(&self, x: &[T], product: &mut [T]) {
+        for (sum, coupling) in product.iter_mut().zip(&self.coupling) {
+            let pulls = coupling.iter().map(|one| x[one.coordinate] * one.stiffness);
+            *sum = pulls.fold(T::zero_impl(), |sum, pull| sum + pull);
+        }
+    }
+
     /// I + α M⁻¹C + β M⁻¹K, inverted (n × n).
-    pub(crate) fn implicit_inverse(&self, alpha: f64, beta: f64) -> Mat<f64> {
+    pub(super) fn implicit_inverse<T: Number>(&self, alpha: T, beta: T) -> Mat<T> {
         let n = self.len();
-        let mut matrix = Mat::<f64>::identity(n, n);
+        let mut matrix = Mat::<T>::identity(n, n);
         for (i, coupling) in self.coupling.iter().enumerate() {
             for one in coupling {
-                matrix[(i, one.coordinate)] += alpha * one.damping + beta * one.stiffness;
+                let entry = &mut matrix[(i, one.coordinate)];
+                *entry += alpha * one.damping + beta * one.stiffness;
             }
         }
         matrix.partial_piv_lu().inverse()

@@ -4,15 +4,29 @@ use eigentone_response::{Instant, Problem, ResponseError, TimeGrid, Trajectory};
 
 use super::course::{self, Stretch};
 use super::equation::{EquationOfMotion, Forces};
-use super::{Limit, Meter, Work};
+use super::limit::Meter;
+use super::{Basis, Knob, Limit, Prediction, Work};
+
+/// An integrator with steps of fixed length.
+pub(super) trait Scheme {
+    fn name(&self) -> &'static str;
+
+    /// Steps between two neighbouring instants of the grid.
+    fn substeps(&self) -> u32;
+
+    /// Why its other parameters are out of range.
+    fn misfit(&self) -> Option<String> {
+        None
+    }
+
+    /// The method for one equation.
+    fn method<'e>(&self, equation: &'e EquationOfMotion) -> impl FixedStep + 'e;
+}
 
 /// A step of fixed length.
 pub(super) trait FixedStep {
-    /// Evaluations of the acceleration in a restart and in a step.
-    const EVALUATIONS: (u64, u64);
-
-    /// Begins anew at the state [x; x′], `elapsed` s after the forces' piece began.
-    fn restart(&mut self, state: &[f64], forces: &Forces<'_>, elapsed: f64);
+    /// Forgets what it knows of the motion, since a load changes its law here.
+    fn restart(&mut self) {}
 
     /// Takes the state from `elapsed` s over a step of `h` s, or says why it cannot.
     fn step(
@@ -22,88 +36,129 @@ pub(super) trait FixedStep {
         elapsed: f64,
         h: f64,
     ) -> Result<(), String>;
+
+    /// What it took so far, but for the steps.
+    fn work(&self) -> Work;
 }
 
-/// The equation that a method with so many substeps integrates.
+pub(super) fn knob(scheme: &impl Scheme) -> Knob {
+    Knob::Substeps(scheme.substeps())
+}
+
+/// The equation that a scheme integrates, or why it does not.
 pub(super) fn equation(
-    name: &'static str,
+    scheme: &impl Scheme,
     problem: &Problem<'_>,
-    substeps: u32,
-) -> Result<EquationOfMotion, ResponseError> {
-    let refused = |reason| ResponseError::NotApplicable {
-        method: name,
-        reason,
-    };
-    match refuses_substeps(substeps) {
-        Some(reason) => Err(refused(reason)),
-        None => EquationOfMotion::of(problem.system()).map_err(refused),
+) -> Result<EquationOfMotion, String> {
+    match knob(scheme).misfit().or_else(|| scheme.misfit()) {
+        Some(reason) => Err(reason),
+        None => EquationOfMotion::of(problem.system()),
     }
 }
 
-/// Why so many substeps cannot be.
-pub(super) fn refuses_substeps(substeps: u32) -> Option<String> {
-    (substeps == 0).then(|| "it has 0 substeps: it needs at least 1".to_owned())
+/// [`equation`], with the error that says so.
+fn applicable(
+    scheme: &impl Scheme,
+    problem: &Problem<'_>,
+) -> Result<EquationOfMotion, ResponseError> {
+    equation(scheme, problem).map_err(|reason| ResponseError::NotApplicable {
+        method: scheme.name(),
+        reason,
+    })
+}
+
+/// Counts the steps.
+pub(super) fn predict(
+    scheme: &impl Scheme,
+    problem: &Problem<'_>,
+) -> Result<Prediction, ResponseError> {
+    applicable(scheme, problem)?;
+    Ok(Prediction {
+        steps: needed(scheme, problem) as f64,
+        basis: Basis::Counted,
+    })
+}
+
+/// The number of steps that a problem takes.
+fn needed(scheme: &impl Scheme, problem: &Problem<'_>) -> u64 {
+    let last: Vec<u64> = course::last_instant(problem).into_iter().collect();
+    let counts = course::stretches(problem, &last).map(|stretch| {
+        let legs = legs(&stretch, scheme.substeps());
+        legs.map(|leg| leg.count).fold(0, u64::saturating_add)
+    });
+    counts.fold(0, u64::saturating_add)
 }
 
 /// Integrates a whole problem with `substeps` steps between neighbouring instants of the grid. Legs
 /// that begin or end between instants get as many equal steps as keep them no longer than that.
 /// The steps are the same whichever instants are asked for.
-pub(super) fn run<'e, S: FixedStep>(
-    name: &'static str,
+pub(super) fn integrate(
+    scheme: &impl Scheme,
     problem: &Problem<'_>,
-    equation: &'e EquationOfMotion,
-    method: impl FnOnce(&'e EquationOfMotion) -> S,
-    substeps: u32,
     limit: Limit,
 ) -> Result<(Trajectory, Work), ResponseError> {
+    let equation = applicable(scheme, problem)?;
+    let name = scheme.name();
     let stopped = |reason| ResponseError::Stopped {
         method: name,
         reason,
     };
-    let grid = problem.grid();
-    let furthest = match problem.instants() {
-        Some(instants) => instants.iter().copied().max().unwrap_or(0),
-        None => grid.last(),
-    };
-    let needed = furthest.saturating_mul(substeps.into());
-    if needed > limit.steps {
-        let allowed = limit.steps;
+    let (needed, allowed) = (needed(scheme, problem), limit.steps);
+    if needed > allowed {
         return Err(stopped(format!(
             "it needs {needed} steps, more than {allowed}"
         )));
     }
-    let mut method = method(equation);
+    let mut method = scheme.method(&equation);
     let mut meter = Meter::start(limit);
-    let mut restarts = 0;
-    let trajectory = course::follow(name, problem, equation, |stretch, state, recorder| {
-        let mut here = stretch.start;
-        method.restart(state, &stretch.forces, 0.0);
-        restarts += 1;
-        for stop in milestones(stretch) {
-            let next = stop.map_or(stretch.end, |index| stretch.stop(index));
-            let base = stretch.elapsed(&here);
-            let (count, h) = division(&here, &next, grid, substeps);
-            for step in 0..count {
+    let trajectory = course::follow(name, problem, &equation, |stretch, state, recorder| {
+        method.restart();
+        for leg in legs(stretch, scheme.substeps()) {
+            for step in 0..leg.count {
                 meter.step().map_err(stopped)?;
-                let elapsed = base + step as f64 * h;
+                let elapsed = leg.start + step as f64 * leg.h;
                 method
-                    .step(state, &stretch.forces, elapsed, h)
+                    .step(state, &stretch.forces, elapsed, leg.h)
                     .map_err(stopped)?;
             }
-            if let Some(index) = stop {
+            if let Some(index) = leg.stop {
                 recorder.record(index, state)?;
             }
-            here = next;
         }
         Ok(())
     })?;
-    let (restart, step) = S::EVALUATIONS;
     let work = Work {
-        evaluations: restarts * restart + meter.steps * step,
-        accepted: meter.steps,
-        rejected: 0,
+        accepted: meter.steps(),
+        ..method.work()
     };
     Ok((trajectory, work))
+}
+
+/// A part of a stretch that is divided into equal steps.
+struct Leg {
+    /// Seconds since the stretch began.
+    start: f64,
+    count: u64,
+    h: f64,
+    /// The grid index at its end, if it is one of the stretch's.
+    stop: Option<u64>,
+}
+
+/// The legs of a stretch, in order.
+fn legs(stretch: &Stretch<'_>, substeps: u32) -> impl Iterator<Item = Leg> {
+    let mut here = stretch.start;
+    milestones(stretch).map(move |stop| {
+        let next = stop.map_or(stretch.end, |index| stretch.stop(index));
+        let start = stretch.elapsed(&here);
+        let (count, h) = division(&here, &next, stretch.grid, substeps);
+        here = next;
+        Leg {
+            start,
+            count,
+            h,
+            stop,
+        }
+    })
 }
 
 /// Where the legs of a stretch end: at every stop, at the first and last instant of the grid within
@@ -118,7 +173,7 @@ fn milestones(stretch: &Stretch<'_>) -> impl Iterator<Item = Option<u64>> {
         let index = (instant.time().to_f64() / stretch.grid.step()).round() as u64;
         index.saturating_sub(1)..=index.saturating_add(1)
     };
-    let mut all = stretch.stops.clone();
+    let mut all = stretch.stops.to_vec();
     all.extend(nearest(&stretch.start).find(within));
     all.extend(nearest(&stretch.end).rev().find(within));
     all.sort_unstable();

@@ -1,130 +1,90 @@
-//! The average-acceleration method of Newmark (1959, *J. Eng. Mech. Div. ASCE* 85), β = ¼, γ = ½.
+//! The methods of Newmark (1959, *J. Eng. Mech. Div. ASCE* 85), with any β and γ.
 
-use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
-use faer::Mat;
+use super::alpha_family::{AlphaMethod, Weights};
+use super::equation::EquationOfMotion;
+use super::fixed_step::{self, FixedStep, Scheme};
+use super::integrator;
 
-use super::equation::{EquationOfMotion, Forces};
-use super::fixed_step::{self, FixedStep};
-use super::{Integrator, Knob, Limit, Work};
-
-const NAME: &str = "Newmark";
-
-/// What structural engineers use: stable for any step, no numerical damping, error in proportion
-/// to h². Each step solves a linear system, factorised once for each length of step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Newmark's method: what structural engineers use.
+///
+/// The new acceleration takes part in the new displacement by β h² and in the new velocity by γ h.
+/// Each step solves a linear system of n equations, factorised once for each length of step. With
+/// γ = ½ the error is in proportion to h² and nothing is damped numerically; γ > ½ damps, at the
+/// price of an error in proportion to h; γ < ½ makes every motion grow. It is stable for any step
+/// where 2β ≥ γ ≥ ½, else for ω h up to 1/√(γ/2 − β) without damping (Hughes, *The Finite Element
+/// Method*, §9.1).
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Newmark {
     /// Equal steps between two neighbouring instants of the grid; at least 1.
     pub substeps: u32,
+    /// The weight γ of the new acceleration in the new velocity; 0 to 1.
+    pub gamma: f64,
+    /// The weight β of the new acceleration in the new displacement; 0 to 1.
+    pub beta: f64,
 }
 
 impl Newmark {
-    /// The method with at least 1 step between neighbouring instants.
+    /// The average-acceleration method, γ = ½ and β = ¼, also known as the trapezoidal rule: stable
+    /// for any step, and the energy of undamped free motion is kept. Periods come out long, by a
+    /// relative (ω h)²/12.
     pub fn with_substeps(substeps: u32) -> Newmark {
-        Newmark { substeps }
+        Newmark {
+            substeps,
+            gamma: 0.5,
+            beta: 0.25,
+        }
+    }
+
+    /// The linear-acceleration method, γ = ½ and β = ⅙: stable for ω h up to 2√3. Periods come out
+    /// long, by a relative (ω h)²/24.
+    pub fn linear_acceleration(substeps: u32) -> Newmark {
+        Newmark {
+            beta: 1.0 / 6.0,
+            ..Newmark::with_substeps(substeps)
+        }
+    }
+
+    /// The central-difference method, γ = ½ and β = 0, also known as that of Störmer, Verlet and
+    /// leapfrog: explicit but for the dampers, stable for ω h up to 2. Periods come out short, by
+    /// a relative (ω h)²/24.
+    pub fn central_difference(substeps: u32) -> Newmark {
+        Newmark {
+            beta: 0.0,
+            ..Newmark::with_substeps(substeps)
+        }
     }
 }
 
-impl ResponseMethod for Newmark {
+impl Scheme for Newmark {
     fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        fixed_step::refuses_substeps(self.substeps)
-            .or_else(|| EquationOfMotion::of(problem.system()).err())
-    }
-
-    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        Ok(self.integrate(problem, Limit::default())?.0)
-    }
-}
-
-impl Integrator for Newmark {
-    fn knob(&self) -> Knob {
-        Knob::Substeps(self.substeps)
-    }
-
-    fn integrate(
-        &self,
-        problem: &Problem<'_>,
-        limit: Limit,
-    ) -> Result<(Trajectory, Work), ResponseError> {
-        let equation = fixed_step::equation(NAME, problem, self.substeps)?;
-        let method = AverageAcceleration::of;
-        fixed_step::run(NAME, problem, &equation, method, self.substeps, limit)
-    }
-}
-
-struct AverageAcceleration<'a> {
-    equation: &'a EquationOfMotion,
-    acceleration: Vec<f64>,
-    /// What the equation of motion leaves over at the predicted state.
-    rest: Vec<f64>,
-    /// A length of step, and (I + h/2 M⁻¹C + h²/4 M⁻¹K)⁻¹ for it.
-    solver: Option<(f64, Mat<f64>)>,
-}
-
-impl AverageAcceleration<'_> {
-    fn of(equation: &EquationOfMotion) -> AverageAcceleration<'_> {
-        let zeros = vec![0.0; equation.len()];
-        AverageAcceleration {
-            equation,
-            acceleration: zeros.clone(),
-            rest: zeros,
-            solver: None,
+        match (self.gamma, self.beta) {
+            (0.5, 0.0) => "central difference",
+            _ => "Newmark",
         }
     }
 
-    /// Moves [x; x′] by what the acceleration does over one half of a step's weight.
-    fn advance(&self, state: &mut [f64], h: f64) {
-        let n = self.equation.len();
-        for (i, acceleration) in self.acceleration.iter().enumerate() {
-            state[i] += 0.25 * h * h * acceleration;
-            state[n + i] += 0.5 * h * acceleration;
-        }
-    }
-}
-
-impl FixedStep for AverageAcceleration<'_> {
-    const EVALUATIONS: (u64, u64) = (1, 1);
-
-    fn restart(&mut self, state: &[f64], forces: &Forces<'_>, elapsed: f64) {
-        self.equation
-            .acceleration(state, forces, elapsed, &mut self.acceleration);
+    fn substeps(&self) -> u32 {
+        self.substeps
     }
 
-    fn step(
-        &mut self,
-        state: &mut [f64],
-        forces: &Forces<'_>,
-        elapsed: f64,
-        h: f64,
-    ) -> Result<(), String> {
-        let n = self.equation.len();
-        let solver = match self.solver.take().filter(|(length, _)| *length == h) {
-            Some((_, solver)) => solver,
-            None => {
-                let solver = self.equation.implicit_inverse(0.5 * h, 0.25 * h * h);
-                if !solver.is_all_finite() {
-                    return Err(format!("its equations for a step of {h} s are singular"));
-                }
-                solver
-            }
+    fn misfit(&self) -> Option<String> {
+        let weights = [("γ", self.gamma), ("β", self.beta)];
+        let mut out_of_range = weights.iter().filter(|(_, x)| !(0.0..=1.0).contains(x));
+        let (name, value) = out_of_range.next()?;
+        Some(format!(
+            "its {name} is {value}: it must lie between 0 and 1"
+        ))
+    }
+
+    fn method<'e>(&self, equation: &'e EquationOfMotion) -> impl FixedStep + 'e {
+        let weights = Weights {
+            alpha_m: 0.0,
+            alpha_f: 0.0,
+            gamma: self.gamma,
+            beta: self.beta,
         };
-        for i in 0..n {
-            state[i] += h * state[n + i];
-        }
-        self.advance(state, h);
-        self.equation
-            .acceleration(state, forces, elapsed + h, &mut self.rest);
-        self.acceleration.fill(0.0);
-        for (j, rest) in self.rest.iter().enumerate() {
-            for (i, acceleration) in self.acceleration.iter_mut().enumerate() {
-                *acceleration += solver[(i, j)] * rest;
-            }
-        }
-        self.advance(state, h);
-        self.solver = Some((h, solver));
-        Ok(())
+        AlphaMethod::of(equation, weights)
     }
 }
+
+integrator!(Newmark, fixed_step);

@@ -1,12 +1,9 @@
 //! The classical Runge–Kutta method of order 4 (Kutta 1901, *Z. Math. Phys.* 46).
 
-use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
-
+use super::Work;
 use super::equation::{EquationOfMotion, Forces};
-use super::fixed_step::{self, FixedStep};
-use super::{Integrator, Knob, Limit, Work};
-
-const NAME: &str = "Runge–Kutta 4";
+use super::fixed_step::{self, FixedStep, Scheme};
+use super::integrator;
 
 /// Four evaluations a step, error in proportion to h⁴; unstable where h exceeds 2.8/|λ|.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,35 +19,21 @@ impl RungeKutta4 {
     }
 }
 
-impl ResponseMethod for RungeKutta4 {
+impl Scheme for RungeKutta4 {
     fn name(&self) -> &'static str {
-        NAME
+        "Runge–Kutta 4"
     }
 
-    fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        fixed_step::refuses_substeps(self.substeps)
-            .or_else(|| EquationOfMotion::of(problem.system()).err())
+    fn substeps(&self) -> u32 {
+        self.substeps
     }
 
-    fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        Ok(self.integrate(problem, Limit::default())?.0)
+    fn method<'e>(&self, equation: &'e EquationOfMotion) -> impl FixedStep + 'e {
+        Stages::of(equation)
     }
 }
 
-impl Integrator for RungeKutta4 {
-    fn knob(&self) -> Knob {
-        Knob::Substeps(self.substeps)
-    }
-
-    fn integrate(
-        &self,
-        problem: &Problem<'_>,
-        limit: Limit,
-    ) -> Result<(Trajectory, Work), ResponseError> {
-        let equation = fixed_step::equation(NAME, problem, self.substeps)?;
-        fixed_step::run(NAME, problem, &equation, Stages::of, self.substeps, limit)
-    }
-}
+integrator!(RungeKutta4, fixed_step);
 
 struct Stages<'a> {
     equation: &'a EquationOfMotion,
@@ -58,6 +41,7 @@ struct Stages<'a> {
     stage: Vec<f64>,
     slope: Vec<f64>,
     sum: Vec<f64>,
+    evaluations: u64,
 }
 
 impl Stages<'_> {
@@ -68,15 +52,12 @@ impl Stages<'_> {
             stage: zeros.clone(),
             slope: zeros.clone(),
             sum: zeros,
+            evaluations: 0,
         }
     }
 }
 
 impl FixedStep for Stages<'_> {
-    const EVALUATIONS: (u64, u64) = (0, 4);
-
-    fn restart(&mut self, _state: &[f64], _forces: &Forces<'_>, _elapsed: f64) {}
-
     fn step(
         &mut self,
         state: &mut [f64],
@@ -104,6 +85,14 @@ impl FixedStep for Stages<'_> {
         for (value, sum) in state.iter_mut().zip(&self.sum) {
             *value += h / 6.0 * sum;
         }
+        self.evaluations += 4;
         Ok(())
+    }
+
+    fn work(&self) -> Work {
+        Work {
+            evaluations: self.evaluations,
+            ..Work::default()
+        }
     }
 }

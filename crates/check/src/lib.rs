@@ -38,6 +38,7 @@ mod closed_form;
 mod instants;
 mod integrator;
 mod mode_comparison;
+mod reference;
 mod run_time;
 mod work_precision;
 
@@ -47,6 +48,10 @@ pub use integrator::{
     Prediction, Radau5, RungeKutta4, Work,
 };
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
+pub use reference::{
+    Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,
+    ReferenceResponse,
+};
 pub use run_time::RunTime;
 pub use work_precision::{
     Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,

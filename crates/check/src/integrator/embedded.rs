@@ -173,11 +173,13 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Passage
     }
 }
 
+/// The crate bounds the root mean square of the ratios of errors to tolerances, by 1; so no ratio
+/// is above the root of their number.
 fn set_tolerances(tolerances: &mut Tolerance<f64>, allowed: Allowed) {
     if let Tolerance::Vector(each) = tolerances {
-        let n = each.len() / 2;
-        each[..n].fill(allowed.displacement);
-        each[n..].fill(allowed.velocity);
+        let (n, share) = (each.len() / 2, (each.len() as f64).sqrt());
+        each[..n].fill(allowed.displacement / share);
+        each[n..].fill(allowed.velocity / share);
     }
 }
 

@@ -5,7 +5,7 @@ use eigentone_response::{Instant, Problem, ResponseError, TimeGrid, Trajectory};
 use super::course::{self, Stretch};
 use super::equation::{EquationOfMotion, Forces};
 use super::limit::Meter;
-use super::{Basis, Knob, Limit, Prediction, Work};
+use super::{Basis, Knob, Limit, Prediction, Work, refused, stopped};
 
 /// An integrator with steps of fixed length.
 pub(super) trait Scheme {
@@ -56,23 +56,12 @@ pub(super) fn equation(
     }
 }
 
-/// [`equation`], with the error that says so.
-fn applicable(
-    scheme: &impl Scheme,
-    problem: &Problem<'_>,
-) -> Result<EquationOfMotion, ResponseError> {
-    equation(scheme, problem).map_err(|reason| ResponseError::NotApplicable {
-        method: scheme.name(),
-        reason,
-    })
-}
-
 /// Counts the steps.
 pub(super) fn predict(
     scheme: &impl Scheme,
     problem: &Problem<'_>,
 ) -> Result<Prediction, ResponseError> {
-    applicable(scheme, problem)?;
+    equation(scheme, problem).map_err(refused(scheme.name()))?;
     Ok(Prediction {
         steps: needed(scheme, problem) as f64,
         basis: Basis::Counted,
@@ -97,12 +86,9 @@ pub(super) fn integrate(
     problem: &Problem<'_>,
     limit: Limit,
 ) -> Result<(Trajectory, Work), ResponseError> {
-    let equation = applicable(scheme, problem)?;
     let name = scheme.name();
-    let stopped = |reason| ResponseError::Stopped {
-        method: name,
-        reason,
-    };
+    let equation = equation(scheme, problem).map_err(refused(name))?;
+    let stopped = stopped(name);
     let (needed, allowed) = (needed(scheme, problem), limit.steps);
     if needed > allowed {
         return Err(stopped(format!(

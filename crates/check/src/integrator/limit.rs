@@ -43,11 +43,6 @@ impl Meter {
         self.steps
     }
 
-    /// Whether it allows no more steps.
-    pub(super) fn is_full(&self) -> bool {
-        self.steps == self.limit.steps
-    }
-
     /// Whether it allows at least as many more.
     pub(super) fn is_in_first_half(&self) -> bool {
         self.steps <= self.limit.steps / 2
@@ -57,7 +52,7 @@ impl Meter {
     pub(super) fn step(&mut self) -> Result<(), String> {
         /// Reading the clock costs as much as a small step.
         const STEPS_BETWEEN_READINGS: u64 = 64;
-        if self.is_full() {
+        if self.steps == self.limit.steps {
             return Err(format!("{} steps did not suffice", self.limit.steps));
         }
         self.steps += 1;

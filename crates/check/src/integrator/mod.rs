@@ -65,6 +65,16 @@ pub trait Integrator: ResponseMethod {
     fn predict(&self, problem: &Problem<'_>) -> Result<Prediction, ResponseError>;
 }
 
+/// Says that a method does not apply.
+fn refused(method: &'static str) -> impl Fn(String) -> ResponseError {
+    move |reason| ResponseError::NotApplicable { method, reason }
+}
+
+/// Says that a method gave up.
+fn stopped(method: &'static str) -> impl Fn(String) -> ResponseError + Copy {
+    move |reason| ResponseError::Stopped { method, reason }
+}
+
 /// Makes a scheme of a family (`adaptive` or `fixed_step`) an integrator.
 macro_rules! integrator {
     ($method:ty, $family:ident) => {

@@ -107,7 +107,7 @@ impl Columns {
             .massive()
             .iter()
             .map(|i| State::at_rest().push(names[*i].clone(), 1.0));
-        let mut columns = Vec::new();
+        let (mut starts, mut ends) = (Vec::new(), Vec::new());
         for state in displaced.chain(pushed) {
             let problem = Problem::new(system, &state, Vec::new(), grid)?.at(&[1])?;
             let balanced = |x: &[f64], v: &[f64]| -> Vec<f64> {
@@ -124,14 +124,14 @@ impl Columns {
                 |values: MatRef<'_, f64>| -> Vec<f64> { values.col(0).iter().copied().collect() };
             let end = balanced(&of(motion.displacement()), &of(motion.velocity()));
             let unit = |z: Vec<f64>| -> Vec<f64> { z.iter().map(|entry| entry / size).collect() };
-            columns.push((unit(z), unit(end)));
+            starts.push(unit(z));
+            ends.push(unit(end));
         }
-        let matrix = |pick: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| {
-            Mat::from_fn(form.states(), columns.len(), |i, j| pick(&columns[j])[i])
-        };
+        let matrix =
+            |columns: &[Vec<f64>]| Mat::from_fn(form.states(), columns.len(), |i, j| columns[j][i]);
         Ok(Columns {
-            start: matrix(|column| &column.0),
-            end: matrix(|column| &column.1),
+            start: matrix(&starts),
+            end: matrix(&ends),
         })
     }
 

@@ -19,11 +19,11 @@ const REFERENCE: &str = "reference";
 /// The true motion.
 pub(crate) enum MotionTruth {
     Reference {
-        motion: Box<ReferenceResponse>,
+        motion: ReferenceResponse,
         peak: f64,
     },
     /// Of the plan's method.
-    Planned(Trajectory),
+    Planned(Box<Trajectory>),
 }
 
 impl MotionTruth {
@@ -36,14 +36,12 @@ impl MotionTruth {
                 let instants = 0..motion.steps().len();
                 let values = instants.flat_map(|k| motion.displacement(k));
                 let peak = values.map(|x| x.nearest().abs()).fold(0.0, f64::max);
-                Ok(MotionTruth::Reference {
-                    motion: Box::new(motion),
-                    peak,
-                })
+                Ok(MotionTruth::Reference { motion, peak })
             }
-            Err(_) => Ok(MotionTruth::Planned(
-                ResponsePlan::of(problem)?.run(problem)?,
-            )),
+            Err(_) => {
+                let motion = ResponsePlan::of(problem)?.run(problem)?;
+                Ok(MotionTruth::Planned(Box::new(motion)))
+            }
         }
     }
 

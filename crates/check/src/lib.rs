@@ -3,6 +3,9 @@
 //!
 //! - [`MassSpringDamper`] is the textbook's single mass, exact to the last places at any damping;
 //!   [`OneMass`] is the same as a [`ResponseMethod`](eigentone_response::ResponseMethod).
+//! - [`ExactMass`], [`UniformChain`] and [`UndampedPair`] are closed forms in any number of digits.
+//! - [`Reference`] gives eigenvalues and responses of any small system in any number of digits, by
+//!   ways and in an arithmetic of its own.
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
 //!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
 //!   tell beforehand how many steps they will take.
@@ -46,7 +49,10 @@ mod trajectory_error;
 mod truth;
 mod work_precision;
 
-pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
+pub use closed_form::{
+    ChainEnds, ClosedFormError, Damping, ExactMass, ExactMotion, Kinematics, MassSpringDamper,
+    OneMass, OneMassError, UndampedPair, UniformChain,
+};
 pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,

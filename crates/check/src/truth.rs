@@ -3,6 +3,7 @@
 
 use eigentone_modes::{Eigenvalue, Modes, ModesError, System};
 use eigentone_response::{Problem, ResponseError, ResponsePlan, Trajectory};
+use num_complex::Complex;
 
 use crate::reference::{EigenvalueError, Reference, ReferenceModes, ReferenceResponse};
 use crate::trajectory_error::TrajectoryError;
@@ -22,8 +23,8 @@ pub(crate) enum MotionTruth {
         motion: ReferenceResponse,
         peak: f64,
     },
-    /// Of the plan's method.
-    Planned(Box<Trajectory>),
+    /// Of the plan's method, or rounded from a closed form.
+    Doubles(Box<Trajectory>),
 }
 
 impl MotionTruth {
@@ -40,7 +41,7 @@ impl MotionTruth {
             }
             Err(_) => {
                 let motion = ResponsePlan::of(problem)?.run(problem)?;
-                Ok(MotionTruth::Planned(Box::new(motion)))
+                Ok(MotionTruth::Doubles(Box::new(motion)))
             }
         }
     }
@@ -48,7 +49,7 @@ impl MotionTruth {
     pub(crate) fn name(&self) -> &'static str {
         match self {
             MotionTruth::Reference { .. } => REFERENCE,
-            MotionTruth::Planned(motion) => motion.method(),
+            MotionTruth::Doubles(motion) => motion.method(),
         }
     }
 
@@ -57,7 +58,7 @@ impl MotionTruth {
         const UNSTABLE: f64 = 10.0;
         let peak = match self {
             MotionTruth::Reference { peak, .. } => *peak,
-            MotionTruth::Planned(motion) => motion.displacement().norm_max(),
+            MotionTruth::Doubles(motion) => motion.displacement().norm_max(),
         };
         answer.displacement().norm_max() <= UNSTABLE * peak
     }
@@ -71,8 +72,8 @@ impl MotionTruth {
                     velocity: f64::INFINITY,
                 }))
             }
-            MotionTruth::Planned(motion) if motion.method() == answer.method() => None,
-            MotionTruth::Planned(motion) => Some(TrajectoryError::between(answer, motion)),
+            MotionTruth::Doubles(motion) if motion.method() == answer.method() => None,
+            MotionTruth::Doubles(motion) => Some(TrajectoryError::between(answer, motion)),
         }
     }
 }
@@ -80,8 +81,8 @@ impl MotionTruth {
 /// The true modes.
 pub(crate) enum ModesTruth {
     Reference(ReferenceModes),
-    /// With the bounds of the plan.
-    Planned(Modes),
+    /// With the bounds of the plan, or rounded from a closed form.
+    Doubles(Vec<Complex<f64>>),
 }
 
 impl ModesTruth {
@@ -91,7 +92,11 @@ impl ModesTruth {
         let reference = Reference::with_digits(DIGITS).within(WORK);
         match reference.modes(system) {
             Ok(modes) => Ok(ModesTruth::Reference(modes)),
-            Err(_) => Ok(ModesTruth::Planned(system.modes()?)),
+            Err(_) => {
+                let modes = system.modes()?;
+                let values = modes.eigenvalues().iter().map(|one| one.value);
+                Ok(ModesTruth::Doubles(values.collect()))
+            }
         }
     }
 
@@ -99,7 +104,7 @@ impl ModesTruth {
     pub(crate) fn name(&self, planned: &'static str) -> &'static str {
         match self {
             ModesTruth::Reference(_) => REFERENCE,
-            ModesTruth::Planned(_) => planned,
+            ModesTruth::Doubles(_) => planned,
         }
     }
 
@@ -113,19 +118,19 @@ impl ModesTruth {
                 };
                 modes.error_of(answer).unwrap_or(nothing)
             }
-            ModesTruth::Planned(modes) => between(answer.eigenvalues(), modes.eigenvalues()),
+            ModesTruth::Doubles(values) => between(answer.eigenvalues(), values),
         }
     }
 }
 
-/// The distance of `eigenvalues` from a `reference`, the largest of which is matched first with the nearest that is left.
-fn between(eigenvalues: &[Eigenvalue], reference: &[Eigenvalue]) -> EigenvalueError {
+/// The distance of `eigenvalues` from a `reference` sorted by size, the largest of which is matched first with the nearest that is left.
+fn between(eigenvalues: &[Eigenvalue], reference: &[Complex<f64>]) -> EigenvalueError {
     let mut worst = EigenvalueError {
         modulus: 0.0,
         real_part: 0.0,
     };
     let mut left: Vec<_> = eigenvalues.iter().map(|one| one.value).collect();
-    for truth in reference.iter().rev().map(|one| one.value) {
+    for truth in reference.iter().rev().copied() {
         let distances = left.iter().map(|value| (value - truth).norm());
         let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         let off = match nearest {

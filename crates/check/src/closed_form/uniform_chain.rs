@@ -89,6 +89,20 @@ impl UniformChain {
         v0: &[f64],
         t: f64,
     ) -> Result<Vec<ExactMotion>, ClosedFormError> {
+        let mut motions = self.free_at(x0, v0, &[t])?;
+        Ok(motions.pop().expect("one for each time"))
+    }
+
+    /// The same at several `times`, for which shapes are computed once.
+    ///
+    /// # Errors
+    /// As for [`free`](Self::free).
+    pub fn free_at(
+        &self,
+        x0: &[f64],
+        v0: &[f64],
+        times: &[f64],
+    ) -> Result<Vec<Vec<ExactMotion>>, ClosedFormError> {
         for state in [x0, v0] {
             if state.len() != self.count {
                 return Err(ClosedFormError::State {
@@ -97,15 +111,15 @@ impl UniformChain {
                 });
             }
         }
-        Ok(motions(to_digits(self.digits, |bits| {
-            self.superpose(x0, v0, t, bits)
-        })))
+        let values = to_digits(self.digits, |bits| self.superpose(x0, v0, times, bits));
+        let instants = values.chunks(2 * self.count.max(1));
+        Ok(instants.map(|values| motions(values.to_vec())).collect())
     }
 
-    /// Displacements, then velocities.
-    fn superpose(&self, x0: &[f64], v0: &[f64], t: f64, bits: u64) -> Vec<Ball> {
-        let time = exactly(t, bits);
-        let mut values = vec![Ball::zero().with_bits(bits); 2 * self.count];
+    /// For each time displacements, then velocities.
+    fn superpose(&self, x0: &[f64], v0: &[f64], times: &[f64], bits: u64) -> Vec<Ball> {
+        let width = 2 * self.count;
+        let mut values = vec![Ball::zero().with_bits(bits); width * times.len()];
         for j in 1..=self.count {
             let shape = self.shape(j, bits);
             let share = |state: &[f64]| {
@@ -115,17 +129,16 @@ impl UniformChain {
             };
             let (a, b) = (share(x0), share(v0));
             let omega = &shape.frequency;
-            let (sin, cos) = (omega * &time).sin_cos();
-            let drift = if omega.is_zero() {
-                time.clone()
-            } else {
-                &sin / omega
-            };
-            let displacement = &a * &cos + &b * drift;
-            let velocity = b * cos - a * omega * sin;
-            for (i, phi) in shape.components.iter().enumerate() {
-                values[i] = &values[i] + phi * &displacement;
-                values[self.count + i] = &values[self.count + i] + phi * &velocity;
+            for (values, t) in values.chunks_mut(width).zip(times) {
+                let time = exactly(*t, bits);
+                let (sin, cos) = (omega * &time).sin_cos();
+                let drift = if omega.is_zero() { time } else { &sin / omega };
+                let displacement = &a * &cos + &b * drift;
+                let velocity = &b * cos - &a * omega * sin;
+                for (i, phi) in shape.components.iter().enumerate() {
+                    values[i] = &values[i] + phi * &displacement;
+                    values[self.count + i] = &values[self.count + i] + phi * &velocity;
+                }
             }
         }
         values

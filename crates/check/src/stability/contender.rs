@@ -142,13 +142,7 @@ pub(super) struct Member<'a> {
 impl Member<'_> {
     pub(super) fn of(family: &Family, value: f64) -> Result<Member<'_>, String> {
         let case = family.case(value).map_err(|error| error.to_string())?;
-        let told = |error: ResponseError| error.to_string();
-        let problem = case.problem().map_err(told)?;
-        let motion = MotionTruth::of(&problem).map_err(told)?;
-        let modes = match family.modes {
-            true => Some(ModesTruth::of(&case.system).map_err(|error| error.to_string())?),
-            false => None,
-        };
+        let (motion, modes) = case.truth(family.modes)?;
         Ok(Member {
             motion,
             modes,

@@ -1,7 +1,12 @@
 //! Families of systems, each with one parameter that is taken from harmless to extreme.
 
 use eigentone_modes::{BuildError, GROUND, System};
-use eigentone_response::{Problem, ResponseError, State, TimeGrid};
+use eigentone_response::{Problem, ResponseError, State, TimeGrid, Trajectory};
+use faer::Mat;
+use num_complex::Complex;
+
+use crate::closed_form::{ChainEnds, ExactMotion, UniformChain};
+use crate::truth::{ModesTruth, MotionTruth};
 
 /// What makes the far end of a family hard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +51,30 @@ pub(super) struct Case {
     start: State,
     step: f64,
     instants: Vec<u64>,
+    /// For systems that are too large for the reference.
+    closed_form: ClosedForm,
+}
+
+type ClosedForm = fn(&System, &Problem<'_>) -> Option<(MotionTruth, ModesTruth)>;
+
+/// No closed form: the reference serves.
+fn none(_: &System, _: &Problem<'_>) -> Option<(MotionTruth, ModesTruth)> {
+    None
 }
 
 impl Case {
+    /// The true motion, and the true modes if they are `wanted`.
+    pub(super) fn truth(&self, wanted: bool) -> Result<(MotionTruth, Option<ModesTruth>), String> {
+        let told = |error: ResponseError| error.to_string();
+        let problem = self.problem().map_err(told)?;
+        if let Some((motion, modes)) = (self.closed_form)(&self.system, &problem) {
+            return Ok((motion, wanted.then_some(modes)));
+        }
+        let motion = MotionTruth::of(&problem).map_err(told)?;
+        let modes = wanted.then(|| ModesTruth::of(&self.system)).transpose();
+        Ok((motion, modes.map_err(|error| error.to_string())?))
+    }
+
     pub(super) fn problem(&self) -> Result<Problem<'_>, ResponseError> {
         let last = self.instants.last().copied().unwrap_or(0);
         let grid = TimeGrid::new(self.step, self.step * last as f64)?;
@@ -161,6 +187,7 @@ fn stiffness(ratio: f64) -> Result<Case, BuildError> {
         start: State::at_rest().displace("m1", 1.0).displace("m2", 1.0),
         step: 1.0,
         instants: every(1),
+        closed_form: none,
     })
 }
 
@@ -177,6 +204,7 @@ fn damping(ratio: f64) -> Result<Case, BuildError> {
         start: State::at_rest().displace("m1", 1.0),
         step: 0.5,
         instants: every(1),
+        closed_form: none,
     })
 }
 
@@ -197,6 +225,7 @@ fn mass(ratio: f64) -> Result<Case, BuildError> {
         start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
         step: 1.0,
         instants: every(1),
+        closed_form: none,
     })
 }
 
@@ -215,6 +244,7 @@ fn step(length: f64) -> Result<Case, BuildError> {
         start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
         step: length / NORM,
         instants: every(1),
+        closed_form: none,
     })
 }
 
@@ -231,6 +261,7 @@ fn horizon(periods: f64) -> Result<Case, BuildError> {
         start: State::at_rest().displace("m1", 1.0),
         step: 0.1017,
         instants: every(periods as u64),
+        closed_form: none,
     })
 }
 
@@ -252,6 +283,34 @@ fn size(coordinates: f64) -> Result<Case, BuildError> {
         system: builder.build()?,
         start: State::at_rest().displace("m1", 1.0),
         step: 0.2,
-        instants: every(1),
+        instants: (1..=10).map(|k| 10 * k).collect(),
+        closed_form: of_chain,
     })
+}
+
+/// The chain's motion and eigenvalues by their closed forms, rounded to doubles.
+fn of_chain(system: &System, problem: &Problem<'_>) -> Option<(MotionTruth, ModesTruth)> {
+    /// Enough to round to the nearest double, or next to it.
+    const DIGITS: u32 = 18;
+    let n = system.len();
+    let chain = UniformChain::new(ChainEnds::BothGrounded, n, 1.0, 1.0).ok()?;
+    let chain = chain.with_digits(DIGITS);
+    let steps = problem.instants()?.to_vec();
+    let times: Vec<f64> = steps.iter().map(|k| problem.grid().time(*k)).collect();
+    let (x0, v0) = (problem.initial_displacement(), problem.initial_velocity());
+    let motions = chain.free_at(x0, v0, &times).ok()?;
+    let matrix =
+        |value: fn(&ExactMotion) -> f64| Mat::from_fn(n, times.len(), |i, k| value(&motions[k][i]));
+    let displacement = matrix(|motion| motion.displacement.nearest());
+    let velocity = matrix(|motion| motion.velocity.nearest());
+    let motion = Trajectory::new("closed form", steps, times.clone(), displacement, velocity);
+    let frequencies = chain.natural_frequencies();
+    let roots = frequencies.iter().flat_map(|omega| {
+        let root = Complex::new(0.0, omega.nearest());
+        [root, root.conj()]
+    });
+    Some((
+        MotionTruth::Doubles(Box::new(motion)),
+        ModesTruth::Doubles(roots.collect()),
+    ))
 }

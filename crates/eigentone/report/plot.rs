@@ -28,6 +28,8 @@ const LEGEND: usize = 18;
 /// Letters of a legend entry that fit, and the room a letter needs at most on average.
 const LETTERS: usize = 24;
 const LETTER: f64 = 8.6;
+/// Half the width of a dot.
+const DOT: f64 = 3.2;
 /// A line this many times longer than the drawing is wide fills an area, where dashes are noise.
 const DENSE: f64 = 12.0;
 
@@ -254,7 +256,11 @@ impl Plot<'_> {
         };
         let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
         if line.marked {
-            places.iter().for_each(|place| mark(svg, index, *place));
+            // A point by itself has no line that leads the eye to it.
+            let size = if places.len() == 1 { 5.0 } else { DOT };
+            places
+                .iter()
+                .for_each(|place| mark(svg, index, *place, size));
         }
     }
 
@@ -273,7 +279,7 @@ impl Plot<'_> {
                 escape(&shorten(&line.name, LETTERS)),
             );
             if line.marked {
-                mark(svg, index, (x + 17.0, y));
+                mark(svg, index, (x + 17.0, y), DOT);
             }
         }
         if shown < count {
@@ -289,7 +295,7 @@ impl Plot<'_> {
 
 /// The word stands where there is more room.
 fn draw_ring(svg: &mut String, ring: &Ring, x: &Ruler, y: &Ruler) {
-    const RADIUS: f64 = 8.0;
+    const RADIUS: f64 = 10.0;
     let (px, py) = (x.place(ring.at.0), y.place(ring.at.1));
     let right = px < f64::midpoint(x.from, x.to);
     let (side, anchor) = if right { (1.0, "start") } else { (-1.0, "end") };
@@ -302,12 +308,27 @@ fn draw_ring(svg: &mut String, ring: &Ring, x: &Ruler, y: &Ruler) {
     );
 }
 
-/// A dot on a line.
-fn mark(svg: &mut String, index: usize, (x, y): (f64, f64)) {
+/// A dot on a line; where colours come round again, a square and then a diamond.
+fn mark(svg: &mut String, index: usize, (x, y): (f64, f64), size: f64) {
     let colour = COLOURS[index % COLOURS.len()];
+    let shape = match index / COLOURS.len() % 3 {
+        0 => format!(r#"circle cx="{x:.1}" cy="{y:.1}" r="{size}""#),
+        1 => {
+            let half = 0.9 * size;
+            let (left, top, side) = (x - half, y - half, 2.0 * half);
+            format!(r#"rect x="{left:.1}" y="{top:.1}" width="{side:.1}" height="{side:.1}""#)
+        }
+        _ => {
+            let half = 1.3 * size;
+            format!(
+                r#"path d="M{:.1} {y:.1}l{half:.1} {half:.1} {half:.1} -{half:.1} -{half:.1} -{half:.1}z""#,
+                x - half
+            )
+        }
+    };
     let _ = writeln!(
         svg,
-        r##"<circle cx="{x:.1}" cy="{y:.1}" r="3.2" fill="{colour}" stroke="#ffffff" stroke-width="0.8"/>"##
+        r##"<{shape} fill="{colour}" stroke="#ffffff" stroke-width="0.8"/>"##
     );
 }
 

@@ -31,7 +31,7 @@ pub struct DoubleDouble {
 
 /// a + b as sum and error, for any order of magnitudes.
 #[inline]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let part = sum - a;
     (sum, (a - (sum - part)) + (b - part))
@@ -39,7 +39,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a + b as sum and error, for |a| ≥ |b| or a = 0.
 #[inline]
-fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
@@ -64,7 +64,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 
 /// Two halves of at most 26 bits (Veltkamp's splitting).
 #[inline]
-fn split(a: f64) -> (f64, f64) {
+pub(crate) fn split(a: f64) -> (f64, f64) {
     let scaled = a * 134_217_729.0;
     let high = scaled - (scaled - a);
     (high, a - high)

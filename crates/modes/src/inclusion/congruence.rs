@@ -29,7 +29,7 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Lanes};
 use faer::{Mat, MatRef, Side};
 
 use crate::element::{Element, MatrixKind, Node};
@@ -473,14 +473,15 @@ impl<'a> Form<'a> {
         }
         let length = outer.first().map_or(0, Vec::len);
         let mut entries = vec![DoubleDouble::ZERO; size * size];
-        for i in 0..size {
-            for j in i..size {
-                let mut sum = DoubleDouble::ZERO;
-                for (force, x) in inner[i].iter().zip(&outer[j]) {
-                    sum += *force * *x;
+        for (block, columns) in outer.chunks(LANES).enumerate() {
+            let side_by_side = interleaved(columns, length);
+            let j = block * LANES;
+            for (i, forces) in inner.iter().enumerate().take(j + columns.len()) {
+                let sums = Lanes::products(forces, &side_by_side);
+                for (j, sum) in (j..j + columns.len()).zip(sums).filter(|(j, _)| i <= *j) {
+                    entries[i * size + j] = sum;
+                    entries[j * size + i] = sum;
                 }
-                entries[i * size + j] = sum;
-                entries[j * size + i] = sum;
             }
         }
         // Both stretches, k·stretch, the sum of forces, the product, and the sum.
@@ -495,6 +496,20 @@ impl<'a> Form<'a> {
             floor: 1e-300 * (1.0 + largest),
         }
     }
+}
+
+/// So many sums at a time: one alone would wait for each of its own additions to end.
+const LANES: usize = 8;
+
+/// Columns side by side, entry by entry; those that are missing are 0.
+fn interleaved(columns: &[Vec<DoubleDouble>], length: usize) -> Vec<Lanes<LANES>> {
+    let mut rows = vec![Lanes::ZERO; length];
+    for (lane, column) in columns.iter().enumerate() {
+        for (row, entry) in rows.iter_mut().zip(column) {
+            row.set(lane, *entry);
+        }
+    }
+    rows
 }
 
 /// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.

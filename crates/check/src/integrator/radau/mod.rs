@@ -6,7 +6,7 @@ mod passage;
 mod resolvent;
 mod tableau;
 
-use super::adaptive::{self, Adaptive, Allowed, Scheme, Steps};
+use super::adaptive::{self, Adaptive, Allowed, Passage, Scheme, Steps};
 use super::course::Stretch;
 use super::equation::EquationOfMotion;
 use super::{Work, integrator};
@@ -65,26 +65,22 @@ struct Radau<'e> {
     evaluations: u64,
 }
 
-impl<'e> Adaptive for Radau<'e> {
+impl Adaptive for Radau<'_> {
     const ORDER: i32 = 4;
-
-    type Passage<'s>
-        = Marching<'s, 'e>
-    where
-        Self: 's;
 
     fn longest_stable_step(&self, _fastest: f64) -> f64 {
         f64::INFINITY
     }
 
-    fn enter<'s>(
-        &'s mut self,
-        stretch: &'s Stretch<'s>,
+    fn enter<R>(
+        &mut self,
+        stretch: &Stretch<'_>,
         state: &[f64],
         steps: Steps,
         _allowed: Allowed,
-    ) -> Result<Marching<'s, 'e>, String> {
-        Ok(Marching::begin(self, stretch, state, steps))
+        march: impl FnOnce(&mut dyn Passage) -> R,
+    ) -> Result<R, String> {
+        Ok(march(&mut Marching::begin(self, stretch, state, steps)))
     }
 
     fn work(&self) -> Work {

@@ -89,7 +89,9 @@ impl March {
             }
             passage.look_back();
             while let Some(index) = stops.next_if(|index| after(index) < passage.elapsed()) {
-                passage.between(after(&index), &mut between);
+                passage
+                    .between(after(&index), &mut between)
+                    .map_err(stopped)?;
                 recorder.record(index, &between)?;
             }
         }

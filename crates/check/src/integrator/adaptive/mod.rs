@@ -64,7 +64,7 @@ pub(in crate::integrator) trait Passage {
     fn look_back(&mut self) {}
 
     /// The state at an instant within the step just taken, after [`look_back`](Self::look_back).
-    fn between(&self, elapsed: f64, state: &mut [f64]);
+    fn between(&self, elapsed: f64, state: &mut [f64]) -> Result<(), String>;
 }
 
 /// Lengths of steps within one stretch, in s.

@@ -21,7 +21,7 @@ use resolvent::Resolvent;
 /// matrix of n × n where its length changes, and solves with both. The estimate of the error is of
 /// order 3, for which steps are shorter than order 5 would need and their ends more accurate than
 /// the tolerance; instants between them are interpolated by the polynomial of collocation, to
-/// about the tolerance.
+/// about the tolerance. Undamped motion gets a damping ratio of (ω h)⁵/7200.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radau5 {
     /// The error allowed in each step, relative to the largest displacement (or velocity) so far;

@@ -194,7 +194,15 @@ fn take_every_load() {
         4,
         counts.map(|count| off(&RungeKutta4::with_substeps(count))),
     );
-    of_order(2, counts.map(|count| off(&Newmark::with_substeps(count))));
+    let of_order_2: [fn(u32) -> Box<dyn Integrator>; 4] = [
+        |count| Box::new(Newmark::with_substeps(count)),
+        |count| Box::new(Newmark::central_difference(count)),
+        |count| Box::new(HhtAlpha::with_substeps(count)),
+        |count| Box::new(GeneralizedAlpha::with_substeps(count)),
+    ];
+    for method in of_order_2 {
+        of_order(2, counts.map(|count| off(&*method(count))));
+    }
 }
 
 /// With a mass matrix that is not diagonal.

@@ -1,63 +1,20 @@
-//! Proven discs against answers known to 34 digits: the gallery, and the systems in
-//! `tests/extreme` whose numbers or structure are meant to defeat doubles.
+//! Proven discs against answers known to 34 digits.
 //!
 //! `cargo test --release --test certified -- --nocapture` prints what each one reaches.
 
+mod known;
+
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use eigentone::gallery::{TrueEigenvalue, Truth, cases};
-use eigentone::modes::{Bounds, Eigenvalue, Modes, Precision, System};
-use eigentone::scene::Scene;
+use eigentone::modes::{Bounds, Modes, Precision, System};
 use eigentone_digits::ComplexDoubleDouble;
 use faer::{Mat, c64};
 
-const U: f64 = f64::EPSILON / 2.0;
+use known::{KNOWN, Known, Pair, U, none_wrong, pairs, size};
 
 /// What cannot be told from 0, in units of |λ|.
 const HIDDEN: f64 = 1e-30;
-
-struct Known {
-    name: String,
-    scene: Scene,
-    truth: Truth,
-    in_gallery: bool,
-}
-
-fn extreme(folder: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/extreme")
-        .join(folder)
-}
-
-static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let mut known: Vec<Known> = cases()
-        .iter()
-        .map(|case| Known {
-            name: case.name().to_owned(),
-            scene: case.scene(),
-            truth: case.truth(),
-            in_gallery: true,
-        })
-        .collect();
-    let folder = std::fs::read_dir(extreme("scenes")).expect("it is there");
-    let mut files: Vec<PathBuf> = folder
-        .map(|entry| entry.expect("it can be listed").path())
-        .collect();
-    files.sort();
-    known.extend(files.into_iter().map(|path| {
-        let file = path.file_name().expect("a file");
-        let truth = std::fs::read_to_string(extreme("truth").join(file)).expect("each has its own");
-        Known {
-            name: path.file_stem().expect("a file").display().to_string(),
-            scene: Scene::read(&path).unwrap_or_else(|error| panic!("{error}")),
-            truth: serde_json::from_str(&truth).unwrap_or_else(|error| panic!("{path:?}: {error}")),
-            in_gallery: false,
-        }
-    }));
-    known
-});
 
 /// The answers; what has none fails a test of its own.
 static FOUND: LazyLock<Vec<(&Known, Modes)>> = LazyLock::new(|| {
@@ -72,71 +29,6 @@ fn every_system_has_modes() {
         Some(format!("{}: {error}", known.name))
     });
     none_wrong(&unsolved.collect::<Vec<String>>());
-}
-
-/// A true root and the one found for it.
-struct Pair {
-    truth: TrueEigenvalue,
-    found: Eigenvalue,
-    size: f64,
-    re: f64,
-    /// Errors of λ and of its real part.
-    error: f64,
-    real_error: f64,
-}
-
-fn size(root: &TrueEigenvalue) -> f64 {
-    root.re.to_f64().hypot(root.im.to_f64())
-}
-
-/// Pairs each root, largest first, with the nearest that is left; `None` where counts differ.
-fn pairs(truth: &Truth, modes: &Modes) -> Option<Vec<Pair>> {
-    let mut left = modes.eigenvalues().to_vec();
-    let mut order: Vec<&TrueEigenvalue> = truth.eigenvalues.iter().collect();
-    if order.len() != left.len() {
-        return None;
-    }
-    order.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    let pair = |root: &TrueEigenvalue| {
-        let errors = |found: &Eigenvalue| {
-            let re = root.re.minus(found.value.re);
-            let im = root.im.minus(found.value.im);
-            (re.hypot(im), re.abs())
-        };
-        // Of those equally near, as rounded near-repeats are, the one whose bounds hold closest.
-        let rank = |found: &Eigenvalue| {
-            let (error, real_error) = errors(found);
-            let bound = found.bound.unwrap_or(f64::INFINITY);
-            let real_bound = found.real_bound.unwrap_or(f64::INFINITY);
-            let holds = error <= bound && real_error <= real_bound;
-            (error, !holds, bound)
-        };
-        let index = (0..left.len())
-            .min_by(|&a, &b| {
-                let ((a, fails_a, bound_a), (b, fails_b, bound_b)) =
-                    (rank(&left[a]), rank(&left[b]));
-                a.total_cmp(&b)
-                    .then(fails_a.cmp(&fails_b))
-                    .then(bound_a.total_cmp(&bound_b))
-            })
-            .expect("as many are found as there are");
-        let found = left.swap_remove(index);
-        let (error, real_error) = errors(&found);
-        Pair {
-            found,
-            size: size(root),
-            re: root.re.to_f64(),
-            error,
-            real_error,
-            truth: root.clone(),
-        }
-    };
-    Some(order.into_iter().map(pair).collect())
-}
-
-/// Fails with everything that is wrong, not only the first.
-fn none_wrong(wrong: &[String]) {
-    assert!(wrong.is_empty(), "\n{}\n", wrong.join("\n"));
 }
 
 fn each_pair(mut check: impl FnMut(&Pair) -> Result<(), String>) {

@@ -34,6 +34,17 @@ pub(crate) struct Quality {
     pub(crate) condition: Option<f64>,
 }
 
+impl Quality {
+    /// κη, which bounds |λ̂ − λ|/|λ| to first order (Tisseur 2000, §2.3); ∞ without κ. The residual
+    /// rounds, so that η is only known to a few units.
+    pub(crate) fn first_order(&self) -> f64 {
+        const RESIDUAL: f64 = 4.0 * f64::EPSILON;
+        self.condition.map_or(f64::INFINITY, |condition| {
+            condition * (self.backward_error + RESIDUAL)
+        })
+    }
+}
+
 /// Shapes that are multiplied together by a full matrix.
 const BLOCK: usize = 64;
 

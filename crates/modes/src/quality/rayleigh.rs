@@ -67,12 +67,12 @@ impl<T: Real> Forms<T> {
         let plain = |z: ComplexDoubleDouble| Complex::new(z.re.to_f64(), z.im.to_f64());
         let exact = |z: Complex<f64>| ComplexDoubleDouble::new(z.re, z.im);
         let mut lambda = exact(start);
-        for _ in 0..3 {
+        for _ in 0..6 {
             let near = plain(lambda);
             let slope = plain(m) * near * 2.0 + plain(c);
             let step = plain((m * lambda + c) * lambda + k) / slope;
             let size = step.norm();
-            if !size.is_finite() || size > 1e-2 * near.norm() {
+            if !size.is_finite() || size > 0.5 * near.norm() {
                 return None;
             }
             lambda = lambda - exact(step);

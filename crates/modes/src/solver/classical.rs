@@ -10,7 +10,7 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::{Root, collect};
-use super::spring_factor::{self, CONFIRMED, RealMode};
+use super::spring_factor::{self, RealMode};
 use super::{ModeSolver, ModesError, admit, rigid, springless, symmetric};
 
 /// The undamped modes, and for each the roots of mλ² + cλ + k with the modal mass, damping and
@@ -244,7 +244,9 @@ fn relaxing_forms(
         let shape = unit(&mode).complex_shape();
         let mut forms: Forms = Forms::of(system, &shape, &shape);
         let rate = (forms.c.re / forms.m.re).to_f64();
-        let confirmed = (rate - mode.square).abs() <= CONFIRMED * mode.square.abs();
+        // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
+        let error = 2.0 * mode.doubt + 16.0 * f64::EPSILON;
+        let confirmed = (rate - mode.square).abs() <= error * mode.square.abs();
         if mode.rigid || !confirmed {
             forms.c.re = forms.m.re * mode.square;
         }
@@ -252,8 +254,7 @@ fn relaxing_forms(
             shape,
             forms,
             rigid: true,
-            // Of ω, thus twice of ω², and once more of c.
-            error: 4.0 * CONFIRMED,
+            error,
         }
     };
     Ok(modes.into_iter().map(form).collect())

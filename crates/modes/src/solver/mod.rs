@@ -4,15 +4,19 @@
 mod certified;
 mod classical;
 mod cluster;
+mod jacobi;
 mod modal_matrix;
+mod newton;
 mod parts;
 mod reversed;
 mod rigid;
 mod roots;
 mod spring_factor;
 mod springless;
+mod star_mesh;
 mod state_matrix;
 mod symmetric;
+mod tree_factor;
 
 use thiserror::Error;
 

@@ -141,18 +141,24 @@ fn normalised_root(root: Root) -> Root {
     }
 }
 
+/// Estimated errors, relative, that are small.
+pub(crate) const SMALL: f64 = 1e-3;
+
+/// A root with its quality; twice the first-order error leaves room for the second order where the
+/// first is small.
 fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
     let Quality {
         backward_error,
         condition,
     } = quality;
     let condition = condition.filter(|_| !root.defective && root.value.norm() != 0.0);
-    // To first order |λ̂ − λ| ≤ κ η |λ|; η itself is only known to a few units of rounding.
-    let estimate = condition.map(|condition| {
-        let error = condition * (backward_error + 4.0 * f64::EPSILON) * root.value.norm();
+    let estimate = condition.map(|_| {
+        let error = 2.0 * quality.first_order() * root.value.norm();
         (error, error)
     });
-    let error = root.error.or(estimate);
+    // Beyond that first-order theory says nothing.
+    let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
+    let error = root.error.or(estimate).filter(small);
     let left_shape = match root.left {
         None if symmetric => Some(root.shape.iter().map(|entry| entry.conj()).collect()),
         left => left,
@@ -174,7 +180,7 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
 
 /// The shape with its largest component made 1 + 0i: the first of those that are within rounding
 /// of the largest.
-fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
+pub(crate) fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     const TIE: f64 = 1.0 - 1e-12;
     let largest = shape.iter().map(|entry| entry.norm()).fold(0.0, f64::max);
     let Some(pivot) = shape.iter().position(|entry| entry.norm() >= TIE * largest) else {

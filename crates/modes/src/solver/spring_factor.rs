@@ -10,16 +10,18 @@ use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, Side};
 use num_complex::Complex;
 
-use crate::element::{Element, Node};
+use crate::element::Node;
 use crate::quality::rayleigh::real_forms;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::jacobi::jacobi;
 use super::roots::{Root, collect};
-use super::{ModeSolver, ModesError, admit, rigid};
+use super::star_mesh::Condensed;
+use super::{ModeSolver, ModesError, admit, rigid, tree_factor};
 use crate::modes::Modes;
 
-/// One-sided Jacobi on D_k^{1/2} G M^{-1/2}: for undamped systems of positive springs and lumped
+/// Singular values of D_k^{1/2} G M^{-1/2}: for undamped systems of positive springs and lumped
 /// masses. Its frequencies are exact to a few units in the last place, whatever the spread of
 /// springs and masses.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +30,11 @@ pub struct SpringFactor;
 /// Above this many coordinates the O(sweeps·n³) of the Jacobi method is too dear.
 const LARGEST: usize = 400;
 
-/// Of singular values by Jacobi's method, and of eigenvalues of whole matrices where it matters.
-pub(crate) const CONFIRMED: f64 = 1e-13;
+/// How far singular values of n columns by Jacobi's method may be off, relative: their errors are
+/// seen to grow with √n, to 46 units of rounding at n = 200.
+pub(crate) fn jacobi_error(n: usize) -> f64 {
+    8.0 * f64::EPSILON * (n as f64).sqrt()
+}
 
 /// An undamped mode: ω² (negative where the motion diverges) and a real shape.
 #[derive(Clone, Debug)]
@@ -37,7 +42,7 @@ pub(crate) struct RealMode {
     pub(crate) square: f64,
     pub(crate) shape: Vec<f64>,
     pub(crate) rigid: bool,
-    /// How far ω is from what another way gives, relative.
+    /// How far ω may be off beyond its own rounding, relative.
     pub(crate) doubt: f64,
 }
 
@@ -142,11 +147,7 @@ pub(crate) fn real_modes<T: Real>(
             shape,
             rigid: false,
             // Values that are less good than the quotients do not put these in doubt.
-            doubt: if singular.error > CONFIRMED {
-                0.0
-            } else {
-                doubt
-            },
+            doubt: if singular.rough { 0.0 } else { doubt },
         });
     }
     for part in structure
@@ -206,6 +207,7 @@ fn even(network: &Condensed, system: &System, rank: usize) -> Option<Singular> {
         values: values.map(|square| square.max(0.0).sqrt()).collect(),
         vectors: eigen.U().to_owned(),
         error: 1e-8,
+        rough: true,
     })
 }
 
@@ -216,32 +218,24 @@ fn singular_values(
     system: &System,
 ) -> Result<Singular, ModesError> {
     let method = solver.name();
-    let column = network.columns(system.len());
-    let factor_entry = |spring: &Element, node: Node| {
-        let i = node.coordinate()?;
-        let entry = spring.coefficient.sqrt() / system.masses()[i].sqrt();
-        Some((column[i]?, entry))
-    };
-    let (rows, columns) = (network.springs.len(), network.massive.len());
-    let mut factor = Mat::<f64>::zeros(rows, columns);
-    for (row, spring) in network.springs.iter().enumerate() {
-        if let Some((j, entry)) = factor_entry(spring, spring.first) {
-            factor[(row, j)] = entry;
-        }
-        if let Some((j, entry)) = factor_entry(spring, spring.second) {
-            factor[(row, j)] = -entry;
-        }
-    }
+    let columns = network.columns(system.len());
+    let masses: Vec<f64> = network
+        .massive
+        .iter()
+        .map(|i| system.masses()[*i])
+        .collect();
+    let factor = tree_factor::factor(&network.springs, &columns, &masses);
     if !factor.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });
     }
-    // The columns that are rotated should be independent where that can be had.
-    let singular = if rows <= columns {
-        jacobi(factor.transpose().to_owned(), false)
-    } else {
-        jacobi(factor, true)
-    };
-    singular.ok_or(ModesError::NoConvergence { method })
+    let (values, vectors) =
+        jacobi(factor.transpose().to_owned()).ok_or(ModesError::NoConvergence { method })?;
+    Ok(Singular {
+        values,
+        vectors,
+        error: jacobi_error(masses.len()),
+        rough: false,
+    })
 }
 
 fn has_mass(system: &System, part: &[usize]) -> bool {
@@ -250,7 +244,8 @@ fn has_mass(system: &System, part: &[usize]) -> bool {
 
 /// ω² as the Rayleigh quotient of the shape, summed over the elements. On very stiff systems the
 /// rounding of the shape itself spoils the quotient: unless it confirms σ to its relative error, σ²
-/// stays. Also by how much the two differ, relative to σ, if the quotient is taken.
+/// stays. Also how far ω may be off, relative to σ: σ's error, or where the quotient is taken twice
+/// what the two differ by, since either may be the worse.
 pub(crate) fn refined<T: Real>(
     system: &System,
     shape: &[f64],
@@ -261,166 +256,18 @@ pub(crate) fn refined<T: Real>(
     let square = (k / m).to_f64();
     let apart = (square.sqrt() - sigma).abs();
     if square.is_finite() && apart <= error * sigma {
-        (square, apart / sigma)
+        (square, 2.0 * apart / sigma)
     } else {
-        (sigma * sigma, 0.0)
+        (sigma * sigma, error)
     }
 }
 
-/// The springs between the coordinates with mass, after the massless ones are eliminated by
-/// star–mesh steps: a node with springs k_i to its neighbours becomes springs k_i·k_j/Σk between
-/// them, without any subtraction.
-struct Condensed {
-    massive: Vec<usize>,
-    springs: Vec<Element>,
-    eliminated: Vec<(usize, Vec<(Node, f64)>)>,
-}
-
-impl Condensed {
-    fn of(system: &System) -> Condensed {
-        let (massive, massless): (Vec<usize>, Vec<usize>) =
-            (0..system.len()).partition(|i| system.masses()[*i] > 0.0);
-        let positive = system
-            .springs()
-            .iter()
-            .filter(|spring| spring.coefficient > 0.0);
-        let mut springs: Vec<Element> = positive.copied().collect();
-        let mut eliminated = Vec::new();
-        for node in massless {
-            let here = Node::Coordinate(node);
-            let touches = |spring: &Element| spring.first == here || spring.second == here;
-            let star: Vec<(Node, f64)> = springs
-                .iter()
-                .filter(|spring| touches(spring))
-                .map(|spring| {
-                    let other = if spring.first == here {
-                        spring.second
-                    } else {
-                        spring.first
-                    };
-                    (other, spring.coefficient)
-                })
-                .collect();
-            springs.retain(|spring| !touches(spring));
-            let total: f64 = star.iter().map(|(_, k)| k).sum();
-            for (at, &(first, k)) in star.iter().enumerate() {
-                for &(second, other) in &star[at + 1..] {
-                    if first != second {
-                        springs.push(Element {
-                            first,
-                            second,
-                            coefficient: k / total * other,
-                        });
-                    }
-                }
-            }
-            eliminated.push((node, star));
-        }
-        Condensed {
-            massive,
-            springs,
-            eliminated,
-        }
-    }
-
-    /// For each coordinate its place among those with mass.
-    fn columns(&self, coordinates: usize) -> Vec<Option<usize>> {
-        let mut columns = vec![None; coordinates];
-        for (place, &i) in self.massive.iter().enumerate() {
-            columns[i] = Some(place);
-        }
-        columns
-    }
-
-    /// Gives the eliminated nodes their place between their neighbours.
-    fn extend(&self, shape: &mut [f64]) {
-        for (node, star) in self.eliminated.iter().rev() {
-            let total: f64 = star.iter().map(|(_, k)| k).sum();
-            let at = |node: &Node| node.coordinate().map_or(0.0, |i| shape[i]);
-            shape[*node] = star.iter().map(|(other, k)| k / total * at(other)).sum();
-        }
-    }
-}
-
-/// Singular values and either the right singular vectors of F or, of its transpose, the left ones:
-/// one row for each coordinate with mass.
+/// Singular values and right singular vectors of F: one row for each coordinate with mass.
 struct Singular {
     values: Vec<f64>,
     vectors: Mat<f64>,
     /// Of the values, relative, with a margin.
     error: f64,
-}
-
-/// Rotates pairs of columns until all are orthogonal; their norms are then the singular values.
-/// With `accumulate` the rotations themselves are returned as vectors, else the normalised columns.
-fn jacobi(mut columns: Mat<f64>, accumulate: bool) -> Option<Singular> {
-    const SWEEPS: usize = 60;
-    let (rows, count) = (columns.nrows(), columns.ncols());
-    // A power of two keeps squares within range.
-    let scale = columns.norm_max().log2().floor();
-    let scale = if scale.is_finite() {
-        (-scale).clamp(-1000.0, 1000.0).exp2()
-    } else {
-        1.0
-    };
-    columns *= faer::Scale(scale);
-    let mut rotations = if accumulate {
-        Mat::identity(count, count)
-    } else {
-        Mat::zeros(0, count)
-    };
-    let tolerance = f64::EPSILON * (rows as f64).sqrt();
-    let mut converged = count < 2;
-    for _ in 0..SWEEPS {
-        let mut rotated = false;
-        for p in 0..count {
-            for q in p + 1..count {
-                let (a, b) = (columns.col(p), columns.col(q));
-                let (alpha, beta, gamma) =
-                    (a.squared_norm_l2(), b.squared_norm_l2(), a.transpose() * b);
-                let limit = tolerance * alpha.sqrt() * beta.sqrt();
-                if gamma == 0.0 || gamma.abs() <= limit {
-                    continue;
-                }
-                rotated = true;
-                let zeta = (beta - alpha) / (2.0 * gamma);
-                let t = zeta.signum() / (zeta.abs() + 1f64.hypot(zeta));
-                let cosine = 1.0 / 1f64.hypot(t);
-                rotate(&mut columns, p, q, cosine, cosine * t);
-                rotate(&mut rotations, p, q, cosine, cosine * t);
-            }
-        }
-        if !rotated {
-            converged = true;
-            break;
-        }
-    }
-    if !converged {
-        return None;
-    }
-    let values: Vec<f64> = (0..count)
-        .map(|j| columns.col(j).norm_l2() / scale)
-        .collect();
-    if accumulate {
-        return Some(Singular {
-            values,
-            vectors: rotations,
-            error: CONFIRMED,
-        });
-    }
-    let vectors = Mat::from_fn(rows, count, |i, j| columns[(i, j)] / (values[j] * scale));
-    Some(Singular {
-        values,
-        vectors,
-        error: CONFIRMED,
-    })
-}
-
-/// (a_p, a_q) ← (c·a_p − s·a_q, s·a_p + c·a_q).
-fn rotate(matrix: &mut Mat<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
-    for i in 0..matrix.nrows() {
-        let (a, b) = (matrix[(i, p)], matrix[(i, q)]);
-        matrix[(i, p)] = cosine * a - sine * b;
-        matrix[(i, q)] = sine * a + cosine * b;
-    }
+    /// Whether Rayleigh quotients of the vectors are better than the values.
+    rough: bool,
 }

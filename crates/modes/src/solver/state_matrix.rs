@@ -15,7 +15,8 @@ use crate::quality::rayleigh::Forms;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::roots::{Root, collect};
+use super::newton::{FEW, resolved};
+use super::roots::{Root, SMALL, collect};
 use super::{ModeSolver, ModesError, admit, cluster, rigid};
 
 /// Eigenvalues of the state matrix A of z′ = A z, balanced, by the QR algorithm; each simple one is
@@ -181,9 +182,11 @@ pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -
         if mean.im < 0.0 {
             continue;
         }
+        // A defective root of multiplicity m scatters by u^(1/m) (Lidskii 1966).
+        let scatter = (8.0 * states * f64::EPSILON).powf(1.0 / count as f64) * mean.norm();
         let spread = group
             .iter()
-            .map(|i| (values[*i] - mean).norm() + radii[*i])
+            .map(|i| (values[*i] - mean).norm() + radii[*i].min(scatter))
             .fold(0.0, f64::max);
         let mut root = Root {
             value: mean,
@@ -202,7 +205,7 @@ pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -
     roots
 }
 
-/// How far off each root may be, from its condition.
+/// How far off each root may be, from its backward error and condition.
 fn radii(pencil: &Pencil, found: &[Root], states: f64) -> Vec<f64> {
     let upper: Vec<usize> = (0..found.len())
         .filter(|i| found[*i].value.im >= 0.0)
@@ -211,9 +214,10 @@ fn radii(pencil: &Pencil, found: &[Root], states: f64) -> Vec<f64> {
     let mut radii = vec![0.0; found.len()];
     for (&i, quality) in upper.iter().zip(pencil.qualities(&approximate)) {
         let size = found[i].value.norm();
-        // A defective root of multiplicity m scatters by u^(1/m) with condition u^(1/m − 1).
+        // Where a root is defective this is endless.
         radii[i] = quality.condition.map_or(size, |condition| {
-            (8.0 * states * f64::EPSILON * condition).min(1e-2) * size
+            let error = 8.0 * states * f64::EPSILON + 2.0 * quality.backward_error;
+            (error * condition).min(1e-2) * size
         });
     }
     for i in 0..found.len() {
@@ -248,6 +252,8 @@ fn improved(
     chosen: &[usize],
 ) -> Vec<Root> {
     const UNITS: f64 = 8.0 * f64::EPSILON;
+    const ROUNDS: usize = 12;
+    const DOUBTFUL: f64 = 1e-11;
     let rated = |roots: &mut [Root]| {
         let approximate: Vec<Approximate<'_>> = roots.iter().map(Root::approximate).collect();
         let qualities = pencil.qualities(&approximate);
@@ -256,36 +262,95 @@ fn improved(
         }
     };
     let error = |root: &Root| root.quality.map_or(f64::INFINITY, |q| q.backward_error);
+    let doubt = |root: &Root| root.quality.map_or(f64::INFINITY, |q| q.first_order());
     let mut roots: Vec<Root> = chosen
         .iter()
         .map(|i| moved(system, structure, found[*i].clone(), radii[*i]))
         .collect();
     rated(&mut roots);
-    for (root, i) in roots.iter_mut().zip(chosen) {
-        for search in [Pencil::inverse_iteration, Pencil::null_vectors] {
-            if error(root) <= UNITS {
+    let before = roots.clone();
+    let vague = covered(&roots);
+    for ((root, i), vague) in roots.iter_mut().zip(chosen).zip(vague) {
+        if vague {
+            root.error = Some((f64::INFINITY, f64::INFINITY));
+        }
+        let doubtful = system.len() <= FEW && (vague || doubt(root) > DOUBTFUL);
+        if error(root) <= UNITS && !doubtful {
+            continue;
+        }
+        // A root may have lost most of its digits, but not so many that it passes for another.
+        let start = found[*i].value;
+        let others = found.iter().map(|other| (other.value - start).norm());
+        let gap = others.filter(|gap| *gap > 0.0).fold(start.norm(), f64::min);
+        let reach = radii[*i].max(0.5 * gap);
+        for _ in 0..ROUNDS {
+            let last = error(root);
+            for search in [Pencil::inverse_iteration, Pencil::null_vectors] {
+                if error(root) <= UNITS {
+                    break;
+                }
+                let Some([x, y]) = search(pencil, &root.approximate()) else {
+                    continue;
+                };
+                let again = Root {
+                    shape: x,
+                    left: root.left.is_some().then_some(y),
+                    ..root.clone()
+                };
+                let mut again = moved(system, structure, again, reach);
+                rated(std::slice::from_mut(&mut again));
+                let near = (again.value - start).norm() <= reach;
+                if near && error(&again) < error(root) {
+                    *root = again;
+                }
+            }
+            if error(root) <= UNITS || error(root) > 0.9 * last {
                 break;
             }
-            let Some([x, y]) = search(pencil, &root.approximate()) else {
-                continue;
-            };
-            let again = Root {
-                shape: x,
-                left: root.left.is_some().then_some(y),
-                ..root.clone()
-            };
-            let mut again = moved(system, structure, again, radii[*i]);
-            rated(std::slice::from_mut(&mut again));
-            if error(&again) < error(root) {
-                *root = again;
-            }
+        }
+        if doubtful && let Some(mut better) = resolved(system, root, reach) {
+            rated(std::slice::from_mut(&mut better));
+            *root = better;
         }
     }
+    apart(&mut roots, before);
     roots
 }
 
-/// Up to so many coordinates, forms in double-double are quick beside the eigenproblem.
-const FEW: usize = 16;
+/// Which roots others may be as well, as far as doubles tell: there the shapes, and so κ and η, can
+/// be those of neither.
+fn covered(roots: &[Root]) -> Vec<bool> {
+    let reach = |root: &Root| {
+        let error = root.quality.map_or(f64::INFINITY, |q| q.first_order());
+        (error > SMALL).then_some((root.value, 2.0 * error * root.value.norm()))
+    };
+    let vague: Vec<(Complex<f64>, f64)> = roots.iter().filter_map(reach).collect();
+    let within = |root: &Root| {
+        let mut vague = vague.iter();
+        vague.any(|(value, reach)| (root.value - value).norm() <= *reach)
+    };
+    roots.iter().map(within).collect()
+}
+
+/// Takes back what moved a root onto another one.
+fn apart(roots: &mut [Root], before: Vec<Root>) {
+    const COLLINEAR: f64 = 1.0 - 1e-6;
+    let shift = |i: usize, roots: &[Root]| (roots[i].value - before[i].value).norm();
+    let meets = |i: usize, roots: &[Root]| {
+        (0..roots.len()).any(|j| {
+            let distance = |roots: &[Root]| (roots[i].value - roots[j].value).norm();
+            j != i
+                && distance(roots) < 1e-2 * distance(&before)
+                && shift(j, roots) <= shift(i, roots)
+                && collinearity(&roots[i], &roots[j]) > COLLINEAR
+        })
+    };
+    for i in 0..roots.len() {
+        if shift(i, roots) > 0.0 && meets(i, roots) {
+            roots[i] = before[i].clone();
+        }
+    }
+}
 
 /// The root of the Rayleigh functional of the given root's shapes. Those of a lightly damped mode
 /// are turned to be nearly real: rounding then is small against the imaginary parts, and so against
@@ -313,8 +378,9 @@ fn moved(system: &System, structure: &Structure, mut root: Root, radius: f64) ->
     if root.value.im == 0.0 {
         value.im = 0.0;
     }
+    // What does not grow lies on the other side: nearer to where these are.
     if structure.is_passive() && value.re > 0.0 {
-        value.re = 0.0;
+        value.re = if value.im == 0.0 { -value.re } else { 0.0 };
     }
     Root { value, ..root }
 }

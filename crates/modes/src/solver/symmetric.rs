@@ -9,8 +9,11 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::collect;
-use super::spring_factor::{CONFIRMED, RealMode, refined, undamped_roots};
+use super::spring_factor::{RealMode, refined, undamped_roots};
 use super::{ModeSolver, ModesError, admit};
+
+/// How near quotients may come to eigenvalues of whole matrices, relative, to be preferred.
+const CONFIRMED: f64 = 1e-13;
 
 /// The symmetric eigenproblem of L⁻¹KL⁻ᵀ with M = LLᵀ (Golub & Van Loan, *Matrix Computations*,
 /// §8.7): for undamped systems with symmetric K and positive definite M. Its errors are small
@@ -101,6 +104,7 @@ pub(crate) fn real_modes<T: Real>(
         Some(0) => 0,
         zeros => structure.rigid_motions().unwrap_or(zeros.unwrap_or(0) / 2),
     };
+    let largest = order.last().map_or(0.0, |j| square(j).abs());
     let modes = order.into_iter().enumerate().map(|(rank, j)| {
         let shape: Vec<f64> = shapes.col(j).iter().copied().collect();
         if rank < rigid {
@@ -112,8 +116,10 @@ pub(crate) fn real_modes<T: Real>(
             };
         }
         let square = square(&j);
+        // Small against the largest square, so perhaps not against this one.
+        let error = 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
         let (square, doubt) = if square > 0.0 {
-            refined::<T>(system, &shape, square.sqrt(), CONFIRMED)
+            refined::<T>(system, &shape, square.sqrt(), error.max(CONFIRMED))
         } else {
             (square, 0.0)
         };

@@ -6,7 +6,9 @@
 //!
 //! For each x, s lies between the two roots of the scalar quadratic of xᵀMx, xᵀCx and xᵀKx. The
 //! coordinates give the first such interval. A Cholesky factorisation of −Q(−s) that does not end
-//! gives another x, and s itself is outside its interval, so that each trial halves what is left.
+//! gives another x, and s itself is outside its interval, so that each trial halves what is left, as
+//! it does for definite pairs (Crawford & Moon 1983, "Finding a positive definite linear combination
+//! of two Hermitian matrices", *Lin. Alg. Appl.* 51).
 //! The trials are made in doubles; the s that they find is a double, and −Q(−s) ≻ 0 is proved.
 
 use super::coefficients::{Coefficient, Coefficients};

@@ -1,23 +1,12 @@
 //! Laws that hold whatever the numbers are.
 
-use eigentone_modes::{Bounds, Eigenvalue, Modes, Motion, System};
+use eigentone_modes::{Bounds, Eigenvalue, Modes, Motion};
 use proptest::prelude::*;
 
-use crate::root::{Join, network};
-
-/// A chain with a few more elements across it.
-#[derive(Clone, Debug)]
-struct Network {
-    masses: Vec<f64>,
-    springs: Vec<Join>,
-    dampers: Vec<Join>,
-}
+use crate::networks::{Network, networks};
+use crate::root::Join;
 
 impl Network {
-    fn system(&self) -> System {
-        network(&self.masses, &self.springs, &self.dampers)
-    }
-
     fn modes(&self) -> Modes {
         let modes = self.system().modes().expect("modes");
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
@@ -55,33 +44,6 @@ impl Network {
             dampers: turned(&self.dampers),
         }
     }
-}
-
-/// From 1e-`decades` to 1e`decades`.
-fn wide(decades: f64) -> impl Strategy<Value = f64> + Clone {
-    (-decades..decades).prop_map(|exponent| 10f64.powf(exponent))
-}
-
-fn networks(decades: f64, most_dampers: usize) -> impl Strategy<Value = Network> {
-    (2usize..7).prop_flat_map(move |n| {
-        let across = (0..=n, 1..n, wide(decades))
-            .prop_map(move |(a, step, value)| (a, (a + step) % (n + 1), value));
-        (
-            prop::collection::vec(wide(decades), n),
-            prop::collection::vec(wide(decades), n),
-            prop::collection::vec(across.clone(), 0..3),
-            prop::collection::vec(across, 0..=most_dampers),
-        )
-            .prop_map(|(masses, chain, more, dampers)| {
-                let chain = chain.into_iter().enumerate();
-                let chain = chain.map(|(i, value)| (i, i + 1, value));
-                Network {
-                    masses,
-                    springs: chain.chain(more).collect(),
-                    dampers,
-                }
-            })
-    })
 }
 
 /// Whether two lists of roots, one scaled by `factor`, agree within the bounds of both.

@@ -1,0 +1,96 @@
+//! The exponential of an exact matrix by scaling, the Taylor series and squaring (C. Moler and
+//! C. Van Loan, *Nineteen dubious ways to compute the exponential of a matrix*, SIAM Review 45,
+//! 2003, method 3), every step in balls.
+
+use num_bigint::{BigInt, BigUint};
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use super::equation::log2;
+use super::fixed_matrix::FixedMatrix;
+use super::rational_matrix::RationalMatrix;
+
+/// e^(A t) to `bits` bits after the point, less what squaring loses; `None` where that is all.
+pub(super) fn exponential(
+    matrix: &RationalMatrix,
+    time: &BigRational,
+    bits: u64,
+) -> Option<FixedMatrix> {
+    let (mut power, halvings) = scaled(matrix, time, bits);
+    for _ in 0..halvings {
+        power = power.times(&power).known()?;
+    }
+    Some(power)
+}
+
+/// For each component, a bound of γ_i = Σ_j |e^(A τ)|_ij over all τ from 0 to t, in units of
+/// 2^−`bits`: what errors of 1 in all components may have become. `None` where `bits` do not suffice.
+///
+/// For τ ≤ t 2^−s, |e^(A τ)| ≤ e^(|A| t 2^−s). Every τ ≤ t 2^(1−s) is τ′ or t 2^−s + τ′ with
+/// τ′ ≤ t 2^−s, so that |e^(A t 2^−s)| γ is a bound for twice the range, if it is not less than γ.
+pub(super) fn growth(
+    matrix: &RationalMatrix,
+    time: &BigRational,
+    bits: u64,
+) -> Option<Vec<BigUint>> {
+    let (mut power, halvings) = scaled(matrix, time, bits);
+    let order = power.order;
+    let sizes = RationalMatrix::from_fn(order, order, |i, j| matrix.at(i, j).abs());
+    let shorter = time / BigRational::from(BigInt::one() << halvings);
+    let short = scaled(&sizes, &shorter, bits).0.sizes();
+    let mut most: Vec<BigUint> = (0..order).map(|i| short.row_sum(i)).collect();
+    for _ in 0..halvings {
+        let later = power.carry(&most);
+        most = most.into_iter().zip(later).map(|(a, b)| a.max(b)).collect();
+        power = power.times(&power).known()?;
+    }
+    Some(most)
+}
+
+/// How often A t is halved before its series is summed, so that ‖A t‖_∞ 2^−s is about ½.
+pub(super) fn halvings(matrix: &RationalMatrix, time: &BigRational) -> u64 {
+    let mut rows = vec![Vec::new(); matrix.nrows()];
+    for (i, _, entry) in matrix.nonzeros() {
+        rows[i].push(log2(entry));
+    }
+    let norm = |row: &Vec<f64>| {
+        let most = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        most + row
+            .iter()
+            .map(|log| (log - most).exp2())
+            .sum::<f64>()
+            .log2()
+    };
+    let norm = rows.iter().filter(|row| !row.is_empty()).map(norm);
+    let norm = norm.fold(f64::NEG_INFINITY, f64::max) + log2(time);
+    (norm + 1.0).ceil().max(0.0) as u64
+}
+
+/// e^(A t 2^−s), and s.
+fn scaled(matrix: &RationalMatrix, time: &BigRational, bits: u64) -> (FixedMatrix, u64) {
+    let mut halvings = halvings(matrix, time);
+    let one = BigUint::one() << bits;
+    let small = loop {
+        let shrink = time / BigRational::from(BigInt::one() << halvings);
+        let entries = matrix
+            .nonzeros()
+            .map(|(i, j, entry)| (i, j, entry * &shrink));
+        let small = FixedMatrix::cut(matrix.nrows(), bits, entries);
+        if small.row_norm() + &small.radius * matrix.nrows() <= one {
+            break small;
+        }
+        halvings += 1;
+    };
+    let mut term = FixedMatrix::identity(matrix.nrows(), bits);
+    let mut sum = term.clone();
+    for k in 1.. {
+        term = small.times(&term).divided(k);
+        if term.vanishes() {
+            // ‖A t 2^−s‖ ≤ 1: what is left out is less than twice this term.
+            sum.radius += (term.row_norm() + &term.radius * matrix.nrows()) << 1u8;
+            break;
+        }
+        sum = sum.plus(&term);
+    }
+    (sum, halvings)
+}

@@ -1,0 +1,169 @@
+//! Matrices of rational numbers, and the eliminations that are exact in them.
+
+use num_rational::BigRational;
+use num_traits::{One, Zero};
+
+/// A matrix of exact numbers, stored by rows.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RationalMatrix {
+    rows: Vec<Vec<BigRational>>,
+    columns: usize,
+}
+
+impl RationalMatrix {
+    pub(super) fn zeros(rows: usize, columns: usize) -> RationalMatrix {
+        RationalMatrix::from_fn(rows, columns, |_, _| BigRational::zero())
+    }
+
+    pub(super) fn from_fn(
+        rows: usize,
+        columns: usize,
+        entry: impl Fn(usize, usize) -> BigRational,
+    ) -> RationalMatrix {
+        let row = |i| (0..columns).map(|j| entry(i, j)).collect();
+        RationalMatrix {
+            rows: (0..rows).map(row).collect(),
+            columns,
+        }
+    }
+
+    /// Row r has its only entry, 1, in column `chosen[r]`.
+    pub(super) fn selection(chosen: &[usize], columns: usize) -> RationalMatrix {
+        RationalMatrix::from_fn(chosen.len(), columns, |i, j| match j == chosen[i] {
+            true => BigRational::one(),
+            false => BigRational::zero(),
+        })
+    }
+
+    pub(super) fn nrows(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub(super) fn at(&self, i: usize, j: usize) -> &BigRational {
+        &self.rows[i][j]
+    }
+
+    pub(super) fn at_mut(&mut self, i: usize, j: usize) -> &mut BigRational {
+        &mut self.rows[i][j]
+    }
+
+    /// The entries that are not 0, with their places.
+    pub(super) fn nonzeros(&self) -> impl Iterator<Item = (usize, usize, &BigRational)> {
+        let entries = self.rows.iter().enumerate();
+        let entries =
+            entries.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, e)| (i, j, e)));
+        entries.filter(|(_, _, entry)| !entry.is_zero())
+    }
+
+    pub(super) fn is_zero(&self) -> bool {
+        self.nonzeros().next().is_none()
+    }
+
+    /// The block at these rows and columns.
+    pub(super) fn block(&self, rows: &[usize], columns: &[usize]) -> RationalMatrix {
+        RationalMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+            self.at(rows[i], columns[j]).clone()
+        })
+    }
+
+    /// The rows of this matrix, then those of `below`.
+    pub(super) fn over(mut self, below: RationalMatrix) -> RationalMatrix {
+        self.rows.extend(below.rows);
+        self
+    }
+
+    pub(super) fn transposed(&self) -> RationalMatrix {
+        RationalMatrix::from_fn(self.columns, self.nrows(), |i, j| self.at(j, i).clone())
+    }
+
+    pub(super) fn plus(mut self, other: &RationalMatrix) -> RationalMatrix {
+        for (i, j, entry) in other.nonzeros() {
+            *self.at_mut(i, j) += entry;
+        }
+        self
+    }
+
+    pub(super) fn minus(mut self, other: &RationalMatrix) -> RationalMatrix {
+        for (i, j, entry) in other.nonzeros() {
+            *self.at_mut(i, j) -= entry;
+        }
+        self
+    }
+
+    pub(super) fn times(&self, other: &RationalMatrix) -> RationalMatrix {
+        let mut product = RationalMatrix::zeros(self.nrows(), other.columns);
+        for (i, k, left) in self.nonzeros() {
+            for (j, right) in other.rows[k].iter().enumerate() {
+                if !right.is_zero() {
+                    *product.at_mut(i, j) += left * right;
+                }
+            }
+        }
+        product
+    }
+
+    /// X with `self` X = `right`, by Gauss and Jordan's elimination; `None` where `self`, which is
+    /// square, is singular.
+    pub(super) fn solve(&self, right: &RationalMatrix) -> Option<RationalMatrix> {
+        let n = self.nrows();
+        let beside = |i: usize, j: usize| match j.checked_sub(n) {
+            Some(j) => right.at(i, j).clone(),
+            None => self.at(i, j).clone(),
+        };
+        let mut both = RationalMatrix::from_fn(n, n + right.columns, beside);
+        let pivots = both.reduce(n);
+        (pivots.len() == n)
+            .then(|| RationalMatrix::from_fn(n, right.columns, |i, j| both.at(i, n + j).clone()))
+    }
+
+    /// Columns that span what `self` maps to 0, and its independent columns.
+    pub(super) fn null_space(&self) -> (RationalMatrix, Vec<usize>) {
+        let mut reduced = self.clone();
+        let pivots = reduced.reduce(self.columns);
+        let free: Vec<usize> = (0..self.columns).filter(|j| !pivots.contains(j)).collect();
+        let mut space = RationalMatrix::zeros(self.columns, free.len());
+        for (column, &j) in free.iter().enumerate() {
+            *space.at_mut(j, column) = BigRational::one();
+            for (row, &pivot) in pivots.iter().enumerate() {
+                *space.at_mut(pivot, column) = -reduced.at(row, j);
+            }
+        }
+        (space, pivots)
+    }
+
+    /// Reduces the first `columns` columns to row echelon form; the columns of its pivots.
+    fn reduce(&mut self, columns: usize) -> Vec<usize> {
+        let mut pivots = Vec::new();
+        for column in 0..columns {
+            let top = pivots.len();
+            let below = (top..self.nrows()).filter(|i| !self.rows[*i][column].is_zero());
+            // The shortest pivot keeps the numbers short.
+            let length = |i: &usize| {
+                let entry = &self.rows[*i][column];
+                entry.numer().bits() + entry.denom().bits()
+            };
+            let Some(pivot) = below.min_by_key(length) else {
+                continue;
+            };
+            self.rows.swap(top, pivot);
+            let inverse = self.rows[top][column].recip();
+            for entry in self.rows[top].iter_mut().filter(|entry| !entry.is_zero()) {
+                *entry *= &inverse;
+            }
+            let leading = self.rows[top].clone();
+            for (i, row) in self.rows.iter_mut().enumerate() {
+                if i == top || row[column].is_zero() {
+                    continue;
+                }
+                let factor = row[column].clone();
+                for (entry, above) in row.iter_mut().zip(&leading) {
+                    if !above.is_zero() {
+                        *entry -= &factor * above;
+                    }
+                }
+            }
+            pivots.push(column);
+        }
+        pivots
+    }
+}

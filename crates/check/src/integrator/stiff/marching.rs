@@ -11,6 +11,9 @@ use ::diffsol::{
 use super::super::Work;
 use super::super::adaptive::{Allowed, Passage};
 
+/// Where the problems of one stretch are kept.
+type Places<'p, E> = &'p [OnceCell<OdeSolverProblem<E>>];
+
 /// How the crate's problem and solver are made.
 pub(super) struct Recipe<P, M> {
     /// A problem with this tolerance.
@@ -22,7 +25,7 @@ pub(super) struct Recipe<P, M> {
 /// The crate's solver at work within one stretch. It holds fast to the problem, and that to its
 /// tolerance; so a motion that grows takes one problem after the other.
 pub(super) struct Marching<'p, E: OdeEquations, S, P, M> {
-    problems: &'p [OnceCell<OdeSolverProblem<E>>],
+    problems: Places<'p, E>,
     recipe: Recipe<P, M>,
     solver: S,
     /// The crate's units of time in a second.
@@ -44,7 +47,7 @@ where
     M: Fn(&'p OdeSolverProblem<E>, Option<S::State>) -> Result<S, DiffsolError>,
 {
     pub(super) fn begin(
-        problems: &'p [OnceCell<OdeSolverProblem<E>>],
+        problems: Places<'p, E>,
         recipe: Recipe<P, M>,
         rate: f64,
         whole: f64,
@@ -94,11 +97,11 @@ where
 /// A solver of a new problem, and the places for problems that are left.
 fn solver<'p, E, S, P, M>(
     recipe: &Recipe<P, M>,
-    problems: &'p [OnceCell<OdeSolverProblem<E>>],
+    problems: Places<'p, E>,
     state: Option<S::State>,
     allowed: Allowed,
     end: f64,
-) -> Result<(S, &'p [OnceCell<OdeSolverProblem<E>>]), DiffsolError>
+) -> Result<(S, Places<'p, E>), DiffsolError>
 where
     E: OdeEquations<T = f64, V = NalgebraVec<f64>, M = NalgebraMat<f64>> + 'p,
     S: OdeSolverMethod<'p, E>,

@@ -39,17 +39,22 @@
 //! ```
 
 mod closed_form;
+mod exponential_comparison;
 mod instants;
 mod integrator;
 mod mode_comparison;
 mod reference;
 mod run_time;
+mod stability;
+mod trajectory_error;
+mod truth;
 mod work_precision;
 
 pub use closed_form::{
     ChainEnds, ClosedFormError, Damping, ExactMass, ExactMotion, Kinematics, MassSpringDamper,
     OneMass, OneMassError, UndampedPair, UniformChain,
 };
+pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
     Prediction, Radau5, RungeKutta4, Work,
@@ -62,7 +67,10 @@ pub use reference::{
     ReferenceResponse,
 };
 pub use run_time::RunTime;
+pub use stability::{
+    Cell, Family, FamilyStudy, Hardship, StabilityRow, StabilityStudy, StudyProgress, Verdict,
+};
+pub use trajectory_error::TrajectoryError;
 pub use work_precision::{
-    Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,
-    integrators,
+    Effort, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow, integrators,
 };

@@ -10,3 +10,4 @@ mod comparisons;
 mod integrators;
 mod one_mass;
 mod scenes;
+mod stability;

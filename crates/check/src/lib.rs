@@ -8,7 +8,8 @@
 //!   ways and in an arithmetic of its own.
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
 //!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
-//!   tell beforehand how many steps they will take.
+//!   tell beforehand how many steps they will take. The feature `stiff` adds `Bdf`, `TrBdf2` and
+//!   `Esdirk34` by the crate `diffsol`.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
 //!
@@ -58,6 +59,8 @@ pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
     Prediction, Radau5, RungeKutta4, Work,
 };
+#[cfg(feature = "stiff")]
+pub use integrator::{Bdf, Esdirk34, TrBdf2};
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
 pub use reference::{
     Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,

@@ -127,7 +127,8 @@ pub struct Progress {
 }
 
 /// The integrators worth comparing, each over its settings, the cheapest first: those
-/// of adaptive step at tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
+/// of adaptive step at tolerances 1e-6 to 1e-13 (1e-8 where the order is low), the methods of fixed
+/// step with 1, 2, 4 … 128 substeps.
 pub fn integrators() -> Vec<Box<dyn Integrator>> {
     const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
     let substeps = (0..8).map(|power| 1 << power);
@@ -140,6 +141,18 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
     }
     for tolerance in TOLERANCES {
         all.push(Box::new(Radau5::with_tolerance(tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in TOLERANCES {
+        all.push(Box::new(crate::Bdf::with_tolerance(tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in &TOLERANCES[..3] {
+        all.push(Box::new(crate::TrBdf2::with_tolerance(*tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in &TOLERANCES[..3] {
+        all.push(Box::new(crate::Esdirk34::with_tolerance(*tolerance)));
     }
     for count in substeps.clone() {
         all.push(Box::new(RungeKutta4::with_substeps(count)));

@@ -12,3 +12,4 @@ mod integrators;
 mod one_mass;
 mod reference;
 mod scenes;
+mod stability;

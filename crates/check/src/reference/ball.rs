@@ -37,7 +37,10 @@ impl Ball {
     pub(crate) fn new(midpoint: BigInt, radius: BigUint, exponent: i64, bits: u64) -> Ball {
         let excess = midpoint.bits().saturating_sub(bits.max(LEAST_BITS));
         let shift = excess.max(radius.bits().saturating_sub(RADIUS_BITS));
-        let (midpoint, radius) = shift_right(&midpoint, &radius, shift);
+        let (midpoint, radius) = match shift {
+            0 => (midpoint, radius),
+            _ => shift_right(&midpoint, &radius, shift),
+        };
         Ball {
             midpoint,
             radius: radius.to_u64().expect("it was cut to 33 bits"),

@@ -455,7 +455,13 @@ fn a_check_compares_every_method() {
     assert!(plot.contains(">DOP853<") && plot.contains(">run time, s<"));
     // Without a response, the mode solvers are left.
     let modes_only = printed(&["check", &scene("triple-defect")]);
-    assert!(modes_only.contains("no `time`") && modes_only.contains("the reference"));
+    assert!(modes_only.contains("no `time`") && modes_only.contains("compared with reference"));
+    // The pick is told with its reason, and stands on a diagram of its own right.
+    let pick = &json["response"]["pick"];
+    assert_eq!(pick["method"], "certified exponential");
+    assert!(table.contains("The plan picks certified exponential: proven bounds"));
+    assert!(plot.contains(">picked<"));
+    assert!(number(&methods[0]["displacement_error"]) <= 1.2e-16);
 }
 
 /// Every element is closed, in order, and no text has a loose & or <.

@@ -3,9 +3,13 @@
 //!
 //! - [`MassSpringDamper`] is the textbook's single mass, exact to the last places at any damping;
 //!   [`OneMass`] is the same as a [`ResponseMethod`](eigentone_response::ResponseMethod).
+//! - [`ExactMass`], [`UniformChain`] and [`UndampedPair`] are closed forms in any number of digits.
+//! - [`Reference`] gives eigenvalues and responses of any small system in any number of digits, by
+//!   ways and in an arithmetic of its own.
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
 //!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
-//!   tell beforehand how many steps they will take.
+//!   tell beforehand how many steps they will take. The feature `stiff` adds `Bdf`, `TrBdf2` and
+//!   `Esdirk34` by the crate `diffsol`.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
 //!
@@ -35,25 +39,38 @@
 //! ```
 
 mod closed_form;
+mod exponential_comparison;
 mod instants;
 mod integrator;
 mod mode_comparison;
 mod reference;
 mod run_time;
+mod stability;
+mod trajectory_error;
+mod truth;
 mod work_precision;
 
-pub use closed_form::{Damping, Kinematics, MassSpringDamper, OneMass, OneMassError};
+pub use closed_form::{
+    ChainEnds, ClosedFormError, Damping, ExactMass, ExactMotion, Kinematics, MassSpringDamper,
+    OneMass, OneMassError, UndampedPair, UniformChain,
+};
+pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
     Prediction, Radau5, RungeKutta4, Work,
 };
+#[cfg(feature = "stiff")]
+pub use integrator::{Bdf, Esdirk34, TrBdf2};
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
 pub use reference::{
     Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,
     ReferenceResponse,
 };
 pub use run_time::RunTime;
+pub use stability::{
+    Cell, Family, FamilyStudy, Hardship, StabilityRow, StabilityStudy, StudyProgress, Verdict,
+};
+pub use trajectory_error::TrajectoryError;
 pub use work_precision::{
-    Effort, Measurement, Outcome, Progress, TrajectoryError, WorkPrecision, WorkPrecisionRow,
-    integrators,
+    Effort, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow, integrators,
 };

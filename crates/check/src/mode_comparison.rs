@@ -1,18 +1,25 @@
-//! Every mode solver on the same system: how far apart their eigenvalues are, and how long they
-//! take.
+//! Every mode solver on the same system: how far off their eigenvalues are, and how long they take.
 
-use eigentone_modes::{Eigenvalue, ModesError, System, solvers};
+use eigentone_modes::{Bounds, Modes, ModesError, System, solvers};
 
+use crate::reference::EigenvalueError;
 use crate::run_time::RunTime;
+use crate::truth::ModesTruth;
 use crate::work_precision::Progress;
 
 /// Mode solvers that solved the same system.
 #[derive(Clone, Debug)]
 pub struct ModeComparison {
-    /// The solver that the plan picks, whose eigenvalues the others are measured from.
+    /// What the eigenvalues are compared with: the reference with more digits, or the modes with bounds
+    /// where that is too dear.
     pub reference: &'static str,
-    /// One row for each solver, in the plan's order of preference.
+    /// The modes with bounds, as [`System::modes`] gives them, then one row for each solver in doubles,
+    /// in the plan's order of preference.
     pub rows: Vec<ModeComparisonRow>,
+    /// The solver that the plan picks.
+    pub pick: &'static str,
+    /// Why it is the right one.
+    pub reason: String,
 }
 
 /// One mode solver.
@@ -29,10 +36,10 @@ pub struct ModeComparisonRow {
 pub enum ModeOutcome {
     /// It answered.
     Measured {
-        /// The largest |λ − μ|/|μ| between its eigenvalues λ and those of the reference, μ, each
-        /// matched with the nearest that is left; infinite where one finds a zero, or a number of
-        /// eigenvalues, that the other does not. `None` for the reference itself.
-        distance: Option<f64>,
+        /// How far off it is; `None` for the reference itself.
+        error: Option<EigenvalueError>,
+        /// What its bounds are worth.
+        bounds: Bounds,
         /// How long it takes.
         time: RunTime,
     },
@@ -45,6 +52,9 @@ pub enum ModeOutcome {
     Failed(ModesError),
 }
 
+/// The name of the row with bounds.
+const PROVEN: &str = "plan, with bounds";
+
 impl ModeComparison {
     /// Solves for the modes of `system` by every solver that applies; `progress` is told before
     /// each.
@@ -56,55 +66,53 @@ impl ModeComparison {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<ModeComparison, ModesError> {
         let structure = system.structure();
-        let chosen = system.modes()?;
-        let reference = chosen.plan().solver;
-        let total = solvers().len();
-        let row = |(done, solver): (usize, &&'static dyn eigentone_modes::ModeSolver)| {
+        let total = solvers().len() + 1;
+        let mut told = 0;
+        let mut tell = |method| {
             progress(Progress {
-                done,
+                done: told,
                 total,
-                method: solver.name(),
+                method,
                 knob: None,
             });
+            told += 1;
+        };
+        tell(PROVEN);
+        let truth = ModesTruth::of(system)?;
+        let reference = truth.name(PROVEN);
+        let (chosen, time) = RunTime::of(|| system.modes())?;
+        let error = (reference != PROVEN).then(|| truth.error_of(&chosen));
+        let mut rows = vec![ModeComparisonRow {
+            solver: PROVEN,
+            outcome: measured(error, &chosen, time),
+        }];
+        for solver in solvers() {
+            tell(solver.name());
             let outcome = match solver.refuses(system, structure) {
                 Some(reason) => ModeOutcome::Refused { reason },
                 None => match RunTime::of(|| solver.solve(system, structure)) {
-                    Ok((modes, time)) => ModeOutcome::Measured {
-                        distance: (solver.name() != reference)
-                            .then(|| distance(modes.eigenvalues(), chosen.eigenvalues())),
-                        time,
-                    },
+                    Ok((modes, time)) => measured(Some(truth.error_of(&modes)), &modes, time),
                     Err(error) => ModeOutcome::Failed(error),
                 },
             };
-            ModeComparisonRow {
+            rows.push(ModeComparisonRow {
                 solver: solver.name(),
                 outcome,
-            }
-        };
+            });
+        }
         Ok(ModeComparison {
             reference,
-            rows: solvers().iter().enumerate().map(row).collect(),
+            rows,
+            pick: chosen.plan().solver,
+            reason: chosen.plan().reason.clone(),
         })
     }
 }
 
-fn distance(eigenvalues: &[Eigenvalue], reference: &[Eigenvalue]) -> f64 {
-    if eigenvalues.len() != reference.len() {
-        return f64::INFINITY;
+fn measured(error: Option<EigenvalueError>, modes: &Modes, time: RunTime) -> ModeOutcome {
+    ModeOutcome::Measured {
+        error,
+        bounds: modes.bounds(),
+        time,
     }
-    let mut left: Vec<_> = eigenvalues.iter().map(|one| one.value).collect();
-    let mut worst = 0.0f64;
-    for truth in reference.iter().map(|one| one.value) {
-        let distances = left.iter().map(|value| (value - truth).norm());
-        let nearest = distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((position, off)) = nearest else {
-            break;
-        };
-        left.swap_remove(position);
-        if off > 0.0 {
-            worst = worst.max(off / truth.norm());
-        }
-    }
-    worst
 }

@@ -8,6 +8,8 @@ use std::time::Instant;
 pub struct RunTime {
     /// The median.
     pub median: f64,
+    /// The lower and the upper quartile.
+    pub quartiles: [f64; 2],
     /// The shortest.
     pub min: f64,
     /// The longest.
@@ -42,6 +44,7 @@ impl RunTime {
         times.sort_by(f64::total_cmp);
         let time = RunTime {
             median: times[times.len() / 2],
+            quartiles: [times[times.len() / 4], times[3 * times.len() / 4]],
             min: times[0],
             max: times[times.len() - 1],
             runs: times.len(),

@@ -3,25 +3,43 @@
 
 use std::time::{Duration, Instant};
 
-use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
-use faer::MatRef;
+use eigentone_modes::Bounds;
+use eigentone_response::{
+    Operations, Problem, ResponseError, ResponseMethod, ResponsePlan, Trajectory,
+};
 
 use crate::closed_form::OneMass;
+use crate::instants::wanted;
 use crate::integrator::{
     Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark, Radau5,
     RungeKutta4, Work,
 };
 use crate::run_time::RunTime;
+use crate::trajectory_error::TrajectoryError;
+use crate::truth::MotionTruth;
 
 /// Methods that answered the same problem, each with its error and its run time.
 #[derive(Clone, Debug)]
 pub struct WorkPrecision {
-    /// The method whose answer the errors are measured from.
+    /// What the errors are measured from.
     pub reference: &'static str,
     /// How many instants were asked for and compared.
     pub instants: usize,
     /// One row for each method and setting, in the order of the methods given.
     pub rows: Vec<WorkPrecisionRow>,
+    /// What the plan picks, if that is among the rows.
+    pub pick: Option<Pick>,
+}
+
+/// The choice of the plan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pick {
+    /// Its row.
+    pub row: usize,
+    /// Why it is the right one.
+    pub reason: String,
+    /// The methods that the plan leaves out, and why.
+    pub left_out: Vec<(&'static str, String)>,
 }
 
 /// One method at one setting.
@@ -59,22 +77,18 @@ pub enum Outcome {
 pub struct Measurement {
     /// Its distance from the reference; `None` for the reference itself.
     pub error: Option<TrajectoryError>,
+    /// Whether its displacements stay within ten times the largest one of the reference.
+    pub stable: bool,
+    /// What its own bounds are worth.
+    pub bounds: Bounds,
+    /// With how many decimal digits it was computed.
+    pub digits: usize,
     /// How long it takes.
     pub time: RunTime,
+    /// What an exact method counted.
+    pub operations: Option<Operations>,
     /// What an integrator counted.
     pub work: Option<Work>,
-}
-
-/// How far a trajectory lies from a reference: at each instant, the largest difference over the
-/// coordinates, relative to the largest value of any coordinate of the reference up to then; over
-/// the instants, the largest of these. Instants before the reference moves at all are counted with
-/// the first at which it does; if it never does, any difference is infinite.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrajectoryError {
-    /// Of the displacements.
-    pub displacement: f64,
-    /// Of the velocities.
-    pub velocity: f64,
 }
 
 /// How much a comparison may cost.
@@ -113,7 +127,8 @@ pub struct Progress {
 }
 
 /// The integrators worth comparing, each over its settings, the cheapest first: those
-/// of adaptive step at tolerances 1e-6 to 1e-13, the methods of fixed step with 1, 2, 4 … 128 substeps.
+/// of adaptive step at tolerances 1e-6 to 1e-13 (1e-8 where the order is low), the methods of fixed
+/// step with 1, 2, 4 … 128 substeps.
 pub fn integrators() -> Vec<Box<dyn Integrator>> {
     const TOLERANCES: [f64; 8] = [1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
     let substeps = (0..8).map(|power| 1 << power);
@@ -126,6 +141,18 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
     }
     for tolerance in TOLERANCES {
         all.push(Box::new(Radau5::with_tolerance(tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in TOLERANCES {
+        all.push(Box::new(crate::Bdf::with_tolerance(tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in &TOLERANCES[..3] {
+        all.push(Box::new(crate::TrBdf2::with_tolerance(*tolerance)));
+    }
+    #[cfg(feature = "stiff")]
+    for tolerance in &TOLERANCES[..3] {
+        all.push(Box::new(crate::Esdirk34::with_tolerance(*tolerance)));
     }
     for count in substeps.clone() {
         all.push(Box::new(RungeKutta4::with_substeps(count)));
@@ -148,26 +175,26 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
 impl WorkPrecision {
     /// Answers `problem` by every method and compares the answers: the closed form of one mass
     /// where it applies, the `exact` methods, then the `integrators`. Errors are measured from the
-    /// closed form where it applies, else from `reference`. An integrator that is stopped at one
+    /// [`Reference`](crate::Reference) with more digits, or from the method that the plan picks where that is too dear. An integrator that is stopped at one
     /// setting is not tried at the settings that follow it. `progress` is told before each row.
     ///
     /// # Errors
-    /// What the reference reports; everything else is an [`Outcome`].
+    /// What the reference reports, and [`ResponseError::NotApplicable`] where the plan finds no method;
+    /// everything else is an [`Outcome`].
     pub fn measure(
         problem: &Problem<'_>,
-        reference: &dyn ResponseMethod,
-        exact: &[&dyn ResponseMethod],
+        exact: &[&'static dyn ResponseMethod],
         integrators: &[Box<dyn Integrator>],
         effort: Effort,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<WorkPrecision, ResponseError> {
         let started = Instant::now();
         let problem = &thin(problem, effort.instants)?;
-        let closed_form = OneMass.refuses(problem).is_none();
-        let reference: &dyn ResponseMethod = if closed_form { &OneMass } else { reference };
-        let truth = reference.run(problem)?;
+        let instants = wanted(problem)?.len();
+        let plan = ResponsePlan::of(problem)?;
+        let truth = MotionTruth::of(problem)?;
         let mut exact = exact.to_vec();
-        if closed_form && exact.iter().all(|method| method.name() != OneMass.name()) {
+        if OneMass.refuses(problem).is_none() {
             exact.insert(0, &OneMass);
         }
         let total = exact.len() + integrators.len();
@@ -179,12 +206,9 @@ impl WorkPrecision {
                 method: method.name(),
                 knob: None,
             });
-            let is_reference = method.name() == reference.name();
             let outcome = match method.refuses(problem) {
                 Some(reason) => Outcome::Refused { reason },
-                None => outcome((!is_reference).then_some(&truth), || {
-                    Ok((method.run(problem)?, None))
-                }),
+                None => compare(&truth, || Ok((method.run(problem)?, None))),
             };
             rows.push(WorkPrecisionRow {
                 method: method.name(),
@@ -216,7 +240,7 @@ impl WorkPrecision {
             let outcome = match (left_out, method.refuses(problem)) {
                 (Some(reason), _) => Outcome::LeftOut { reason },
                 (_, Some(reason)) => Outcome::Refused { reason },
-                _ => outcome(Some(&truth), || {
+                _ => compare(&truth, || {
                     let (trajectory, work) = method.integrate(problem, limit)?;
                     Ok((trajectory, Some(work)))
                 }),
@@ -230,68 +254,68 @@ impl WorkPrecision {
                 outcome,
             });
         }
+        let pick = rows
+            .iter()
+            .position(|row| row.method == plan.method.name())
+            .map(|row| Pick {
+                row,
+                reason: plan.reason,
+                left_out: plan.left_out,
+            });
         Ok(WorkPrecision {
-            reference: reference.name(),
-            instants: truth.len(),
+            reference: truth.name(),
+            instants,
             rows,
+            pick,
         })
+    }
+
+    /// The rows that beat the given one: as accurate or better, and so much faster that
+    /// the middle halves of their run times are apart. Errors are told apart down to 2^-53. Empty where the row was not measured, or has no error.
+    pub fn beating(&self, row: usize) -> Vec<usize> {
+        let of = |row: &WorkPrecisionRow| match &row.outcome {
+            Outcome::Measured(one) => Some((one.error?.worst().max(f64::EPSILON / 2.0), one.time)),
+            _ => None,
+        };
+        let Some((error, time)) = self.rows.get(row).and_then(of) else {
+            return Vec::new();
+        };
+        let beats = |other: &WorkPrecisionRow| {
+            of(other)
+                .is_some_and(|(off, taken)| off <= error && taken.quartiles[1] < time.quartiles[0])
+        };
+        let rows = self.rows.iter().enumerate();
+        rows.filter(|(_, other)| beats(other))
+            .map(|(at, _)| at)
+            .collect()
+    }
+
+    /// The rows that no other beats: the front of error and run time, as the reader of a
+    /// work-precision diagram sees it.
+    pub fn front(&self) -> Vec<usize> {
+        let measured = |row: &usize| matches!(&self.rows[*row].outcome, Outcome::Measured(one) if one.error.is_some());
+        let rows = (0..self.rows.len()).filter(measured);
+        rows.filter(|row| self.beating(*row).is_empty()).collect()
     }
 }
 
 /// Runs a method and measures it.
-fn outcome(
-    truth: Option<&Trajectory>,
+fn compare(
+    truth: &MotionTruth,
     run: impl Fn() -> Result<(Trajectory, Option<Work>), ResponseError>,
 ) -> Outcome {
     match RunTime::of(run) {
-        Ok(((trajectory, work), time)) => Outcome::Measured(Measurement {
-            error: truth.map(|truth| TrajectoryError::between(&trajectory, truth)),
+        Ok(((answer, work), time)) => Outcome::Measured(Measurement {
+            error: truth.error_of(&answer),
+            stable: truth.is_stable(&answer),
+            bounds: answer.bounds(),
+            digits: answer.digits(),
+            operations: work.is_none().then(|| answer.operations()),
             time,
             work,
         }),
         Err(error) => Outcome::Failed(error),
     }
-}
-
-impl TrajectoryError {
-    /// The distance of `trajectory` from `reference`, which must be of the same problem.
-    ///
-    /// # Panics
-    /// If the two differ in coordinates or instants.
-    pub fn between(trajectory: &Trajectory, reference: &Trajectory) -> TrajectoryError {
-        assert_eq!(trajectory.steps(), reference.steps(), "the same instants");
-        // The running maximum follows time, not the order in which instants were asked for.
-        let mut order: Vec<usize> = (0..reference.len()).collect();
-        order.sort_by_key(|column| reference.steps()[*column]);
-        TrajectoryError {
-            displacement: distance(trajectory.displacement(), reference.displacement(), &order),
-            velocity: distance(trajectory.velocity(), reference.velocity(), &order),
-        }
-    }
-}
-
-fn distance(values: MatRef<'_, f64>, reference: MatRef<'_, f64>, order: &[usize]) -> f64 {
-    assert_eq!(values.nrows(), reference.nrows(), "the same coordinates");
-    let (mut largest, mut worst, mut at_rest) = (0.0f64, 0.0f64, 0.0f64);
-    for &column in order {
-        let mut off = at_rest;
-        for i in 0..reference.nrows() {
-            let (value, truth) = (values[(i, column)], reference[(i, column)]);
-            largest = largest.max(truth.abs());
-            let difference = (value - truth).abs();
-            off = match difference.is_nan() {
-                true => f64::INFINITY,
-                false => off.max(difference),
-            };
-        }
-        if largest > 0.0 {
-            worst = worst.max(off / largest);
-            at_rest = 0.0;
-        } else {
-            at_rest = off;
-        }
-    }
-    if at_rest > 0.0 { f64::INFINITY } else { worst }
 }
 
 /// The problem at no more than `most` of its instants, its last one among them.

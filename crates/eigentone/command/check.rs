@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use eigentone::check::{Effort, ModeComparison, Progress as Row, WorkPrecision, integrators};
+use eigentone::check::{
+    Effort, ExponentialComparison, ModeComparison, Progress as Row, WorkPrecision, integrators,
+};
 use eigentone::report::CheckReport;
-use eigentone::response::{ResponsePlan, methods};
+use eigentone::response::methods;
 
 use super::files::Files;
 use super::progress::Progress;
@@ -29,24 +31,24 @@ impl Check {
         let mut tell = |row: Row| progress.say(&message(&row));
         let modes = ModeComparison::measure(scene.system(), &mut tell);
         let modes = modes.map_err(Failure::modes(file))?;
-        let response = scene.problem().map(|problem| {
-            let problem = problem?;
-            let reference = ResponsePlan::of(&problem)?.method;
+        let problem = scene.problem().transpose();
+        let problem = problem.map_err(Failure::response(file))?;
+        let problem = problem.map(|problem| problem.to(self.question.precision()));
+        // A system that is too large for proofs has no comparison of exponentials.
+        let exponentials = problem.as_ref().and_then(|problem| {
+            let step = problem.grid().step();
+            ExponentialComparison::measure(scene.system(), step, &mut tell).ok()
+        });
+        let response = problem.map(|problem| {
             let (integrators, effort) = (integrators(), Effort::default());
-            WorkPrecision::measure(
-                &problem,
-                reference,
-                methods(),
-                &integrators,
-                effort,
-                &mut tell,
-            )
+            WorkPrecision::measure(&problem, methods(), &integrators, effort, &mut tell)
         });
         let response = response.transpose().map_err(Failure::response(file))?;
         let name = self.question.name();
         let report = CheckReport {
             title: scene.title().unwrap_or(&name),
             modes: &modes,
+            exponentials: exponentials.as_ref(),
             response: response.as_ref(),
         };
         if let Some(directory) = &self.out {

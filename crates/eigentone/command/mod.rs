@@ -7,6 +7,7 @@ mod files;
 mod modes;
 mod progress;
 mod response;
+mod stability;
 
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ enum Command {
     Modes(modes::Modes),
     Response(response::Response),
     Check(check::Check),
+    Stability(stability::Stability),
 }
 
 impl Cli {
@@ -40,6 +42,7 @@ impl Cli {
             Command::Modes(command) => command.run(),
             Command::Response(command) => command.run(),
             Command::Check(command) => command.run(),
+            Command::Stability(command) => command.run(),
         }
     }
 }

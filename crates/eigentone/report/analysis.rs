@@ -94,6 +94,7 @@ impl Analysis<'_> {
             x: Axis::linear("time", "s"),
             y: axis,
             lines: lines.collect(),
+            ring: None,
         }
     }
 

@@ -8,10 +8,12 @@ mod check;
 mod csv;
 mod element_force;
 mod energy;
+mod heat_map;
 mod modes;
 mod number;
 mod plot;
 mod response;
+mod stability;
 mod steady_state;
 mod table;
 
@@ -22,8 +24,9 @@ pub use check::CheckReport;
 pub use element_force::ElementForceReport;
 pub use energy::EnergyReport;
 pub use modes::ModeReport;
-pub use plot::{Axis, Line, Plot, Scale};
+pub use plot::{Axis, Line, Plot, Ring, Scale};
 pub use response::ResponseReport;
+pub use stability::StabilityReport;
 
 /// What bounds are worth, as JSON says it.
 fn worth(bounds: Bounds) -> &'static str {

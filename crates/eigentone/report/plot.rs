@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use super::table::visible;
 
+/// Fonts that are there without being loaded.
+pub(super) const FONT: &str = "system-ui, 'Segoe UI', 'DejaVu Sans', Helvetica, Arial, sans-serif";
+
 /// Size of the whole drawing.
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 540.0;
@@ -106,6 +109,17 @@ pub struct Plot<'a> {
     pub y: Axis,
     /// The lines; the first is drawn on top.
     pub lines: Vec<Line<'a>>,
+    /// A point that stands out, if there is one.
+    pub ring: Option<Ring>,
+}
+
+/// A ring about a point, and a word beside it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ring {
+    /// The point.
+    pub at: (f64, f64),
+    /// The word.
+    pub text: String,
 }
 
 impl Plot<'_> {
@@ -120,6 +134,10 @@ impl Plot<'_> {
                 ys.include(y);
             }
         }
+        if let Some(Ring { at, .. }) = &self.ring {
+            xs.include(at.0);
+            ys.include(at.1);
+        }
         let right = self.right();
         let x = Ruler::of(&self.x, xs, 0.0, LEFT, right);
         let y = Ruler::of(&self.y, ys, 0.04, BOTTOM, TOP);
@@ -133,6 +151,9 @@ impl Plot<'_> {
             self.draw(&mut svg, index, line, &x, &y);
         }
         svg.push_str("</g>\n");
+        if let Some(ring) = &self.ring {
+            draw_ring(&mut svg, ring, &x, &y);
+        }
         self.legend(&mut svg);
         svg.push_str("</svg>\n");
         svg
@@ -160,7 +181,7 @@ impl Plot<'_> {
         let title = escape(&self.title);
         let _ = write!(
             svg,
-            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-labelledby="title" font-family="system-ui, 'Segoe UI', 'DejaVu Sans', Helvetica, Arial, sans-serif" font-size="14" fill="#222222">
+            r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-labelledby="title" font-family="{FONT}" font-size="14" fill="#222222">
 <title id="title">{title}</title>
 <defs><clipPath id="area"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath></defs>
 <rect x="0.5" y="0.5" width="{}" height="{}" rx="8" fill="#ffffff" stroke="#d0d0d0"/>
@@ -264,6 +285,21 @@ impl Plot<'_> {
             );
         }
     }
+}
+
+/// The word stands where there is more room.
+fn draw_ring(svg: &mut String, ring: &Ring, x: &Ruler, y: &Ruler) {
+    const RADIUS: f64 = 8.0;
+    let (px, py) = (x.place(ring.at.0), y.place(ring.at.1));
+    let right = px < f64::midpoint(x.from, x.to);
+    let (side, anchor) = if right { (1.0, "start") } else { (-1.0, "end") };
+    let _ = writeln!(
+        svg,
+        r##"<circle cx="{px:.1}" cy="{py:.1}" r="{RADIUS}" fill="none" stroke="#222222" stroke-width="1.6"/><text x="{:.1}" y="{:.1}" text-anchor="{anchor}" font-weight="600">{}</text>"##,
+        px + side * (RADIUS + 5.0),
+        py + 5.0,
+        escape(&ring.text)
+    );
 }
 
 /// A dot on a line.
@@ -489,7 +525,8 @@ impl<I: Iterator<Item = (f64, f64)>> Iterator for Thinned<I> {
     }
 }
 
-fn superscript(power: i32) -> String {
+/// An exponent.
+pub(super) fn superscript(power: i32) -> String {
     let digit = |c| match c {
         '-' => '⁻',
         '0' => '⁰',
@@ -507,7 +544,7 @@ fn superscript(power: i32) -> String {
 }
 
 /// The text, or its beginning and an ellipsis.
-fn shorten(text: &str, letters: usize) -> String {
+pub(super) fn shorten(text: &str, letters: usize) -> String {
     if text.chars().count() <= letters {
         return text.to_owned();
     }
@@ -516,7 +553,7 @@ fn shorten(text: &str, letters: usize) -> String {
 }
 
 /// Text for SVG; what XML cannot hold is made visible.
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in visible(text).chars() {
         match c {
@@ -541,6 +578,7 @@ mod tests {
             x: Axis::linear("time", "s"),
             y: Axis::linear("displacement", "m"),
             lines,
+            ring: None,
         }
     }
 
@@ -673,6 +711,7 @@ mod tests {
             x: Axis::logarithmic("run time", "s"),
             y: Axis::logarithmic("error", ""),
             lines: vec![line],
+            ring: None,
         }
         .svg();
         assert_eq!(paths(&svg)[0].len(), 2);

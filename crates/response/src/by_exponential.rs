@@ -11,6 +11,7 @@ use crate::exponential::{Exponential, SecondOrder};
 use crate::hold::{Held, exact};
 use crate::march::{Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
+use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
 
@@ -44,6 +45,7 @@ impl ResponseMethod for ByExponential {
             u: inputs.columns(form.b()),
             inputs,
             held: HashMap::new(),
+            operations: Operations::default(),
             next: vec![0.0; form.states()],
         };
         let outputs = Outputs::of(&form, None);
@@ -66,6 +68,7 @@ struct Dense {
     u: Mat<f64>,
     inputs: Inputs,
     held: HashMap<u64, Held>,
+    operations: Operations,
     next: Vec<f64>,
 }
 
@@ -80,14 +83,18 @@ impl Flow for Dense {
         }
         let held = self.held.entry(h.to_bits()).or_insert_with(|| {
             let method: &dyn Exponential = &SecondOrder;
-            exact(
+            let held = exact(
                 method,
                 self.a.as_ref(),
                 self.u.as_ref(),
                 h,
                 &self.inputs.laws,
-            )
+            );
+            self.operations.exponentials += 1;
+            self.operations.products += held.products;
+            held
         });
+        self.operations.steps += 1;
         self.next.fill(0.0);
         accumulate(&held.phi, z, &mut self.next);
         for (gamma, values) in held.gamma.iter().zip(&signals.values) {
@@ -98,6 +105,10 @@ impl Flow for Dense {
 
     fn preparation(&self) -> u64 {
         32 * self.a.nrows() as u64
+    }
+
+    fn operations(&self) -> Operations {
+        self.operations
     }
 }
 

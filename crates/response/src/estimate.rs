@@ -80,7 +80,8 @@ impl Estimate {
         let factor = units * f64::EPSILON;
         let displacement = factor * self.displacement;
         let velocity = factor * (self.velocity + self.rate * self.displacement);
-        let finite = |bound: f64| bound.is_finite().then_some(bound);
-        (finite(displacement), finite(velocity))
+        // Beyond the size of the motion, a first-order estimate says nothing.
+        let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);
+        (telling(displacement), telling(velocity))
     }
 }

@@ -21,6 +21,8 @@ pub(crate) struct Laws {
 /// period ahead stands at c.
 #[derive(Clone, Debug)]
 pub(crate) struct Held {
+    /// How many products of matrices it took.
+    pub(crate) products: f64,
     pub(crate) phi: Mat<f64>,
     /// One N × r block for each of: constant, slope times h, then sine and cosine by frequency;
     /// what the laws leave out is missing.
@@ -91,9 +93,10 @@ pub(crate) fn exact(
             bordered[(sine + r + j, sine + j)] = -frequency * h;
         }
     }
-    let result = method.exponential(bordered.as_ref());
+    let (result, products) = method.counted(bordered.as_ref());
     let d = &balanced.scale;
     Held {
+        products,
         phi: Mat::from_fn(n, n, |i, j| d[i] * result[(i, j)] / d[j]),
         gamma: (0..blocks)
             .map(|block| {

@@ -7,6 +7,7 @@ use faer::{Mat, MatRef};
 use crate::collector::{Collector, Wanted};
 use crate::estimate::Estimate;
 use crate::hold::Laws;
+use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Instant, Piece};
 use crate::trajectory::Trajectory;
@@ -18,6 +19,9 @@ pub(crate) trait Flow {
 
     /// How many unit steps cost as much as preparing one step of a new length.
     fn preparation(&self) -> u64;
+
+    /// What it took so far.
+    fn operations(&self) -> Operations;
 }
 
 /// What the loads are at the start of an interval: for each law one value for each loaded
@@ -223,7 +227,7 @@ pub(crate) fn march(
         }
         recorder.record(&z, &target, &inputs, &pieces[piece], &mut estimate)?;
     }
-    Ok(recorder.collector.finish(method))
+    Ok(recorder.collector.finish(method).after(flow.operations()))
 }
 
 /// The next instant on the way to `end`: the end itself, or one grid step where several of them are

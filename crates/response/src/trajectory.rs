@@ -3,6 +3,8 @@
 use eigentone_modes::Bounds;
 use faer::{Mat, MatRef};
 
+use crate::operations::Operations;
+
 /// The motion at the instants asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
@@ -15,6 +17,7 @@ pub struct Trajectory {
     velocity_bound: Vec<Option<f64>>,
     bounds: Bounds,
     digits: usize,
+    operations: Operations,
     method: &'static str,
 }
 
@@ -45,6 +48,7 @@ impl Trajectory {
             velocity_bound: vec![None; count],
             bounds: Bounds::Estimated,
             digits: 16,
+            operations: Operations::default(),
             method,
         }
     }
@@ -73,6 +77,16 @@ impl Trajectory {
             digits,
             ..self
         }
+    }
+
+    /// The same with what it took.
+    pub(crate) fn after(self, operations: Operations) -> Trajectory {
+        Trajectory { operations, ..self }
+    }
+
+    /// What it took, if it was computed by an exact method; else nothing is counted.
+    pub fn operations(&self) -> Operations {
+        self.operations
     }
 
     /// What the bounds are worth.

@@ -50,22 +50,18 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Adaptive
 {
     const ORDER: i32 = ORDER as i32;
 
-    type Passage<'s>
-        = Marching<'s, ORDER, STAGES, ALL>
-    where
-        Self: 's;
-
     fn longest_stable_step(&self, fastest: f64) -> f64 {
         self.stable / fastest
     }
 
-    fn enter<'s>(
-        &'s mut self,
-        stretch: &'s Stretch<'s>,
+    fn enter<R>(
+        &mut self,
+        stretch: &Stretch<'_>,
         state: &[f64],
         steps: Steps,
         allowed: Allowed,
-    ) -> Result<Self::Passage<'s>, String> {
+        march: impl FnOnce(&mut dyn Passage) -> R,
+    ) -> Result<R, String> {
         let motion = FirstOrder {
             equation: self.equation,
             stretch,
@@ -83,11 +79,11 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Adaptive
             .init(&motion, 0.0, steps.whole, &state)
             .map_err(|error| reason(&error))?;
         solver.set_status(Status::Solving);
-        Ok(Marching {
+        Ok(march(&mut Marching {
             motion,
             solver,
             ends: None,
-        })
+        }))
     }
 
     fn work(&self) -> Work {
@@ -127,7 +123,7 @@ impl ODE<f64, Vec<f64>> for FirstOrder<'_> {
 }
 
 /// A pair at work within one stretch.
-pub(super) struct Marching<'s, const ORDER: usize, const STAGES: usize, const ALL: usize> {
+struct Marching<'s, const ORDER: usize, const STAGES: usize, const ALL: usize> {
     motion: FirstOrder<'s>,
     solver: Pair<ORDER, STAGES, ALL>,
     /// The ends of the last step, where it was looked back at.
@@ -166,10 +162,11 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Passage
         self.ends = Some([start, motion.jet(solver.t(), solver.y())]);
     }
 
-    fn between(&self, elapsed: f64, state: &mut [f64]) {
+    fn between(&self, elapsed: f64, state: &mut [f64]) -> Result<(), String> {
         if let Some([start, end]) = &self.ends {
             start.state_before(end, elapsed, state);
         }
+        Ok(())
     }
 }
 

@@ -93,13 +93,7 @@ impl EquationOfMotion {
         elapsed: f64,
         acceleration: &mut [f64],
     ) {
-        let (displacement, velocity) = state.split_at(self.len());
-        for (sum, coupling) in acceleration.iter_mut().zip(&self.coupling) {
-            *sum = -coupling.iter().fold(0.0, |pull, one| {
-                pull + one.stiffness * displacement[one.coordinate]
-                    + one.damping * velocity[one.coordinate]
-            });
-        }
+        self.pull(state, acceleration);
         let mut push = |coordinate: usize, force: f64| {
             for (i, mobility) in &self.mobility[coordinate] {
                 acceleration[*i] += mobility * force;
@@ -124,6 +118,17 @@ impl EquationOfMotion {
                 _ => -angle.cos(),
             };
             push(*coordinate, harmonic.amplitude * growth * turned);
+        }
+    }
+
+    /// −M⁻¹(C x′ + K x) for the state [x; x′].
+    pub(crate) fn pull(&self, state: &[f64], acceleration: &mut [f64]) {
+        let (displacement, velocity) = state.split_at(self.len());
+        for (sum, coupling) in acceleration.iter_mut().zip(&self.coupling) {
+            *sum = -coupling.iter().fold(0.0, |pull, one| {
+                pull + one.stiffness * displacement[one.coordinate]
+                    + one.damping * velocity[one.coordinate]
+            });
         }
     }
 

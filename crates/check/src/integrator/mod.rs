@@ -18,6 +18,8 @@ mod newmark;
 mod prediction;
 mod radau;
 mod runge_kutta;
+#[cfg(feature = "stiff")]
+mod stiff;
 mod work;
 
 use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
@@ -32,6 +34,8 @@ pub use newmark::Newmark;
 pub use prediction::{Basis, Prediction};
 pub use radau::Radau5;
 pub use runge_kutta::RungeKutta4;
+#[cfg(feature = "stiff")]
+pub use stiff::{Bdf, Esdirk34, TrBdf2};
 pub use work::Work;
 
 /// A [`ResponseMethod`] that advances in small steps, so that its error depends on a knob and its

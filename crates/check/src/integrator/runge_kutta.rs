@@ -5,7 +5,10 @@ use super::equation::{EquationOfMotion, Forces};
 use super::fixed_step::{self, FixedStep, Scheme};
 use super::integrator;
 
-/// Four evaluations a step, error in proportion to h⁴; unstable where h exceeds 2.8/|λ|.
+/// Four evaluations a step, error in proportion to h⁴.
+///
+/// It is stable for |λ|h up to 2.83 (imaginary λ) and 2.78 (real λ). Undamped motion gets a damping
+/// ratio of (ω h)⁵/144, and its periods come out long, by a relative (ω h)⁴/120.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RungeKutta4 {
     /// Equal steps between two neighbouring instants of the grid; at least 1.

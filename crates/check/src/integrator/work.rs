@@ -10,7 +10,7 @@ pub struct Work {
     pub accepted: u64,
     /// Steps tried and found too inaccurate.
     pub rejected: u64,
-    /// Matrices factorised, each n × n, real or complex.
+    /// Matrices factorised, each n × n, real or complex; 2n × 2n by the methods of `diffsol`.
     pub factorisations: u64,
     /// Right-hand sides solved for with them.
     pub solves: u64,

@@ -31,6 +31,7 @@ mod remainders;
 mod response;
 
 pub use ball::Ball;
+pub(crate) use elementary::pi;
 pub use error::ReferenceError;
 pub use modes::{EigenvalueError, ReferenceEigenvalue, ReferenceModes};
 pub use response::ReferenceResponse;

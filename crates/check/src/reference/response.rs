@@ -9,7 +9,7 @@ use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::events::grid_time;
 use super::march::{March, Moment};
-use crate::work_precision::TrajectoryError;
+use crate::trajectory_error::TrajectoryError;
 
 /// The longest numbers that are tried.
 const MOST_BITS: u64 = 1 << 14;

@@ -1,10 +1,13 @@
 //! What is checked of the checks:
 //!
 //! - `one_mass`: the closed form against 34-digit truths, published numbers and textbook formulas;
+//! - `closed_forms`: one mass, uniform chains and undamped pairs in more digits against exponentials;
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
+mod closed_forms;
 mod comparisons;
 mod integrators;
 mod one_mass;
 mod scenes;
+mod stability;

@@ -7,18 +7,24 @@ use super::normed::{Normed, growth};
 
 /// e^{τW}, for a `tau` known to a relative `tau_error`.
 pub(crate) fn exponential<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> Normed<T> {
+    counted(w, tau, tau_error).0
+}
+
+/// The same, and how many products it took.
+pub(super) fn counted<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> (Normed<T>, u64) {
     let scaled = w.times_scalar(tau, tau_error);
     let size = scaled.true_norm();
     if !size.is_finite() {
         let n = w.len();
-        return Normed::identity(n, w.lead()).with_more_error(Magnitude::INFINITY);
+        let anything = Normed::identity(n, w.lead()).with_more_error(Magnitude::INFINITY);
+        return (anything, 0);
     }
     let plan = Plan::of(size.log2(), T::UNIT_LOG2);
     let mut power = polynomial(&scaled.scaled(-plan.squarings), &plan);
     for _ in 0..plan.squarings {
         power = power.times(&power);
     }
-    power
+    (power, plan.products() as u64 + plan.squarings as u64)
 }
 
 /// How e^X is taken: degree = width·height of the polynomial, and how often X is halved first.

@@ -3,11 +3,12 @@
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::drift::Drift;
-use super::exponential::exponential;
+use super::exponential::counted;
 use super::generator::Generator;
 use super::judge::Judge;
 use super::normed::{Normed, growth};
 use crate::collector::{Collector, Wanted};
+use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Fraction, Instant, Law};
 use crate::trajectory::Trajectory;
@@ -60,6 +61,7 @@ pub(super) struct Walker<'a, 'b, T> {
     /// The state in its own coordinates where it is known without any motion: at the start, and at
     /// blows on what was at rest.
     fresh: Option<BallMatrix<T>>,
+    operations: Operations,
 }
 
 impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
@@ -75,6 +77,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             laws: Vec::new(),
             straight_error: Magnitude::ZERO,
             fresh: Some(generator.given(problem)),
+            operations: Operations::default(),
             generator,
         }
     }
@@ -113,7 +116,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 return Ok(None);
             }
         }
-        Ok(Some(collector.finish(method)))
+        Ok(Some(collector.finish(method).after(self.operations)))
     }
 
     /// The state and the loads.
@@ -189,6 +192,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                     &mut self.next,
                     self.straight_error,
                 );
+                self.operations.steps += 1;
                 self.drift.step(1 << j, error);
                 at += 1 << j;
                 self.follow_slopes(Moment::Units(at));
@@ -196,7 +200,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         } else {
             let (time, error) = self.clock.seconds::<T>(now, end);
             let relative = (error + error) / time.magnitude();
-            let hop = exponential(&self.generator.w, time, relative);
+            let hop = self.exponential(time, relative);
+            self.operations.steps += 1;
             let error = apply(
                 &hop,
                 &self.generator,
@@ -216,14 +221,24 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
+    fn exponential(&mut self, time: T, relative: Magnitude) -> Normed<T> {
+        let (power, products) = counted(&self.generator.w, time, relative);
+        self.operations.exponentials += 1;
+        self.operations.products += products as f64;
+        power
+    }
+
     /// Φ^{2^j} and all before it.
     fn prepare(&mut self, j: usize) {
         while self.powers.len() <= j {
             let power = match self.powers.last() {
-                Some(last) => last.times(last),
+                Some(last) => {
+                    self.operations.products += 1.0;
+                    last.times(last)
+                }
                 None => {
                     let (time, error) = self.clock.seconds(Moment::Units(0), Moment::Units(1));
-                    exponential(&self.generator.w, time, (error + error) / time.magnitude())
+                    self.exponential(time, (error + error) / time.magnitude())
                 }
             };
             self.drift.know(self.powers.len(), power.true_norm());

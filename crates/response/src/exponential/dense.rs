@@ -9,6 +9,7 @@ use super::algebra::{Algebra, Explicit};
 pub(super) struct Dense {
     n: usize,
     pool: Vec<Vec<f64>>,
+    products: u32,
 }
 
 impl Dense {
@@ -16,6 +17,7 @@ impl Dense {
         Dense {
             n,
             pool: Vec::with_capacity(8),
+            products: 0,
         }
     }
 
@@ -35,13 +37,19 @@ impl Dense {
         out
     }
 
+    /// How many products were formed so far.
+    pub(super) fn products(&self) -> u32 {
+        self.products
+    }
+
     /// A buffer with anything in it.
     pub(super) fn take(&mut self) -> Vec<f64> {
         let size = self.n * self.n;
         self.pool.pop().unwrap_or_else(|| vec![0.0; size])
     }
 
-    fn product(&self, beta: Accum, out: &mut [f64], x: &[f64], y: &[f64]) {
+    fn product(&mut self, beta: Accum, out: &mut [f64], x: &[f64], y: &[f64]) {
+        self.products += 1;
         match self.n {
             0 => {}
             1 => small::<1>(beta, out, x, y),

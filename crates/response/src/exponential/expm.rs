@@ -79,7 +79,7 @@ fn on_demand(a: MatRef<'_, f64>) -> Mat<f64> {
     const TELLING: std::ops::RangeInclusive<u32> = 3..=128;
     const LARGEST: usize = 64;
     const VISIBLE: f64 = 1e-12;
-    let (result, squarings) = taylor(a);
+    let (result, _, squarings) = taylor(a);
     if !TELLING.contains(&squarings) || a.nrows() > LARGEST {
         return result;
     }

@@ -30,6 +30,12 @@ pub trait Exponential: Sync {
     /// A short name for tables and plots.
     fn name(&self) -> &'static str;
 
+    /// e^A for a square matrix of finite entries, and how many products of matrices of the order of
+    /// A that took, a solution with as many right-hand sides counting as one.
+    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64);
+
     /// e^A for a square matrix of finite entries.
-    fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64>;
+    fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64> {
+        self.counted(a).0
+    }
 }

@@ -38,11 +38,13 @@ impl Exponential for Pade13 {
         "Padé 13"
     }
 
-    fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64> {
+    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
+        /// Three powers, three products of the approximant, and its quotient.
+        const APPROXIMANT: i32 = 7;
         let n = a.nrows();
         let norm = norm_one(a);
         if norm == 0.0 || n == 0 {
-            return Mat::identity(n, n);
+            return (Mat::identity(n, n), 0.0);
         }
         // A first scaling by the plain norm keeps the powers within range.
         let first = (norm / THETA).log2().ceil().max(0.0) as i32;
@@ -68,10 +70,11 @@ impl Exponential for Pade13 {
             a6 * faer::Scale(up.powi(6)),
         );
         let mut result = approximant(a1.as_ref(), a2.as_ref(), a4.as_ref(), a6.as_ref());
-        for _ in 0..first - spare {
+        let squarings = first - spare;
+        for _ in 0..squarings {
             result = &result * &result;
         }
-        result
+        (result, f64::from(APPROXIMANT + squarings))
     }
 }
 

@@ -32,13 +32,14 @@ impl Exponential for Taylor {
         "Taylor"
     }
 
-    fn exponential(&self, a: MatRef<'_, f64>) -> Mat<f64> {
-        taylor(a).0
+    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
+        let (result, products, _) = taylor(a);
+        (result, f64::from(products))
     }
 }
 
-/// e^A, and the squarings it took.
-pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32) {
+/// e^A, and the products and squarings it took, the squarings being products too.
+pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let n = a.nrows();
     let mut algebra = Dense::new(n);
     let shift = first_shift(a);
@@ -47,7 +48,7 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32) {
     let squarings = scaled.squarings + shift.unsigned_abs();
     let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
     let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-    (store(n, &result), squarings)
+    (store(n, &result), algebra.products(), squarings)
 }
 
 /// How often A is halved before its powers are formed: only so often that they do not overflow.

@@ -1,6 +1,7 @@
 //! What the methods share that size their steps by a tolerance.
 
 mod integration;
+mod march;
 mod scale;
 
 use eigentone_response::{Problem, ResponseError, Trajectory};
@@ -26,25 +27,21 @@ pub(in crate::integrator) trait Adaptive {
     /// The order of the error estimate: a step of h errs by h^`ORDER`.
     const ORDER: i32;
 
-    /// It at work within one stretch.
-    type Passage<'s>: Passage
-    where
-        Self: 's;
-
     /// The longest step that stability allows, where all |λ| lie below `fastest` rad/s; infinite
     /// if none does harm.
     fn longest_stable_step(&self, fastest: f64) -> f64;
 
-    /// Begins anew at the start of a stretch.
-    fn enter<'s>(
-        &'s mut self,
-        stretch: &'s Stretch<'s>,
+    /// Begins anew at the start of a stretch, and lets `march` lead it through.
+    fn enter<R>(
+        &mut self,
+        stretch: &Stretch<'_>,
         state: &[f64],
         steps: Steps,
         allowed: Allowed,
-    ) -> Result<Self::Passage<'s>, String>;
+        march: impl FnOnce(&mut dyn Passage) -> R,
+    ) -> Result<R, String>;
 
-    /// What it took so far, but for the steps.
+    /// What it took so far, but for the steps that were tried one by one.
     fn work(&self) -> Work;
 }
 
@@ -67,7 +64,7 @@ pub(in crate::integrator) trait Passage {
     fn look_back(&mut self) {}
 
     /// The state at an instant within the step just taken, after [`look_back`](Self::look_back).
-    fn between(&self, elapsed: f64, state: &mut [f64]);
+    fn between(&self, elapsed: f64, state: &mut [f64]) -> Result<(), String>;
 }
 
 /// Lengths of steps within one stretch, in s.

@@ -190,10 +190,11 @@ impl Passage for Marching<'_, '_> {
         Ok(true)
     }
 
-    fn between(&self, elapsed: f64, state: &mut [f64]) {
+    fn between(&self, elapsed: f64, state: &mut [f64]) -> Result<(), String> {
         if let Some(polynomial) = &self.polynomial {
             polynomial.at(elapsed, state);
         }
+        Ok(())
     }
 }
 

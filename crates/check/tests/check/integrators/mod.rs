@@ -3,6 +3,8 @@
 
 mod convergence;
 mod damping;
+#[cfg(feature = "stiff")]
+mod diffsol;
 mod prediction;
 mod stiffness;
 
@@ -32,8 +34,8 @@ fn run(method: &dyn ResponseMethod, problem: &Problem<'_>) -> Trajectory {
 }
 
 /// One of each.
-fn all() -> [Box<dyn Integrator>; 8] {
-    [
+fn all() -> Vec<Box<dyn Integrator>> {
+    let mut all: Vec<Box<dyn Integrator>> = vec![
         Box::new(Dop853::with_tolerance(1e-9)),
         Box::new(DormandPrince5::with_tolerance(1e-9)),
         Box::new(Radau5::with_tolerance(1e-9)),
@@ -42,7 +44,14 @@ fn all() -> [Box<dyn Integrator>; 8] {
         Box::new(Newmark::central_difference(8)),
         Box::new(HhtAlpha::with_substeps(8)),
         Box::new(GeneralizedAlpha::with_substeps(8)),
-    ]
+    ];
+    #[cfg(feature = "stiff")]
+    {
+        all.push(Box::new(eigentone_check::Bdf::with_tolerance(1e-9)));
+        all.push(Box::new(eigentone_check::TrBdf2::with_tolerance(1e-6)));
+        all.push(Box::new(eigentone_check::Esdirk34::with_tolerance(1e-6)));
+    }
+    all
 }
 
 /// Halving the step divides the error by 2^order. The step load sets in between two instants, so
@@ -185,7 +194,15 @@ fn take_every_load() {
         4,
         counts.map(|count| off(&RungeKutta4::with_substeps(count))),
     );
-    of_order(2, counts.map(|count| off(&Newmark::with_substeps(count))));
+    let of_order_2: [fn(u32) -> Box<dyn Integrator>; 4] = [
+        |count| Box::new(Newmark::with_substeps(count)),
+        |count| Box::new(Newmark::central_difference(count)),
+        |count| Box::new(HhtAlpha::with_substeps(count)),
+        |count| Box::new(GeneralizedAlpha::with_substeps(count)),
+    ];
+    for method in of_order_2 {
+        of_order(2, counts.map(|count| off(&*method(count))));
+    }
 }
 
 /// With a mass matrix that is not diagonal.

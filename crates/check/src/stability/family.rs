@@ -1,0 +1,257 @@
+//! Families of systems, each with one parameter that is taken from harmless to extreme.
+
+use eigentone_modes::{BuildError, GROUND, System};
+use eigentone_response::{Problem, ResponseError, State, TimeGrid};
+
+/// What makes the far end of a family hard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hardship {
+    /// One spring is far stiffer than the others.
+    Stiffness,
+    /// A damper is far weaker or far stronger than what would be critical.
+    Damping,
+    /// One mass is far lighter than the others.
+    Mass,
+    /// One step is far longer or far shorter than the fastest motion takes.
+    Step,
+    /// The end is many periods away.
+    Horizon,
+    /// There are many coordinates.
+    Size,
+}
+
+/// Systems and questions that differ in one parameter.
+#[derive(Clone, Debug)]
+pub struct Family {
+    /// What it is called.
+    pub name: &'static str,
+    /// The parameter, as the label of an axis.
+    pub parameter: &'static str,
+    /// The system in one sentence.
+    pub about: &'static str,
+    /// What makes its far end hard.
+    pub hardship: Hardship,
+    /// The parameter's values, ascending.
+    pub values: Vec<f64>,
+    /// The period, in s, of the motion that steps are to resolve.
+    pub(super) period: f64,
+    /// Whether the modes change with the parameter.
+    pub(super) modes: bool,
+    build: fn(f64) -> Result<Case, BuildError>,
+}
+
+/// One member of a family: a system let go, and the instants at which it is looked at.
+pub(super) struct Case {
+    pub(super) system: System,
+    start: State,
+    step: f64,
+    instants: Vec<u64>,
+}
+
+impl Case {
+    pub(super) fn problem(&self) -> Result<Problem<'_>, ResponseError> {
+        let last = self.instants.last().copied().unwrap_or(0);
+        let grid = TimeGrid::new(self.step, self.step * last as f64)?;
+        Problem::new(&self.system, &self.start, Vec::new(), grid)?.at(&self.instants)
+    }
+}
+
+/// How many instants are looked at.
+const INSTANTS: u64 = 100;
+
+impl Family {
+    pub(super) fn case(&self, value: f64) -> Result<Case, BuildError> {
+        (self.build)(value)
+    }
+
+    /// The six families of the study: stiffness ratio 1 … 1e20, damping ratio 1e-16 … 1e8, mass ratio
+    /// 1 … 1e20, ‖A‖h from 1e-8 to 1e12, 1 … 1e8 periods, and 1 … 500 coordinates.
+    pub fn all() -> Vec<Family> {
+        let powers = |range: std::ops::RangeInclusive<i32>, by: usize| -> Vec<f64> {
+            range
+                .step_by(by)
+                .map(|k| format!("1e{k}").parse().expect("a number"))
+                .collect()
+        };
+        const TURN: f64 = std::f64::consts::TAU;
+        vec![
+            Family {
+                name: "stiffness",
+                parameter: "stiffness ratio",
+                about: "Three masses between walls; the spring between the first two is stiffer than the others by the ratio.",
+                hardship: Hardship::Stiffness,
+                values: powers(0..=20, 2),
+                period: TURN / 0.6,
+                modes: true,
+                build: stiffness,
+            },
+            Family {
+                name: "damping",
+                parameter: "damping ratio",
+                about: "Two masses on two springs; a damper holds the lower one, critical by itself at a ratio of 1.",
+                hardship: Hardship::Damping,
+                values: powers(-16..=8, 2),
+                period: TURN / 1.6,
+                modes: true,
+                build: damping,
+            },
+            Family {
+                name: "mass",
+                parameter: "mass ratio",
+                about: "Three masses between walls, with equal springs; the middle one is lighter than the others by the ratio.",
+                hardship: Hardship::Mass,
+                values: powers(0..=20, 2),
+                period: TURN / 1.2,
+                modes: true,
+                build: mass,
+            },
+            Family {
+                name: "step",
+                parameter: "‖A‖h",
+                about: "Two masses, one of them on a damper that is 100 times critical; 100 steps of the grid, each h long.",
+                hardship: Hardship::Step,
+                values: powers(-8..=12, 2),
+                period: TURN,
+                modes: false,
+                build: step,
+            },
+            Family {
+                name: "horizon",
+                parameter: "periods",
+                about: "Two masses without dampers, looked at 100 times until so many periods have passed.",
+                hardship: Hardship::Horizon,
+                values: powers(0..=8, 1),
+                period: TURN / 1.6,
+                modes: false,
+                build: horizon,
+            },
+            Family {
+                name: "size",
+                parameter: "coordinates",
+                about: "A chain of equal masses and springs between walls; the first mass is let go.",
+                hardship: Hardship::Size,
+                values: vec![1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0],
+                period: TURN / 2.0,
+                modes: true,
+                build: size,
+            },
+        ]
+    }
+}
+
+/// Instants 1 … [`INSTANTS`], each `stride` steps after the last.
+fn every(stride: u64) -> Vec<u64> {
+    (1..=INSTANTS).map(|k| k * stride).collect()
+}
+
+fn stiffness(ratio: f64) -> Result<Case, BuildError> {
+    let system = System::builder()
+        .mass("m1", 1.0)
+        .mass("m2", 1.0)
+        .mass("m3", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", ratio)
+        .spring("m2", "m3", 1.0)
+        .spring("m3", GROUND, 1.0)
+        .damper(GROUND, "m1", 0.02)
+        .damper("m2", "m3", 0.02)
+        .build()?;
+    Ok(Case {
+        system,
+        start: State::at_rest().displace("m1", 1.0).displace("m2", 1.0),
+        step: 1.0,
+        instants: every(1),
+    })
+}
+
+fn damping(ratio: f64) -> Result<Case, BuildError> {
+    let system = System::builder()
+        .mass("m1", 1.0)
+        .mass("m2", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", 1.0)
+        .damper(GROUND, "m1", 2.0 * ratio)
+        .build()?;
+    Ok(Case {
+        system,
+        start: State::at_rest().displace("m1", 1.0),
+        step: 0.5,
+        instants: every(1),
+    })
+}
+
+fn mass(ratio: f64) -> Result<Case, BuildError> {
+    let system = System::builder()
+        .mass("m1", 1.0)
+        .mass("m2", 1.0 / ratio)
+        .mass("m3", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", 1.0)
+        .spring("m2", "m3", 1.0)
+        .spring("m3", GROUND, 1.0)
+        .damper(GROUND, "m1", 0.02)
+        .damper("m2", "m3", 0.02)
+        .build()?;
+    Ok(Case {
+        system,
+        start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
+        step: 1.0,
+        instants: every(1),
+    })
+}
+
+fn step(length: f64) -> Result<Case, BuildError> {
+    // ‖A‖ of the state matrix, by column sums, is 202: the damper's column.
+    const NORM: f64 = 202.0;
+    let system = System::builder()
+        .mass("m1", 1.0)
+        .mass("m2", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", 1.0)
+        .damper(GROUND, "m1", 200.0)
+        .build()?;
+    Ok(Case {
+        system,
+        start: State::at_rest().displace("m1", 1.0).displace("m2", 0.5),
+        step: length / NORM,
+        instants: every(1),
+    })
+}
+
+fn horizon(periods: f64) -> Result<Case, BuildError> {
+    let system = System::builder()
+        .mass("m1", 1.0)
+        .mass("m2", 1.0)
+        .spring(GROUND, "m1", 1.0)
+        .spring("m1", "m2", 1.0)
+        .build()?;
+    // The slow mode turns at 0.618 rad/s: one period is about 10.17 s, or 100 steps.
+    Ok(Case {
+        system,
+        start: State::at_rest().displace("m1", 1.0),
+        step: 0.1017,
+        instants: every(periods as u64),
+    })
+}
+
+fn size(coordinates: f64) -> Result<Case, BuildError> {
+    let n = coordinates as usize;
+    let name = |i: usize| match i {
+        0 => GROUND.to_owned(),
+        i if i > n => GROUND.to_owned(),
+        i => format!("m{i}"),
+    };
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), 1.0);
+    }
+    for i in 0..=n {
+        builder = builder.spring(name(i), name(i + 1), 1.0);
+    }
+    Ok(Case {
+        system: builder.build()?,
+        start: State::at_rest().displace("m1", 1.0),
+        step: 0.2,
+        instants: every(1),
+    })
+}

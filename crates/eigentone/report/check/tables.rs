@@ -1,0 +1,246 @@
+//! What people read of a comparison.
+
+use eigentone_check::{
+    ExponentialComparison, Measurement, ModeComparison, ModeComparisonRow, ModeOutcome, Outcome,
+    RunTime, WorkPrecision, WorkPrecisionRow,
+};
+
+use eigentone_response::ResponseError;
+
+use super::{Section, measured, named, setting};
+use crate::report::number::{NONE, scientific, short};
+use crate::report::table::{Align, Table};
+use crate::report::worth;
+
+/// More rows that beat the pick are only counted.
+const MOST_NAMED: usize = 3;
+
+pub(super) fn modes(modes: &ModeComparison) -> Section {
+    let rows = || modes.rows.iter();
+    let taken = |row: &ModeComparisonRow| match &row.outcome {
+        ModeOutcome::Measured { error, time, .. } => Some((*error, *time)),
+        _ => None,
+    };
+    let error = |row| taken(row).and_then(|(error, _)| error);
+    let worth = |row: &ModeComparisonRow| match &row.outcome {
+        ModeOutcome::Measured { bounds, .. } => worth(*bounds),
+        _ => NONE,
+    };
+    let notes = rows().map(|row| match &row.outcome {
+        ModeOutcome::Measured { error: None, .. } => "the reference".to_owned(),
+        ModeOutcome::Measured { .. } if row.solver == modes.pick => "picked".to_owned(),
+        ModeOutcome::Measured { .. } => String::new(),
+        ModeOutcome::Refused { reason } => format!("does not apply: {reason}"),
+        ModeOutcome::Failed(error) => format!("failed: {error}"),
+    });
+    let table = Table::default()
+        .column("solver", Align::Left, rows().map(|row| row.solver))
+        .column(
+            "error of λ",
+            Align::Right,
+            rows().map(|row| or_none(error(row).map(|error| error.modulus))),
+        )
+        .column(
+            "of Re λ",
+            Align::Right,
+            rows().map(|row| or_none(error(row).map(|error| error.real_part))),
+        )
+        .column("bounds", Align::Left, rows().map(worth));
+    Section {
+        heading: format!("Modes, compared with {}", modes.reference),
+        table: timed(table, rows().map(|row| taken(row).map(|(_, time)| time))).column(
+            "",
+            Align::Left,
+            notes,
+        ),
+        remarks: vec![format!("The plan picks {}: {}.", modes.pick, modes.reason)],
+    }
+}
+
+pub(super) fn exponentials(comparison: &ExponentialComparison) -> Section {
+    let rows = || comparison.rows.iter();
+    let table = Table::default()
+        .column("method", Align::Left, rows().map(|row| row.method))
+        .column(
+            "error",
+            Align::Right,
+            rows().map(|row| scientific(row.error)),
+        )
+        .column(
+            "products",
+            Align::Right,
+            rows().map(|row| short(row.products)),
+        );
+    Section {
+        heading: format!(
+            "Exponential of the state matrix over {} s: order {}, norm {}",
+            short(comparison.step),
+            comparison.order,
+            scientific(comparison.norm)
+        ),
+        table: timed(table, rows().map(|row| Some(row.time))),
+        remarks: Vec::new(),
+    }
+}
+
+pub(super) fn response(response: &WorkPrecision) -> Section {
+    let rows = || response.rows.iter();
+    let error = |row| measured(row).and_then(|measurement| measurement.error);
+    let front = response.front();
+    let pick = response.pick.as_ref().map(|pick| pick.row);
+    let notes = rows().enumerate().map(|(at, row)| match &row.outcome {
+        Outcome::Measured(Measurement { error: None, .. }) => "the reference".to_owned(),
+        Outcome::Measured(_) if Some(at) == pick => "picked".to_owned(),
+        Outcome::Measured(_) => String::new(),
+        Outcome::Refused { reason } => format!("does not apply: {reason}"),
+        Outcome::Failed(error) => format!("failed: {error}"),
+        Outcome::LeftOut { reason } => format!("left out: {reason}"),
+    });
+    let stable = |row: &WorkPrecisionRow| match &row.outcome {
+        Outcome::Measured(one) if one.stable => "yes",
+        Outcome::Measured(_) | Outcome::Failed(ResponseError::Overflow { .. }) => "no",
+        _ => NONE,
+    };
+    let on_front = (0..response.rows.len()).map(|at| if front.contains(&at) { "•" } else { "" });
+    let table = Table::default()
+        .column("method", Align::Left, rows().map(|row| row.method))
+        .column("setting", Align::Left, rows().map(setting))
+        .column(
+            "error of x",
+            Align::Right,
+            rows().map(|row| or_none(error(row).map(|error| error.displacement))),
+        )
+        .column(
+            "error of v",
+            Align::Right,
+            rows().map(|row| or_none(error(row).map(|error| error.velocity))),
+        )
+        .column("stable", Align::Left, rows().map(stable));
+    let times = rows().map(|row| measured(row).map(|one| one.time));
+    Section {
+        heading: format!(
+            "Response at {} instants, compared with {}",
+            response.instants, response.reference
+        ),
+        table: timed(table, times)
+            .column("work", Align::Left, rows().map(work))
+            .column("front", Align::Left, on_front)
+            .column("", Align::Left, notes),
+        remarks: remarks(response),
+    }
+}
+
+/// Two columns: the median, and the quartiles' distance relative to it.
+fn timed(table: Table, times: impl Iterator<Item = Option<RunTime>>) -> Table {
+    let times: Vec<Option<RunTime>> = times.collect();
+    let of = |pick: fn(&RunTime) -> String| {
+        let cell = move |time: &Option<RunTime>| time.as_ref().map_or(NONE.to_owned(), pick);
+        times.iter().map(cell).collect::<Vec<String>>()
+    };
+    let spread = |time: &RunTime| match time.runs {
+        1 => "one run".to_owned(),
+        _ => {
+            let [low, high] = time.quartiles;
+            format!("{:.0} %", 100.0 * (high - low) / time.median)
+        }
+    };
+    let (medians, spreads) = (of(|time| scientific(time.median)), of(spread));
+    table
+        .column("run time, s", Align::Right, medians)
+        .column("spread", Align::Right, spreads)
+}
+
+fn or_none(value: Option<f64>) -> String {
+    value.map_or_else(|| NONE.to_owned(), scientific)
+}
+
+/// What a method counted.
+fn work(row: &WorkPrecisionRow) -> String {
+    let Some(measurement) = measured(row) else {
+        return NONE.to_owned();
+    };
+    let mut parts: Vec<String> = Vec::new();
+    let mut add = |count: f64, one: &str, many: &str| {
+        if count > 0.0 {
+            let name = if count == 1.0 { one } else { many };
+            parts.push(format!("{} {name}", short(count)));
+        }
+    };
+    if let Some(work) = measurement.work {
+        add(work.accepted as f64, "step", "steps");
+        add(work.rejected as f64, "rejected", "rejected");
+        add(work.evaluations as f64, "evaluation", "evaluations");
+        add(
+            work.factorisations as f64,
+            "factorisation",
+            "factorisations",
+        );
+        add(work.solves as f64, "solve", "solves");
+    }
+    if let Some(operations) = measurement.operations {
+        add(
+            operations.exponentials as f64,
+            "exponential",
+            "exponentials",
+        );
+        add(operations.products, "product", "products");
+        add(operations.steps as f64, "step", "steps");
+    }
+    if measurement.digits > 16 {
+        parts.push(format!("{} digits", measurement.digits));
+    }
+    if parts.is_empty() {
+        NONE.to_owned()
+    } else {
+        parts.join(", ")
+    }
+}
+
+/// What the plan picks and why, and what beats it and why that is not taken.
+fn remarks(response: &WorkPrecision) -> Vec<String> {
+    let Some(pick) = &response.pick else {
+        return Vec::new();
+    };
+    let picked = &response.rows[pick.row];
+    let mut remarks = vec![format!(
+        "The plan picks {}: {}.",
+        picked.method, pick.reason
+    )];
+    let Some(own) = measured(picked) else {
+        return remarks;
+    };
+    if own.error.is_none() {
+        return remarks;
+    }
+    let beating = response.beating(pick.row);
+    if beating.is_empty() {
+        remarks.push("It is on the front: nothing is as accurate and faster.".to_owned());
+        return remarks;
+    }
+    for row in beating
+        .iter()
+        .take(MOST_NAMED)
+        .map(|at| &response.rows[*at])
+    {
+        let Some(one) = measured(row) else {
+            continue;
+        };
+        let factor = own.time.median / one.time.median;
+        let left_out = pick.left_out.iter().find(|(name, _)| *name == row.method);
+        let reason = match left_out {
+            Some((_, reason)) => reason.as_str(),
+            None if row.knob.is_some() => {
+                "an integrator has no bound: how far it is off is known beside the exact answer only"
+            }
+            None => "it is for one mass alone",
+        };
+        remarks.push(format!(
+            "{} is as accurate and {factor:.1} times faster; not taken: {reason}.",
+            named(row)
+        ));
+    }
+    if let more @ 1.. = beating.len().saturating_sub(MOST_NAMED) {
+        remarks.push(format!("So are {more} more."));
+    }
+    remarks
+}

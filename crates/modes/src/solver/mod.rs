@@ -117,11 +117,7 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         return reversed::solve(system, precision);
     }
     let structure = system.structure();
-    let (solver, plan) = plan(system, structure)?;
-    let modes = Modes {
-        plan,
-        ..solver.solve(system, structure)?
-    };
+    let (solver, modes) = in_doubles(system, structure)?;
     let answer = match precision {
         Precision::Double => doubles(modes),
         Precision::Certified { tolerance } => {
@@ -137,6 +133,57 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         });
     }
     Ok(answer)
+}
+
+/// By the solver that the plan picks; where rounding left it with modes that do not solve the equation, by the
+/// first of the others that does better.
+fn in_doubles(
+    system: &System,
+    structure: &Structure,
+) -> Result<(&'static dyn ModeSolver, Modes), ModesError> {
+    const VISIBLE: f64 = 1e-6;
+    let (solver, plan) = plan(system, structure)?;
+    let modes = Modes {
+        plan,
+        ..solver.solve(system, structure)?
+    };
+    let off = largest_backward_error(&modes);
+    if off <= VISIBLE {
+        return Ok((solver, modes));
+    }
+    let others = solvers()
+        .iter()
+        .skip_while(|other| other.name() != solver.name());
+    for other in others.skip(1) {
+        if other.refuses(system, structure).is_some() {
+            continue;
+        }
+        let Ok(found) = other.solve(system, structure) else {
+            continue;
+        };
+        if largest_backward_error(&found) < off {
+            let mut plan = modes.plan;
+            plan.solver = other.name();
+            plan.reason = other.reason().to_owned();
+            plan.left_out.retain(|(name, _)| *name != other.name());
+            let reason = format!("rounding left it with backward errors up to {off:.0e}");
+            plan.left_out.push((solver.name(), reason));
+            return Ok((*other, Modes { plan, ..found }));
+        }
+    }
+    Ok((solver, modes))
+}
+
+/// Infinite if one is not a number.
+fn largest_backward_error(modes: &Modes) -> f64 {
+    let errors = modes.iter().map(|mode| mode.backward_error());
+    errors.fold(0.0, |top, error| {
+        if error.is_nan() {
+            f64::INFINITY
+        } else {
+            top.max(error)
+        }
+    })
 }
 
 /// In doubles, roots that are equal count as one.

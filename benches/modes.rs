@@ -160,6 +160,47 @@ fn doubles(c: &mut Criterion) {
     }
 }
 
+/// The same chain with three dampers alone.
+fn sparsely_damped(n: usize) -> System {
+    let name = |i: usize| match i {
+        i if i == 0 || i == n + 1 => GROUND.to_owned(),
+        i => format!("m{i}"),
+    };
+    let mass =
+        |builder: SystemBuilder, i: usize| builder.mass(name(i), 1.0 + (0.618 * i as f64).fract());
+    let spring = |builder: SystemBuilder, i: usize| {
+        builder.spring(name(i), name(i + 1), 1.0 + 0.5 * (i % 3) as f64)
+    };
+    let chain = (0..=n).fold((1..=n).fold(System::builder(), mass), spring);
+    chain
+        .damper(GROUND, name(3), 0.3)
+        .damper(name(n / 3), name(n / 3 + 1), 0.5)
+        .damper(name(n - 2), name(n / 2), 0.2)
+        .build()
+        .expect("a chain is a system")
+}
+
+/// `modes_to(Precision::Double)` of a system with three dampers, beside faer's eigenproblem of its
+/// state matrix, balanced, with right vectors alone.
+fn few_dampers(c: &mut Criterion) {
+    let mut group = c.benchmark_group("three dampers");
+    group.sample_size(10);
+    for n in [50, 200, 500] {
+        let form = FirstOrder::of(&sparsely_damped(n)).expect("every mass is positive");
+        let balanced = balance(form.a());
+        group.bench_function(BenchmarkId::new("faer eigen", n), |bencher| {
+            bencher.iter(|| black_box(balanced.matrix.as_ref()).eigen());
+        });
+        group.bench_function(BenchmarkId::new("modes", n), |bencher| {
+            bencher.iter_batched_ref(
+                || sparsely_damped(n),
+                |system| black_box(system).modes_to(Precision::Double),
+                BatchSize::LargeInput,
+            );
+        });
+    }
+}
+
 /// The proofs of structure alone.
 fn proofs(c: &mut Criterion) {
     let mut group = c.benchmark_group("proofs");
@@ -177,5 +218,13 @@ fn proofs(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, gallery, chains, certified, doubles, proofs);
+criterion_group!(
+    benches,
+    gallery,
+    chains,
+    certified,
+    doubles,
+    few_dampers,
+    proofs
+);
 criterion_main!(benches);

@@ -23,6 +23,7 @@ mod first_order_form;
 mod fixed_matrix;
 mod integer_polynomial;
 mod isolation;
+mod limbs;
 mod march;
 mod modes;
 mod prime_field;

@@ -22,6 +22,9 @@ pub struct ReferenceResponse {
     bits: u64,
 }
 
+/// What an instant costs besides the step to it, in multiplications: its values have to be kept.
+const INSTANT: f64 = 500.0;
+
 /// What is smaller by so many powers of two than the states could make it is at rest: doubles do
 /// not span as much.
 const REST: f64 = 2200.0;
@@ -46,7 +49,7 @@ impl Reference {
             None => grid.last() + 1,
         };
         let states = 2.0 * problem.system().len() as f64;
-        self.afford(states.powi(3) + count as f64 * states.powi(2))?;
+        self.afford(10.0 * states.powi(3) + count as f64 * (INSTANT + states.powi(2)))?;
         let steps: Vec<u64> = match problem.instants() {
             Some(instants) => instants.to_vec(),
             None => (0..count).collect(),
@@ -63,12 +66,16 @@ impl Reference {
             let found = march.run(bits).filter(|found| self.reached(found));
             if let Some(found) = found {
                 let place = |step| {
-                    sorted
-                        .binary_search(step)
-                        .expect("it was collected from these")
+                    let place = sorted.binary_search(step);
+                    place.expect("it was collected from these")
                 };
-                let moments = steps.iter().map(|step| found[place(step)].clone());
-                let moments = moments.collect();
+                let moments = match steps == sorted {
+                    true => found,
+                    false => steps
+                        .iter()
+                        .map(|step| found[place(step)].clone())
+                        .collect(),
+                };
                 return Ok(ReferenceResponse {
                     steps,
                     moments,
@@ -144,23 +151,19 @@ impl ReferenceResponse {
         }
         let mut order: Vec<usize> = (0..self.steps.len()).collect();
         order.sort_by_key(|position| self.steps[*position]);
-        let distance = |values: MatRef<'_, f64>, truth: &dyn Fn(usize) -> Vec<Ball>| {
+        let distance = |values: MatRef<'_, f64>, truth: fn(&Moment) -> &[Ball]| {
             let differences = order.iter().map(|&column| {
-                let truth = truth(column);
+                let truth = truth(&self.moments[column]);
                 let off = |(i, truth): (usize, &Ball)| truth.minus(values[(i, column)]).abs();
                 let off = truth.iter().enumerate().map(off).fold(0.0, greater);
-                (
-                    off,
-                    truth.iter().map(|x| x.nearest().abs()).fold(0.0, greater),
-                )
+                let sizes = truth.iter().map(|truth| truth.nearest().abs());
+                (off, sizes.fold(0.0, greater))
             });
             relative(differences)
         };
         Ok(TrajectoryError {
-            displacement: distance(trajectory.displacement(), &|k| {
-                self.moments[k].displacement.clone()
-            }),
-            velocity: distance(trajectory.velocity(), &|k| self.moments[k].velocity.clone()),
+            displacement: distance(trajectory.displacement(), |moment| &moment.displacement),
+            velocity: distance(trajectory.velocity(), |moment| &moment.velocity),
         })
     }
 }

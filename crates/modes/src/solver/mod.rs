@@ -5,12 +5,14 @@ mod certified;
 mod classical;
 mod cluster;
 mod jacobi;
+mod low_rank;
 mod modal_matrix;
 mod newton;
 mod parts;
 mod reversed;
 mod rigid;
 mod roots;
+mod secular;
 mod spring_factor;
 mod springless;
 mod star_mesh;
@@ -21,6 +23,7 @@ mod tree_factor;
 use thiserror::Error;
 
 pub use classical::{Classical, ClassicalModes};
+pub use low_rank::LowRank;
 pub use modal_matrix::ModalMatrix;
 pub use spring_factor::SpringFactor;
 pub use state_matrix::StateMatrix;
@@ -57,6 +60,7 @@ pub fn solvers() -> &'static [&'static dyn ModeSolver] {
         &SpringFactor,
         &Symmetric,
         &Classical,
+        &LowRank,
         &ModalMatrix,
         &StateMatrix,
     ]

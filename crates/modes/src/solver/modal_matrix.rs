@@ -103,7 +103,7 @@ impl ModeSolver for ModalMatrix {
 
 /// The given number of elastic modes that C resists least, relative to their frequency, and the
 /// rest.
-fn set_apart(
+pub(crate) fn set_apart(
     system: &System,
     modes: Vec<RealMode>,
     count: usize,

@@ -269,20 +269,14 @@ fn improved(
         .collect();
     rated(&mut roots);
     let before = roots.clone();
-    let vague = covered(&roots);
-    for ((root, i), vague) in roots.iter_mut().zip(chosen).zip(vague) {
-        if vague {
-            root.error = Some((f64::INFINITY, f64::INFINITY));
-        }
-        let doubtful = system.len() <= FEW && (vague || doubt(root) > DOUBTFUL);
-        if error(root) <= UNITS && !doubtful {
-            continue;
-        }
-        // A root may have lost most of its digits, but not so many that it passes for another.
-        let start = found[*i].value;
+    // A root may have lost most of its digits, but not so many that it passes for another.
+    let reach = |i: usize| {
+        let start = found[i].value;
         let others = found.iter().map(|other| (other.value - start).norm());
         let gap = others.filter(|gap| *gap > 0.0).fold(start.norm(), f64::min);
-        let reach = radii[*i].max(0.5 * gap);
+        radii[i].max(0.5 * gap)
+    };
+    for (root, &i) in roots.iter_mut().zip(chosen) {
         for _ in 0..ROUNDS {
             let last = error(root);
             for search in [Pencil::inverse_iteration, Pencil::null_vectors] {
@@ -297,9 +291,9 @@ fn improved(
                     left: root.left.is_some().then_some(y),
                     ..root.clone()
                 };
-                let mut again = moved(system, structure, again, reach);
+                let mut again = moved(system, structure, again, reach(i));
                 rated(std::slice::from_mut(&mut again));
-                let near = (again.value - start).norm() <= reach;
+                let near = (again.value - found[i].value).norm() <= reach(i);
                 if near && error(&again) < error(root) {
                     *root = again;
                 }
@@ -308,7 +302,14 @@ fn improved(
                 break;
             }
         }
-        if doubtful && let Some(mut better) = resolved(system, root, reach) {
+    }
+    let vague = covered(&roots);
+    for ((root, &i), vague) in roots.iter_mut().zip(chosen).zip(vague) {
+        if vague {
+            root.error = Some((f64::INFINITY, f64::INFINITY));
+        }
+        let doubtful = system.len() <= FEW && (vague || doubt(root) > DOUBTFUL);
+        if doubtful && let Some(mut better) = resolved(system, root, reach(i)) {
             rated(std::slice::from_mut(&mut better));
             *root = better;
         }

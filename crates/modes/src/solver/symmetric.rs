@@ -3,6 +3,7 @@
 use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, Side};
 
+use crate::element::MatrixKind;
 use crate::first_order::FirstOrder;
 use crate::modes::Modes;
 use crate::structure::Structure;
@@ -49,6 +50,9 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     if !structure.is_symmetric() {
         return Some("a matrix is not symmetric".to_owned());
     }
+    if lumped(system).is_some() {
+        return None;
+    }
     let Ok(form) = FirstOrder::of(system) else {
         return Some("the mass matrix is singular".to_owned());
     };
@@ -70,35 +74,13 @@ pub(crate) fn real_modes<T: Real>(
     system: &System,
     structure: &Structure,
 ) -> Result<Vec<RealMode>, ModesError> {
-    let method = solver.name();
-    let form = FirstOrder::of(system)?;
-    let massive = form.massive();
-    let nf = massive.len();
-    let mass = system.mass_matrix();
-    let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
-    let cholesky = mass
-        .llt(Side::Lower)
-        .map_err(|_| ModesError::NoConvergence { method })?;
-    let lower = cholesky.L();
-    // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.
-    let a21 = form.a().submatrix(nf, 0, nf, nf);
-    let mut inverse = Mat::<f64>::identity(nf, nf);
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        lower,
-        inverse.as_mut(),
-        faer::Par::Seq,
-    );
-    let scaled = -(lower.transpose() * a21 * inverse.transpose());
-    let symmetric = Mat::from_fn(nf, nf, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
-    if !symmetric.norm_max().is_finite() {
-        return Err(ModesError::OutOfRange { method });
-    }
-    let eigen = symmetric
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| ModesError::NoConvergence { method })?;
-    let shapes = form.x().submatrix(0, 0, system.len(), nf) * inverse.transpose() * eigen.U();
+    let (squares, shapes) = match lumped(system) {
+        Some(masses) => lumped_modes(solver, system, masses)?,
+        None => assembled_modes(solver, system)?,
+    };
+    let nf = squares.len();
     let mut order: Vec<usize> = (0..nf).collect();
-    let square = |j: &usize| eigen.S()[*j];
+    let square = |j: &usize| squares[*j];
     order.sort_by(|a, b| square(a).abs().total_cmp(&square(b).abs()));
     let rigid = match structure.zero_roots() {
         Some(0) => 0,
@@ -131,4 +113,70 @@ pub(crate) fn real_modes<T: Real>(
         }
     });
     Ok(modes.collect())
+}
+
+/// The masses, where M has nothing but them on its diagonal, and all are positive.
+fn lumped(system: &System) -> Option<&[f64]> {
+    let masses = system.masses();
+    let alone = system.added(MatrixKind::Mass).is_none();
+    (alone && masses.iter().all(|mass| *mass > 0.0)).then_some(masses)
+}
+
+/// All ω² with their shapes, column by column.
+type Pairs = (Vec<f64>, Mat<f64>);
+
+/// Of M^{-1/2} K M^{-1/2}.
+fn lumped_modes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    masses: &[f64],
+) -> Result<Pairs, ModesError> {
+    let n = system.len();
+    let roots: Vec<f64> = masses.iter().map(|mass| mass.sqrt()).collect();
+    let stiffness = system.stiffness_matrix();
+    let scaled = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] / roots[i] / roots[j]);
+    let (squares, vectors) = eigen(solver, &scaled)?;
+    let shapes = Mat::from_fn(n, n, |i, j| vectors[(i, j)] / roots[i]);
+    Ok((squares, shapes))
+}
+
+/// Of L⁻¹KL⁻ᵀ, K without the coordinates that have no mass.
+fn assembled_modes(solver: &dyn ModeSolver, system: &System) -> Result<Pairs, ModesError> {
+    let method = solver.name();
+    let form = FirstOrder::of(system)?;
+    let massive = form.massive();
+    let nf = massive.len();
+    let mass = system.mass_matrix();
+    let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
+    let cholesky = mass
+        .llt(Side::Lower)
+        .map_err(|_| ModesError::NoConvergence { method })?;
+    let lower = cholesky.L();
+    // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.
+    let a21 = form.a().submatrix(nf, 0, nf, nf);
+    let mut inverse = Mat::<f64>::identity(nf, nf);
+    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+        lower,
+        inverse.as_mut(),
+        faer::Par::Seq,
+    );
+    let scaled = -(lower.transpose() * a21 * inverse.transpose());
+    let (squares, vectors) = eigen(solver, &scaled)?;
+    let shapes = form.x().submatrix(0, 0, system.len(), nf) * inverse.transpose() * vectors;
+    Ok((squares, shapes))
+}
+
+/// Eigenvalues and eigenvectors of the symmetric part.
+fn eigen(solver: &dyn ModeSolver, matrix: &Mat<f64>) -> Result<Pairs, ModesError> {
+    let method = solver.name();
+    let n = matrix.nrows();
+    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
+    if !symmetric.norm_max().is_finite() {
+        return Err(ModesError::OutOfRange { method });
+    }
+    let eigen = symmetric
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| ModesError::NoConvergence { method })?;
+    let values = eigen.S().column_vector().iter().copied().collect();
+    Ok((values, eigen.U().to_owned()))
 }

@@ -1,9 +1,10 @@
 //! Estimated bounds, in doubles, against proven answers.
 
-use eigentone_modes::{Bounds, Eigenvalue, Modes, Precision};
+use eigentone_modes::{Bounds, Eigenvalue, LowRank, ModeSolver, Modes, Precision};
 use proptest::prelude::*;
 
-use crate::networks::{Network, networks};
+use crate::networks::{Network, networks, wide};
+use crate::root::U;
 
 /// Every root in doubles lies within both bounds of the proven one that is nearest.
 fn assert_covered(network: &Network) {
@@ -73,5 +74,44 @@ proptest! {
     #[test]
     fn very_wide_networks_without_dampers(network in networks(15.0, 0)) {
         assert_covered(&network);
+    }
+}
+
+/// Chains with few dampers, from weak ones to such that they all but lock.
+fn chains() -> impl Strategy<Value = Network> {
+    (18usize..36).prop_flat_map(|n| {
+        let damper = (0..=n, 1..n, wide(3.0));
+        let damper = damper.prop_map(move |(a, step, c)| (a, (a + step) % (n + 1), c));
+        (
+            prop::collection::vec(wide(0.5), n),
+            prop::collection::vec(wide(0.5), n + 1),
+            prop::collection::vec(damper, 1..4),
+        )
+            .prop_map(move |(masses, springs, dampers)| {
+                let springs = springs.into_iter().enumerate();
+                let springs = springs.map(|(i, k)| (i, (i + 1) % (n + 1), k)).collect();
+                Network {
+                    masses,
+                    springs,
+                    dampers,
+                }
+            })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..config() })]
+
+    #[test]
+    fn few_dampers(network in chains()) {
+        let system = network.system();
+        let modes = LowRank.solve(&system, system.structure()).expect("few are enough");
+        let proven = system.modes().expect("modes");
+        prop_assert_eq!(proven.bounds(), Bounds::Proven);
+        covered(&proven, &modes);
+        for mode in &modes {
+            prop_assert!(mode.eigenvalue().bound.is_some() || mode.is_defective());
+            prop_assert!(mode.backward_error() <= 20.0 * U, "{}", mode.backward_error());
+        }
     }
 }

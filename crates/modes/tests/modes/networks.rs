@@ -20,7 +20,7 @@ impl Network {
 }
 
 /// From 1e-`decades` to 1e`decades`.
-fn wide(decades: f64) -> impl Strategy<Value = f64> + Clone {
+pub fn wide(decades: f64) -> impl Strategy<Value = f64> + Clone {
     (-decades..decades).prop_map(|exponent| 10f64.powf(exponent))
 }
 

@@ -3,12 +3,12 @@
 use eigentone_response::{Problem, Trajectory};
 use faer::MatRef;
 
-use super::Reference;
 use super::ball::Ball;
 use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::events::grid_time;
 use super::march::{March, Moment};
+use super::{Reference, greater};
 use crate::trajectory_error::TrajectoryError;
 
 /// The longest numbers that are tried.
@@ -165,15 +165,6 @@ impl ReferenceResponse {
             displacement: distance(trajectory.displacement(), |moment| &moment.displacement),
             velocity: distance(trajectory.velocity(), |moment| &moment.velocity),
         })
-    }
-}
-
-/// The larger one; infinite if one is NaN.
-fn greater(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::INFINITY
-    } else {
-        a.max(b)
     }
 }
 

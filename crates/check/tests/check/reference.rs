@@ -10,6 +10,7 @@ use eigentone_response::{
     Harmonic, Hold, Impulse, Load, Problem, Ramp, Response, Samples, State, Step, Trajectory,
 };
 use faer::{Mat, mat};
+use proptest::prelude::*;
 
 use crate::scenes;
 
@@ -415,4 +416,79 @@ fn what_it_cannot_do_is_refused() {
         refusal.err(),
         Some(ReferenceError::ImpulseGivesWay { load: 0 })
     );
+}
+
+#[test]
+fn no_instants_and_only_the_first_are_answered() {
+    let system = scenes::system(1.3, 0.4, 4.1);
+    let problem = loaded(&system, Impulse::of(2.6));
+    assert!(
+        response(&problem.clone().at(&[]).expect("none"))
+            .steps()
+            .is_empty()
+    );
+    let found = response(&problem.at(&[0]).expect("on the grid"));
+    assert_eq!(found.displacement(0)[0].to_decimal(5), "0");
+    assert_eq!(found.velocity(0)[0].to_decimal(5), "2.0000e0");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// The proven bounds of the library hold for random chains, by what shares no code with them.
+    #[test]
+    fn proven_bounds_of_doubles_hold(
+        masses in prop::array::uniform3(-2.0..2.0f64),
+        springs in prop::array::uniform3(-4.0..6.0f64),
+        dampers in prop::array::uniform3(-6.0..3.0f64),
+        start in 0.0..3.0f64,
+        frequency in 0.0..20.0f64,
+    ) {
+        let power = |exponent: f64| 10f64.powf(exponent);
+        let system = System::builder()
+            .mass("m1", power(masses[0]))
+            .mass("m2", power(masses[1]))
+            .mass("m3", power(masses[2]))
+            .spring(GROUND, "m1", power(springs[0]))
+            .spring("m1", "m2", power(springs[1]))
+            .spring("m2", "m3", power(springs[2]))
+            .damper("m1", "m2", power(dampers[0]))
+            .damper("m2", "m3", power(dampers[1]))
+            .damper("m3", GROUND, power(dampers[2]))
+            .build()
+            .expect("valid");
+        let asked = Response::of(&system)
+            .from(State::at_rest().displace("m2", 1.0))
+            .load("m1", Step::of(2.0).starting_at(start))
+            .load("m3", Ramp::of(-0.3))
+            .load("m2", Harmonic::of(1.5, frequency))
+            .every(0.05)
+            .until(5.0);
+        let reference = response(&asked.clone().problem().expect("valid"));
+        let found = asked.run().expect("it has a response");
+        for k in 0..found.len() {
+            let kinds = [
+                (reference.displacement(k), found.displacement(), found.displacement_bound()),
+                (reference.velocity(k), found.velocity(), found.velocity_bound()),
+            ];
+            for (truth, values, bound) in kinds {
+                let bound = bound[k].expect("it is proven");
+                for (i, truth) in truth.iter().enumerate() {
+                    let off = truth.minus(values[(i, k)]).abs();
+                    prop_assert!(off <= bound, "{off:e} > {bound:e} at instant {k}");
+                }
+            }
+        }
+        let truth = modes(&system);
+        let found = system.modes().expect("it has modes");
+        let count: usize = truth.eigenvalues().iter().map(|root| root.multiplicity).sum();
+        prop_assert_eq!(count, found.eigenvalues().len());
+        for root in found.eigenvalues() {
+            let bound = root.bound.expect("it is proven");
+            let holds = |truth: &eigentone_check::ReferenceEigenvalue| {
+                truth.re.minus(root.value.re).hypot(truth.im.minus(root.value.im)) <= bound
+            };
+            prop_assert!(truth.eigenvalues().iter().any(holds), "{root:?}");
+        }
+    }
 }

@@ -78,12 +78,12 @@ pub(super) fn improve(polynomial: &IntegerPolynomial, roots: &mut [Complex], bit
                 return false;
             }
             let newton = (&value.midpoint() / &slope.midpoint()).midpoint();
-            let mut others = Complex::real(Ball::zero().with_bits(STEERING_BITS));
+            let one = Complex::real(Ball::from(1).with_bits(STEERING_BITS));
+            let mut others = Complex::real(Ball::zero());
             for (_, root) in roots.iter().enumerate().filter(|(j, _)| *j != i) {
                 let gap = (&roots[i] - root).midpoint().rounded(STEERING_BITS);
-                others = &others + &(&Complex::real(Ball::from(1).with_bits(STEERING_BITS)) / &gap);
+                others = &others + &(&one / &gap);
             }
-            let one = Complex::real(Ball::from(1));
             let step = &newton / &(&one - &(&newton * &others.midpoint()));
             if step.re.is_unknown() || step.im.is_unknown() {
                 // Two coincide, or the slope vanishes: any move helps.

@@ -37,7 +37,10 @@ impl Ball {
     pub(crate) fn new(midpoint: BigInt, radius: BigUint, exponent: i64, bits: u64) -> Ball {
         let excess = midpoint.bits().saturating_sub(bits.max(LEAST_BITS));
         let shift = excess.max(radius.bits().saturating_sub(RADIUS_BITS));
-        let (midpoint, radius) = shift_right(&midpoint, &radius, shift);
+        let (midpoint, radius) = match shift {
+            0 => (midpoint, radius),
+            _ => shift_right(&midpoint, &radius, shift),
+        };
         Ball {
             midpoint,
             radius: radius.to_u64().expect("it was cut to 33 bits"),
@@ -488,5 +491,98 @@ impl fmt::Display for Ball {
             known.max(1.0) as usize
         };
         write!(f, "{} ± {:.0e}", self.to_decimal(digits), self.radius())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    impl Ball {
+        fn holds(&self, value: &BigRational) -> bool {
+            let reach = Ball::from(BigInt::from(self.radius)).scaled(self.exponent);
+            self.is_unknown() || (self.exact() - value).abs() <= reach.exact()
+        }
+    }
+
+    /// A ball with few bits and a number in it.
+    fn inside() -> impl Strategy<Value = (Ball, BigRational)> {
+        let parts = (
+            any::<i64>(),
+            0u64..1 << 20,
+            -40i64..40,
+            0.0..=1.0f64,
+            prop::bool::ANY,
+        );
+        parts.prop_map(|(midpoint, radius, exponent, place, exact)| {
+            let radius = if exact { 0 } else { radius };
+            let ball = Ball::new(midpoint.into(), radius.into(), exponent, 64);
+            let place = BigRational::from_float(2.0 * place - 1.0).expect("finite");
+            let reach = Ball::from(BigInt::from(ball.radius)).scaled(ball.exponent);
+            let value = ball.exact() + place * reach.exact();
+            (ball, value)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn results_hold_what_the_operands_hold((a, x) in inside(), (b, y) in inside()) {
+            prop_assert!((&a + &b).holds(&(&x + &y)));
+            prop_assert!((&a - &b).holds(&(&x - &y)));
+            prop_assert!((&a * &b).holds(&(&x * &y)));
+            if !y.is_zero() {
+                prop_assert!((&a / &b).holds(&(&x / &y)));
+            }
+            prop_assert!(a.rounded(16).holds(&x));
+            prop_assert!(a.widened(&b).holds(&(&x + &y)) || b.is_unknown());
+            let square = &x * &x;
+            let root = (&a * &a).sqrt();
+            prop_assert!(root.holds(&x.abs()), "{root} of {square}");
+        }
+
+        #[test]
+        fn doubles_come_back(value in any::<f64>().prop_filter("finite", |value| value.is_finite())) {
+            let ball = Ball::exactly(value).expect("finite");
+            prop_assert_eq!(ball.nearest(), value);
+            prop_assert_eq!(ball.radius(), 0.0);
+            prop_assert_eq!(ball.minus(value), 0.0);
+            let decimal: f64 = ball.to_decimal(17).parse().expect("a number");
+            prop_assert_eq!(decimal, value);
+        }
+    }
+
+    #[test]
+    fn roundings_to_doubles_are_to_even() {
+        let near =
+            |whole: u64, exponent| Ball::from(BigInt::from(whole)).scaled(exponent).nearest();
+        assert_eq!(near((1 << 54) + 2, 0), 2f64.powi(54));
+        assert_eq!(near((1 << 54) + 6, 0), 2f64.powi(54) + 8.0);
+        assert_eq!(near(1, -1075), 0.0);
+        assert_eq!(near(3, -1075), 2.0 * f64::from_bits(1));
+        assert_eq!(near(3, -1076), f64::from_bits(1));
+        assert_eq!(near(u64::MAX, 960), f64::INFINITY);
+    }
+
+    #[test]
+    fn decimals_round_and_carry() {
+        let decimal = |value: f64, digits| Ball::exactly(value).expect("finite").to_decimal(digits);
+        assert_eq!(decimal(0.1, 34), "1.000000000000000055511151231257827e-1");
+        assert_eq!(decimal(-999.96875, 4), "-1.000e3");
+        assert_eq!(decimal(999.5, 3), "1.00e3");
+        assert_eq!(decimal(7.0, 1), "7e0");
+        assert_eq!(decimal(0.0, 5), "0");
+    }
+
+    #[test]
+    fn radii_are_rounded_up() {
+        let third = Ball::from(1).with_bits(64) / Ball::from(3);
+        assert!(third.radius() > 0.0 && third.radius() < 1e-18);
+        assert!(third.holds(&BigRational::new(BigInt::one(), BigInt::from(3))));
+        let tiny = Ball::new(BigInt::zero(), BigUint::one(), -2000, 64);
+        assert_eq!(tiny.radius(), f64::from_bits(1));
+        assert!(Ball::unknown(64).nearest().is_nan());
+        assert_eq!(Ball::unknown(64).radius(), f64::INFINITY);
     }
 }

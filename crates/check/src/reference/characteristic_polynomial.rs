@@ -52,6 +52,12 @@ impl WholePencil {
         }
     }
 
+    fn nonzeros(&self) -> impl Iterator<Item = (usize, usize, &[BigInt; 3])> {
+        let rows = self.entries.iter().enumerate();
+        let entries = rows.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, e)| (i, j, e)));
+        entries.filter(|(_, _, entry)| entry.iter().any(|part| !part.is_zero()))
+    }
+
     /// A bound of the sum of all coefficients' sizes: the product of the sums of sizes along rows.
     fn bound(&self) -> BigInt {
         let row = |row: &Vec<[BigInt; 3]>| row.iter().flatten().map(BigInt::abs).sum::<BigInt>();
@@ -61,45 +67,32 @@ impl WholePencil {
     /// About how many multiplications modulo primes [`polynomial`](Self::polynomial) takes.
     pub(super) fn work(&self) -> f64 {
         let n = self.entries.len() as f64;
-        let filled = self
-            .entries
-            .iter()
-            .flatten()
-            .filter(|entry| entry.iter().any(|part| !part.is_zero()));
-        let density = filled.count() as f64 / (n * n);
-        let determinant = n.powi(3) / 3.0 * density.min(1.0) + 3.0 * n * n;
+        let density = self.nonzeros().count() as f64 / (n * n);
+        let determinant = n.powi(3) / 3.0 * density + 3.0 * n * n;
         (2.0 * n + 1.0) * determinant * self.bound().bits() as f64 / 31.0
     }
 
     /// The characteristic polynomial, but for a constant factor.
     pub(super) fn polynomial(&self) -> IntegerPolynomial {
-        let points = 2 * self.entries.len() + 1;
+        let n = self.entries.len();
+        let points = 2 * n + 1;
         let enough = self.bound() * 2 + 1;
         let mut coefficients = Remainders::none(points);
         for field in PrimeField::all() {
             if *coefficients.modulus() >= enough {
                 break;
             }
-            let reduced: Vec<Vec<[u64; 3]>> = self
-                .entries
-                .iter()
-                .map(|row| {
-                    row.iter()
-                        .map(|entry| entry.each_ref().map(|part| field.of(part)))
-                        .collect()
-                })
+            let reduced: Vec<(usize, usize, [u64; 3])> = self
+                .nonzeros()
+                .map(|(i, j, entry)| (i, j, entry.each_ref().map(|part| field.of(part))))
                 .collect();
             let value = |point: u64| {
-                let entry = |[k, c, m]: &[u64; 3]| {
+                let mut matrix = vec![vec![0; n]; n];
+                for (i, j, [k, c, m]) in &reduced {
                     let inner = field.plus(*c, field.times(*m, point));
-                    field.plus(*k, field.times(inner, point))
-                };
-                field.determinant(
-                    reduced
-                        .iter()
-                        .map(|row| row.iter().map(entry).collect())
-                        .collect(),
-                )
+                    matrix[*i][*j] = field.plus(*k, field.times(inner, point));
+                }
+                field.determinant(matrix)
             };
             let values: Vec<u64> = (0..points as u64).map(value).collect();
             coefficients.add(field, &field.interpolate(&values));

@@ -119,3 +119,67 @@ fn inverse_series(n: u32, bits: u64, alternating: bool) -> Ball {
     }
     Ball::new(sum, cuts, -(guarded as i64), bits)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{self, FRAC_PI_2};
+
+    use super::*;
+
+    fn decimal(ball: &Ball, digits: usize) -> String {
+        let known = (ball.log2() - ball.radius_log2()) * std::f64::consts::LOG10_2;
+        assert!(known > digits as f64 + 2.0);
+        ball.to_decimal(digits)
+    }
+
+    fn exactly(value: f64) -> Ball {
+        Ball::exactly(value).expect("finite").with_bits(192)
+    }
+
+    /// From mpmath with 100 digits.
+    #[test]
+    fn digits_are_those_of_mpmath() {
+        assert_eq!(decimal(&pi(192), 40), PI);
+        for (x, exp, sin, cos) in VALUES {
+            let x = exactly(*x);
+            assert_eq!(decimal(&x.exp(), 40), *exp);
+            let (found_sin, found_cos) = x.sin_cos();
+            assert_eq!(decimal(&found_sin, 40), *sin);
+            assert_eq!(decimal(&found_cos, 40), *cos);
+        }
+    }
+
+    #[test]
+    fn what_is_out_of_reach_is_unknown() {
+        assert!(exactly(2e6).exp().is_unknown());
+        let nothing = exactly(-2e6).exp();
+        assert!(nothing.contains_zero() && nothing.radius_log2() <= -1_000_000.0);
+        let wide = Ball::zero().widened(&Ball::from(1));
+        assert!(wide.sin_cos().0.is_unknown() && wide.exp().is_unknown());
+    }
+
+    #[test]
+    fn wide_arguments_give_wide_values() {
+        // e^x for x within 2^-20 of 1 is within e·2^-20·1.01 of e, and no less.
+        let near = exactly(1.0).widened(&Ball::from(1).scaled(-20));
+        let spread = near.exp().radius() / 2f64.powi(-20);
+        assert!((consts::E..2.9).contains(&spread), "{spread}");
+        let spread = near.sin_cos().0.radius() / 2f64.powi(-20);
+        assert!((0.54..1.7).contains(&spread), "{spread}");
+    }
+
+    const PI: &str = "3.141592653589793238462643383279502884197e0";
+    #[rustfmt::skip]
+    const VALUES: &[(f64, &str, &str, &str)] = &[
+        (1.0, "2.718281828459045235360287471352662497757e0", "8.414709848078965066525023216302989996226e-1", "5.403023058681397174009366074429766037323e-1"),
+        (-0.3, "7.408182206817178742916082359446519848763e-1", "-2.955202066613395644989550807669445010439e-1", "9.553364891256060229232436043420874092269e-1"),
+        (1e-10, "1.000000000100000000005000003643386398581e0", "1.000000000000000036430530648831074912317e-10", "9.999999999999999999949999999999999996357e-1"),
+        (0.79, "2.203396426255936737500012823780044741291e0", "7.103532724176078348196376817427499224618e-1", "7.038453156522360716759629840976125179017e-1"),
+        (-FRAC_PI_2, "2.078795763507619212759085091383985881883e-1", "-9.999999999999999999999999999999981253003e-1", "6.123233995736765886130329661375001464640e-17"),
+        (consts::PI, "2.314069263277926617181157008936183649988e1", "1.224646799147353177226065932274997997083e-16", "-9.999999999999999999999999999999925012011e-1"),
+        (100.25, "3.451610733125923987136198599526574675092e43", "-2.772828564548513033536720570194358868443e-1", "9.607883312760612034423445613620499861238e-1"),
+        (-1e5, "3.562949565309373121071174418748652368609e-43430", "-3.574879797201650931647050069580882900905e-2", "-9.993608074382124518911354141448022032354e-1"),
+        (1e6, "3.033215396802087545086402141418114327084e434294", "-3.499935021712929521176524867807714690614e-1", "9.367521275331447869385325350749187757081e-1"),
+        (123456.789, "4.001438939280317422768034483229449563401e53616", "-9.986640823432245253101441505994574890905e-1", "5.167253271870138266287687326741910977895e-2"),
+    ];
+}

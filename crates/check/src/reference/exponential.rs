@@ -72,10 +72,7 @@ fn scaled(matrix: &RationalMatrix, time: &BigRational, bits: u64) -> (FixedMatri
     let one = BigUint::one() << bits;
     let small = loop {
         let shrink = time / BigRational::from(BigInt::one() << halvings);
-        let entries = matrix
-            .nonzeros()
-            .map(|(i, j, entry)| (i, j, entry * &shrink));
-        let small = FixedMatrix::cut(matrix.nrows(), bits, entries);
+        let small = FixedMatrix::cut(matrix, &shrink, bits);
         if small.row_norm() + &small.radius * matrix.nrows() <= one {
             break small;
         }

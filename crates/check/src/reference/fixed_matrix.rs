@@ -1,10 +1,16 @@
 //! Square matrices of fixed-point numbers with one radius for all entries.
 
 use num_bigint::{BigInt, BigUint};
+use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::ball::shift_right;
+use super::limbs::{Limbs, dot};
+use super::rational_matrix::RationalMatrix;
+
+/// From so many bits on, products by hand take longer than the faster ways of `num-bigint`.
+const LONG: u64 = 1024;
 
 /// Each entry is known to lie within `radius` of a whole number, both in units of 2^−`bits`.
 #[derive(Clone, Debug)]
@@ -30,15 +36,13 @@ impl FixedMatrix {
         }
     }
 
-    /// Exact entries, cut to `bits` bits after the point; those not given are 0.
-    pub(super) fn cut(
-        order: usize,
-        bits: u64,
-        nonzeros: impl Iterator<Item = (usize, usize, BigRational)>,
-    ) -> FixedMatrix {
+    /// `matrix` times `factor`, cut to `bits` bits after the point.
+    pub(super) fn cut(matrix: &RationalMatrix, factor: &BigRational, bits: u64) -> FixedMatrix {
+        let order = matrix.nrows();
         let mut entries = vec![BigInt::zero(); order * order];
-        for (i, j, entry) in nonzeros {
-            entries[i * order + j] = fixed(&entry, bits);
+        for (i, j, entry) in matrix.nonzeros() {
+            let numerator = (entry.numer() * factor.numer()) << bits;
+            entries[i * order + j] = numerator.div_floor(&(entry.denom() * factor.denom()));
         }
         FixedMatrix {
             order,
@@ -84,28 +88,47 @@ impl FixedMatrix {
         let n = self.order;
         let mut radius = self.row_norm() * &other.radius + &self.radius * other.column_norm();
         radius += &self.radius * &other.radius * n;
-        let mut entries = Vec::with_capacity(n * n);
-        let mut sums = vec![BigInt::zero(); n];
-        for i in 0..n {
-            sums.fill(BigInt::zero());
-            for (k, left) in self.row(i).iter().enumerate() {
-                if left.is_zero() {
-                    continue;
-                }
-                for (sum, right) in sums.iter_mut().zip(other.row(k)) {
-                    if !right.is_zero() {
-                        *sum += left * right;
-                    }
-                }
-            }
-            entries.extend(sums.iter().map(|sum| sum >> self.bits));
-        }
+        let sums = match self.bits.max(other.bits) > LONG {
+            true => self.long_sums(other),
+            false => self.short_sums(other),
+        };
+        let entries = sums.into_iter().map(|sum| sum >> self.bits).collect();
         FixedMatrix {
             order: n,
             bits: self.bits,
             entries,
             radius: (radius >> self.bits) + 2u8,
         }
+    }
+
+    /// The entries of the product before they are cut, for numbers of a few limbs.
+    fn short_sums(&self, other: &FixedMatrix) -> Vec<BigInt> {
+        let n = self.order;
+        let rows = Limbs::of(self.entries.iter());
+        let transposed = (0..n * n).map(|index| &other.entries[index % n * n + index / n]);
+        let columns = Limbs::of(transposed);
+        let mut sums = Vec::with_capacity(n * n);
+        for i in 0..n {
+            let row = self.row(i);
+            let filled: Vec<usize> = (0..n).filter(|k| !row[*k].is_zero()).collect();
+            sums.extend((0..n).map(|j| dot((&rows, i * n), (&columns, j * n), &filled)));
+        }
+        sums
+    }
+
+    /// The same for long ones.
+    fn long_sums(&self, other: &FixedMatrix) -> Vec<BigInt> {
+        let n = self.order;
+        let mut sums = vec![BigInt::zero(); n * n];
+        for (index, left) in self.entries.iter().enumerate() {
+            let sums = &mut sums[index / n * n..][..n];
+            for (sum, right) in sums.iter_mut().zip(other.row(index % n)) {
+                if !left.is_zero() && !right.is_zero() {
+                    *sum += left * right;
+                }
+            }
+        }
+        sums
     }
 
     pub(super) fn plus(mut self, other: &FixedMatrix) -> FixedMatrix {
@@ -172,9 +195,4 @@ impl FixedMatrix {
         }
         shift_right(&BigInt::zero(), &lost, self.bits).1
     }
-}
-
-/// The largest multiple of 2^−`bits` that is not above `value`, as a whole number of them.
-pub(super) fn fixed(value: &BigRational, bits: u64) -> BigInt {
-    num_integer::Integer::div_floor(&(value.numer() << bits), value.denom())
 }

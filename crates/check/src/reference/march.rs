@@ -10,7 +10,7 @@ use super::ball::Ball;
 use super::driven_form::{DrivenForm, shifted};
 use super::equation::log2;
 use super::exponential::{exponential, growth, halvings};
-use super::fixed_matrix::{FixedMatrix, fixed};
+use super::fixed_matrix::FixedMatrix;
 use super::rational_matrix::RationalMatrix;
 
 /// All coordinates at one instant.
@@ -113,7 +113,7 @@ impl March {
             }
             for (component, jump) in form.jumps.get(time).into_iter().flatten() {
                 let jump = shifted(jump, -form.scale[*component] - unit);
-                state[*component] += fixed(&jump, 0);
+                state[*component] += jump.floor().to_integer();
                 fresh[*component] += u8::from(!jump.is_integer());
             }
             let longest = state.iter().map(BigInt::bits).max().unwrap_or(0);

@@ -23,6 +23,7 @@ mod first_order_form;
 mod fixed_matrix;
 mod integer_polynomial;
 mod isolation;
+mod limbs;
 mod march;
 mod modes;
 mod prime_field;
@@ -37,6 +38,33 @@ pub use modes::{EigenvalueError, ReferenceEigenvalue, ReferenceModes};
 pub use response::ReferenceResponse;
 
 /// How many digits are wanted, and how much they may cost.
+///
+/// ```
+/// use eigentone_check::Reference;
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Response, Step};
+///
+/// let system = System::builder()
+///     .mass("m", 1.0)
+///     .spring(GROUND, "m", 2.0)
+///     .build()?;
+/// let reference = Reference::with_digits(34);
+///
+/// let modes = reference.modes(&system)?;
+/// let frequency = &modes.eigenvalues()[0].im;
+/// assert_eq!(frequency.to_decimal(34), "1.414213562373095048801688724209698e0");
+/// assert!(modes.error_of(&system.modes()?)?.modulus < 1.2e-16);
+///
+/// let problem = Response::of(&system)
+///     .load("m", Step::of(1.0))
+///     .every(0.5)
+///     .until(10.0)
+///     .problem()?;
+/// let response = reference.response(&problem)?;
+/// let swing = (1.0 - (10.0 * 2f64.sqrt()).cos()) / 2.0;
+/// assert!(response.displacement(20)[0].minus(swing).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reference {
     digits: u32,
@@ -72,5 +100,14 @@ impl Reference {
             true => Ok(()),
             false => Err(ReferenceError::TooMuchWork { work, limit }),
         }
+    }
+}
+
+/// The larger one; infinite if one is NaN.
+fn greater(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::INFINITY
+    } else {
+        a.max(b)
     }
 }

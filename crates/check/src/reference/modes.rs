@@ -4,13 +4,13 @@ use std::cmp::Ordering;
 
 use eigentone_modes::{Eigenvalue, Modes, System};
 
-use super::Reference;
 use super::ball::Ball;
 use super::characteristic_polynomial::WholePencil;
 use super::complex::Complex;
 use super::error::ReferenceError;
 use super::integer_polynomial::{IntegerPolynomial, squarefree};
 use super::isolation::{is_known, roots};
+use super::{Reference, greater};
 
 /// A root λ of det(λ²M + λC + K).
 #[derive(Clone, Debug)]
@@ -146,9 +146,9 @@ impl ReferenceModes {
             let size = root.size();
             let real = root.re.nearest().abs();
             let real = if real == 0.0 { size } else { real };
-            worst.modulus = worst.modulus.max(ratio(off, size));
+            worst.modulus = greater(worst.modulus, ratio(off, size));
             let real_off = root.re.minus(found.value.re).abs();
-            worst.real_part = worst.real_part.max(ratio(real_off, real));
+            worst.real_part = greater(worst.real_part, ratio(real_off, real));
         }
         match left.is_empty() {
             true => Ok(worst),

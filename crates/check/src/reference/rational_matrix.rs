@@ -1,5 +1,7 @@
 //! Matrices of rational numbers, and the eliminations that are exact in them.
 
+use num_bigint::BigInt;
+use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
@@ -102,24 +104,42 @@ impl RationalMatrix {
         product
     }
 
-    /// X with `self` X = `right`, by Gauss and Jordan's elimination; `None` where `self`, which is
-    /// square, is singular.
+    /// X with `self` X = `right`, where `self` is square; `None` where it is singular. By Gauss and
+    /// Jordan's elimination without fractions (E. H. Bareiss, *Sylvester's identity and multistep
+    /// integer-preserving Gaussian elimination*, Math. Comp. 22, 1968).
     pub(super) fn solve(&self, right: &RationalMatrix) -> Option<RationalMatrix> {
         let n = self.nrows();
-        let beside = |i: usize, j: usize| match j.checked_sub(n) {
-            Some(j) => right.at(i, j).clone(),
-            None => self.at(i, j).clone(),
-        };
-        let mut both = RationalMatrix::from_fn(n, n + right.columns, beside);
-        let pivots = both.reduce(n);
-        (pivots.len() == n)
-            .then(|| RationalMatrix::from_fn(n, right.columns, |i, j| both.at(i, n + j).clone()))
+        if self.nonzeros().all(|(i, j, _)| i == j) {
+            let regular = (0..n).all(|i| !self.at(i, i).is_zero());
+            let quotient = |i: usize, j: usize| right.at(i, j) / self.at(i, i);
+            return regular.then(|| RationalMatrix::from_fn(n, right.columns, quotient));
+        }
+        let mut rows: Vec<Vec<BigInt>> = (0..n)
+            .map(|i| whole(self.rows[i].iter().chain(&right.rows[i])))
+            .collect();
+        let mut before = BigInt::one();
+        for k in 0..n {
+            let pivot = (k..n).find(|i| !rows[*i][k].is_zero())?;
+            rows.swap(k, pivot);
+            let leading = rows[k].clone();
+            for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+                let factor = row[k].clone();
+                for (entry, above) in row.iter_mut().zip(&leading) {
+                    // Each entry becomes a minor of the matrix, so that the division is exact.
+                    *entry = (&*entry * &leading[k] - &factor * above) / &before;
+                }
+            }
+            before = leading[k].clone();
+        }
+        let quotient =
+            |i: usize, j: usize| BigRational::new(rows[i][n + j].clone(), rows[i][i].clone());
+        Some(RationalMatrix::from_fn(n, right.columns, quotient))
     }
 
     /// Columns that span what `self` maps to 0, and its independent columns.
     pub(super) fn null_space(&self) -> (RationalMatrix, Vec<usize>) {
         let mut reduced = self.clone();
-        let pivots = reduced.reduce(self.columns);
+        let pivots = reduced.reduce();
         let free: Vec<usize> = (0..self.columns).filter(|j| !pivots.contains(j)).collect();
         let mut space = RationalMatrix::zeros(self.columns, free.len());
         for (column, &j) in free.iter().enumerate() {
@@ -131,10 +151,10 @@ impl RationalMatrix {
         (space, pivots)
     }
 
-    /// Reduces the first `columns` columns to row echelon form; the columns of its pivots.
-    fn reduce(&mut self, columns: usize) -> Vec<usize> {
+    /// Brings it to reduced row echelon form; the columns of its pivots.
+    fn reduce(&mut self) -> Vec<usize> {
         let mut pivots = Vec::new();
-        for column in 0..columns {
+        for column in 0..self.columns {
             let top = pivots.len();
             let below = (top..self.nrows()).filter(|i| !self.rows[*i][column].is_zero());
             // The shortest pivot keeps the numbers short.
@@ -166,4 +186,12 @@ impl RationalMatrix {
         }
         pivots
     }
+}
+
+/// Fractions times their least common denominator.
+fn whole<'a>(fractions: impl Iterator<Item = &'a BigRational> + Clone) -> Vec<BigInt> {
+    let denominators = fractions.clone().map(BigRational::denom);
+    let common = denominators.fold(BigInt::one(), |lcm, denominator| lcm.lcm(denominator));
+    let numerators = fractions.map(|fraction| fraction.numer() * (&common / fraction.denom()));
+    numerators.collect()
 }

@@ -3,12 +3,12 @@
 use eigentone_response::{Problem, Trajectory};
 use faer::MatRef;
 
-use super::Reference;
 use super::ball::Ball;
 use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::events::grid_time;
 use super::march::{March, Moment};
+use super::{Reference, greater};
 use crate::trajectory_error::TrajectoryError;
 
 /// The longest numbers that are tried.
@@ -21,6 +21,9 @@ pub struct ReferenceResponse {
     moments: Vec<Moment>,
     bits: u64,
 }
+
+/// What an instant costs besides the step to it, in multiplications: its values have to be kept.
+const INSTANT: f64 = 500.0;
 
 /// What is smaller by so many powers of two than the states could make it is at rest: doubles do
 /// not span as much.
@@ -46,7 +49,7 @@ impl Reference {
             None => grid.last() + 1,
         };
         let states = 2.0 * problem.system().len() as f64;
-        self.afford(states.powi(3) + count as f64 * states.powi(2))?;
+        self.afford(10.0 * states.powi(3) + count as f64 * (INSTANT + states.powi(2)))?;
         let steps: Vec<u64> = match problem.instants() {
             Some(instants) => instants.to_vec(),
             None => (0..count).collect(),
@@ -63,12 +66,16 @@ impl Reference {
             let found = march.run(bits).filter(|found| self.reached(found));
             if let Some(found) = found {
                 let place = |step| {
-                    sorted
-                        .binary_search(step)
-                        .expect("it was collected from these")
+                    let place = sorted.binary_search(step);
+                    place.expect("it was collected from these")
                 };
-                let moments = steps.iter().map(|step| found[place(step)].clone());
-                let moments = moments.collect();
+                let moments = match steps == sorted {
+                    true => found,
+                    false => steps
+                        .iter()
+                        .map(|step| found[place(step)].clone())
+                        .collect(),
+                };
                 return Ok(ReferenceResponse {
                     steps,
                     moments,
@@ -144,33 +151,20 @@ impl ReferenceResponse {
         }
         let mut order: Vec<usize> = (0..self.steps.len()).collect();
         order.sort_by_key(|position| self.steps[*position]);
-        let distance = |values: MatRef<'_, f64>, truth: &dyn Fn(usize) -> Vec<Ball>| {
+        let distance = |values: MatRef<'_, f64>, truth: fn(&Moment) -> &[Ball]| {
             let differences = order.iter().map(|&column| {
-                let truth = truth(column);
+                let truth = truth(&self.moments[column]);
                 let off = |(i, truth): (usize, &Ball)| truth.minus(values[(i, column)]).abs();
                 let off = truth.iter().enumerate().map(off).fold(0.0, greater);
-                (
-                    off,
-                    truth.iter().map(|x| x.nearest().abs()).fold(0.0, greater),
-                )
+                let sizes = truth.iter().map(|truth| truth.nearest().abs());
+                (off, sizes.fold(0.0, greater))
             });
             relative(differences)
         };
         Ok(TrajectoryError {
-            displacement: distance(trajectory.displacement(), &|k| {
-                self.moments[k].displacement.clone()
-            }),
-            velocity: distance(trajectory.velocity(), &|k| self.moments[k].velocity.clone()),
+            displacement: distance(trajectory.displacement(), |moment| &moment.displacement),
+            velocity: distance(trajectory.velocity(), |moment| &moment.velocity),
         })
-    }
-}
-
-/// The larger one; infinite if one is NaN.
-fn greater(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::INFINITY
-    } else {
-        a.max(b)
     }
 }
 

@@ -3,11 +3,13 @@
 //! - `one_mass`: the closed form against 34-digit truths, published numbers and textbook formulas;
 //! - `closed_forms`: one mass, uniform chains and undamped pairs in more digits against exponentials;
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
+//! - `reference`: the reference in more digits against closed forms, its laws, and what it refuses;
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
 mod closed_forms;
 mod comparisons;
 mod integrators;
 mod one_mass;
+mod reference;
 mod scenes;
 mod stability;

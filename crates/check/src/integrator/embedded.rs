@@ -48,7 +48,9 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Embedded<'_, ORD
 impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Adaptive
     for Embedded<'_, ORDER, STAGES, ALL>
 {
-    const ORDER: i32 = ORDER as i32;
+    fn order(&self) -> f64 {
+        ORDER as f64
+    }
 
     fn longest_stable_step(&self, fastest: f64) -> f64 {
         self.stable / fastest
@@ -147,9 +149,9 @@ impl<const ORDER: usize, const STAGES: usize, const ALL: usize> Passage
 
     fn attempt(&mut self, h: f64, allowed: Allowed) -> Result<bool, String> {
         set_tolerances(&mut self.solver.atol, allowed);
-        if self.solver.h() >= h {
-            self.solver.set_h(h);
-        }
+        // The time that a step takes is the difference of two doubles, or else what it lacks adds up.
+        let (h, now) = (self.solver.h().min(h), self.solver.t());
+        self.solver.set_h(now + h - now);
         match self.solver.step(&self.motion) {
             Ok(_) => Ok(!matches!(self.solver.status(), Status::RejectedStep)),
             Err(error) => Err(reason(&error)),

@@ -59,8 +59,9 @@ pub trait Integrator: ResponseMethod {
 
     /// How many steps [`integrate`](Self::integrate) is going to take. Steps of fixed length are
     /// counted without taking any. Where a tolerance sets the length, the first thousand are
-    /// tried, and what remains is taken from the second half of them, or from the limit of
-    /// stability if that asks for more: no more than a thousand steps are taken to find out.
+    /// tried; if they do not reach the end, a thousand with a looser tolerance, and a thousand with
+    /// one that lets them just reach it, and steps that stability does not limit are shortened by
+    /// the order of the error. So no more than three thousand steps are taken to find out.
     ///
     /// # Errors
     /// [`ResponseError::NotApplicable`] where [`refuses`](ResponseMethod::refuses) gives a reason,

@@ -15,10 +15,10 @@ pub struct Prediction {
 pub enum Basis {
     /// The steps are counted, not estimated: they have a fixed length, or a trial came to the end.
     Counted,
-    /// From the end of a trial on, steps are about as long as stability allows: a bound from below,
-    /// near to what is taken unless the accuracy asks for more later on.
+    /// Nearly all steps are as long as stability allows.
     Stability,
-    /// From the end of a trial on, steps are as long as in its second half. A motion that dies down
-    /// later takes fewer, one whose loads set in later may take more.
+    /// Steps are as long as the accuracy allows, told from longer ones of a looser tolerance. Where
+    /// even those do not reach the end, the rest is taken to go on like their second half: a motion
+    /// that dies down later takes fewer, one whose loads set in later may take more.
     Accuracy,
 }

@@ -7,7 +7,7 @@ use super::super::equation::EquationOfMotion;
 use super::super::{Limit, Prediction, Work, stopped};
 use super::march::March;
 use super::scale::largest;
-use super::{Adaptive, Scheme, Steps};
+use super::{Adaptive, Steps};
 
 /// A method at work on one problem.
 pub(super) struct Integration<'a, A> {
@@ -25,12 +25,13 @@ impl<'a, A: Adaptive> Integration<'a, A> {
     /// No step is longer than stability allows for the fastest λ: where a longer one is taken
     /// nevertheless, because the fast motion has died down, that motion comes back between the
     /// steps. Nor is any longer than half a period of a harmonic load, which it would not see.
+    ///
+    /// The settings are the method's name, its tolerance and a limit.
     pub(super) fn of(
-        scheme: &impl Scheme,
+        (name, tolerance, limit): (&'static str, f64, Limit),
         method: A,
         equation: &'a EquationOfMotion,
         problem: &Problem<'_>,
-        limit: Limit,
     ) -> Integration<'a, A> {
         let harmonics = problem.timeline().harmonics().iter();
         let loads = harmonics.fold(0.0, |fastest: f64, (_, harmonic)| {
@@ -38,14 +39,15 @@ impl<'a, A: Adaptive> Integration<'a, A> {
         });
         let own = equation.fastest();
         let half_a_period = std::f64::consts::PI / loads;
+        let longest_step = method.longest_stable_step(own).min(half_a_period);
         Integration {
-            name: scheme.name(),
-            longest_step: method.longest_stable_step(own).min(half_a_period),
+            name,
+            longest_step,
             method,
             equation,
             fastest: own.max(loads),
             restarts: 0,
-            march: March::with(scheme.tolerance(), limit),
+            march: March::with(tolerance, longest_step, limit),
         }
     }
 
@@ -71,9 +73,19 @@ impl<'a, A: Adaptive> Integration<'a, A> {
         self.march.meter.steps()
     }
 
-    /// What is foreseen, where the steps allowed did not reach the end.
-    pub(super) fn extended(&self, end: f64) -> Prediction {
-        self.march.extended(end, self.longest_step)
+    /// Foresees what would be taken with steps shorter by a factor.
+    pub(super) fn shorten(&mut self, factor: f64) {
+        self.march.outlook.factor = factor;
+    }
+
+    /// What is foreseen for the whole way.
+    pub(super) fn foreseen(&self, end: f64) -> Prediction {
+        self.march.foreseen(end)
+    }
+
+    /// How many times longer steps may become until stability limits them.
+    pub(super) fn freedom(&self) -> f64 {
+        self.march.outlook.freedom()
     }
 
     /// Takes the state over one stretch.
@@ -94,8 +106,7 @@ impl<'a, A: Adaptive> Integration<'a, A> {
         if length <= 0.0 {
             return Ok(());
         }
-        let order = f64::from(A::ORDER);
-        let careful = self.march.tolerance.powf(1.0 / order) / self.fastest;
+        let careful = self.march.tolerance.powf(1.0 / self.method.order()) / self.fastest;
         let steps = Steps {
             careful: careful.min(length),
             last: self.march.last_step,

@@ -4,7 +4,8 @@ use eigentone_response::ResponseError;
 
 use super::super::course::{Recorder, Stretch};
 use super::super::limit::Meter;
-use super::super::{Basis, Limit, Prediction};
+use super::super::{Limit, Prediction};
+use super::outlook::Outlook;
 use super::scale::Scale;
 use super::{Allowed, Passage};
 
@@ -15,23 +16,20 @@ pub(super) struct March {
     pub(super) accepted: u64,
     pub(super) rejected: u64,
     pub(super) meter: Meter,
+    pub(super) outlook: Outlook,
     scale: Scale,
-    /// The time in s that the steps have come to, and had come to with half of those allowed.
-    reached: f64,
-    halfway: f64,
 }
 
 impl March {
-    pub(super) fn with(tolerance: f64, limit: Limit) -> March {
+    pub(super) fn with(tolerance: f64, longest_step: f64, limit: Limit) -> March {
         March {
             tolerance,
             last_step: None,
             accepted: 0,
             rejected: 0,
             meter: Meter::start(limit),
+            outlook: Outlook::with(longest_step),
             scale: Scale::default(),
-            reached: 0.0,
-            halfway: 0.0,
         }
     }
 
@@ -57,8 +55,8 @@ impl March {
         let mut stops = stops.iter().copied().peekable();
         let mut between = passage.state().to_vec();
         loop {
-            let wanted = passage.wanted();
-            let left = length - passage.elapsed();
+            let (wanted, before) = (passage.wanted(), passage.elapsed());
+            let left = length - before;
             // So short a rest changes nothing, and the solver takes it for a breakdown.
             if left <= 1e-13 * wanted {
                 break;
@@ -78,9 +76,9 @@ impl March {
                 true => wanted.max(passage.wanted()),
                 false => passage.wanted(),
             });
-            self.reached = start + passage.elapsed();
+            self.outlook.see(wanted, passage.elapsed() - before);
             if self.meter.is_in_first_half() {
-                self.halfway = self.reached;
+                self.outlook.note();
             }
             self.scale.include(passage.state());
             let within = |index: &u64| after(index) < passage.elapsed();
@@ -95,27 +93,20 @@ impl March {
                 recorder.record(index, &between)?;
             }
         }
+        self.outlook.pass_break();
         for index in stops {
             recorder.record(index, passage.state())?;
         }
         Ok(())
     }
 
-    /// What is foreseen, where the steps allowed did not reach the end.
-    pub(super) fn extended(&self, end: f64, longest_step: f64) -> Prediction {
-        let steps = self.meter.steps();
-        let left = end - self.reached;
-        let pace = (self.reached - self.halfway) / (steps / 2) as f64;
-        let as_before = left / pace.max(f64::MIN_POSITIVE);
-        let stable = left / longest_step;
-        // Rejected steps, and those cut short at a break, make it a little more than stable.
-        let (more, basis) = match stable >= 0.9 * as_before {
-            true => (stable.max(as_before), Basis::Stability),
-            false => (as_before, Basis::Accuracy),
-        };
+    /// What is foreseen for the whole way, which may not have been gone to its end.
+    pub(super) fn foreseen(&self, end: f64) -> Prediction {
+        let tried = (self.accepted + self.rejected) as f64;
+        let foreseen = self.outlook.foreseen(end);
         Prediction {
-            steps: steps as f64 + more,
-            basis,
+            steps: foreseen.steps * tried / (self.accepted as f64).max(1.0),
+            ..foreseen
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod integration;
 mod march;
+mod outlook;
 mod scale;
 
 use eigentone_response::{Problem, ResponseError, Trajectory};
@@ -24,8 +25,8 @@ pub(in crate::integrator) trait Scheme {
 
 /// A method with steps of its own choice.
 pub(in crate::integrator) trait Adaptive {
-    /// The order of the error estimate: a step of h errs by h^`ORDER`.
-    const ORDER: i32;
+    /// The order of the error estimate: a step of h errs by h to this power.
+    fn order(&self) -> f64;
 
     /// The longest step that stability allows, where all |λ| lie below `fastest` rad/s; infinite
     /// if none does harm.
@@ -112,35 +113,64 @@ pub(in crate::integrator) fn integrate(
 ) -> Result<(Trajectory, Work), ResponseError> {
     let equation = equation(scheme, problem).map_err(refused(scheme.name()))?;
     let method = scheme.method(&equation);
-    let mut integration = Integration::of(scheme, method, &equation, problem, limit);
+    let settings = (scheme.name(), scheme.tolerance(), limit);
+    let mut integration = Integration::of(settings, method, &equation, problem);
     let trajectory = integration.run(problem)?;
     Ok((trajectory, integration.work()))
 }
 
-/// Tries the first steps and extends them to the rest of the way.
+/// Tries the first steps. Where they do not reach the end, tries again with looser tolerances, whose
+/// steps are longer, and shortens those by the order of the error.
 pub(in crate::integrator) fn predict(
     scheme: &impl Scheme,
     problem: &Problem<'_>,
 ) -> Result<Prediction, ResponseError> {
+    /// Steps in a trial.
     const TRIAL: u64 = 1000;
+    /// What steps still follow a motion with.
+    const LOOSEST: f64 = 1e-3;
     let equation = equation(scheme, problem).map_err(refused(scheme.name()))?;
     let last = course::last_instant(problem);
-    let trial = problem.clone().at(last.as_slice())?;
+    let end = last.map_or(0.0, |index| problem.grid().time(index));
+    let short = problem.clone().at(last.as_slice())?;
     let limit = Limit {
         steps: TRIAL,
         time: None,
     };
-    let method = scheme.method(&equation);
-    let mut integration = Integration::of(scheme, method, &equation, &trial, limit);
-    match integration.run(&trial) {
-        Ok(_) => Ok(Prediction {
-            steps: integration.steps() as f64,
+    let asked = scheme.tolerance();
+    let order = scheme.method(&equation).order();
+    let trial = |tolerance: f64| {
+        let method = scheme.method(&equation);
+        let settings = (scheme.name(), tolerance, limit);
+        let mut integration = Integration::of(settings, method, &equation, &short);
+        integration.shorten((asked / tolerance).powf(1.0 / order));
+        let arrived = match integration.run(&short) {
+            Ok(_) => true,
+            Err(ResponseError::Stopped { .. }) if integration.steps() == TRIAL => false,
+            Err(error) => return Err(error),
+        };
+        Ok((arrived, integration.foreseen(end), integration.freedom()))
+    };
+    let (arrived, first, freedom) = trial(asked)?;
+    if arrived {
+        return Ok(Prediction {
             basis: Basis::Counted,
-        }),
-        Err(ResponseError::Stopped { .. }) if integration.steps() == TRIAL => {
-            let end = last.map_or(0.0, |index| problem.grid().time(index));
-            Ok(integration.extended(end))
-        }
-        Err(error) => Err(error),
+            ..first
+        });
     }
+    // Looser than this, and stability would limit the steps and hide what accuracy asks for.
+    let loosest = LOOSEST.min(asked * (0.5 * freedom).powf(order));
+    let mut prediction = first;
+    // The second of these is as near to what is asked as a trial that reaches the end can be.
+    for _ in 0..2 {
+        let fewer = 0.7 * TRIAL as f64 / prediction.steps;
+        let looser = (asked * fewer.powf(-order)).min(loosest);
+        if looser <= asked {
+            break;
+        }
+        prediction = trial(looser)?.1;
+    }
+    // A motion that goes on as it began is better told by its own first steps.
+    let goes_on = (0.7..1.4).contains(&(prediction.steps / first.steps));
+    Ok(if goes_on { first } else { prediction })
 }

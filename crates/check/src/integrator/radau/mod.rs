@@ -66,7 +66,9 @@ struct Radau<'e> {
 }
 
 impl Adaptive for Radau<'_> {
-    const ORDER: i32 = 4;
+    fn order(&self) -> f64 {
+        4.0
+    }
 
     fn longest_stable_step(&self, _fastest: f64) -> f64 {
         f64::INFINITY

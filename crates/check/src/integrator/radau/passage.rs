@@ -19,6 +19,8 @@ pub(super) struct Marching<'s, 'e> {
     stretch: &'s Stretch<'s>,
     steps: Steps,
     elapsed: f64,
+    /// What `elapsed` lacks by rounding; over a million equal steps it would add up.
+    rest: f64,
     state: Vec<f64>,
     /// The state's derivative there.
     slope: Vec<f64>,
@@ -41,6 +43,7 @@ impl<'s, 'e> Marching<'s, 'e> {
             stretch,
             steps,
             elapsed: 0.0,
+            rest: 0.0,
             state: state.to_vec(),
             slope: vec![0.0; state.len()],
             // The estimate of the error does not see what a longer step extinguishes.
@@ -181,9 +184,10 @@ impl Passage for Marching<'_, '_> {
         self.rejected = false;
         let end = sum(&self.state, &z[2]);
         self.polynomial = Some(Collocation::of(self.elapsed, h, &end, &z));
-        self.elapsed = match h == self.steps.whole - self.elapsed {
-            true => self.steps.whole,
-            false => self.elapsed + h,
+        let (start, ahead) = (self.elapsed, h + self.rest);
+        (self.elapsed, self.rest) = match h == self.steps.whole - start {
+            true => (self.steps.whole, 0.0),
+            false => (start + ahead, ahead - (start + ahead - start)),
         };
         self.slope = self.slope_of(self.elapsed, &end);
         self.state = end;

@@ -41,7 +41,14 @@ impl Diffsol<'_> {
 }
 
 impl Adaptive for Diffsol<'_> {
-    const ORDER: i32 = 2;
+    fn order(&self) -> f64 {
+        match self.formula {
+            // Its highest.
+            Formula::Bdf => 6.0,
+            Formula::TrBdf2 => 3.0,
+            Formula::Esdirk34 => 4.0,
+        }
+    }
 
     fn longest_stable_step(&self, _fastest: f64) -> f64 {
         f64::INFINITY

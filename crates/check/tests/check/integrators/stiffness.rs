@@ -1,6 +1,8 @@
 //! Systems in which some motions die down much faster than others.
 
-use eigentone_check::{Dop853, Integrator, Limit, OneMass, Radau5};
+use eigentone_check::{
+    Dop853, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark, OneMass, Radau5,
+};
 use eigentone_modes::{GROUND, System};
 use eigentone_response::{
     ByCertifiedExponential, Harmonic, Problem, Response, ResponseMethod, State, Step,
@@ -81,4 +83,36 @@ fn a_stiff_damper_takes_few_steps() {
         steps(&problem, &ByCertifiedExponential)
     });
     do_not_grow(&all);
+}
+
+/// The α methods restart without raising what is too fast for their steps: they are no worse than
+/// the average-acceleration method.
+#[test]
+fn restarts_do_not_raise_fast_motion() {
+    for (damping, stiffness) in [(1e6, 1.0), (0.0, 1e10)] {
+        let system = scenes::system(1.0, damping, stiffness);
+        let problem = Response::of(&system)
+            .from(State::at_rest().displace("m1", 1.0))
+            .load("m1", Step::of(3.0).starting_at(5.0))
+            .every(0.1)
+            .until(10.0)
+            .problem()
+            .expect("valid");
+        let largest = |method: &dyn Integrator| {
+            let answer = run(method, &problem);
+            answer.displacement().norm_max()
+        };
+        let plain = largest(&Newmark::with_substeps(1));
+        for method in [
+            &HhtAlpha::with_substeps(1) as &dyn Integrator,
+            &GeneralizedAlpha::with_substeps(1),
+        ] {
+            let ratio = largest(method) / plain;
+            println!(
+                "{}: {ratio} of the average-acceleration method",
+                method.name()
+            );
+            assert!(ratio < 1.01, "{ratio}");
+        }
+    }
 }

@@ -190,7 +190,7 @@ fn matrices(system: &System) -> [Mat<f64>; 3] {
     ]
 }
 
-/// Everything wrong with the shapes of one answer, at roots that are not defective.
+/// Everything wrong with the shapes of one answer; defective roots have one each.
 fn wrong_shapes(name: &str, system: &System, modes: &Modes) -> Vec<String> {
     let matrices = matrices(system);
     let symmetric = system.structure().is_symmetric();
@@ -203,7 +203,7 @@ fn wrong_shapes(name: &str, system: &System, modes: &Modes) -> Vec<String> {
             wrong.push(format!("{name}: {what}: {:.1} u", error / U));
         }
     };
-    for mode in modes.iter().filter(|mode| !mode.is_defective()) {
+    for mode in modes {
         let value = mode.eigenvalue().value;
         check(
             &format!("shape at {value:e}"),

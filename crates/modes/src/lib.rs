@@ -30,8 +30,8 @@ pub use participation::{Participation, ParticipationError};
 pub use plan::ModePlan;
 pub use sensitivity::{Derivative, Sensitivity, SensitivityError};
 pub use solver::{
-    Classical, ClassicalModes, LowRank, ModalMatrix, ModeSolver, ModesError, SpringFactor,
-    StateMatrix, Symmetric, solvers,
+    Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
+    SpringFactor, StateMatrix, Symmetric, solvers,
 };
 pub use structure::Structure;
 pub use system::System;

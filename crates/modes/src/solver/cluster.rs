@@ -8,8 +8,7 @@ pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> 
     let mut label: Vec<usize> = (0..n).collect();
     for i in 0..n {
         for j in 0..i {
-            let touch = (values[i] - values[j]).norm() <= radii[i] + radii[j];
-            if touch && label[i] != label[j] {
+            if within(values[i] - values[j], radii[i] + radii[j]) && label[i] != label[j] {
                 let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
                 label
                     .iter_mut()
@@ -24,6 +23,11 @@ pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> 
     }
     groups.retain(|group| !group.is_empty());
     groups
+}
+
+/// Whether |z| ≤ reach, mostly without a root.
+pub(crate) fn within(z: Complex<f64>, reach: f64) -> bool {
+    z.re.abs() <= reach && z.im.abs() <= reach && z.norm() <= reach
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ pub use classical::{Classical, ClassicalModes};
 pub use low_rank::LowRank;
 pub use modal_matrix::ModalMatrix;
 pub use spring_factor::SpringFactor;
+pub use springless::DamperFactor;
 pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
 
@@ -60,6 +61,7 @@ pub fn solvers() -> &'static [&'static dyn ModeSolver] {
         &SpringFactor,
         &Symmetric,
         &Classical,
+        &DamperFactor,
         &LowRank,
         &ModalMatrix,
         &StateMatrix,

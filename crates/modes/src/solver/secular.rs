@@ -14,6 +14,8 @@
 
 use num_complex::Complex;
 
+use super::cluster::within;
+
 /// A root λ = i·base + δ; its conjugate is understood unless it is `single`.
 #[derive(Clone, Copy, Debug)]
 struct Point {
@@ -324,8 +326,9 @@ impl Secular {
         for (i, point) in points.iter().enumerate() {
             let apart = points.iter().enumerate().all(|(j, other)| {
                 let reach = radii[i] + radii[j];
-                let own = j == i || point.minus(other).norm() > reach;
-                own && (other.single || point.minus_conjugate(other).norm() > reach)
+                let touches = |z: Complex<f64>| within(z, reach);
+                (j == i || !touches(point.minus(other)))
+                    && (other.single || !touches(point.minus_conjugate(other)))
             });
             if !apart || !radii[i].is_finite() {
                 return None;

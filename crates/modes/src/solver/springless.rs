@@ -2,27 +2,95 @@
 //! are −ω² of the undamped system that has each damper for a spring: these are known as well, and
 //! for the same reasons, as its frequencies, however far apart the dampers are.
 
+use num_complex::Complex;
+
 use crate::element::MatrixKind;
+use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
+
+use super::roots::{Root, collect};
+use super::{ModeSolver, ModesError, admit, rigid, spring_factor};
+
+/// The frequencies of the undamped system that has the dampers for springs, by [`SpringFactor`]:
+/// for systems of masses and positive dampers alone that have massless nodes.
+///
+/// [`SpringFactor`]: super::SpringFactor
+#[derive(Clone, Copy, Debug)]
+pub struct DamperFactor;
+
+impl ModeSolver for DamperFactor {
+    fn name(&self) -> &'static str {
+        "damper factor"
+    }
+
+    fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
+        if !has_no_springs(system) || structure.is_undamped() {
+            return Some("not of masses and dampers alone".to_owned());
+        }
+        if structure.massless().is_empty() {
+            return Some("there are no massless nodes".to_owned());
+        }
+        if system.added(MatrixKind::Damping).is_some() {
+            return Some("it was given a damping matrix, not dampers alone".to_owned());
+        }
+        spring_factor::refuses_springs(&turned(system))
+    }
+
+    fn reason(&self) -> &'static str {
+        "without springs: relaxation rates are squared frequencies of the dampers taken for springs"
+    }
+
+    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
+        admit(self, system, structure)?;
+        let undamped = turned(system);
+        let modes = spring_factor::real_modes::<f64>(self, &undamped, undamped.structure())?;
+        let elastic = modes.into_iter().filter(|mode| !mode.rigid);
+        let relaxing = elastic.map(|mode| {
+            // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
+            let error = (2.0 * mode.doubt + 16.0 * f64::EPSILON) * mode.square;
+            Root {
+                error: Some((error, error)),
+                ..Root::simple(Complex::from(-mode.square), mode.complex_shape())
+            }
+        });
+        let mut roots: Vec<Root> = relaxing.collect();
+        // Nothing resists any displacement.
+        let n = system.len();
+        let unit = |i: usize| {
+            let mut shape = vec![Complex::ZERO; n];
+            shape[i] = Complex::ONE;
+            shape
+        };
+        let zeros = structure.zero_roots().unwrap_or(n);
+        roots.extend(rigid::roots((0..n).map(unit).collect(), zeros));
+        Ok(collect(self, system, roots))
+    }
+}
 
 /// The undamped system with the dampers for springs; `None` where there are springs or no dampers,
 /// or M ≻ 0 and the symmetry of C are not proved.
 pub(crate) fn with_dampers_for_springs(system: &System, structure: &Structure) -> Option<System> {
+    let applies = has_no_springs(system) && !structure.is_undamped() && structure.is_classical();
+    applies.then(|| turned(system))
+}
+
+fn has_no_springs(system: &System) -> bool {
     let springs = system.springs().iter().map(|spring| spring.coefficient);
     let added = system.added(MatrixKind::Stiffness);
-    let no_springs = springs.chain(added.map(|k| k.norm_max())).all(|k| k == 0.0);
-    if !no_springs || structure.is_undamped() || !structure.is_classical() {
-        return None;
-    }
+    springs.chain(added.map(|k| k.norm_max())).all(|k| k == 0.0)
+}
+
+/// The dampers for springs, and no dampers.
+fn turned(system: &System) -> System {
     let added = |kind| system.added(kind).map(|matrix| matrix.to_owned());
-    Some(System::assemble(
+    System::assemble(
         system.names().to_vec(),
         system.masses().to_vec(),
         system.dampers().to_vec(),
         Vec::new(),
         [added(MatrixKind::Mass), None, added(MatrixKind::Damping)],
-    ))
+    )
 }
 
 #[cfg(test)]
@@ -67,6 +135,38 @@ mod tests {
             let error = (root.value + known).norm();
             assert!(error <= 1e-14 * known, "{} {known}", root.value);
             assert!(error <= root.bound.unwrap());
+        }
+    }
+
+    /// The same chain with each damper made of two of twice its strength, a massless node between.
+    #[test]
+    fn so_they_do_through_massless_nodes() {
+        let (mass, node) = (|i: i32| format!("m{i}"), |i: i32| format!("p{i}"));
+        let masses = (0..5).fold(System::builder(), |b, i| {
+            b.mass(mass(i), 1.0).mass(node(i), 0.0)
+        });
+        let dampers = [1e-12, 1e-6, 1.0, 1e6, 1e12].into_iter().zip(0..);
+        let joined = dampers.fold(masses, |builder, (c, i)| {
+            let from = if i == 0 {
+                GROUND.to_owned()
+            } else {
+                mass(i - 1)
+            };
+            let half = builder.damper(from, node(i), 2.0 * c);
+            half.damper(node(i), mass(i), 2.0 * c)
+        });
+        let modes = joined.build().unwrap().modes_to(Precision::Double).unwrap();
+        assert_eq!(modes.infinite(), 5);
+        let roots = modes.eigenvalues();
+        assert_eq!(roots.len(), 15);
+        assert!(roots[..10].iter().all(|root| root.value.norm() == 0.0));
+        for (root, known) in roots[10..].iter().zip(EIGENVALUES) {
+            let error = (root.value + known).norm();
+            assert!(error <= 1e-14 * known, "{} {known}", root.value);
+            assert!(error <= root.bound.unwrap());
+        }
+        for mode in &modes {
+            assert!(mode.backward_error() <= 1e-15, "{}", mode.backward_error());
         }
     }
 

@@ -167,14 +167,8 @@ impl Member<'_> {
                 Some(reason) => Cell::Refused { reason },
                 None => self.motion(|| method.run(&problem)),
             },
-            Kind::Fixed { steps, make, .. } => {
-                let longest = self.family.period / steps;
-                let substeps = (problem.grid().step() / longest).ceil().max(1.0);
-                // What a setting cannot say is predicted from the most that it can.
-                let most = substeps.min(f64::from(u32::MAX));
-                self.integrate(&*make(most as u32), &problem, substeps / most)
-            }
-            Kind::Adaptive { make, .. } => self.integrate(&*make(TOLERANCE), &problem, 1.0),
+            Kind::Fixed { steps, make, .. } => self.advance(*steps, *make, &problem),
+            Kind::Adaptive { make, .. } => self.integrate(&*make(TOLERANCE), &problem),
             Kind::PlannedModes(precision) => self.modes(|| system.modes_to(*precision)),
             Kind::Solver(solver) => {
                 let structure = system.structure();
@@ -186,19 +180,48 @@ impl Member<'_> {
         }
     }
 
-    /// Runs the method, unless `more` times its steps take too long.
-    fn integrate(&self, method: &dyn Integrator, problem: &Problem<'_>, more: f64) -> Cell {
-        // So many steps tell how long one takes.
-        let n = problem.system().len() as f64;
-        let trial = (2e7 / (n * n + 1e4)).max(20.0).round();
+    /// Runs a method of fixed step, unless its steps take too long.
+    fn advance(
+        &self,
+        per_period: f64,
+        make: fn(u32) -> Box<dyn Integrator>,
+        problem: &Problem<'_>,
+    ) -> Cell {
+        let longest = self.family.period / per_period;
+        let substeps = (problem.grid().step() / longest).ceil().max(1.0);
+        let last = problem.grid().last();
+        let steps = substeps * last as f64;
+        // A few steps tell how long one takes.
+        let few = trial(problem);
+        let tried = substeps.min(few);
+        let intervals = ((few / tried) as u64).clamp(1, last);
+        let one = problem.clone().at(&[intervals]).and_then(|problem| {
+            let method = make(tried as u32);
+            let start = Instant::now();
+            method.integrate(&problem, Limit::default())?;
+            Ok(seconds(start) / (tried * intervals as f64))
+        });
+        let time = match one {
+            Ok(one) => one * steps,
+            Err(error) => return self.compare(Err(error), 0.0),
+        };
+        if time > LONGEST {
+            return Cell::NotRun { steps, time };
+        }
+        self.run(&*make(substeps as u32), problem, steps)
+    }
+
+    /// Runs a method that chooses its steps, unless they take too long.
+    fn integrate(&self, method: &dyn Integrator, problem: &Problem<'_>) -> Cell {
         if let Some(reason) = method.refuses(problem) {
             return Cell::Refused { reason };
         }
-        let start = Instant::now();
+        let few = trial(problem);
         let limit = Limit {
-            steps: trial as u64,
+            steps: few as u64,
             time: None,
         };
+        let start = Instant::now();
         let answer = method.integrate(problem, limit);
         let taken = seconds(start);
         match answer {
@@ -207,13 +230,18 @@ impl Member<'_> {
             Err(error) => return self.compare(Err(error), taken),
         }
         let steps = match method.predict(problem) {
-            Ok(prediction) => more * prediction.steps,
+            Ok(prediction) => prediction.steps,
             Err(error) => return self.compare(Err(error), taken),
         };
-        let time = taken / trial * steps;
+        let time = taken / few * steps;
         if time > LONGEST {
             return Cell::NotRun { steps, time };
         }
+        self.run(method, problem, steps)
+    }
+
+    /// Runs an integrator of so many steps for as long as a cell may take.
+    fn run(&self, method: &dyn Integrator, problem: &Problem<'_>, steps: f64) -> Cell {
         let limit = Limit {
             steps: u64::MAX,
             time: Some(Duration::from_secs_f64(LONGEST)),
@@ -266,6 +294,12 @@ impl Member<'_> {
             },
         }
     }
+}
+
+/// So many steps tell how long one takes.
+fn trial(problem: &Problem<'_>) -> f64 {
+    let n = problem.system().len() as f64;
+    (2e7 / (n * n + 1e4)).max(20.0).round()
 }
 
 fn failed(error: &ResponseError) -> Cell {

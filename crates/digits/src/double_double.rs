@@ -39,7 +39,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a + b as sum and error, for |a| ≥ |b| or a = 0.
 #[inline]
-pub(crate) fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
+fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }

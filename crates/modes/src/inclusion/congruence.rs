@@ -380,8 +380,8 @@ impl<'a> Form<'a> {
     /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
     /// force_i·x_j.
     ///
-    /// Each entry is a sum of products to which at most `count` roundings of 2^-102 apply one upon
-    /// the other, so that it errs by (count + 1)·2^-102 of the sum of the absolute products. That
+    /// Each entry is a sum of products whose factors err by at most `count` roundings of 2^-102 one upon
+    /// the other, and which [`Lanes::products`] sums: it errs by a `unit` of the sum of the absolute products. That
     /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
     /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
     /// Σ|A_ab||x_ai||x_bj|.
@@ -484,14 +484,15 @@ impl<'a> Form<'a> {
                 }
             }
         }
-        // Both stretches, k·stretch, the sum of forces, the product, and the sum.
-        let count = 4 + terms.into_iter().max().unwrap_or(0) + length;
+        // Both stretches, k·stretch and the sum of forces; then the sum of products.
+        let count = 4 + terms.into_iter().max().unwrap_or(0);
+        let summed = (length + 4) as f64;
         Gram {
             size,
             entries,
             first,
             second,
-            unit: (count + 1) as f64 * 2f64.powi(-102),
+            unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),
             // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
             floor: 1e-300 * (1.0 + largest),
         }

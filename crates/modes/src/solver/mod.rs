@@ -137,8 +137,8 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
     Ok(answer)
 }
 
-/// By the solver that the plan picks; where rounding left it with modes that do not solve the equation, by the
-/// first of the others that does better.
+/// By the solver that the plan picks; where rounding left it with modes that do not solve the equation, and
+/// that it cannot vouch for, by the first of the others that does better.
 fn in_doubles(
     system: &System,
     structure: &Structure,
@@ -149,10 +149,11 @@ fn in_doubles(
         plan,
         ..solver.solve(system, structure)?
     };
-    let off = largest_backward_error(&modes);
+    let off = largest_doubt(&modes);
     if off <= VISIBLE {
         return Ok((solver, modes));
     }
+    let count = modes.eigenvalues.len();
     let others = solvers()
         .iter()
         .skip_while(|other| other.name() != solver.name());
@@ -163,7 +164,7 @@ fn in_doubles(
         let Ok(found) = other.solve(system, structure) else {
             continue;
         };
-        if largest_backward_error(&found) < off {
+        if largest_doubt(&found) < off && found.eigenvalues.len() == count {
             let mut plan = modes.plan;
             plan.solver = other.name();
             plan.reason = other.reason().to_owned();
@@ -176,9 +177,12 @@ fn in_doubles(
     Ok((solver, modes))
 }
 
-/// Infinite if one is not a number.
-fn largest_backward_error(modes: &Modes) -> f64 {
-    let errors = modes.iter().map(|mode| mode.backward_error());
+/// The largest backward error of a mode without a bound; infinite if one is not a number.
+fn largest_doubt(modes: &Modes) -> f64 {
+    let doubtful = modes
+        .iter()
+        .filter(|mode| mode.eigenvalue().bound.is_none());
+    let errors = doubtful.map(|mode| mode.backward_error());
     errors.fold(0.0, |top, error| {
         if error.is_nan() {
             f64::INFINITY

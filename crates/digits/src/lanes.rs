@@ -34,23 +34,12 @@ impl<const L: usize> Lanes<L> {
     /// low parts of the factors added). With u = 2^-53 and S the sum of absolute products, the small
     /// terms are at most u(S + 4|p_k|) each, so that their sum rounds by no more than (n²/2 + 5n + 12) u²S.
     pub fn products(row: &[DoubleDouble], columns: &[Lanes<L>]) -> [DoubleDouble; L] {
-        let (mut high, mut low) = ([0.0; L], [0.0; L]);
+        let mut sum = Lanes::<L>::ZERO;
         for (factor, entries) in row.iter().zip(columns) {
-            let (y, y_low) = (factor.high(), factor.low());
-            let (y1, y2) = split(y);
-            for lane in 0..L {
-                let (x, x_low) = (entries.high[lane], entries.low[lane]);
-                let product = y * x;
-                let (x1, x2) = split(x);
-                let error = ((y1 * x1 - product) + y1 * x2 + y2 * x1) + y2 * x2;
-                let small = error + (y * x_low + y_low * x);
-                let (sum, rounding) = two_sum(high[lane], product);
-                high[lane] = sum;
-                low[lane] += rounding + small;
-            }
+            sum.add_product(*factor, entries);
         }
-        if high.iter().chain(&low).all(|part| part.is_finite()) {
-            return std::array::from_fn(|lane| DoubleDouble::new(high[lane], low[lane]));
+        if sum.high.iter().chain(&sum.low).all(|part| part.is_finite()) {
+            return std::array::from_fn(|lane| DoubleDouble::new(sum.high[lane], sum.low[lane]));
         }
         // The splitting overflows above 2^996, where the operators go another way.
         std::array::from_fn(|lane| {
@@ -59,6 +48,22 @@ impl<const L: usize> Lanes<L> {
                 sum + *factor * DoubleDouble::new(entries.high[lane], entries.low[lane])
             })
         })
+    }
+
+    #[inline]
+    fn add_product(&mut self, factor: DoubleDouble, entries: &Lanes<L>) {
+        let (y, y_low) = (factor.high(), factor.low());
+        let (y1, y2) = split(y);
+        for lane in 0..L {
+            let (x, x_low) = (entries.high[lane], entries.low[lane]);
+            let product = y * x;
+            let (x1, x2) = split(x);
+            let error = ((y1 * x1 - product) + y1 * x2 + y2 * x1) + y2 * x2;
+            let small = error + (y * x_low + y_low * x);
+            let (sum, rounding) = two_sum(self.high[lane], product);
+            self.high[lane] = sum;
+            self.low[lane] += rounding + small;
+        }
     }
 }
 

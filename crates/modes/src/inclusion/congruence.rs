@@ -68,8 +68,31 @@ pub(crate) fn certify(
         return None;
     }
     let shapes = elastic().map(|mode| mode.shape().iter().map(|x| x.re).collect());
-    let found = squares(system, structure, shapes.collect(), 1e-24)?;
+    let goal = Goal {
+        spread: 1e-24,
+        where_apart: 1e-20,
+    };
+    let found = squares(system, structure, shapes.collect(), goal)?;
     Some(elastic_modes(&found))
+}
+
+/// How small the bound of relative errors is to become.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// In any case, if double-double reaches it.
+    pub(crate) spread: f64,
+    /// Where all values and shapes are told apart by it.
+    pub(crate) where_apart: f64,
+}
+
+impl Goal {
+    /// The same whether values are apart or not.
+    pub(crate) fn always(spread: f64) -> Goal {
+        Goal {
+            spread,
+            where_apart: spread,
+        }
+    }
 }
 
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
@@ -98,12 +121,12 @@ impl Squares {
 
 /// The same for (K, M) of any system with M and K symmetric and no massless nodes, given its
 /// elastic shapes approximately: as many as there are coordinates, less the parts that no spring
-/// ties to the ground. Their bound is brought to `goal` if double-double reaches it.
+/// ties to the ground.
 pub(crate) fn squares(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
-    goal: f64,
+    goal: Goal,
 ) -> Option<Squares> {
     let rigid = structure.spring_floating();
     let n = system.len();
@@ -163,6 +186,24 @@ struct Forms {
     spread: f64,
 }
 
+impl Forms {
+    fn meet(&self, goal: Goal) -> bool {
+        self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
+    }
+
+    /// Whether squares are so far apart that neither their bounds nor the mixing of shapes, which is about
+    /// the bound divided by the gap, shows in doubles.
+    fn are_apart(&self) -> bool {
+        const HIDDEN: f64 = 1e-17;
+        let mut rising: Vec<DoubleDouble> = self.squares.clone();
+        rising.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        rising.windows(2).all(|pair| {
+            let gap = (pair[1] - pair[0]).to_f64();
+            HIDDEN * gap > self.spread * pair[1].to_f64()
+        })
+    }
+}
+
 /// What is to be done to a basis.
 enum Step {
     /// X ← X(I + Ẽ).
@@ -173,11 +214,11 @@ enum Step {
 
 impl Basis<'_> {
     /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
-    fn refine(&mut self, goal: f64) -> Option<Forms> {
+    fn refine(&mut self, goal: Goal) -> Option<Forms> {
         const STEPS: usize = 12;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
-            if forms.spread <= goal {
+            if forms.meet(goal) {
                 break;
             }
             let before = self.columns.clone();

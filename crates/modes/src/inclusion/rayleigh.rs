@@ -9,7 +9,7 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
-use super::congruence::{Squares, squares};
+use super::congruence::{Goal, Squares, squares};
 use super::exactly::{exact, lower, real, upper};
 use crate::structure::Structure;
 use crate::system::System;
@@ -42,7 +42,7 @@ pub(crate) fn certify(
         return None;
     }
     // Of a lightly damped root the real part is small against the whole.
-    let squares = squares(system, structure, shapes, 1e-27)?;
+    let squares = squares(system, structure, shapes, Goal::always(1e-27))?;
     let mut found = Vec::new();
     for group in squares.groups() {
         let sigma = around(&squares, &group);

@@ -3,7 +3,7 @@
 
 use eigentone_digits::DoubleDouble;
 
-use super::congruence::squares;
+use super::congruence::{Goal, squares};
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -24,7 +24,7 @@ pub(crate) fn certify(
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<Relaxing>> {
-    let squares = squares(undamped, structure, shapes, 1e-24)?;
+    let squares = squares(undamped, structure, shapes, Goal::always(1e-24))?;
     let mut found = Vec::new();
     for group in squares.groups() {
         let value = squares.values[(group.start + group.end) / 2].to_f64();

@@ -4,6 +4,7 @@
 mod chain;
 
 use std::hint::black_box;
+use std::time::Duration;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use eigentone::gallery::cases;
@@ -17,48 +18,50 @@ use num_complex::Complex;
 
 use chain::Chain;
 
-const SCENES: [&str; 5] = [
-    "micro-units",
-    "one-mass-critical",
-    "one-mass-undamped",
-    "three-mass-1",
-    "two-mass-free",
-];
-
-/// Relative; what every solver reaches on these systems.
+/// Relative; what every solver reaches on all but a few extreme systems.
 const TOLERANCE: f64 = 1e-12;
 
-/// Every true root is met by one of those found.
-fn assert_right(modes: &Modes, truth: &[Complex<f64>]) {
+/// Whether every true root is met by one of those found.
+fn is_right(modes: &Modes, truth: &[Complex<f64>]) -> bool {
     let mut left = modes.eigenvalues().to_vec();
-    assert_eq!(left.len(), truth.len());
-    for root in truth {
+    let all = truth.iter().all(|root| {
         let met = |found: &Eigenvalue| (found.value - root).norm() <= TOLERANCE * root.norm();
         let index = left.iter().position(met);
-        left.swap_remove(index.unwrap_or_else(|| panic!("{root} was not found")));
-    }
+        index.map(|index| left.swap_remove(index)).is_some()
+    });
+    all && left.is_empty()
 }
 
 fn compare(c: &mut Criterion, name: &str, system: &System, truth: &[Complex<f64>]) {
     let structure = system.structure();
     assert_eq!(structure.finite_roots(), Some(truth.len()));
-    assert!(structure.is_passive());
+    let proven = system.modes().expect("it has modes");
+    assert!(is_right(&proven, truth), "{name}");
     let mut group = c.benchmark_group("modes");
     group.sample_size(10);
+    group.measurement_time(Duration::from_secs(1));
+    group.warm_up_time(Duration::from_millis(300));
+    let mut timed = 0;
     for solver in solvers() {
         if solver.refuses(system, structure).is_some() {
             continue;
         }
         let solve = || solver.solve(black_box(system), black_box(structure));
-        assert_right(&solve().expect("it does not refuse"), truth);
+        // A wrong answer has no run time.
+        if !solve().is_ok_and(|modes| is_right(&modes, truth)) {
+            continue;
+        }
+        timed += 1;
         group.bench_function(BenchmarkId::new(solver.name(), name), |bencher| {
             bencher.iter(solve);
         });
     }
+    // The gallery's one defective root is beyond doubles.
+    assert!(timed > 0 || name == "triple-defect", "{name}");
 }
 
 fn gallery(c: &mut Criterion) {
-    for case in cases().iter().filter(|case| SCENES.contains(&case.name())) {
+    for case in cases() {
         let roots = case.truth().eigenvalues.into_iter();
         let truth: Vec<_> = roots
             .map(|root| Complex::new(root.re.to_f64(), root.im.to_f64()))

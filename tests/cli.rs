@@ -464,6 +464,46 @@ fn a_check_compares_every_method() {
     assert!(number(&methods[0]["displacement_error"]) <= 1.2e-16);
 }
 
+#[test]
+fn a_study_shows_where_methods_break() {
+    let directory = fresh("a_study_shows_where_methods_break");
+    let out = directory.to_str().expect("a UTF-8 path");
+    let table = printed(&["stability", "--only", "damping", "--out", out]);
+    let read = |name: &str| fs::read_to_string(directory.join(name)).expect(name);
+    let json: Value = serde_json::from_str(&read("stability.json")).expect("JSON");
+    let families = json["families"].as_array().expect("an array");
+    assert_eq!(families.len(), 1);
+    let methods = families[0]["methods"].as_array().expect("an array");
+    for row in methods {
+        let name = row["method"].as_str().expect("a name");
+        assert!(table.contains(name) && read("stability.md").contains(name));
+        let cells = row["cells"].as_array().expect("an array");
+        assert_eq!(
+            cells.len(),
+            families[0]["values"].as_array().expect("an array").len()
+        );
+        // What is not run says how many steps it would take.
+        let not_run = |cell: &&Value| cell["verdict"] == "not run";
+        for cell in cells.iter().filter(not_run) {
+            assert!(number(&cell["predicted_steps"]) > 1e5);
+        }
+        if row["planned"] == true {
+            assert!(
+                cells.iter().all(|cell| cell["verdict"] == "accurate"),
+                "{row}"
+            );
+        }
+    }
+    let map = read("stability-damping.svg");
+    assert_well_formed(&map);
+    assert!(map.contains(">damping ratio<") && map.contains(">10⁻¹⁶<") && map.contains(">×<"));
+    let error = refused(&["stability", "--only", "friction"], 2);
+    assert!(
+        error.contains("the families are stiffness, damping"),
+        "{error}"
+    );
+}
+
 /// Every element is closed, in order, and no text has a loose & or <.
 fn assert_well_formed(svg: &str) {
     let mut open = Vec::new();

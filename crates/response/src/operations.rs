@@ -1,6 +1,7 @@
 //! What an answer took.
 
-/// What an exact answer took, as far as it can be counted apart from run time.
+/// What an exact answer took, as far as it can be counted apart from run time; of a certified one, what the
+/// attempt took whose digits sufficed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Operations {
     /// Matrix exponentials; one for each mode where every mode moves by itself.

@@ -230,7 +230,7 @@ fn mass(ratio: f64) -> Result<Case, BuildError> {
 }
 
 fn step(length: f64) -> Result<Case, BuildError> {
-    // ‖A‖ of the state matrix, by column sums, is 202: the damper's column.
+    // ‖A‖ of the state matrix is 201 by column sums and 203 by row sums.
     const NORM: f64 = 202.0;
     let system = System::builder()
         .mass("m1", 1.0)

@@ -3,3 +3,4 @@
 pub(crate) mod bordered;
 pub(crate) mod pencil;
 pub(crate) mod rayleigh;
+pub(crate) mod real_forms;

@@ -84,35 +84,6 @@ impl<T: Real> Forms<T> {
     }
 }
 
-/// xᵀMx and xᵀKx of a real shape, in the precision of T.
-pub(crate) fn real_forms<T: Real>(system: &System, x: &[f64]) -> (T, T) {
-    let at = |node: Node| T::from(node.coordinate().map_or(0.0, |i| x[i]));
-    let mut k = T::ZERO;
-    for spring in system.springs() {
-        let stretch = at(spring.first) - at(spring.second);
-        k = k + (stretch * stretch).mul_f64(spring.coefficient);
-    }
-    let mut m = T::ZERO;
-    for (mass, x) in system.masses().iter().zip(x) {
-        m = m + T::from(*x).mul_f64(*x).mul_f64(*mass);
-    }
-    for (kind, form) in [(MatrixKind::Mass, &mut m), (MatrixKind::Stiffness, &mut k)] {
-        let Some(matrix) = system.added(kind) else {
-            continue;
-        };
-        for (j, xj) in x.iter().enumerate() {
-            let mut column = T::ZERO;
-            for (entry, xi) in matrix.col(j).iter().zip(x) {
-                if *entry != 0.0 {
-                    column = column + T::from(*xi).mul_f64(*entry);
-                }
-            }
-            *form = *form + column.mul_f64(*xj);
-        }
-    }
-    (m, k)
-}
-
 fn wide<T: Real>(z: Complex<f64>) -> WideComplex<T> {
     WideComplex::new(z.re, z.im)
 }

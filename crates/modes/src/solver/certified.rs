@@ -121,7 +121,7 @@ fn with_proportion(
     structure: &Structure,
 ) -> Option<Proof> {
     structure.proportion()?;
-    let modes = classical::real_modes::<f64>(solver, system, structure).ok()?;
+    let modes = classical::real_modes(solver, system, structure).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: rayleigh::Damped| Root {
@@ -150,7 +150,7 @@ fn without_springs(
 ) -> Option<Proof> {
     let undamped = with_dampers_for_springs(system, structure)?;
     let structure = undamped.structure();
-    let modes = classical::real_modes::<f64>(solver, &undamped, structure).ok()?;
+    let modes = classical::real_modes(solver, &undamped, structure).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: springless::Relaxing| Root {

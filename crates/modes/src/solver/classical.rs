@@ -1,11 +1,12 @@
 //! Classically damped modes: real shapes, and one scalar quadratic for each.
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::modes::Modes;
-use crate::quality::rayleigh::{Forms, real_forms};
+use crate::quality::rayleigh::Forms;
+use crate::quality::real_forms::RealForms;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -65,15 +66,15 @@ fn modal_roots(
         let stiffness = if rigid {
             DoubleDouble::ZERO
         } else {
-            forms.k.re
+            forms.k
         };
         let quadratic = Quadratic {
-            m: forms.m.re,
-            c: forms.c.re,
+            m: forms.m,
+            c: forms.c,
             k: stiffness,
         };
         if rigid {
-            at_rest.push(shape.clone());
+            at_rest.push(complex(&shape));
             zeros += if quadratic.c == DoubleDouble::ZERO {
                 2
             } else {
@@ -88,11 +89,15 @@ fn modal_roots(
         roots.extend(found.map(|mut root| {
             let least = error * root.value.norm();
             root.error = (root.error.0.max(least), root.error.1.max(least));
-            root.with_shape(&shape)
+            root.with_shape(complex(&shape))
         }));
     }
     roots.extend(rigid::roots(at_rest, zeros));
     Ok(roots)
+}
+
+fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
+    shape.iter().map(|x| Complex::from(*x)).collect()
 }
 
 /// The roots that each undamped shape would have by itself, whatever the damping; `None` where
@@ -134,23 +139,23 @@ impl ClassicalModes {
             return Ok(None);
         }
         let forms = modal_forms(&Classical, system, structure)?;
-        let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i].re);
+        let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i]);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
         let rates = forms.iter().map(|mode| {
-            let (m, c, k) = (mode.forms.m.re, mode.forms.c.re, mode.forms.k.re);
+            let (m, c, k) = (mode.forms.m, mode.forms.c, mode.forms.k);
             let stiffness = if mode.rigid { DoubleDouble::ZERO } else { k };
             [stiffness / m, c / m]
         });
         Ok(Some(ClassicalModes {
             rates: rates.collect(),
             shapes,
-            mass: value(|mode| mode.forms.m.re.to_f64()),
-            damping: value(|mode| mode.forms.c.re.to_f64()),
+            mass: value(|mode| mode.forms.m.to_f64()),
+            damping: value(|mode| mode.forms.c.to_f64()),
             stiffness: value(|mode| {
                 if mode.rigid {
                     0.0
                 } else {
-                    mode.forms.k.re.to_f64()
+                    mode.forms.k.to_f64()
                 }
             }),
         }))
@@ -186,24 +191,25 @@ impl ClassicalModes {
 
 /// A real shape with its forms.
 struct ModalForms {
-    shape: Vec<Complex<f64>>,
-    forms: Forms,
+    /// Its largest entry is exactly 1, which keeps the forms of a single mass exact.
+    shape: Vec<f64>,
+    forms: RealForms,
     rigid: bool,
     /// The least relative error that a root is given.
     error: f64,
 }
 
-/// The undamped modes, with Rayleigh quotients in the precision of T, from the springs where the
-/// system is built of them; among those of one frequency, ones that C does not couple.
-pub(crate) fn real_modes<T: Real>(
+/// The undamped modes, from the springs where the system is built of them; among those of one
+/// frequency, ones that C does not couple.
+pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
 ) -> Result<Vec<RealMode>, ModesError> {
     let mut modes = if spring_factor::refuses_springs(system).is_none() {
-        spring_factor::real_modes::<T>(solver, system, structure)?
+        spring_factor::real_modes(solver, system, structure)?
     } else {
-        symmetric::real_modes::<T>(solver, system, structure)?
+        symmetric::real_modes(solver, system, structure)?
     };
     separate(system, &mut modes);
     Ok(modes)
@@ -218,17 +224,15 @@ fn modal_forms(
     if let Some(undamped) = springless::with_dampers_for_springs(system, structure) {
         return relaxing_forms(solver, system, &undamped);
     }
-    let modes = real_modes::<f64>(solver, system, structure)?;
-    let form = |mode: RealMode| {
-        let shape = unit(&mode).complex_shape();
-        ModalForms {
-            forms: Forms::of(system, &shape, &shape),
-            shape,
-            rigid: mode.rigid,
-            error: 0.0,
-        }
+    let modes = real_modes(solver, system, structure)?;
+    let formed = with_unit_shapes(system, &modes);
+    let form = |(mode, (shape, forms)): (&RealMode, (Vec<f64>, RealForms))| ModalForms {
+        forms,
+        shape,
+        rigid: mode.rigid,
+        error: 0.0,
     };
-    Ok(modes.into_iter().map(form).collect())
+    Ok(modes.iter().zip(formed).map(form).collect())
 }
 
 /// Those of a system without springs, given the undamped one that has the dampers for springs.
@@ -239,16 +243,15 @@ fn relaxing_forms(
     system: &System,
     undamped: &System,
 ) -> Result<Vec<ModalForms>, ModesError> {
-    let modes = real_modes::<f64>(solver, undamped, undamped.structure())?;
-    let form = |mode: RealMode| {
-        let shape = unit(&mode).complex_shape();
-        let mut forms: Forms = Forms::of(system, &shape, &shape);
-        let rate = (forms.c.re / forms.m.re).to_f64();
+    let modes = real_modes(solver, undamped, undamped.structure())?;
+    let formed = with_unit_shapes(system, &modes);
+    let form = |(mode, (shape, mut forms)): (&RealMode, (Vec<f64>, RealForms))| {
+        let rate = (forms.c / forms.m).to_f64();
         // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
         let error = 2.0 * mode.doubt + 16.0 * f64::EPSILON;
         let confirmed = (rate - mode.square).abs() <= error * mode.square.abs();
         if mode.rigid || !confirmed {
-            forms.c.re = forms.m.re * mode.square;
+            forms.c = forms.m * mode.square;
         }
         ModalForms {
             shape,
@@ -257,19 +260,20 @@ fn relaxing_forms(
             error,
         }
     };
-    Ok(modes.into_iter().map(form).collect())
+    Ok(modes.iter().zip(formed).map(form).collect())
 }
 
-/// The shape scaled so that its largest entry is exactly 1, which keeps the forms of a single mass
-/// exact.
-fn unit(mode: &RealMode) -> RealMode {
-    let pivot = mode
-        .shape
-        .iter()
-        .copied()
-        .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    let shape = mode.shape.iter().map(|x| x / pivot).collect();
-    RealMode { shape, ..*mode }
+/// The shapes scaled so that their largest entries are exactly 1, with their forms.
+fn with_unit_shapes(system: &System, modes: &[RealMode]) -> Vec<(Vec<f64>, RealForms)> {
+    let unit = |mode: &RealMode| -> Vec<f64> {
+        let larger = |a: f64, b: &f64| if b.abs() > a.abs() { *b } else { a };
+        let pivot = mode.shape.iter().fold(0.0, larger);
+        mode.shape.iter().map(|x| x / pivot).collect()
+    };
+    let shapes: Vec<Vec<f64>> = modes.iter().map(unit).collect();
+    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+    let forms = RealForms::of(system, &columns);
+    shapes.into_iter().zip(forms).collect()
 }
 
 /// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
@@ -280,9 +284,9 @@ fn separate(system: &System, modes: &mut [RealMode]) {
     const SWEEPS: usize = 30;
     modes.sort_by(|a, b| a.square.total_cmp(&b.square));
     for mode in modes.iter_mut() {
-        let (mass, _) = real_forms::<f64>(system, &mode.shape);
-        let mass = mass.sqrt();
-        mode.shape.iter_mut().for_each(|x| *x /= mass);
+        let size = mode.mass.sqrt();
+        mode.shape.iter_mut().for_each(|x| *x /= size);
+        mode.mass = 1.0;
     }
     let near = |a: &RealMode, b: &RealMode| {
         (b.square - a.square).abs() <= NEAR * b.square.abs().max(a.square.abs())
@@ -349,12 +353,12 @@ struct ScalarRoot {
 }
 
 impl ScalarRoot {
-    fn with_shape(self, shape: &[Complex<f64>]) -> Root {
+    fn with_shape(self, shape: Vec<Complex<f64>>) -> Root {
         Root {
             count: self.count,
             defective: self.count > 1,
             error: Some(self.error),
-            ..Root::simple(self.value, shape.to_vec())
+            ..Root::simple(self.value, shape)
         }
     }
 }

@@ -14,7 +14,6 @@ use super::roots::{Root, collect};
 use super::secular::Secular;
 use super::spring_factor::{RealMode, undamped_roots};
 use super::{ModalMatrix, ModeSolver, ModesError, admit, classical, state_matrix};
-use eigentone_digits::DoubleDouble;
 
 /// Roots of det(I + λUᵀ(λ² + Ω²)⁻¹U), with the undamped frequencies Ω and C = UUᵀ of low rank in
 /// the coordinates of their shapes, by simultaneous iteration: O(n²r²) for all 2n, beside the O(n³)
@@ -57,12 +56,7 @@ impl ModeSolver for LowRank {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        // Frequencies of modes that stay undamped are given as they are, the others are improved.
-        let modes = if undamped == 0 {
-            classical::real_modes::<f64>(self, system, structure)?
-        } else {
-            classical::real_modes::<DoubleDouble>(self, system, structure)?
-        };
+        let modes = classical::real_modes(self, system, structure)?;
         let (apart, modes) = set_apart(system, modes, undamped);
         let positive = modes.iter().all(|mode| mode.square > 0.0 && !mode.rigid);
         let found = positive

@@ -1,6 +1,5 @@
 //! General damping in the coordinates of the undamped modes.
 
-use eigentone_digits::DoubleDouble;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -49,12 +48,7 @@ impl ModeSolver for ModalMatrix {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        // Frequencies of modes that stay undamped are given as they are, the others are improved.
-        let modes = if undamped == 0 {
-            classical::real_modes::<f64>(self, system, structure)?
-        } else {
-            classical::real_modes::<DoubleDouble>(self, system, structure)?
-        };
+        let modes = classical::real_modes(self, system, structure)?;
         let (apart, mut modes) = set_apart(system, modes, undamped);
         let mut roots = undamped_roots(apart);
 

@@ -6,18 +6,18 @@
 //! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
-use eigentone_digits::{DoubleDouble, Real};
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex;
 
 use crate::element::Node;
-use crate::quality::rayleigh::real_forms;
+use crate::quality::real_forms::RealForms;
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::jacobi::jacobi;
 use super::roots::{Root, collect};
 use super::star_mesh::Condensed;
+use super::symmetric_eigen::symmetric_eigen;
 use super::{ModeSolver, ModesError, admit, rigid, tree_factor};
 use crate::modes::Modes;
 
@@ -41,6 +41,8 @@ pub(crate) fn jacobi_error(n: usize) -> f64 {
 pub(crate) struct RealMode {
     pub(crate) square: f64,
     pub(crate) shape: Vec<f64>,
+    /// xᵀMx of the shape x.
+    pub(crate) mass: f64,
     pub(crate) rigid: bool,
     /// How far ω may be off beyond its own rounding, relative.
     pub(crate) doubt: f64,
@@ -64,7 +66,7 @@ impl ModeSolver for SpringFactor {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = real_modes::<DoubleDouble>(self, system, structure)?;
+        let modes = real_modes(self, system, structure)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -115,8 +117,8 @@ impl RealMode {
     }
 }
 
-/// The undamped modes of M and K, from the springs, with Rayleigh quotients in the precision of T.
-pub(crate) fn real_modes<T: Real>(
+/// The undamped modes of M and K, from the springs.
+pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
@@ -133,17 +135,23 @@ pub(crate) fn real_modes<T: Real>(
     let mut order: Vec<usize> = (0..singular.values.len()).collect();
     order.sort_by(|a, b| singular.values[*b].total_cmp(&singular.values[*a]));
 
-    let mut modes: Vec<RealMode> = Vec::new();
-    for &j in order.iter().take(rank) {
-        let sigma = singular.values[j];
+    let shape = |&j: &usize| {
         let mut shape = vec![0.0; n];
         for (row, &i) in massive.iter().enumerate() {
             shape[i] = singular.vectors[(row, j)] / system.masses()[i].sqrt();
         }
         network.extend(&mut shape);
-        let (square, doubt) = refined::<T>(system, &shape, sigma, singular.error);
+        shape
+    };
+    let shapes: Vec<Vec<f64>> = order.iter().take(rank).map(shape).collect();
+    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+    let forms = RealForms::of(system, &columns);
+    let mut modes: Vec<RealMode> = Vec::with_capacity(massive.len());
+    for ((shape, forms), &j) in shapes.into_iter().zip(forms).zip(&order) {
+        let (square, doubt) = refined(&forms, singular.values[j], singular.error);
         modes.push(RealMode {
             square,
+            mass: forms.m.to_f64(),
             shape,
             rigid: false,
             // Values that are less good than the quotients do not put these in doubt.
@@ -161,6 +169,7 @@ pub(crate) fn real_modes<T: Real>(
         }
         modes.push(RealMode {
             square: 0.0,
+            mass: part.iter().map(|i| system.masses()[*i]).sum(),
             shape,
             rigid: true,
             doubt: 0.0,
@@ -196,16 +205,18 @@ fn even(network: &Condensed, system: &System, rank: usize) -> Option<Singular> {
             square[(j, i)] = square[(i, j)];
         }
     }
-    let eigen = square.self_adjoint_eigen(Side::Lower).ok()?;
-    let largest = eigen.S()[count - 1];
-    let smallest = eigen.S()[count - rank];
+    let (squares, vectors) = symmetric_eigen(&square)?;
+    let largest = squares[count - 1];
+    let smallest = squares[count - rank];
     if !largest.is_finite() || smallest <= largest / SPREAD {
         return None;
     }
-    let values = eigen.S().column_vector().iter();
     Some(Singular {
-        values: values.map(|square| square.max(0.0).sqrt()).collect(),
-        vectors: eigen.U().to_owned(),
+        values: squares
+            .iter()
+            .map(|square| square.max(0.0).sqrt())
+            .collect(),
+        vectors,
         error: 1e-8,
         rough: true,
     })
@@ -242,18 +253,12 @@ fn has_mass(system: &System, part: &[usize]) -> bool {
     part.iter().any(|i| system.masses()[*i] > 0.0)
 }
 
-/// ω² as the Rayleigh quotient of the shape, summed over the elements. On very stiff systems the
+/// ω² as the Rayleigh quotient of a shape. On very stiff systems the
 /// rounding of the shape itself spoils the quotient: unless it confirms σ to its relative error, σ²
 /// stays. Also how far ω may be off, relative to σ: σ's error, or where the quotient is taken twice
 /// what the two differ by, since either may be the worse.
-pub(crate) fn refined<T: Real>(
-    system: &System,
-    shape: &[f64],
-    sigma: f64,
-    error: f64,
-) -> (f64, f64) {
-    let (m, k) = real_forms::<T>(system, shape);
-    let square = (k / m).to_f64();
+pub(crate) fn refined(forms: &RealForms, sigma: f64, error: f64) -> (f64, f64) {
+    let square = forms.quotient();
     let apart = (square.sqrt() - sigma).abs();
     if square.is_finite() && apart <= error * sigma {
         (square, 2.0 * apart / sigma)

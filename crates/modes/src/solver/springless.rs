@@ -44,7 +44,7 @@ impl ModeSolver for DamperFactor {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = turned(system);
-        let modes = spring_factor::real_modes::<f64>(self, &undamped, undamped.structure())?;
+        let modes = spring_factor::real_modes(self, &undamped, undamped.structure())?;
         let elastic = modes.into_iter().filter(|mode| !mode.rigid);
         let relaxing = elastic.map(|mode| {
             // Of ω, thus twice of ω²; and the rounding of a sum in doubles.

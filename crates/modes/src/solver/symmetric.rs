@@ -1,16 +1,17 @@
 //! Undamped modes of assembled symmetric matrices.
 
-use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, Side};
 
 use crate::element::MatrixKind;
 use crate::first_order::FirstOrder;
 use crate::modes::Modes;
+use crate::quality::real_forms::RealForms;
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::roots::collect;
 use super::spring_factor::{RealMode, refined, undamped_roots};
+use super::symmetric_eigen::symmetric_eigen;
 use super::{ModeSolver, ModesError, admit};
 
 /// How near quotients may come to eigenvalues of whole matrices, relative, to be preferred.
@@ -40,7 +41,7 @@ impl ModeSolver for Symmetric {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = real_modes::<DoubleDouble>(self, system, structure)?;
+        let modes = real_modes(self, system, structure)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -67,9 +68,8 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     None
 }
 
-/// The undamped modes of M and K, from the assembled matrices, with Rayleigh quotients in the
-/// precision of T.
-pub(crate) fn real_modes<T: Real>(
+/// The undamped modes of M and K, from the assembled matrices.
+pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
@@ -87,28 +87,28 @@ pub(crate) fn real_modes<T: Real>(
         zeros => structure.rigid_motions().unwrap_or(zeros.unwrap_or(0) / 2),
     };
     let largest = order.last().map_or(0.0, |j| square(j).abs());
-    let modes = order.into_iter().enumerate().map(|(rank, j)| {
-        let shape: Vec<f64> = shapes.col(j).iter().copied().collect();
-        if rank < rigid {
-            return RealMode {
-                square: 0.0,
-                shape,
-                rigid: true,
-                doubt: 0.0,
-            };
-        }
-        let square = square(&j);
+    let shapes: Vec<Vec<f64>> = order
+        .iter()
+        .map(|j| shapes.col(*j).iter().copied().collect())
+        .collect();
+    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+    let forms = RealForms::of(system, &columns);
+    let found = order.iter().zip(shapes).zip(forms).enumerate();
+    let modes = found.map(|(rank, ((j, shape), forms))| {
+        let rigid = rank < rigid;
+        let square = if rigid { 0.0 } else { square(j) };
         // Small against the largest square, so perhaps not against this one.
         let error = 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
         let (square, doubt) = if square > 0.0 {
-            refined::<T>(system, &shape, square.sqrt(), error.max(CONFIRMED))
+            refined(&forms, square.sqrt(), error.max(CONFIRMED))
         } else {
             (square, 0.0)
         };
         RealMode {
             square,
+            mass: forms.m.to_f64(),
             shape,
-            rigid: false,
+            rigid,
             doubt,
         }
     });
@@ -174,9 +174,5 @@ fn eigen(solver: &dyn ModeSolver, matrix: &Mat<f64>) -> Result<Pairs, ModesError
     if !symmetric.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });
     }
-    let eigen = symmetric
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| ModesError::NoConvergence { method })?;
-    let values = eigen.S().column_vector().iter().copied().collect();
-    Ok((values, eigen.U().to_owned()))
+    symmetric_eigen(&symmetric).ok_or(ModesError::NoConvergence { method })
 }

@@ -1,0 +1,146 @@
+//! Eigenvalues and eigenvectors of a symmetric matrix; of one that some order of its coordinates
+//! makes tridiagonal, as that of a chain, without the reduction to such a form.
+//!
+//! Both ways end in the divide-and-conquer of Cuppen 1981 (*Numer. Math.* 36; Gu & Eisenstat 1995,
+//! *SIAM J. Matrix Anal. Appl.* 16), by faer. Reduction and back-transformation, which a chain does
+//! not need, take most of the operations.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{self, ComputeEigenvectors};
+use faer::{Mat, Par};
+
+/// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
+/// `None` where the iteration does not converge.
+pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    let n = matrix.nrows();
+    let mut values = Diag::<f64>::zeros(n);
+    let mut vectors = Mat::<f64>::zeros(n, n);
+    let Some(path) = path(matrix) else {
+        let wanted = ComputeEigenvectors::Yes;
+        let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, Default::default());
+        evd::self_adjoint_evd(
+            matrix.as_ref(),
+            values.as_mut(),
+            Some(vectors.as_mut()),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            Default::default(),
+        )
+        .ok()?;
+        return Some((values.column_vector().iter().copied().collect(), vectors));
+    };
+    let mut diagonal = Diag::<f64>::zeros(n);
+    let mut below = Diag::<f64>::zeros(n);
+    for (place, &i) in path.iter().enumerate() {
+        diagonal[place] = matrix[(i, i)];
+        if let Some(&next) = path.get(place + 1) {
+            below[place] = matrix[(i.max(next), i.min(next))];
+        }
+    }
+    let wanted = ComputeEigenvectors::Yes;
+    // That of the whole problem is larger than that of this part of it.
+    let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, Default::default());
+    evd::tridiagonal_self_adjoint_evd(
+        diagonal.as_ref(),
+        below.as_ref(),
+        values.as_mut(),
+        Some(vectors.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .ok()?;
+    if path.iter().enumerate().any(|(place, i)| place != *i) {
+        let mut place = vec![0; n];
+        for (at, &i) in path.iter().enumerate() {
+            place[i] = at;
+        }
+        vectors = Mat::from_fn(n, n, |i, j| vectors[(place[i], j)]);
+    }
+    Some((values.column_vector().iter().copied().collect(), vectors))
+}
+
+/// An order of the coordinates in which the matrix is tridiagonal: along its paths, if it is made of
+/// paths.
+fn path(matrix: &Mat<f64>) -> Option<Vec<usize>> {
+    let n = matrix.nrows();
+    let mut neighbours = vec![[None; 2]; n];
+    let mut add = |i: usize, j: usize| {
+        let free = neighbours[i].iter_mut().find(|place| place.is_none())?;
+        *free = Some(j);
+        Some(())
+    };
+    for j in 0..n {
+        for i in j + 1..n {
+            if matrix[(i, j)] != 0.0 {
+                add(i, j)?;
+                add(j, i)?;
+            }
+        }
+    }
+    let mut order = Vec::with_capacity(n);
+    let mut seen = vec![false; n];
+    for end in (0..n).filter(|i| neighbours[*i][1].is_none()) {
+        let mut at = (!seen[end]).then_some(end);
+        while let Some(i) = at {
+            seen[i] = true;
+            order.push(i);
+            let next = neighbours[i].iter().flatten().find(|j| !seen[**j]);
+            at = next.copied();
+        }
+    }
+    // A ring has no end.
+    (order.len() == n).then_some(order)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A·V − V·Λ and VᵀV − I, relative.
+    fn residuals(matrix: &Mat<f64>) -> f64 {
+        let n = matrix.nrows();
+        let (values, vectors) = symmetric_eigen(matrix).unwrap();
+        assert!(values.is_sorted());
+        let scaled = Mat::from_fn(n, n, |i, j| vectors[(i, j)] * values[j]);
+        let symmetric = Mat::from_fn(n, n, |i, j| matrix[(i.max(j), i.min(j))]);
+        let off = (&symmetric * &vectors - scaled).norm_max() / symmetric.norm_max();
+        let apart = (vectors.transpose() * &vectors - Mat::<f64>::identity(n, n)).norm_max();
+        off.max(apart)
+    }
+
+    /// Chains whose masses are numbered out of order, alone and two side by side, a ring and a star.
+    #[test]
+    fn paths_and_others_are_solved_alike() {
+        for n in [1, 2, 3, 7, 40, 90] {
+            let at = |place: usize| (place * 37 + 11) % n;
+            let joined = |pairs: &[(usize, usize)]| {
+                let mut matrix = Mat::<f64>::zeros(n, n);
+                for (step, (a, b)) in pairs.iter().enumerate() {
+                    let k = 1.0 + 0.5 * (step % 3) as f64;
+                    matrix[(*a, *a)] += k;
+                    matrix[(*b, *b)] += k;
+                    matrix[(*a.max(b), *a.min(b))] -= k;
+                }
+                matrix
+            };
+            let coprime = n % 37 != 0;
+            assert!(coprime);
+            let chain: Vec<_> = (1..n).map(|place| (at(place - 1), at(place))).collect();
+            let halves: Vec<_> = chain.iter().copied().filter(|(a, _)| *a != 0).collect();
+            let star: Vec<_> = (1..n).map(|i| (0, i)).collect();
+            for pairs in [&chain, &halves, &star] {
+                assert!(residuals(&joined(pairs)) <= 1e-14 * (n as f64), "{n}");
+            }
+            if n > 2 {
+                let mut ring = chain.clone();
+                ring.push((at(n - 1), at(0)));
+                let matrix = joined(&ring);
+                assert!(path(&matrix).is_none());
+                assert!(residuals(&matrix) <= 1e-14 * (n as f64), "{n}");
+                assert!(path(&joined(&chain)).is_some());
+            }
+        }
+    }
+}

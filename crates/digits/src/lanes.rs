@@ -57,7 +57,7 @@ impl<const L: usize> Lanes<L> {
     ///
     /// The difference is s + e exactly, its square s² + 2se but for e², below 2^-106 of it. What is small
     /// is summed in doubles, as in [`products`](Self::products).
-    #[inline]
+    #[inline(always)]
     pub fn add_square(&mut self, factor: f64, first: &[f64; L], second: &[f64; L]) {
         let (f1, f2) = split(factor);
         for lane in 0..L {

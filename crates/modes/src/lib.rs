@@ -16,6 +16,7 @@ mod quality;
 mod sensitivity;
 mod solver;
 mod structure;
+mod sweep;
 mod system;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
@@ -34,4 +35,5 @@ pub use solver::{
     SpringFactor, StateMatrix, Symmetric, solvers,
 };
 pub use structure::Structure;
+pub use sweep::{Design, DesignError, ModesWorkspace};
 pub use system::System;

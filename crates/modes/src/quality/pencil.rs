@@ -1,20 +1,32 @@
 //! Q(λ) = λ²M + λC + K applied to shapes, with the norms that scale its residuals.
 
+use eigentone_digits::DoubleDouble;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
+use crate::element::{Element, MatrixKind};
 use crate::system::System;
 
 /// M, C, K in doubles with their Frobenius norms.
 pub(crate) struct Pencil {
-    matrices: [Mat<f64>; 3],
-    sparse: [Option<Sparse>; 3],
+    coefficients: [Coefficient; 3],
     norms: [f64; 3],
 }
 
+/// M, C or K.
+enum Coefficient {
+    Sparse(Sparse),
+    Full(Mat<f64>),
+}
+
 /// The entries of a matrix that are not zero, column by column.
-struct Sparse(Vec<Vec<(usize, f64)>>);
+struct Sparse {
+    /// Where each column's entries start, and where the last one's end.
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    entries: Vec<f64>,
+}
 
 /// An eigenvalue with its shapes x and y, approximately.
 #[derive(Clone, Copy, Debug)]
@@ -50,17 +62,11 @@ const BLOCK: usize = 64;
 
 impl Pencil {
     pub(crate) fn of(system: &System) -> Pencil {
-        let matrices = [
-            system.mass_matrix(),
-            system.damping_matrix(),
-            system.stiffness_matrix(),
-        ];
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let coefficients = kinds.map(|kind| Coefficient::of(system, kind));
         Pencil {
-            norms: [0, 1, 2].map(|i: usize| matrices[i].norm_l2()),
-            sparse: matrices
-                .each_ref()
-                .map(|matrix| Sparse::of(matrix.as_ref())),
-            matrices,
+            norms: coefficients.each_ref().map(Coefficient::norm),
+            coefficients,
         }
     }
 
@@ -72,38 +78,46 @@ impl Pencil {
 
     /// The quality of every eigenvalue (Tisseur 2000, *Lin. Alg. Appl.* 309).
     pub(crate) fn qualities(&self, roots: &[Approximate<'_>]) -> Vec<Quality> {
+        use Coefficient::Sparse;
+        if let [Sparse(m), Sparse(c), Sparse(k)] = &self.coefficients {
+            let mut products = [m, c, k].map(|matrix| vec![Complex::ZERO; matrix.columns()]);
+            let each = roots.iter().map(|root| {
+                for (matrix, product) in [m, c, k].into_iter().zip(&mut products) {
+                    matrix.times(root.shape, product);
+                }
+                self.quality(root, products.each_ref().map(Vec::as_slice))
+            });
+            return each.collect();
+        }
         let blocks = roots.chunks(BLOCK).flat_map(|block| {
             let shapes: Vec<&[Complex<f64>]> = block.iter().map(|root| root.shape).collect();
-            let [m, c, k] = [0, 1, 2].map(|i: usize| match &self.sparse[i] {
-                Some(sparse) => shapes.iter().map(|x| sparse.times(x)).collect(),
-                None => products(self.matrices[i].as_ref(), &shapes),
-            });
+            let all = self.coefficients.each_ref();
+            let [m, c, k] = all.map(|matrix| matrix.products(&shapes));
             let each = block.iter().zip(m).zip(c).zip(k);
-            each.map(|(((root, mx), cx), kx)| self.quality(root, &mx, &cx, &kx))
+            each.map(|(((root, mx), cx), kx)| self.quality(root, [&mx, &cx, &kx]))
                 .collect::<Vec<Quality>>()
         });
         blocks.collect()
     }
 
-    fn quality(
-        &self,
-        root: &Approximate<'_>,
-        mx: &[Complex<f64>],
-        cx: &[Complex<f64>],
-        kx: &[Complex<f64>],
-    ) -> Quality {
+    /// From the products Mx, Cx and Kx.
+    fn quality(&self, root: &Approximate<'_>, products: [&[Complex<f64>]; 3]) -> Quality {
         let lambda = root.value;
-        let n = root.shape.len();
-        let residual: Vec<Complex<f64>> = (0..n)
-            .map(|i| (mx[i] * lambda + cx[i]) * lambda + kx[i])
-            .collect();
-        let residual = norm(&residual);
+        let [mx, cx, kx] = products;
+        let entries = || mx.iter().zip(cx).zip(kx);
+        let residual = norm_of(entries().map(|((m, c), k)| (m * lambda + c) * lambda + k));
         let size = norm(root.shape);
         let scale = self.scale(lambda);
-        let slope = |i: usize| mx[i] * lambda * 2.0 + cx[i];
+        let slopes = mx.iter().zip(cx).map(|(m, c)| m * lambda * 2.0 + c);
         let (slope, left_size): (Complex<f64>, f64) = match root.left {
-            Some(left) => ((0..n).map(|i| left[i].conj() * slope(i)).sum(), norm(left)),
-            None => ((0..n).map(|i| root.shape[i] * slope(i)).sum(), size),
+            Some(left) => (
+                left.iter().zip(slopes).map(|(y, s)| y.conj() * s).sum(),
+                norm(left),
+            ),
+            None => (
+                root.shape.iter().zip(slopes).map(|(x, s)| x * s).sum(),
+                size,
+            ),
         };
         let condition = scale * size * left_size / (lambda.norm() * slope.norm());
         Quality {
@@ -118,12 +132,17 @@ impl Pencil {
 
     /// Q(λ) over its scale.
     fn at(&self, lambda: Complex<f64>) -> Option<Mat<Complex<f64>>> {
-        let [m, c, k] = &self.matrices;
-        let n = m.nrows();
         let scale = self.scale(lambda);
-        let q = Mat::from_fn(n, n, |i, j| {
-            ((lambda * m[(i, j)] + c[(i, j)]) * lambda + k[(i, j)]) / scale
-        });
+        let n = self.coefficients[0].order();
+        let mut q = Mat::zeros(n, n);
+        let factors = [
+            lambda * lambda / scale,
+            lambda / scale,
+            Complex::from(1.0 / scale),
+        ];
+        for (matrix, factor) in self.coefficients.iter().zip(factors) {
+            matrix.add_to(&mut q, factor);
+        }
         q.norm_max().is_finite().then_some(q)
     }
 
@@ -174,27 +193,156 @@ fn conjugates(x: &[Complex<f64>]) -> Vec<Complex<f64>> {
     x.iter().map(|entry| entry.conj()).collect()
 }
 
+impl Coefficient {
+    fn of(system: &System, kind: MatrixKind) -> Coefficient {
+        if system.added(kind).is_none() {
+            return Coefficient::Sparse(Sparse::of_elements(system, kind));
+        }
+        let matrix = match kind {
+            MatrixKind::Mass => system.mass_matrix(),
+            MatrixKind::Damping => system.damping_matrix(),
+            MatrixKind::Stiffness => system.stiffness_matrix(),
+        };
+        match Sparse::of(matrix.as_ref()) {
+            Some(sparse) => Coefficient::Sparse(sparse),
+            None => Coefficient::Full(matrix),
+        }
+    }
+
+    fn order(&self) -> usize {
+        match self {
+            Coefficient::Sparse(sparse) => sparse.columns(),
+            Coefficient::Full(matrix) => matrix.ncols(),
+        }
+    }
+
+    /// Frobenius.
+    fn norm(&self) -> f64 {
+        match self {
+            Coefficient::Sparse(sparse) => {
+                norm_of(sparse.entries.iter().map(|entry| Complex::from(*entry)))
+            }
+            Coefficient::Full(matrix) => matrix.norm_l2(),
+        }
+    }
+
+    fn products(&self, shapes: &[&[Complex<f64>]]) -> Vec<Vec<Complex<f64>>> {
+        let sparse = match self {
+            Coefficient::Sparse(sparse) => sparse,
+            Coefficient::Full(matrix) => return products(matrix.as_ref(), shapes),
+        };
+        let product = |x: &&[Complex<f64>]| {
+            let mut product = vec![Complex::ZERO; x.len()];
+            sparse.times(x, &mut product);
+            product
+        };
+        shapes.iter().map(product).collect()
+    }
+
+    fn add_to(&self, q: &mut Mat<Complex<f64>>, factor: Complex<f64>) {
+        match self {
+            Coefficient::Sparse(sparse) => {
+                for (j, column) in sparse.starts.windows(2).enumerate() {
+                    for at in column[0]..column[1] {
+                        q[(sparse.rows[at], j)] += factor * sparse.entries[at];
+                    }
+                }
+            }
+            Coefficient::Full(matrix) => {
+                for j in 0..matrix.ncols() {
+                    for i in 0..matrix.nrows() {
+                        q[(i, j)] += factor * matrix[(i, j)];
+                    }
+                }
+            }
+        }
+    }
+}
+
 impl Sparse {
+    /// Of masses, springs or dampers, each entry summed in double-double and rounded once.
+    fn of_elements(system: &System, kind: MatrixKind) -> Sparse {
+        let mut columns: Vec<Vec<(usize, DoubleDouble)>> = vec![Vec::new(); system.len()];
+        let mut add = |i: usize, j: usize, value: f64| {
+            let known = columns[j].iter_mut().find(|entry| entry.0 == i);
+            match known {
+                Some((_, sum)) => *sum = *sum + DoubleDouble::from(value),
+                None => columns[j].push((i, DoubleDouble::from(value))),
+            }
+        };
+        let elements = match kind {
+            MatrixKind::Mass => {
+                for (i, mass) in system.masses().iter().enumerate() {
+                    add(i, i, *mass);
+                }
+                &[]
+            }
+            MatrixKind::Damping => system.dampers(),
+            MatrixKind::Stiffness => system.springs(),
+        };
+        for Element {
+            first,
+            second,
+            coefficient,
+        } in elements
+        {
+            for (end, other) in [(first, second), (second, first)] {
+                let Some(i) = end.coordinate() else { continue };
+                add(i, i, *coefficient);
+                if let Some(j) = other.coordinate() {
+                    add(i, j, -*coefficient);
+                }
+            }
+        }
+        let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
+        for column in columns {
+            for (i, sum) in column.into_iter().filter(|(_, sum)| sum.to_f64() != 0.0) {
+                rows.push(i);
+                entries.push(sum.to_f64());
+            }
+            starts.push(entries.len());
+        }
+        Sparse {
+            starts,
+            rows,
+            entries,
+        }
+    }
+
     /// `None` where a product with all entries is as quick.
     fn of(matrix: MatRef<'_, f64>) -> Option<Sparse> {
         const FULL: usize = 8;
         let n = matrix.nrows();
-        let entries = |j: usize| matrix.col(j).iter().copied().enumerate();
-        let filled: usize = (0..n)
-            .map(|j| entries(j).filter(|(_, entry)| *entry != 0.0).count())
-            .sum();
-        let column = |j| entries(j).filter(|(_, entry)| *entry != 0.0).collect();
-        (FULL * filled <= n * n || n <= BLOCK).then(|| Sparse((0..n).map(column).collect()))
+        let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
+        for j in 0..n {
+            for (i, entry) in matrix.col(j).iter().enumerate() {
+                if *entry != 0.0 {
+                    rows.push(i);
+                    entries.push(*entry);
+                }
+            }
+            starts.push(entries.len());
+        }
+        (FULL * entries.len() <= n * n || n <= BLOCK).then_some(Sparse {
+            starts,
+            rows,
+            entries,
+        })
     }
 
-    fn times(&self, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
-        let mut result = vec![Complex::ZERO; x.len()];
-        for (column, x) in self.0.iter().zip(x) {
-            for (i, entry) in column {
-                result[*i] += x * entry;
+    fn columns(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// product = A·x.
+    fn times(&self, x: &[Complex<f64>], product: &mut [Complex<f64>]) {
+        product.fill(Complex::ZERO);
+        for (column, x) in self.starts.windows(2).zip(x) {
+            let range = column[0]..column[1];
+            for (i, entry) in self.rows[range.clone()].iter().zip(&self.entries[range]) {
+                product[*i] += x * entry;
             }
         }
-        result
     }
 }
 
@@ -219,18 +367,22 @@ pub(crate) fn products(
 
 /// ‖x‖, without overflow on the way.
 pub(crate) fn norm(x: &[Complex<f64>]) -> f64 {
-    let square: f64 = x.iter().map(|entry| entry.norm_sqr()).sum();
+    norm_of(x.iter().copied())
+}
+
+fn norm_of(x: impl Iterator<Item = Complex<f64>> + Clone) -> f64 {
+    let square: f64 = x.clone().map(|entry| entry.norm_sqr()).sum();
     if (1e-200..1e200).contains(&square) {
         return square.sqrt();
     }
-    let parts = x.iter().flat_map(|entry| [entry.re.abs(), entry.im.abs()]);
+    let parts = x.clone().flat_map(|entry| [entry.re.abs(), entry.im.abs()]);
     let largest = parts.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
     if largest == 0.0 || !largest.is_finite() {
         return largest;
     }
     // Both factors are powers of two, and neither leaves the doubles.
     let half = (-0.5 * largest.log2()).round().exp2();
-    let scaled = x.iter().map(|entry| entry * half * half);
+    let scaled = x.map(|entry| entry * half * half);
     let square: f64 = scaled.map(|entry| entry.norm_sqr()).sum();
     square.sqrt() / half / half
 }

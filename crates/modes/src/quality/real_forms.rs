@@ -5,7 +5,8 @@
 //! does (Rayleigh).
 
 use eigentone_digits::{DoubleDouble, Lanes, Real};
-use faer::MatRef;
+use faer::{Mat, MatRef};
+use pulp::Arch;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
@@ -21,30 +22,19 @@ pub(crate) struct RealForms {
 /// Shapes that are taken at a time.
 const LANES: usize = 8;
 
-impl RealForms {
-    /// Those of one shape.
-    pub(crate) fn one(system: &System, x: &[f64]) -> RealForms {
-        let at = |node: Node| DoubleDouble::from(node.coordinate().map_or(0.0, |i| x[i]));
-        let elements = |elements: &[Element]| {
-            elements.iter().fold(DoubleDouble::ZERO, |sum, element| {
-                let stretch = at(element.first) - at(element.second);
-                sum + (stretch * stretch).mul_f64(element.coefficient)
-            })
-        };
-        let masses = system.masses().iter().zip(x);
-        let mut forms = RealForms {
-            m: masses.fold(DoubleDouble::ZERO, |sum, (mass, x)| {
-                sum + DoubleDouble::product(*x, *x).mul_f64(*mass)
-            }),
-            c: elements(system.dampers()),
-            k: elements(system.springs()),
-        };
-        forms.add_matrices(system, x);
-        forms
-    }
+/// How the entries of given matrices are summed; elements always are in double-double.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Entries {
+    /// In doubles, by products of whole matrices, where there are many coordinates: no better than
+    /// the frequencies that come from such matrices in doubles.
+    Plain,
+    /// In double-double.
+    Exact,
+}
 
+impl RealForms {
     /// Those of many shapes, together.
-    pub(crate) fn of(system: &System, shapes: &[&[f64]]) -> Vec<RealForms> {
+    pub(crate) fn of(system: &System, shapes: &[&[f64]], entries: Entries) -> Vec<RealForms> {
         let n = system.len();
         let mut columns = vec![[0.0; LANES]; n];
         let mut all = Vec::with_capacity(shapes.len());
@@ -54,34 +44,42 @@ impl RealForms {
                     column[lane] = *x;
                 }
             }
-            let [m, c, k] = sums(system, &columns);
+            let [m, c, k] = Arch::new().dispatch(|| sums(system, &columns));
             all.extend(block.iter().enumerate().map(|(lane, x)| {
-                let mut forms = RealForms {
+                let forms = RealForms {
                     m: m.get(lane),
                     c: c.get(lane),
                     k: k.get(lane),
                 };
                 let parts = [forms.m, forms.c, forms.k];
-                if parts.iter().all(|part| part.to_f64().is_finite()) {
-                    forms.add_matrices(system, x);
-                    forms
-                } else {
-                    RealForms::one(system, x)
+                if !parts.iter().all(|part| part.to_f64().is_finite()) {
+                    return by_elements(system, x);
                 }
+                forms
             }));
+        }
+        for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
+            let Some(matrix) = system.added(kind) else {
+                continue;
+            };
+            let sums: Vec<DoubleDouble> = if entries == Entries::Plain && is_full(matrix) {
+                products(matrix, shapes)
+            } else {
+                shapes.iter().map(|x| quadratic_form(matrix, x)).collect()
+            };
+            for (forms, sum) in all.iter_mut().zip(sums) {
+                let form = forms.of_kind(kind);
+                *form = *form + sum;
+            }
         }
         all
     }
 
-    fn add_matrices(&mut self, system: &System, x: &[f64]) {
-        for (kind, form) in [
-            (MatrixKind::Mass, &mut self.m),
-            (MatrixKind::Damping, &mut self.c),
-            (MatrixKind::Stiffness, &mut self.k),
-        ] {
-            if let Some(matrix) = system.added(kind) {
-                *form = *form + quadratic_form(matrix, x);
-            }
+    fn of_kind(&mut self, kind: MatrixKind) -> &mut DoubleDouble {
+        match kind {
+            MatrixKind::Mass => &mut self.m,
+            MatrixKind::Damping => &mut self.c,
+            MatrixKind::Stiffness => &mut self.k,
         }
     }
 
@@ -92,6 +90,7 @@ impl RealForms {
 }
 
 /// The elements' shares of the three forms.
+#[inline(always)]
 fn sums(system: &System, columns: &[[f64; LANES]]) -> [Lanes<LANES>; 3] {
     const GROUND: [f64; LANES] = [0.0; LANES];
     let at = |node: Node| node.coordinate().map_or(&GROUND, |i| &columns[i]);
@@ -106,11 +105,49 @@ fn sums(system: &System, columns: &[[f64; LANES]]) -> [Lanes<LANES>; 3] {
     for (factor, column) in system.masses().iter().zip(columns) {
         mass.add_square(*factor, column, &GROUND);
     }
-    [
-        mass,
-        elements(system.dampers()),
-        elements(system.springs()),
-    ]
+    [mass, elements(system.dampers()), elements(system.springs())]
+}
+
+/// The elements' shares where numbers leave the range of the splitting.
+fn by_elements(system: &System, x: &[f64]) -> RealForms {
+    let at = |node: Node| DoubleDouble::from(node.coordinate().map_or(0.0, |i| x[i]));
+    let elements = |elements: &[Element]| {
+        elements.iter().fold(DoubleDouble::ZERO, |sum, element| {
+            let stretch = at(element.first) - at(element.second);
+            sum + (stretch * stretch).mul_f64(element.coefficient)
+        })
+    };
+    let masses = system.masses().iter().zip(x);
+    RealForms {
+        m: masses.fold(DoubleDouble::ZERO, |sum, (mass, x)| {
+            sum + DoubleDouble::product(*x, *x).mul_f64(*mass)
+        }),
+        c: elements(system.dampers()),
+        k: elements(system.springs()),
+    }
+}
+
+/// Whether a product with all entries is quicker than one that skips zeros.
+fn is_full(matrix: MatRef<'_, f64>) -> bool {
+    const MANY: usize = 32;
+    const FULL: usize = 8;
+    let n = matrix.nrows();
+    let filled: usize = matrix
+        .col_iter()
+        .map(|column| column.iter().filter(|entry| **entry != 0.0).count())
+        .sum();
+    n > MANY && FULL * filled > n * n
+}
+
+/// xᵀAx of all shapes, in doubles.
+fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<DoubleDouble> {
+    let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| shapes[j][i]);
+    let products = matrix * &columns;
+    let each = products.col_iter().zip(shapes).map(|(product, x)| {
+        let terms = product.iter().zip(*x);
+        DoubleDouble::from(terms.map(|(product, x)| product * x).sum::<f64>())
+    });
+    each.collect()
 }
 
 /// xᵀAx.

@@ -4,6 +4,7 @@ use num_complex::Complex;
 
 use crate::inclusion::{certify, congruence, rayleigh, springless};
 use crate::modes::{Bounds, Mode, Modes};
+use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -121,7 +122,7 @@ fn with_proportion(
     structure: &Structure,
 ) -> Option<Proof> {
     structure.proportion()?;
-    let modes = classical::real_modes(solver, system, structure).ok()?;
+    let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: rayleigh::Damped| Root {
@@ -150,7 +151,7 @@ fn without_springs(
 ) -> Option<Proof> {
     let undamped = with_dampers_for_springs(system, structure)?;
     let structure = undamped.structure();
-    let modes = classical::real_modes(solver, &undamped, structure).ok()?;
+    let modes = classical::real_modes(solver, &undamped, structure, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: springless::Relaxing| Root {

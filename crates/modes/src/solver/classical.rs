@@ -4,15 +4,15 @@ use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
+use crate::element::{Element, MatrixKind, Node};
 use crate::modes::Modes;
-use crate::quality::rayleigh::Forms;
-use crate::quality::real_forms::RealForms;
+use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
-use super::spring_factor::{self, RealMode};
-use super::{ModeSolver, ModesError, admit, rigid, springless, symmetric};
+use super::{ModeSolver, ModesError, admit, rigid, spring_factor, springless, symmetric};
 
 /// The undamped modes, and for each the roots of mλ² + cλ + k with the modal mass, damping and
 /// stiffness: for systems with C M⁻¹ K = K M⁻¹ C (Caughey & O'Kelly 1965, *J. Appl. Mech.* 32),
@@ -61,13 +61,9 @@ fn modal_roots(
         forms,
         rigid,
         error,
-    } in modal_forms(solver, system, structure)?
+    } in modal_forms(solver, system, structure, Entries::Plain)?
     {
-        let stiffness = if rigid {
-            DoubleDouble::ZERO
-        } else {
-            forms.k
-        };
+        let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k };
         let quadratic = Quadratic {
             m: forms.m,
             c: forms.c,
@@ -138,7 +134,7 @@ impl ClassicalModes {
         if !undamped && Classical.refuses(system, structure).is_some() {
             return Ok(None);
         }
-        let forms = modal_forms(&Classical, system, structure)?;
+        let forms = modal_forms(&Classical, system, structure, Entries::Exact)?;
         let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i]);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
         let rates = forms.iter().map(|mode| {
@@ -205,13 +201,14 @@ pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
     let mut modes = if spring_factor::refuses_springs(system).is_none() {
         spring_factor::real_modes(solver, system, structure)?
     } else {
-        symmetric::real_modes(solver, system, structure)?
+        symmetric::real_modes(solver, system, structure, entries)?
     };
-    separate(system, &mut modes);
+    separate(system, &mut modes, entries);
     Ok(modes)
 }
 
@@ -220,19 +217,19 @@ fn modal_forms(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    entries: Entries,
 ) -> Result<Vec<ModalForms>, ModesError> {
     if let Some(undamped) = springless::with_dampers_for_springs(system, structure) {
-        return relaxing_forms(solver, system, &undamped);
+        return relaxing_forms(solver, system, &undamped, entries);
     }
-    let modes = real_modes(solver, system, structure)?;
-    let formed = with_unit_shapes(system, &modes);
-    let form = |(mode, (shape, forms)): (&RealMode, (Vec<f64>, RealForms))| ModalForms {
-        forms,
-        shape,
+    let modes = real_modes(solver, system, structure, entries)?;
+    let form = |mode: RealMode| ModalForms {
+        shape: mode.shape,
+        forms: mode.forms,
         rigid: mode.rigid,
         error: 0.0,
     };
-    Ok(modes.iter().zip(formed).map(form).collect())
+    Ok(modes.into_iter().map(form).collect())
 }
 
 /// Those of a system without springs, given the undamped one that has the dampers for springs.
@@ -242,9 +239,11 @@ fn relaxing_forms(
     solver: &dyn ModeSolver,
     system: &System,
     undamped: &System,
+    entries: Entries,
 ) -> Result<Vec<ModalForms>, ModesError> {
-    let modes = real_modes(solver, undamped, undamped.structure())?;
-    let formed = with_unit_shapes(system, &modes);
+    let modes = real_modes(solver, undamped, undamped.structure(), entries)?;
+    let shapes = modes.iter().map(|mode| mode.shape.clone()).collect();
+    let formed = unit_shapes(system, shapes, entries);
     let form = |(mode, (shape, mut forms)): (&RealMode, (Vec<f64>, RealForms))| {
         let rate = (forms.c / forms.m).to_f64();
         // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
@@ -263,63 +262,85 @@ fn relaxing_forms(
     Ok(modes.iter().zip(formed).map(form).collect())
 }
 
-/// The shapes scaled so that their largest entries are exactly 1, with their forms.
-fn with_unit_shapes(system: &System, modes: &[RealMode]) -> Vec<(Vec<f64>, RealForms)> {
-    let unit = |mode: &RealMode| -> Vec<f64> {
-        let larger = |a: f64, b: &f64| if b.abs() > a.abs() { *b } else { a };
-        let pivot = mode.shape.iter().fold(0.0, larger);
-        mode.shape.iter().map(|x| x / pivot).collect()
-    };
-    let shapes: Vec<Vec<f64>> = modes.iter().map(unit).collect();
-    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
-    let forms = RealForms::of(system, &columns);
-    shapes.into_iter().zip(forms).collect()
-}
-
 /// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
 /// those that C does not couple.
-fn separate(system: &System, modes: &mut [RealMode]) {
+fn separate(system: &System, modes: &mut [RealMode], entries: Entries) {
     const NEAR: f64 = 1e-6;
-    const COUPLED: f64 = 1e-13;
-    const SWEEPS: usize = 30;
     modes.sort_by(|a, b| a.square.total_cmp(&b.square));
-    for mode in modes.iter_mut() {
-        let size = mode.mass.sqrt();
-        mode.shape.iter_mut().for_each(|x| *x /= size);
-        mode.mass = 1.0;
-    }
     let near = |a: &RealMode, b: &RealMode| {
         (b.square - a.square).abs() <= NEAR * b.square.abs().max(a.square.abs())
     };
+    // Each mode is near the one before it.
+    for group in modes.chunk_by_mut(near) {
+        if group.len() > 1 {
+            uncouple(system, group, near, entries);
+        }
+    }
+}
+
+/// Jacobi's rotations of shapes of modal mass 1 until C couples none that are near.
+fn uncouple(
+    system: &System,
+    modes: &mut [RealMode],
+    near: impl Fn(&RealMode, &RealMode) -> bool,
+    entries: Entries,
+) {
+    const COUPLED: f64 = 1e-13;
+    const SWEEPS: usize = 30;
+    let normalised = modes
+        .iter()
+        .map(|mode| mode.clone().mass_normalised().shape);
+    let mut shapes: Vec<Vec<f64>> = normalised.collect();
+    let mut rotated = false;
     for _ in 0..SWEEPS {
-        let mut rotated = false;
-        for p in 0..modes.len() {
-            for q in p + 1..modes.len() {
+        let mut again = false;
+        for q in 1..shapes.len() {
+            let (before, rest) = shapes.split_at_mut(q);
+            let y = &mut rest[0];
+            for (p, x) in before.iter_mut().enumerate() {
                 if !near(&modes[p], &modes[q]) {
-                    break;
+                    continue;
                 }
-                let (x, y) = (modes[p].complex_shape(), modes[q].complex_shape());
-                let damping =
-                    |a: &[Complex<f64>], b: &[Complex<f64>]| Forms::<f64>::of(system, a, b).c.re;
-                let (a, b, g) = (damping(&x, &x), damping(&y, &y), damping(&x, &y));
+                let damping = |a: &[f64], b: &[f64]| damping_form(system, a, b);
+                let (a, b, g) = (damping(x, x), damping(y, y), damping(x, y));
                 if g.abs() <= COUPLED * (a.abs() + b.abs()) {
                     continue;
                 }
-                rotated = true;
+                again = true;
                 let zeta = (b - a) / (2.0 * g);
                 let t = zeta.signum() / (zeta.abs() + 1f64.hypot(zeta));
                 let cosine = 1.0 / 1f64.hypot(t);
                 let sine = cosine * t;
-                for i in 0..x.len() {
-                    modes[p].shape[i] = cosine * x[i].re - sine * y[i].re;
-                    modes[q].shape[i] = sine * x[i].re + cosine * y[i].re;
+                for (x, y) in x.iter_mut().zip(y.iter_mut()) {
+                    (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
                 }
             }
         }
-        if !rotated {
+        rotated |= again;
+        if !again {
             break;
         }
     }
+    if rotated {
+        for (mode, (shape, forms)) in modes.iter_mut().zip(unit_shapes(system, shapes, entries)) {
+            (mode.shape, mode.forms) = (shape, forms);
+        }
+    }
+}
+
+/// xᵀCy.
+fn damping_form(system: &System, x: &[f64], y: &[f64]) -> f64 {
+    let stretch = |shape: &[f64], damper: &Element| {
+        let at = |node: Node| node.coordinate().map_or(0.0, |i| shape[i]);
+        at(damper.first) - at(damper.second)
+    };
+    let dampers = system.dampers().iter();
+    let each = dampers.map(|damper| damper.coefficient * stretch(x, damper) * stretch(y, damper));
+    let added = system.added(MatrixKind::Damping).map_or(0.0, |matrix| {
+        let column = |j: usize| matrix.col(j).iter().zip(x).map(|(c, x)| c * x).sum::<f64>();
+        y.iter().enumerate().map(|(j, y)| column(j) * y).sum()
+    });
+    each.sum::<f64>() + added
 }
 
 /// The nonzero roots of mλ² + cλ + k with Im ≥ 0, where m or c is positive.

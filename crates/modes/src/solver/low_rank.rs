@@ -6,13 +6,15 @@ use num_complex::Complex;
 use crate::element::{MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::pencil::products;
+use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::modal_matrix::set_apart;
+use super::real_mode::RealMode;
 use super::roots::{Root, collect};
 use super::secular::Secular;
-use super::spring_factor::{RealMode, undamped_roots};
+use super::spring_factor::undamped_roots;
 use super::{ModalMatrix, ModeSolver, ModesError, admit, classical, state_matrix};
 
 /// Roots of det(I + λUᵀ(λ² + Ω²)⁻¹U), with the undamped frequencies Ω and C = UUᵀ of low rank in
@@ -56,8 +58,9 @@ impl ModeSolver for LowRank {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        let modes = classical::real_modes(self, system, structure)?;
-        let (apart, modes) = set_apart(system, modes, undamped);
+        let modes = classical::real_modes(self, system, structure, Entries::Plain)?;
+        let modes = modes.into_iter().map(RealMode::mass_normalised).collect();
+        let (apart, modes) = set_apart(modes, undamped);
         let positive = modes.iter().all(|mode| mode.square > 0.0 && !mode.rigid);
         let found = positive
             .then(|| {
@@ -74,15 +77,10 @@ impl ModeSolver for LowRank {
             .map(|root| root.amplitudes.as_slice())
             .collect();
         let shapes = products(basis.as_ref(), &amplitudes);
-        let mut roots = Vec::with_capacity(2 * found.len());
-        for (root, shape) in found.iter().zip(shapes) {
-            if root.value.im > 0.0 {
-                let conjugate = shape.iter().map(|x| x.conj()).collect();
-                roots.push(Root::simple(root.value.conj(), conjugate));
-            }
-            roots.push(Root::simple(root.value, shape));
-        }
-        let mut roots = state_matrix::refine(system, structure, roots);
+        let simple = found.iter().zip(shapes);
+        let simple = simple.map(|(root, shape)| Root::simple(root.value, shape));
+        let radii: Vec<f64> = found.iter().map(|root| root.radius).collect();
+        let mut roots = state_matrix::refine_simple(system, structure, simple.collect(), &radii);
         roots.extend(undamped_roots(apart));
         Ok(collect(self, system, roots))
     }

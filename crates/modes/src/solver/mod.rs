@@ -9,6 +9,7 @@ mod low_rank;
 mod modal_matrix;
 mod newton;
 mod parts;
+mod real_mode;
 mod reversed;
 mod rigid;
 mod roots;

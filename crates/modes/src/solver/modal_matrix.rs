@@ -5,12 +5,13 @@ use num_complex::Complex;
 
 use crate::element::{MatrixKind, Node};
 use crate::modes::Modes;
-use crate::quality::rayleigh::Forms;
+use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::real_mode::RealMode;
 use super::roots::collect;
-use super::spring_factor::{self, RealMode, undamped_roots};
+use super::spring_factor::{self, undamped_roots};
 use super::{ModeSolver, ModesError, admit, classical, rigid, state_matrix, symmetric};
 
 /// Eigenvalues of [0 Ω; −Ω −Γ], with the undamped frequencies Ω and the modal damping matrix
@@ -48,8 +49,9 @@ impl ModeSolver for ModalMatrix {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        let modes = classical::real_modes(self, system, structure)?;
-        let (apart, mut modes) = set_apart(system, modes, undamped);
+        let modes = classical::real_modes(self, system, structure, Entries::Plain)?;
+        let modes = modes.into_iter().map(RealMode::mass_normalised).collect();
+        let (apart, mut modes) = set_apart(modes, undamped);
         let mut roots = undamped_roots(apart);
 
         // Rigid-body modes have no elastic energy, and so no state for it.
@@ -97,17 +99,12 @@ impl ModeSolver for ModalMatrix {
 
 /// The given number of elastic modes that C resists least, relative to their frequency, and the
 /// rest.
-pub(crate) fn set_apart(
-    system: &System,
-    modes: Vec<RealMode>,
-    count: usize,
-) -> (Vec<RealMode>, Vec<RealMode>) {
+pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, Vec<RealMode>) {
     let resistance = |mode: &RealMode| {
         if mode.rigid {
             return f64::INFINITY;
         }
-        let shape = mode.complex_shape();
-        let damping = Forms::<f64>::of(system, &shape, &shape).c.re;
+        let damping = (mode.forms.c / mode.forms.m).to_f64();
         damping.abs() / mode.square.sqrt()
     };
     if count == 0 {

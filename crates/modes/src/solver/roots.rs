@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes};
 use crate::plan::ModePlan;
-use crate::quality::pencil::{Approximate, Pencil, Quality, norm};
+use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
@@ -182,21 +182,34 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
 /// of the largest.
 pub(crate) fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     const TIE: f64 = 1.0 - 1e-12;
-    let largest = shape.iter().map(|entry| entry.norm()).fold(0.0, f64::max);
-    let Some(pivot) = shape.iter().position(|entry| entry.norm() >= TIE * largest) else {
-        return shape.to_vec();
-    };
-    if largest == 0.0 || !norm(shape).is_finite() {
-        return shape.to_vec();
+    // Squares near the ends of the range of doubles lose digits, or have left it.
+    const SAFE: std::ops::Range<f64> = 1e-280..1e280;
+    let square = shape.iter().map(Complex::norm_sqr).fold(0.0, f64::max);
+    if !SAFE.contains(&square) || shape.iter().any(|entry| entry.is_nan()) {
+        let parts = shape
+            .iter()
+            .flat_map(|entry| [entry.re.abs(), entry.im.abs()]);
+        let largest = parts.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+        if largest == 0.0 || !largest.is_finite() {
+            return shape.to_vec();
+        }
+        // Both factors are powers of two, and neither leaves the doubles.
+        let half = (-0.5 * largest.log2()).round().exp2();
+        let scaled: Vec<Complex<f64>> = shape.iter().map(|entry| entry * half * half).collect();
+        return normalised(&scaled);
     }
-    let divisor = shape[pivot];
-    let mut result: Vec<Complex<f64>> = shape
+    let pivot = shape
         .iter()
-        .map(|entry| (entry / largest) / (divisor / largest))
-        .collect();
+        .position(|entry| entry.norm_sqr() >= TIE * TIE * square);
+    let pivot = pivot.expect("the largest is one of them");
+    let divisor = shape[pivot];
+    let mut result: Vec<Complex<f64>> = if shape.iter().all(|entry| entry.im == 0.0) {
+        let real = |entry: &Complex<f64>| Complex::from(entry.re / divisor.re + 0.0);
+        shape.iter().map(real).collect()
+    } else {
+        let quotient = |entry: &Complex<f64>| entry / divisor + Complex::ZERO;
+        shape.iter().map(quotient).collect()
+    };
     result[pivot] = Complex::ONE;
-    for entry in &mut result {
-        *entry += Complex::ZERO;
-    }
     result
 }

@@ -12,7 +12,10 @@
 //! which has no pole there. That none is missing is seen by the discs of Smith 1970 (*J. ACM* 17)
 //! about the points found: if no two touch, each holds one root.
 
+use std::ops::Range;
+
 use num_complex::Complex;
+use pulp::Arch;
 
 use super::cluster::within;
 
@@ -32,14 +35,16 @@ struct Point {
 pub(crate) struct Found {
     pub(crate) value: Complex<f64>,
     pub(crate) amplitudes: Vec<Complex<f64>>,
+    /// How far off it may be, as an estimate.
+    pub(crate) radius: f64,
 }
 
 /// ω_j > 0, and the rows of U with the products of their entries.
 pub(crate) struct Secular {
     omega: Vec<f64>,
     rows: Vec<Vec<f64>>,
-    /// u_a·u_b for a ≥ b, row after row.
-    products: Vec<f64>,
+    /// u_a·u_b of all rows, for each a ≥ b.
+    products: Vec<Vec<f64>>,
     /// ‖u‖² of each row.
     weights: Vec<f64>,
     rank: usize,
@@ -111,9 +116,8 @@ impl Secular {
     /// From the frequencies, all positive, and a row of U for each.
     pub(crate) fn new(omega: Vec<f64>, rows: Vec<Vec<f64>>) -> Secular {
         let rank = rows.first().map_or(0, Vec::len);
-        let products = rows
-            .iter()
-            .flat_map(|u| (0..rank).flat_map(move |a| (0..=a).map(move |b| u[a] * u[b])));
+        let pairs = (0..rank).flat_map(|a| (0..=a).map(move |b| (a, b)));
+        let products = pairs.map(|(a, b)| rows.iter().map(|u| u[a] * u[b]).collect());
         Secular {
             products: products.collect(),
             weights: rows.iter().map(|u| u.iter().map(|u| u * u).sum()).collect(),
@@ -158,7 +162,11 @@ impl Secular {
         Secular {
             omega: self.omega.clone(),
             rows: self.rows.iter().map(row).collect(),
-            products: self.products.iter().map(times).collect(),
+            products: self
+                .products
+                .iter()
+                .map(|each| each.iter().map(times).collect())
+                .collect(),
             weights: self.weights.iter().map(times).collect(),
             rank: self.rank,
         }
@@ -169,11 +177,15 @@ impl Secular {
         const SWEEPS: usize = 40;
         /// Sweeps after which a pair may part.
         const PATIENCE: usize = 6;
+        let mut shares = Shares::new(self.omega.len());
         for sweep in 1..=SWEEPS {
             let mut moved = false;
+            let mut repulsion = Repulsion::of(points);
             for i in 0..points.len() {
                 if !points[i].settled {
-                    self.step(points, i, near)?;
+                    let others = repulsion.on(i, &points[i]);
+                    self.step(&mut points[i], others, near, &mut shares)?;
+                    repulsion.moved(i, &points[i]);
                     moved = true;
                 }
             }
@@ -200,28 +212,23 @@ impl Secular {
         points.collect()
     }
 
-    /// Moves point i by the step of Ehrlich and Aberth.
-    fn step(&self, points: &mut [Point], i: usize, near: f64) -> Option<()> {
-        let point = points[i];
-        let value = self.at(&point)?;
-        let mut others = Complex::ZERO;
-        for (j, other) in points.iter().enumerate() {
-            if j != i {
-                others += point.minus(other).inv();
-            }
-            if !other.single {
-                others += point.minus_conjugate(other).inv();
-            }
-        }
+    /// Moves a point by the step of Ehrlich and Aberth, the others repelling it.
+    fn step(
+        &self,
+        point: &mut Point,
+        others: Complex<f64>,
+        near: f64,
+        shares: &mut Shares,
+    ) -> Option<()> {
+        let value = self.at(point, shares)?;
         let step = (value.slope - others).inv();
         if value.determinant == Complex::ZERO {
-            points[i].settled = true;
+            point.settled = true;
             return Some(());
         }
         if !step.is_finite() {
             return None;
         }
-        let point = &mut points[i];
         // No farther than to the size of the point itself: the start is of the right one.
         let size = point.value().norm();
         let step = step * (size / step.norm()).min(1.0);
@@ -231,39 +238,27 @@ impl Secular {
         Some(())
     }
 
-    fn at(&self, point: &Point) -> Option<Value> {
+    fn at(&self, point: &Point, shares: &mut Shares) -> Option<Value> {
         const CLOSED: f64 = 1e-6;
-        let (k, count) = (point.pole, self.rank * (self.rank + 1) / 2);
+        let k = point.pole;
         let lambda = point.value();
-        let mut matrix = vec![Complex::ZERO; count];
-        let mut derivative = vec![Complex::ZERO; count];
-        let mut sum = Complex::ZERO;
-        let (mut pole, mut most) = (k, 0.0);
-        for (j, omega) in self.omega.iter().enumerate() {
-            let products = &self.products[j * count..][..count];
-            let denominator = point.above(*omega) * point.below(*omega);
-            if j == k {
-                continue;
-            }
-            let share = self.weights[j] / denominator.norm_sqr();
-            if share > most {
-                (pole, most) = (j, share);
-            }
-            let inverse = denominator.inv();
-            sum += inverse;
-            let weight = lambda * inverse;
-            let change = inverse - weight * weight * 2.0;
-            for ((entry, derived), product) in matrix.iter_mut().zip(&mut derivative).zip(products)
-            {
-                *entry += weight * *product;
-                *derived += change * *product;
-            }
+        let arch = Arch::new();
+        let sum = arch.dispatch(|| shares.fill(point, &self.omega, &self.weights));
+        shares.matrix.clear();
+        shares.derivative.clear();
+        for products in &self.products {
+            let [entry, derived] = arch.dispatch(|| shares.dot(products));
+            shares.matrix.push(entry);
+            shares.derivative.push(derived);
         }
+        let most = shares.largest.iter().copied().fold(0.0, f64::max);
+        let at = shares.largest.iter().position(|share| *share == most);
+        let mut pole = at.filter(|_| most > 0.0).unwrap_or(k);
         let (u, omega) = (&self.rows[k], self.omega[k]);
         let below = point.below(omega);
         let a = lambda / below;
         let slope_of_a = Complex::new(0.0, omega) / (below * below);
-        let reduced = Reduced::of(&matrix, &derivative, u)?;
+        let reduced = Reduced::of(&shares.matrix, &shares.derivative, u)?;
         let g = point.above(omega) + a * reduced.form;
         // The other mode that may have the largest amplitude, where w gives this one 1/λ.
         let size: f64 = reduced.direction.iter().map(|w| w.norm_sqr()).sum();
@@ -288,23 +283,26 @@ impl Secular {
     /// W = P(z_i)/Π(z_i − z_j), which bounds the disc about z_i.
     fn correction(&self, points: &[Point], i: usize, value: &Value) -> f64 {
         let point = &points[i];
-        let mut above = Scaled::one();
-        above.times(value.determinant);
-        for (j, omega) in self.omega.iter().enumerate() {
-            above.times(point.below(*omega));
-            if j != point.pole {
-                above.times(point.above(*omega));
+        let own = |j: usize| j == point.pole;
+        let mut quotient = Scaled::one();
+        quotient.times(value.determinant.norm_sqr());
+        for j in 0..self.omega.len().max(points.len()) {
+            // Both are near 1 in most cases: few products leave the range of doubles.
+            let mut factor = self.omega.get(j).map_or(1.0, |omega| {
+                let above = point.above(*omega).norm_sqr();
+                point.below(*omega).norm_sqr() * if own(j) { 1.0 } else { above }
+            });
+            if let Some(other) = points.get(j) {
+                if j != i {
+                    factor /= point.minus(other).norm_sqr();
+                }
+                if !other.single {
+                    factor /= point.minus_conjugate(other).norm_sqr();
+                }
             }
+            quotient.times(factor);
         }
-        for (j, other) in points.iter().enumerate() {
-            if j != i {
-                above.over(point.minus(other));
-            }
-            if !other.single {
-                above.over(point.minus_conjugate(other));
-            }
-        }
-        above.size()
+        quotient.size()
     }
 
     /// The roots with their amplitudes, if the discs lie apart.
@@ -314,7 +312,10 @@ impl Secular {
             .map(|point| if point.single { 1.0 } else { 2.0 });
         let count: f64 = count.sum();
         let mut points = points.to_vec();
-        let values = points.iter_mut().map(|point| self.at_its_own(point));
+        let mut shares = Shares::new(self.omega.len());
+        let values = points
+            .iter_mut()
+            .map(|point| self.at_its_own(point, &mut shares));
         let values: Vec<Value> = values.collect::<Option<_>>()?;
         let points = points.as_slice();
         let radius = |i: usize| {
@@ -352,15 +353,16 @@ impl Secular {
             found.push(Found {
                 value,
                 amplitudes: self.amplitudes(point, &values[i]),
+                radius: radii[i] + rounding,
             });
         }
         Some(found)
     }
 
     /// The determinant, seen from the pole whose mode has the largest amplitude.
-    fn at_its_own(&self, point: &mut Point) -> Option<Value> {
+    fn at_its_own(&self, point: &mut Point, shares: &mut Shares) -> Option<Value> {
         const TRIALS: usize = 4;
-        let mut value = self.at(point)?;
+        let mut value = self.at(point, shares)?;
         for _ in 0..TRIALS {
             let amplitudes = self.amplitudes(point, &value);
             let size = |j: &usize| amplitudes[*j].norm_sqr();
@@ -369,7 +371,7 @@ impl Secular {
                 break;
             }
             point.seen_from(own, self.omega[own]);
-            value = self.at(point)?;
+            value = self.at(point, shares)?;
         }
         Some(value)
     }
@@ -401,6 +403,184 @@ fn part(points: &mut Vec<Point>) {
         });
     }
     points.extend(partners);
+}
+
+/// What each undamped mode adds to the determinant at a point, apart from that of the point's pole.
+struct Shares {
+    /// λ/(λ² + ω²).
+    weight: [Vec<f64>; 2],
+    /// Its derivative.
+    change: [Vec<f64>; 2],
+    /// ‖u‖²/|λ² + ω²|².
+    largest: Vec<f64>,
+    matrix: Vec<Complex<f64>>,
+    derivative: Vec<Complex<f64>>,
+}
+
+/// Sums that are added up side by side.
+const LANES: usize = 8;
+
+impl Shares {
+    fn new(n: usize) -> Shares {
+        let zeros = || [vec![0.0; n], vec![0.0; n]];
+        Shares {
+            weight: zeros(),
+            change: zeros(),
+            largest: vec![0.0; n],
+            matrix: Vec::new(),
+            derivative: Vec::new(),
+        }
+    }
+
+    /// Takes the point, and returns Σ1/(λ² + ω²).
+    #[inline(always)]
+    fn fill(&mut self, point: &Point, omega: &[f64], weights: &[f64]) -> Complex<f64> {
+        let n = omega.len();
+        let lambda = point.value();
+        let [wr, wi] = &mut self.weight;
+        let [cr, ci] = &mut self.change;
+        let (wr, wi, cr, ci) = (&mut wr[..n], &mut wi[..n], &mut cr[..n], &mut ci[..n]);
+        let (largest, weights) = (&mut self.largest[..n], &weights[..n]);
+        // λ² + ω² = (λ − iω)(λ + iω), each without cancellation.
+        let (re, base, im) = (point.delta.re, point.base, point.delta.im);
+        for j in 0..n {
+            let (above, below) = ((base - omega[j]) + im, (base + omega[j]) + im);
+            let (dr, di) = (re * re - above * below, re * (above + below));
+            let square = dr * dr + di * di;
+            let (ir, ii) = (dr / square, -di / square);
+            // The derivatives hold the inverses for now.
+            (cr[j], ci[j]) = (ir, ii);
+            wr[j] = lambda.re * ir - lambda.im * ii;
+            wi[j] = lambda.re * ii + lambda.im * ir;
+            largest[j] = weights[j] / square;
+        }
+        for list in [&mut *wr, &mut *wi, &mut *cr, &mut *ci, &mut *largest] {
+            list[point.pole] = 0.0;
+        }
+        let sum = Complex::new(total(cr), total(ci));
+        for j in 0..n {
+            cr[j] -= 2.0 * (wr[j] * wr[j] - wi[j] * wi[j]);
+            ci[j] -= 4.0 * wr[j] * wi[j];
+        }
+        sum
+    }
+
+    /// The sums of weights and changes, each times its factor.
+    #[inline(always)]
+    fn dot(&self, factors: &[f64]) -> [Complex<f64>; 2] {
+        let n = factors.len();
+        let lists = [
+            &self.weight[0],
+            &self.weight[1],
+            &self.change[0],
+            &self.change[1],
+        ];
+        let mut sums = [[0.0; LANES]; 4];
+        let whole = n - n % LANES;
+        for start in (0..whole).step_by(LANES) {
+            let factors: &[f64; LANES] = factors[start..start + LANES]
+                .try_into()
+                .expect("as many as lanes");
+            for (sum, list) in sums.iter_mut().zip(lists) {
+                let list = &list[start..start + LANES];
+                for lane in 0..LANES {
+                    sum[lane] += list[lane] * factors[lane];
+                }
+            }
+        }
+        for j in whole..n {
+            for (sum, list) in sums.iter_mut().zip(lists) {
+                sum[j - whole] += list[j] * factors[j];
+            }
+        }
+        let [wr, wi, cr, ci] = sums.map(|sum| sum.iter().sum::<f64>());
+        [Complex::new(wr, wi), Complex::new(cr, ci)]
+    }
+}
+
+#[inline(always)]
+fn total(list: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    let (whole, rest) = list.as_chunks::<LANES>();
+    for chunk in whole {
+        for lane in 0..LANES {
+            sums[lane] += chunk[lane];
+        }
+    }
+    for (sum, entry) in sums.iter_mut().zip(rest) {
+        *sum += entry;
+    }
+    sums.iter().sum()
+}
+
+/// The points side by side, for the sums of 1/(z_i − z_j).
+struct Repulsion {
+    base: Vec<f64>,
+    re: Vec<f64>,
+    im: Vec<f64>,
+    /// 1 where the conjugate is understood, else 0.
+    paired: Vec<f64>,
+}
+
+impl Repulsion {
+    fn of(points: &[Point]) -> Repulsion {
+        let list = |part: fn(&Point) -> f64| points.iter().map(part).collect();
+        Repulsion {
+            base: list(|point| point.base),
+            re: list(|point| point.delta.re),
+            im: list(|point| point.delta.im),
+            paired: list(|point| if point.single { 0.0 } else { 1.0 }),
+        }
+    }
+
+    fn moved(&mut self, i: usize, point: &Point) {
+        (self.base[i], self.re[i], self.im[i]) = (point.base, point.delta.re, point.delta.im);
+    }
+
+    /// Σ1/(z_i − z_j) over all other points and all conjugates.
+    fn on(&self, i: usize, point: &Point) -> Complex<f64> {
+        let own = if point.single {
+            Complex::ZERO
+        } else {
+            point.minus_conjugate(point).inv()
+        };
+        let last = self.base.len();
+        let arch = Arch::new();
+        let part = |range: Range<usize>| arch.dispatch(|| self.sum(range, point));
+        own + part(0..i) + part(i + 1..last)
+    }
+
+    #[inline(always)]
+    fn sum(&self, range: Range<usize>, point: &Point) -> Complex<f64> {
+        let (base, re, im) = (
+            &self.base[range.clone()],
+            &self.re[range.clone()],
+            &self.im[range.clone()],
+        );
+        let paired = &self.paired[range];
+        let mut sums = [[0.0; LANES]; 2];
+        let mut add = |lane: usize, j: usize| {
+            let x = point.delta.re - re[j];
+            let y = (point.base - base[j]) + (point.delta.im - im[j]);
+            let below = (point.base + base[j]) + (point.delta.im + im[j]);
+            let inverse = 1.0 / (x * x + y * y);
+            let conjugate = paired[j] / (x * x + below * below);
+            sums[0][lane] += x * inverse + x * conjugate;
+            sums[1][lane] -= y * inverse + below * conjugate;
+        };
+        let n = base.len();
+        let whole = n - n % LANES;
+        for start in (0..whole).step_by(LANES) {
+            for lane in 0..LANES {
+                add(lane, start + lane);
+            }
+        }
+        for j in whole..n {
+            add(j - whole, j);
+        }
+        let [re, im] = sums.map(|sum| sum.iter().sum::<f64>());
+        Complex::new(re, im)
+    }
 }
 
 /// B = I + matrix, and what its inverse makes of u and of its derivative.
@@ -504,13 +684,9 @@ impl Scaled {
         }
     }
 
-    fn times(&mut self, factor: Complex<f64>) {
-        self.square *= factor.norm_sqr();
-        self.tidy();
-    }
-
-    fn over(&mut self, divisor: Complex<f64>) {
-        self.square /= divisor.norm_sqr();
+    /// By a size, squared.
+    fn times(&mut self, factor: f64) {
+        self.square *= factor;
         self.tidy();
     }
 

@@ -10,11 +10,12 @@ use faer::Mat;
 use num_complex::Complex;
 
 use crate::element::Node;
-use crate::quality::real_forms::RealForms;
+use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::jacobi::jacobi;
+use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
 use super::star_mesh::Condensed;
 use super::symmetric_eigen::symmetric_eigen;
@@ -34,18 +35,6 @@ const LARGEST: usize = 400;
 /// seen to grow with √n, to 46 units of rounding at n = 200.
 pub(crate) fn jacobi_error(n: usize) -> f64 {
     8.0 * f64::EPSILON * (n as f64).sqrt()
-}
-
-/// An undamped mode: ω² (negative where the motion diverges) and a real shape.
-#[derive(Clone, Debug)]
-pub(crate) struct RealMode {
-    pub(crate) square: f64,
-    pub(crate) shape: Vec<f64>,
-    /// xᵀMx of the shape x.
-    pub(crate) mass: f64,
-    pub(crate) rigid: bool,
-    /// How far ω may be off beyond its own rounding, relative.
-    pub(crate) doubt: f64,
 }
 
 impl ModeSolver for SpringFactor {
@@ -111,12 +100,6 @@ pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
     roots
 }
 
-impl RealMode {
-    pub(crate) fn complex_shape(&self) -> Vec<Complex<f64>> {
-        self.shape.iter().map(|x| Complex::from(*x)).collect()
-    }
-}
-
 /// The undamped modes of M and K, from the springs.
 pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
@@ -144,37 +127,35 @@ pub(crate) fn real_modes(
         shape
     };
     let shapes: Vec<Vec<f64>> = order.iter().take(rank).map(shape).collect();
-    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
-    let forms = RealForms::of(system, &columns);
     let mut modes: Vec<RealMode> = Vec::with_capacity(massive.len());
-    for ((shape, forms), &j) in shapes.into_iter().zip(forms).zip(&order) {
+    for ((shape, forms), &j) in unit_shapes(system, shapes, Entries::Exact).zip(&order) {
         let (square, doubt) = refined(&forms, singular.values[j], singular.error);
         modes.push(RealMode {
             square,
-            mass: forms.m.to_f64(),
             shape,
+            forms,
             rigid: false,
             // Values that are less good than the quotients do not put these in doubt.
             doubt: if singular.rough { 0.0 } else { doubt },
         });
     }
-    for part in structure
-        .spring_floating()
-        .iter()
-        .filter(|part| has_mass(system, part))
-    {
+    let floating = structure.spring_floating().iter();
+    let rigid = floating.filter(|part| has_mass(system, part)).map(|part| {
         let mut shape = vec![0.0; n];
         for &i in part {
             shape[i] = 1.0;
         }
-        modes.push(RealMode {
+        shape
+    });
+    modes.extend(
+        unit_shapes(system, rigid.collect(), Entries::Exact).map(|(shape, forms)| RealMode {
             square: 0.0,
-            mass: part.iter().map(|i| system.masses()[*i]).sum(),
             shape,
+            forms,
             rigid: true,
             doubt: 0.0,
-        });
-    }
+        }),
+    );
     Ok(modes)
 }
 

@@ -205,6 +205,18 @@ pub(crate) fn refine(system: &System, structure: &Structure, found: Vec<Root>) -
     roots
 }
 
+/// Improves roots that are known to be simple, given with Im ≥ 0 and how far off each may be.
+pub(crate) fn refine_simple(
+    system: &System,
+    structure: &Structure,
+    found: Vec<Root>,
+    radii: &[f64],
+) -> Vec<Root> {
+    let pencil = Pencil::of(system);
+    let all: Vec<usize> = (0..found.len()).collect();
+    improved(system, structure, &pencil, &found, radii, &all)
+}
+
 /// How far off each root may be, from its backward error and condition.
 fn radii(pencil: &Pencil, found: &[Root], states: f64) -> Vec<f64> {
     let upper: Vec<usize> = (0..found.len())
@@ -272,7 +284,10 @@ fn improved(
     // A root may have lost most of its digits, but not so many that it passes for another.
     let reach = |i: usize| {
         let start = found[i].value;
-        let others = found.iter().map(|other| (other.value - start).norm());
+        let others = found
+            .iter()
+            .flat_map(|other| [other.value, other.value.conj()])
+            .map(|other| (other - start).norm());
         let gap = others.filter(|gap| *gap > 0.0).fold(start.norm(), f64::min);
         radii[i].max(0.5 * gap)
     };
@@ -339,9 +354,9 @@ fn apart(roots: &mut [Root], before: Vec<Root>) {
     let shift = |i: usize, roots: &[Root]| (roots[i].value - before[i].value).norm();
     let meets = |i: usize, roots: &[Root]| {
         (0..roots.len()).any(|j| {
-            let distance = |roots: &[Root]| (roots[i].value - roots[j].value).norm();
+            let square = |roots: &[Root]| (roots[i].value - roots[j].value).norm_sqr();
             j != i
-                && distance(roots) < 1e-2 * distance(&before)
+                && square(roots) < 1e-4 * square(&before)
                 && shift(j, roots) <= shift(i, roots)
                 && collinearity(&roots[i], &roots[j]) > COLLINEAR
         })

@@ -1,16 +1,18 @@
 //! Undamped modes of assembled symmetric matrices.
 
-use faer::{Mat, Side};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{ColRef, Mat, Par, Side};
 
 use crate::element::MatrixKind;
 use crate::first_order::FirstOrder;
 use crate::modes::Modes;
-use crate::quality::real_forms::RealForms;
+use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::real_mode::{RealMode, unit_shapes};
 use super::roots::collect;
-use super::spring_factor::{RealMode, refined, undamped_roots};
+use super::spring_factor::{refined, undamped_roots};
 use super::symmetric_eigen::symmetric_eigen;
 use super::{ModeSolver, ModesError, admit};
 
@@ -41,7 +43,7 @@ impl ModeSolver for Symmetric {
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
-        let modes = real_modes(self, system, structure)?;
+        let modes = real_modes(self, system, structure, Entries::Plain)?;
         Ok(collect(self, system, undamped_roots(modes)))
     }
 }
@@ -54,18 +56,23 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     if lumped(system).is_some() {
         return None;
     }
-    let Ok(form) = FirstOrder::of(system) else {
+    if !structure.massless().is_empty() && FirstOrder::of(system).is_err() {
         return Some("the mass matrix is singular".to_owned());
-    };
-    let massive = form.massive();
-    let mass = system.mass_matrix();
-    let mass = Mat::from_fn(massive.len(), massive.len(), |i, j| {
-        mass[(massive[i], massive[j])]
-    });
-    if mass.llt(Side::Lower).is_err() {
-        return Some("the mass matrix is not positive definite".to_owned());
     }
-    None
+    let definite = massive_block(&system.mass_matrix(), structure)
+        .llt(Side::Lower)
+        .is_ok();
+    (!definite).then(|| "the mass matrix is not positive definite".to_owned())
+}
+
+/// M without the coordinates that have no mass.
+fn massive_block(mass: &Mat<f64>, structure: &Structure) -> Mat<f64> {
+    let massless = structure.massless();
+    let massive: Vec<usize> = (0..mass.nrows())
+        .filter(|i| massless.binary_search(i).is_err())
+        .collect();
+    let count = massive.len();
+    Mat::from_fn(count, count, |i, j| mass[(massive[i], massive[j])])
 }
 
 /// The undamped modes of M and K, from the assembled matrices.
@@ -73,10 +80,11 @@ pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
     let (squares, shapes) = match lumped(system) {
-        Some(masses) => lumped_modes(solver, system, masses)?,
-        None => assembled_modes(solver, system)?,
+        Some(masses) => lumped_modes(solver, system, &masses)?,
+        None => assembled_modes(solver, system, structure)?,
     };
     let nf = squares.len();
     let mut order: Vec<usize> = (0..nf).collect();
@@ -91,10 +99,11 @@ pub(crate) fn real_modes(
         .iter()
         .map(|j| shapes.col(*j).iter().copied().collect())
         .collect();
-    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
-    let forms = RealForms::of(system, &columns);
-    let found = order.iter().zip(shapes).zip(forms).enumerate();
-    let modes = found.map(|(rank, ((j, shape), forms))| {
+    let found = order
+        .iter()
+        .zip(unit_shapes(system, shapes, entries))
+        .enumerate();
+    let modes = found.map(|(rank, (j, (shape, forms)))| {
         let rigid = rank < rigid;
         let square = if rigid { 0.0 } else { square(j) };
         // Small against the largest square, so perhaps not against this one.
@@ -106,8 +115,8 @@ pub(crate) fn real_modes(
         };
         RealMode {
             square,
-            mass: forms.m.to_f64(),
             shape,
+            forms,
             rigid,
             doubt,
         }
@@ -116,10 +125,24 @@ pub(crate) fn real_modes(
 }
 
 /// The masses, where M has nothing but them on its diagonal, and all are positive.
-fn lumped(system: &System) -> Option<&[f64]> {
-    let masses = system.masses();
-    let alone = system.added(MatrixKind::Mass).is_none();
-    (alone && masses.iter().all(|mass| *mass > 0.0)).then_some(masses)
+fn lumped(system: &System) -> Option<Vec<f64>> {
+    if let Some(added) = system.added(MatrixKind::Mass) {
+        let mut columns = added.col_iter().enumerate();
+        let alone = |(j, column): (usize, ColRef<'_, f64>)| {
+            let mut entries = column.iter().enumerate();
+            entries.all(|(i, entry)| i == j || *entry == 0.0)
+        };
+        if !columns.all(alone) {
+            return None;
+        }
+    }
+    let added = |i: usize| {
+        let matrix = system.added(MatrixKind::Mass);
+        matrix.map_or(0.0, |matrix| matrix[(i, i)])
+    };
+    let lumped = system.masses().iter().enumerate();
+    let masses: Vec<f64> = lumped.map(|(i, mass)| mass + added(i)).collect();
+    masses.iter().all(|mass| *mass > 0.0).then_some(masses)
 }
 
 /// All ω² with their shapes, column by column.
@@ -141,25 +164,28 @@ fn lumped_modes(
 }
 
 /// Of L⁻¹KL⁻ᵀ, K without the coordinates that have no mass.
-fn assembled_modes(solver: &dyn ModeSolver, system: &System) -> Result<Pairs, ModesError> {
+fn assembled_modes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+) -> Result<Pairs, ModesError> {
     let method = solver.name();
-    let form = FirstOrder::of(system)?;
-    let massive = form.massive();
-    let nf = massive.len();
-    let mass = system.mass_matrix();
-    let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
+    let mass = massive_block(&system.mass_matrix(), structure);
+    let nf = mass.nrows();
     let cholesky = mass
         .llt(Side::Lower)
         .map_err(|_| ModesError::NoConvergence { method })?;
     let lower = cholesky.L();
+    let mut inverse = Mat::<f64>::identity(nf, nf);
+    solve_lower_triangular_in_place(lower, inverse.as_mut(), Par::Seq);
+    if structure.massless().is_empty() {
+        let scaled = &inverse * system.stiffness_matrix() * inverse.transpose();
+        let (squares, vectors) = eigen(solver, &scaled)?;
+        return Ok((squares, inverse.transpose() * vectors));
+    }
+    let form = FirstOrder::of(system)?;
     // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.
     let a21 = form.a().submatrix(nf, 0, nf, nf);
-    let mut inverse = Mat::<f64>::identity(nf, nf);
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        lower,
-        inverse.as_mut(),
-        faer::Par::Seq,
-    );
     let scaled = -(lower.transpose() * a21 * inverse.transpose());
     let (squares, vectors) = eigen(solver, &scaled)?;
     let shapes = form.x().submatrix(0, 0, system.len(), nf) * inverse.transpose() * vectors;

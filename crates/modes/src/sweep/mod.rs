@@ -1,0 +1,9 @@
+//! The modes of many small systems that differ in their parameters alone, without allocating.
+
+mod design;
+mod francis;
+mod shape;
+mod workspace;
+
+pub use design::{Design, DesignError};
+pub use workspace::ModesWorkspace;

@@ -94,6 +94,10 @@ fn links(prose: &[String]) -> Vec<(String, bool)> {
         let picture = open.is_some_and(|(open, _)| text[..open].ends_with('!'));
         found.push((target.to_owned(), picture));
     }
+    for (at, mark) in text.match_indices("<img src=\"") {
+        let target = text[at + mark.len()..].split('"').next().unwrap_or("");
+        found.push((target.to_owned(), true));
+    }
     found
 }
 
@@ -289,7 +293,6 @@ fn formulas_are_numbered_and_tested() {
 
 /// Every block of `console` shows a session: lines after `$ eigentone` are what it prints. Blocks after a comment
 /// `<!-- file: NAME -->` are files of the page's own, and its commands run beside them.
-#[cfg(feature = "cli")]
 #[test]
 fn examples_print_what_is_shown() {
     let mut sessions = 0;
@@ -336,4 +339,29 @@ fn examples_print_what_is_shown() {
         }
     }
     assert!(sessions > 3, "only {sessions} found");
+}
+
+/// Wherever a page names a test, `FILE.rs::FUNCTION`, it is there.
+#[test]
+fn tests_that_pages_name_exist() {
+    let mut count = 0;
+    for path in files(&root().join("docs"), ".md") {
+        for line in parts(&read(&path)).1 {
+            for code in line.split('`').skip(1).step_by(2) {
+                let (file, function) = match code.split_once("::") {
+                    Some((file, function)) if file.ends_with(".rs") => (file, Some(function)),
+                    None if code.ends_with(".rs") && code.contains("tests/") => (code, None),
+                    _ => continue,
+                };
+                let place = path.display();
+                assert!(root().join(file).exists(), "{place}: {file}");
+                if let Some(function) = function {
+                    let text = read(&root().join(file));
+                    assert!(text.contains(&format!("fn {function}(")), "{place}: {code}");
+                    count += 1;
+                }
+            }
+        }
+    }
+    assert!(count > 20, "only {count} found");
 }

@@ -674,7 +674,7 @@ fn superposition() {
     let [m, c, _] = matrices(&system);
     let (state, z) = start();
     let z: Vec<C64> = (0..6).map(|i| C64::from(z[(i, 0)])).collect();
-    let mut sum = vec![C64::ZERO; 6];
+    let mut sum = [C64::ZERO; 6];
     for mode in &system.modes().expect("modes") {
         let lambda = mode.eigenvalue().value;
         let (x, y) = (mode.shape(), mode.left_shape().expect("it is simple"));

@@ -45,13 +45,17 @@ fn spans(line: &str, out: &mut String) -> Result<(), String> {
                 inside.find(mark).map(|end| end + 2 * ticks)
             }
             b'$' => {
-                let end = rest[1..].find('$').map(|end| end + 2);
-                if let Some(end) = end {
-                    out.push_str(&inline(&rest[1..end - 1])?);
-                    rest = &rest[end..];
-                    continue;
-                }
-                return Err(format!("a $ without its end in \"{line}\""));
+                // $`…`$ is for formulas with stars, which Markdown might take for its own.
+                let (open, close) = match rest.starts_with("$`") {
+                    true => ("$`", "`$"),
+                    false => ("$", "$"),
+                };
+                let Some((formula, after)) = rest[open.len()..].split_once(close) else {
+                    return Err(format!("a $ without its end in \"{line}\""));
+                };
+                out.push_str(&inline(formula)?);
+                rest = after;
+                continue;
             }
             _ => rest.chars().nth(1).map(|next| 1 + next.len_utf8()),
         };
@@ -80,6 +84,13 @@ mod tests {
         assert!(page.contains("</math> is\n"));
         assert!(page.contains("<div class=\"equation\"><math display=\"block\""));
         assert!(page.trim_end().ends_with("<span>(3)</span></div>"));
+    }
+
+    #[test]
+    fn stars_are_no_emphasis() {
+        let page = convert("$`A^*`$ and $`B^*`$").expect("it is LaTeX");
+        assert_eq!(page.matches("<math").count(), 2);
+        assert!(!page.contains('*') && !page.contains('`'));
     }
 
     #[test]

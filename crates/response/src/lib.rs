@@ -66,6 +66,7 @@ mod response;
 mod state;
 mod steady_state;
 mod summary;
+mod sweep;
 mod timeline;
 mod trajectory;
 
@@ -88,5 +89,6 @@ pub use response::Response;
 pub use state::State;
 pub use steady_state::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
 pub use summary::{CoordinateSummary, Destination, Summary};
+pub use sweep::{Answer, Sweep, SweepError};
 pub use timeline::{Instant, Piece, Straight, Timeline};
 pub use trajectory::Trajectory;

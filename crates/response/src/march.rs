@@ -86,7 +86,7 @@ impl Inputs {
     }
 
     /// The signals at `now`, within `piece`, for an interval of `h` seconds.
-    fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
+    pub(crate) fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
         for values in &mut signals.values {
             values.fill(0.0);
         }
@@ -112,7 +112,7 @@ impl Inputs {
         }
     }
 
-    fn empty_signals(&self) -> Signals {
+    pub(crate) fn empty_signals(&self) -> Signals {
         let laws = &self.laws;
         let count =
             usize::from(laws.straight) + usize::from(laws.sloped) + 2 * laws.frequencies.len();

@@ -83,19 +83,20 @@ impl Design {
         &self.dampers
     }
 
-    /// Σ c(e_a − e_b)(e_a − e_b)ᵀ of springs or dampers, into `matrix` (n × n, column by column).
-    pub(crate) fn assemble(elements: &[Element], n: usize, matrix: &mut [f64]) {
-        matrix.fill(0.0);
-        for element in elements {
-            let ends = [element.first, element.second].map(Node::coordinate);
-            for i in ends.into_iter().flatten() {
-                matrix[i + n * i] += element.coefficient;
-            }
-            if let [Some(i), Some(j)] = ends {
-                matrix[i + n * j] -= element.coefficient;
-                matrix[j + n * i] -= element.coefficient;
-            }
-        }
+    /// Writes K in N/m (n × n, column by column), summed in doubles.
+    ///
+    /// # Panics
+    /// If there is not room for n² entries.
+    pub fn stiffness_matrix(&self, entries: &mut [f64]) {
+        assemble(&self.springs, self.len(), entries);
+    }
+
+    /// Writes C in N·s/m (n × n, column by column), summed in doubles.
+    ///
+    /// # Panics
+    /// If there is not room for n² entries.
+    pub fn damping_matrix(&self, entries: &mut [f64]) {
+        assemble(&self.dampers, self.len(), entries);
     }
 
     /// Whether a path of springs leads from every coordinate to the ground. `reached` has one entry
@@ -120,6 +121,21 @@ impl Design {
                 return left == 0;
             }
             last = left;
+        }
+    }
+}
+
+/// Σ c(e_a − e_b)(e_a − e_b)ᵀ.
+fn assemble(elements: &[Element], n: usize, matrix: &mut [f64]) {
+    matrix.fill(0.0);
+    for element in elements {
+        let ends = [element.first, element.second].map(Node::coordinate);
+        for i in ends.into_iter().flatten() {
+            matrix[i + n * i] += element.coefficient;
+        }
+        if let [Some(i), Some(j)] = ends {
+            matrix[i + n * j] -= element.coefficient;
+            matrix[j + n * i] -= element.coefficient;
         }
     }
 }

@@ -83,8 +83,8 @@ impl ModesWorkspace {
         if !design.is_held(&mut self.reached) {
             return Err(DesignError::NotHeld);
         }
-        Design::assemble(design.springs(), n, &mut self.stiffness);
-        Design::assemble(design.dampers(), n, &mut self.damping);
+        design.stiffness_matrix(&mut self.stiffness);
+        design.damping_matrix(&mut self.damping);
         self.fill_state(design);
         francis::eigenvalues(&mut self.state, 2 * n, &mut self.roots)
             .ok_or(DesignError::OutOfRange)?;

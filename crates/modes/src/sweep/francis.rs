@@ -229,9 +229,9 @@ mod tests {
         /// A companion matrix, mixed by an orthogonal similarity, has the roots that it was made of.
         #[test]
         fn planted_roots_are_found(
-            pairs in prop::collection::vec((-3.0..1.0, 0.1..5.0), 1..4),
-            real in prop::collection::vec(-4.0..4.0, 0..3),
-            turns in prop::collection::vec(0.0..6.0, 40),
+            pairs in prop::collection::vec((-3.0..1.0f64, 0.1..5.0f64), 1..4),
+            real in prop::collection::vec(-4.0..4.0f64, 0..3),
+            turns in prop::collection::vec(0.0..6.0f64, 40),
         ) {
             let mut planted: Vec<Complex<f64>> = Vec::new();
             for (re, im) in pairs {
@@ -252,7 +252,7 @@ mod tests {
             let mut turns = turns.into_iter();
             for p in 0..n {
                 for q in p + 1..n {
-                    let (sine, cosine): (f64, f64) = turns.next().unwrap_or(1.0).sin_cos();
+                    let (sine, cosine): (f64, f64) = turns.next().unwrap_or(1.0f64).sin_cos();
                     for j in 0..n {
                         let (x, y) = (a[p + n * j], a[q + n * j]);
                         (a[p + n * j], a[q + n * j]) = (cosine * x - sine * y, sine * x + cosine * y);

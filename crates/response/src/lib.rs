@@ -1,6 +1,7 @@
 //! The exact response of a linear vibrating system at chosen instants, the steady state under harmonic
 //! loads, and the energies and element forces along a motion.
 
+mod blocks;
 mod by_exponential;
 mod by_superposition;
 mod certified;
@@ -12,6 +13,8 @@ mod estimate;
 mod exponential;
 mod extrema;
 mod grid;
+mod grid_loads;
+mod history;
 mod hold;
 mod load;
 mod march;
@@ -27,6 +30,7 @@ mod steady_state;
 mod summary;
 mod timeline;
 mod trajectory;
+mod vector;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
@@ -38,6 +42,7 @@ pub use exponential::{
 };
 pub use extrema::{Extrema, Extremum};
 pub use grid::{MAX_STEPS, TimeGrid};
+pub use history::{History, Output};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
 pub use method::ResponseMethod;
 pub use operations::Operations;

@@ -51,7 +51,8 @@ pub fn show(runs: &Runs, peers: &Peers) {
         if runs.once && n > 200 {
             continue;
         }
-        let entry = |i: usize, j: usize| ((i * 7919 + j * 104_729 + 13) % 1009) as f64 / 504.5 - 1.0;
+        let entry =
+            |i: usize, j: usize| ((i * 7919 + j * 104_729 + 13) % 1009) as f64 / 504.5 - 1.0;
         let a = Mat::from_fn(n, n, |i, j| 0.1 * entry(i, j));
         let (found, counted) = Taylor.counted(a.as_ref());
         let back = &found * Taylor.exponential((&a * faer::Scale(-1.0)).as_ref());

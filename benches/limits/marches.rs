@@ -49,15 +49,20 @@ fn sampled(runs: &Runs, peers: &Peers) {
             .every(0.1)
             .until(0.1 * (count - 1) as f64)
             .to(Precision::Double);
-        names.iter().zip(force).fold(response, |response, (name, force)| {
-            let values = vec![force; count];
-            let step = 0.1;
-            response.load(*name, Samples { step, values, hold })
-        })
+        names
+            .iter()
+            .zip(force)
+            .fold(response, |response, (name, force)| {
+                let values = vec![force; count];
+                let step = 0.1;
+                response.load(*name, Samples { step, values, hold })
+            })
     };
     let outputs = [0, 1, 2].map(Output::Displacement);
     println!("\nThree masses, three sampled forces, {count} instants, ns a step");
-    println!("hold    three displacements      lsim   gain   blocks of  multiplications  bytes written");
+    println!(
+        "hold    three displacements      lsim   gain   blocks of  multiplications  bytes written"
+    );
     for (name, hold) in [("first", Hold::First), ("zero", Hold::Zero)] {
         let problem = asked(hold).problem().expect("well posed");
         let history = History::of(&problem, &outputs).expect("well posed");
@@ -86,7 +91,9 @@ fn sampled(runs: &Runs, peers: &Peers) {
 /// and vector a step.
 fn long(runs: &Runs) {
     println!("\nFree chains, three displacements, µs a step");
-    println!("masses  instants  plain march  in blocks   gain  of  all by superposition   gain  GFMA/s");
+    println!(
+        "masses  instants  plain march  in blocks   gain  of  all by superposition   gain  GFMA/s"
+    );
     let mut growth = [Vec::new(), Vec::new()];
     let sizes: &[usize] = if runs.once { &[20] } else { &[20, 100, 400] };
     for &n in sizes {
@@ -97,7 +104,10 @@ fn long(runs: &Runs) {
         let ask = |last: usize| -> Problem<'_> {
             let response = Response::of(&system).from(State::at_rest().displace("m2", 1.0));
             let response = response.every(0.01).until(0.01 * last as f64);
-            response.to(Precision::Double).problem().expect("well posed")
+            response
+                .to(Precision::Double)
+                .problem()
+                .expect("well posed")
         };
         let problem = ask(count);
         let phi = SecondOrder.exponential(chain.state_matrix(0.01).as_ref());
@@ -108,13 +118,22 @@ fn long(runs: &Runs) {
         states[(1, 0)] = 1.0;
         let plain = runs.best(|| {
             for k in 0..some {
-                let (before, mut after) = states.as_mut().split_at_col_mut(k + 1);
-                let (now, next) = (before.col(k), after.rb_mut().col_mut(0));
-                matmul(next.as_mat_mut(), Accum::Replace, phi.as_ref(), now.as_mat(), 1.0, Par::Seq);
+                let (before, after) = states.as_mut().split_at_col_mut(k + 1);
+                let (now, next) = (before.col(k), after.col_mut(0));
+                matmul(
+                    next.as_mat_mut(),
+                    Accum::Replace,
+                    phi.as_ref(),
+                    now.as_mat(),
+                    1.0,
+                    Par::Seq,
+                );
             }
         }) / some as f64;
         for (i, output) in outputs.iter().enumerate() {
-            let Output::Displacement(row) = output else { continue };
+            let Output::Displacement(row) = output else {
+                continue;
+            };
             for k in [1, some / 2, some] {
                 let off = (history.values()[(i, k)] - states[(*row, k)]).abs();
                 assert!(off < 1e-11, "{n} masses, step {k}: {off:e}");

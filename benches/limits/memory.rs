@@ -10,7 +10,11 @@ use crate::systems::Chain;
 use crate::timing::Runs;
 
 pub fn show(runs: &Runs) {
-    let (n, count) = if runs.once { (60, 1_000) } else { (1_000, 100_000) };
+    let (n, count) = if runs.once {
+        (60, 1_000)
+    } else {
+        (1_000, 100_000)
+    };
     let chain = Chain::of(n);
     let system = chain.system();
     let problem = Response::of(&system)

@@ -28,7 +28,9 @@ impl Chain {
             springs: (0..=n)
                 .map(|i| 1e3 + 1e4 * fraction(i, 0.618_033_988_749_894_9))
                 .collect(),
-            dampers: (0..=n).map(|i| fraction(i, 0.414_213_562_373_095_1)).collect(),
+            dampers: (0..=n)
+                .map(|i| fraction(i, 0.414_213_562_373_095_1))
+                .collect(),
             masses: vec![1.0; n],
             step: 0.01,
         }

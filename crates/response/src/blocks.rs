@@ -51,9 +51,11 @@ impl Blocks {
                 None => observed[(i, j)],
                 Some(i) => later[(i, j)],
             });
-            pushed = Mat::from_fn(n, 2 * size * width, |i, j| match j.checked_sub(size * width) {
-                None => earlier[(i, j)],
-                Some(j) => pushed[(i, j)],
+            pushed = Mat::from_fn(n, 2 * size * width, |i, j| {
+                match j.checked_sub(size * width) {
+                    None => earlier[(i, j)],
+                    Some(j) => pushed[(i, j)],
+                }
             });
             power = &power * &power;
             products += 1.0 + (size * (q + width)) as f64 / n.max(1) as f64;
@@ -91,25 +93,29 @@ impl Blocks {
         }
     }
 
-    /// Room for a result.
-    pub(crate) fn result(&self) -> Vec<f64> {
-        vec![0.0; self.groups * ROWS]
+    /// How many values of loads there are in a block.
+    pub(crate) fn width(&self) -> usize {
+        self.columns - self.states
     }
 
-    /// Room for what goes in: the loads, and then the state.
-    pub(crate) fn start(&self) -> Vec<f64> {
-        vec![0.0; self.columns]
-    }
-
-    /// The outputs, instant by instant, followed by the state at the end.
-    pub(crate) fn advance<'a>(&self, start: &[f64], result: &'a mut [f64]) -> [&'a [f64]; 2] {
-        run(Apply {
+    /// Marches over `count` blocks with these loads, from the state `z`, which becomes the last one; adds the
+    /// outputs to `values` and raises `tops` to the sizes of the states that it comes by.
+    pub(crate) fn advance(
+        &self,
+        count: usize,
+        loads: &[f64],
+        z: &mut [f64],
+        values: &mut Vec<f64>,
+        tops: &mut [f64],
+    ) {
+        run(March {
             blocks: self,
-            start,
-            result,
+            count,
+            loads,
+            z,
+            values,
+            tops,
         });
-        let (outputs, rest) = result.split_at(self.steps * self.outputs);
-        [outputs, &rest[..self.states]]
     }
 }
 
@@ -122,16 +128,19 @@ fn best_size(n: usize, q: usize, width: usize, count: u64) -> usize {
     const NEARBY: f64 = 6e4;
     const FAR: f64 = 4.0;
     const PRODUCT: f64 = 0.3;
+    /// To hand the state over to the next block takes as long as so many entries.
+    const BETWEEN: f64 = 100.0;
     let [n, q, width, count] = [n as f64, q as f64, width as f64, count as f64];
     let work = |exponent: i32| {
         let size = 2f64.powi(exponent);
-        let entries = (q * size + n) * (n + width * size);
+        let rows = ((q * size + n) / ROWS as f64).ceil() * ROWS as f64;
+        let entries = rows * (n + width * size);
         let speed = if entries > NEARBY { FAR } else { 1.0 };
         let prepare = f64::from(exponent) * n * n * n + size * (q + width) * n * n;
         if entries > LARGEST && exponent > 0 {
             f64::INFINITY
         } else {
-            prepare * PRODUCT + (count / size).ceil() * entries * speed
+            prepare * PRODUCT + (count / size).ceil() * (entries * speed + BETWEEN)
         }
     };
     let best = (0..=12).min_by(|a, b| work(*a).total_cmp(&work(*b)));
@@ -141,31 +150,53 @@ fn best_size(n: usize, q: usize, width: usize, count: u64) -> usize {
 /// Rows that are summed together, in registers.
 const ROWS: usize = 16;
 
-/// result = matrix · start.
-struct Apply<'a> {
+struct March<'a> {
     blocks: &'a Blocks,
-    start: &'a [f64],
-    result: &'a mut [f64],
+    count: usize,
+    loads: &'a [f64],
+    z: &'a mut [f64],
+    values: &'a mut Vec<f64>,
+    tops: &'a mut [f64],
 }
 
-impl WithSimd for Apply<'_> {
+impl WithSimd for March<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Blocks {
-            matrix, columns, ..
+            matrix,
+            columns,
+            groups,
+            steps,
+            outputs,
+            states,
+            ..
         } = self.blocks;
-        let groups = matrix.chunks_exact((*columns).max(1));
-        let results = self.result.as_chunks_mut::<ROWS>().0;
-        for (result, group) in results.iter_mut().zip(groups) {
-            let mut sum = [0.0; ROWS];
-            // The state comes last: it is what the block before hands over at its very end.
-            for (factor, column) in self.start.iter().zip(group) {
-                add(simd, &mut sum, *factor, column);
+        let (width, rows) = (columns - states, steps * outputs);
+        let mut start = vec![0.0; *columns];
+        start[width..].copy_from_slice(self.z);
+        let mut result = vec![[0.0; ROWS]; *groups];
+        for block in 0..self.count {
+            start[..width].copy_from_slice(&self.loads[block * width..(block + 1) * width]);
+            for (result, group) in result.iter_mut().zip(matrix.chunks_exact(*columns)) {
+                let mut sum = [0.0; ROWS];
+                // The state comes last: it is what the block before hands over at its very end.
+                for (factor, column) in start.iter().zip(group) {
+                    add(simd, &mut sum, *factor, column);
+                }
+                *result = sum;
             }
-            *result = sum;
+            let (to_outputs, rest) = result.as_flattened().split_at(rows);
+            self.values.extend_from_slice(to_outputs);
+            let state = &rest[..*states];
+            start[width..].copy_from_slice(state);
+            for (top, value) in self.tops.iter_mut().zip(state) {
+                let size = value.abs();
+                *top = if size > *top { size } else { *top };
+            }
         }
+        self.z.copy_from_slice(&start[width..]);
     }
 }
 

@@ -22,9 +22,16 @@ pub(crate) struct GridLoads<'a> {
 
 enum Acting<'a> {
     /// From this step on.
-    Constant { force: f64, from: u64 },
+    Constant {
+        force: f64,
+        from: u64,
+    },
     /// rate·(t − t_from + lead) from this step on.
-    Growing { rate: f64, lead: f64, from: u64 },
+    Growing {
+        rate: f64,
+        lead: f64,
+        from: u64,
+    },
     /// A sample every `every` steps.
     Sampled {
         values: &'a [f64],

@@ -222,7 +222,9 @@ impl<'a, 'b> Course<'a, 'b> {
         let (last, h) = (grid.last(), grid.step());
         let size = |count: f64| count * (outputs.len() as f64 + 1.0) * 8.0;
         crate::collector::check_size(last + 1, outputs.len(), size(last as f64))?;
-        let mut z = self.form.state(problem.initial_displacement(), problem.initial_velocity());
+        let mut z = self
+            .form
+            .state(problem.initial_displacement(), problem.initial_velocity());
         for (coordinate, momentum) in &self.loads.blows {
             for (entry, b) in z.iter_mut().zip(self.form.b().col(*coordinate).iter()) {
                 *entry += b * momentum;
@@ -241,26 +243,31 @@ impl<'a, 'b> Course<'a, 'b> {
         let held = exact(&SecondOrder, self.form.a(), u.as_ref(), h, &self.loads.laws);
         let blocks = Blocks::of(&held, &selected, last);
         let mut estimate = Estimate::of(problem.system(), &self.form);
-        let width = self.loads.width() * blocks.steps;
-        let (mut start, mut result) = (blocks.start(), blocks.result());
-        start[width..].copy_from_slice(&z);
-        let mut values = Vec::with_capacity((last as usize + 1) * outputs.len());
+        let mut tops: Vec<f64> = z.iter().map(|entry| entry.abs()).collect();
+        // So many blocks are taken together that their loads stay in a nearby cache.
+        let together = (TOGETHER / (blocks.width() + blocks.steps)).max(1);
+        let every = together * blocks.steps;
+        let mut loads = vec![0.0; together * blocks.width()];
+        let mut values = Vec::with_capacity((last as usize + every + 1) * outputs.len());
         values.extend(selected.iter().map(|i| z[*i]));
-        let mut estimates = Vec::with_capacity(last as usize / blocks.steps + 2);
-        estimates.push(bounds(&mut estimate, &z, 0)?);
+        let mut estimates = vec![bounds(&mut estimate, &tops)];
         let mut first = 0;
         while first < last {
-            let count = (blocks.steps as u64).min(last - first);
-            self.loads.fill(first, &mut start[..width]);
-            let [outputs, state] = blocks.advance(&start, &mut result);
-            values.extend_from_slice(&outputs[..count as usize * self.outputs.len()]);
-            estimate.steps(count, h);
-            first += count;
-            // The last block may go on beyond the end, where nothing is asked.
-            let reached = if count == blocks.steps as u64 { state } else { &z };
-            estimates.push(bounds(&mut estimate, reached, first)?);
-            start[width..].copy_from_slice(state);
+            let left = last - first;
+            let count = together.min(left.div_ceil(blocks.steps as u64) as usize);
+            let loads = &mut loads[..count * blocks.width()];
+            self.loads.fill(first, loads);
+            blocks.advance(count, loads, &mut z, &mut values, &mut tops);
+            let steps = left.min((count * blocks.steps) as u64);
+            estimate.steps(steps, h);
+            first += steps;
+            if z.iter().any(|entry| !entry.is_finite()) && first < last {
+                return Err(ResponseError::Overflow { index: first });
+            }
+            estimates.push(bounds(&mut estimate, &tops));
         }
+        // The last block may go on beyond the end, where nothing is asked.
+        values.truncate((last as usize + 1) * outputs.len());
         if values.iter().any(|value| !value.is_finite()) {
             return Err(ResponseError::Overflow { index: last });
         }
@@ -275,7 +282,7 @@ impl<'a, 'b> Course<'a, 'b> {
             steps: None,
             values,
             estimates,
-            every: blocks.steps,
+            every,
             bounds: Bounds::Estimated,
             operations,
             method: ByExponential.name(),
@@ -283,17 +290,15 @@ impl<'a, 'b> Course<'a, 'b> {
     }
 }
 
-/// Of displacements and velocities, from those of a state.
-fn bounds(
-    estimate: &mut Estimate,
-    state: &[f64],
-    index: u64,
-) -> Result<[Option<f64>; 2], ResponseError> {
-    let (x, v) = state.split_at(state.len() / 2);
-    if state.iter().any(|value| !value.is_finite()) {
-        return Err(ResponseError::Overflow { index });
-    }
-    let top = |values: &[f64]| values.iter().fold(0.0f64, |top, value| top.max(value.abs()));
+/// Loads and outputs of so many instants are taken together.
+const TOGETHER: usize = 1024;
+
+/// Of displacements and velocities, from the largest of each coordinate at the ends of blocks; within
+/// blocks they are taken to be up to twice as large.
+fn bounds(estimate: &mut Estimate, tops: &[f64]) -> [Option<f64>; 2] {
+    const WITHIN: f64 = 2.0;
+    let (x, v) = tops.split_at(tops.len() / 2);
+    let top = |values: &[f64]| WITHIN * values.iter().copied().fold(0.0, f64::max);
     let (displacement, velocity) = estimate.bounds(top(x), top(v));
-    Ok([displacement, velocity])
+    [displacement, velocity]
 }

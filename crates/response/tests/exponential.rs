@@ -499,7 +499,13 @@ fn second_order_errors_are_those_that_the_condition_explains() {
         };
         let unequal = case >= 20 && case % 3 > 0;
         let mass: Vec<f64> = (0..n)
-            .map(|_| if unequal { from.magnitude(0.0, 2.0) } else { 1.0 })
+            .map(|_| {
+                if unequal {
+                    from.magnitude(0.0, 2.0)
+                } else {
+                    1.0
+                }
+            })
             .collect();
         let spring: Vec<f64> = (0..=n).map(|_| from.magnitude(0.0, 1.5)).collect();
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);

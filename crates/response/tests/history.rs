@@ -14,7 +14,13 @@ const OUTPUTS: [Output; 3] = [
 
 /// A chain of `n` unequal masses whose dampers couple its modes.
 fn chain(n: usize) -> System {
-    let name = |i: usize| if i == 0 { GROUND.to_owned() } else { format!("m{i}") };
+    let name = |i: usize| {
+        if i == 0 {
+            GROUND.to_owned()
+        } else {
+            format!("m{i}")
+        }
+    };
     let mut builder = System::builder();
     for i in 1..=n {
         builder = builder.mass(name(i), 1.0 + (i % 3) as f64);
@@ -77,7 +83,16 @@ fn agree(system: &System, loads: &[(&str, Load)]) {
         let other = trajectory.displacement_bound()[j].expect("passive and supported");
         let off = (history.values()[(0, j)] - trajectory.displacement()[(1, j)]).abs();
         assert!(off <= bound + other, "instant {j}: {off:e}, {bound:e}");
-        assert!(bound > 0.0 && bound < 4.0 * other, "{bound:e}, {other:e}");
+        // It holds for all instants of some steps, which matters early only.
+        assert!(
+            bound >= other || j == 0,
+            "instant {j}: {bound:e}, {other:e}"
+        );
+        let late = j >= 300;
+        assert!(
+            !late || bound < 2.0 * other,
+            "instant {j}: {bound:e}, {other:e}"
+        );
     }
 }
 

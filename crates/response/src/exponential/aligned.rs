@@ -18,7 +18,11 @@ impl Aligned {
         let buffer = vec![0.0; len + LINE / size_of::<f64>()];
         // An address that cannot be aligned is left as it is: only time is lost.
         let first = buffer.as_ptr().align_offset(LINE);
-        let first = if first < LINE / size_of::<f64>() { first } else { 0 };
+        let first = if first < LINE / size_of::<f64>() {
+            first
+        } else {
+            0
+        };
         Aligned { buffer, first, len }
     }
 }

@@ -133,10 +133,7 @@ fn small<const N: usize>(beta: Accum, out: &mut [f64], x: &[f64], y: &[f64]) {
 impl Algebra for Dense {
     type Element = Aligned;
 
-    fn combine<const SUMS: usize>(
-        &mut self,
-        terms: [&[(f64, &Aligned)]; SUMS],
-    ) -> [Aligned; SUMS] {
+    fn combine<const SUMS: usize>(&mut self, terms: [&[(f64, &Aligned)]; SUMS]) -> [Aligned; SUMS] {
         let mut sums = std::array::from_fn(|_| self.take());
         run(Sums {
             sums: &mut sums,
@@ -215,11 +212,7 @@ impl<const SUMS: usize> WithSimd for Sums<'_, SUMS> {
 
 /// out = Σ factor · x, with the entries of x in `range`; memory is what it waits for.
 #[inline(always)]
-fn linear(
-    out: &mut [f64],
-    range: std::ops::Range<usize>,
-    terms: &[(f64, &Aligned)],
-) {
+fn linear(out: &mut [f64], range: std::ops::Range<usize>, terms: &[(f64, &Aligned)]) {
     match terms {
         [] => out.fill(0.0),
         [(a, x)] => {

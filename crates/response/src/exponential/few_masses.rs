@@ -51,9 +51,8 @@ impl<const N: usize, const ROWS: usize> FewMasses<N, ROWS> {
         let scratch = [&mut x[..], &mut v[..], &mut by_k[..], &mut by_c[..]];
         let size = size(&g, stiffness, scratch, |w, by_k, by_c| {
             for j in 0..N {
-                let sum = |column: &[f64; ROWS]| -> f64 {
-                    (0..N).map(|i| w[i] * column[i].abs()).sum()
-                };
+                let sum =
+                    |column: &[f64; ROWS]| -> f64 { (0..N).map(|i| w[i] * column[i].abs()).sum() };
                 (by_k[j], by_c[j]) = (sum(&k[j]), sum(&c[j]));
             }
         });

@@ -144,10 +144,8 @@ pub(super) fn evaluate<G: Algebra>(
 }
 
 fn four<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::Element {
-    let [sum, high] = algebra.combine([
-        &[(1.0, a), (0.5, a2)],
-        &[(1.0 / 6.0, a), (1.0 / 24.0, a2)],
-    ]);
+    let [sum, high] =
+        algebra.combine([&[(1.0, a), (0.5, a2)], &[(1.0 / 6.0, a), (1.0 / 24.0, a2)]]);
     let sum = algebra.multiply_add(sum, a2, &high);
     algebra.recycle(high);
     sum

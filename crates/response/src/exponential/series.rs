@@ -1,8 +1,7 @@
 //! The Taylor series of the exponential of a second-order system.
 
-use super::sparse::{LowerHalf, LANES, Panel, accumulate};
+use super::sparse::{LANES, LowerHalf, Panel, accumulate};
 use pulp::{Simd, WithSimd};
-
 
 /// R and Q of the Taylor polynomial of this degree for A = [0 I; −KG −C], where e^A is [I − RKG, Q;
 /// −QKG, I − RKG − QC].
@@ -22,19 +21,28 @@ impl WithSimd for Series<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> [Panel; 2] {
-        let Series { m, lower, g, degree } = self;
+        let Series {
+            m,
+            lower,
+            g,
+            degree,
+        } = self;
         let step = lower.band();
         let (mut next, mut older, mut newer) = (Panel::zeros(m), Panel::zeros(m), Panel::zeros(m));
         let mut band = 0;
         for k in (1..=degree).rev() {
             // Q_{k+2} is `older`, Q_{k+1} is `newer`; neither has entries beyond the band.
             let factor = 1.0 / f64::from(k);
-            let before = if k == degree { 0.0 } else { 1.0 / f64::from(k + 1) };
-            for j in 0..m {
+            let before = if k == degree {
+                0.0
+            } else {
+                1.0 / f64::from(k + 1)
+            };
+            for (j, g) in g.iter().enumerate() {
                 let groups = next.near(j, band);
                 let out = next.part_mut(j, groups.clone());
                 out.fill([0.0; LANES]);
-                let stiffness = -factor * before * g[j];
+                let stiffness = -factor * before * g;
                 accumulate(simd, out, &older, groups.clone(), stiffness, lower.k(j));
                 accumulate(simd, out, &newer, groups, -factor, lower.c(j));
                 next.column_mut(j)[j] += factor;
@@ -72,11 +80,11 @@ impl<const N: usize, const ROWS: usize> WithSimd for SmallSeries<'_, N, ROWS> {
             for (j, next) in next.iter_mut().enumerate() {
                 next[j] = factor;
                 let scale = -factor * before * self.g[j];
-                for i in 0..N {
-                    add(simd, next, scale * self.k[j][i], &older[i]);
+                for (older, k) in older.iter().zip(&self.k[j]) {
+                    add(simd, next, scale * k, older);
                 }
-                for i in 0..N {
-                    add(simd, next, -factor * self.c[j][i], &newer[i]);
+                for (newer, c) in newer.iter().zip(&self.c[j]) {
+                    add(simd, next, -factor * c, newer);
                 }
             }
             before = factor;

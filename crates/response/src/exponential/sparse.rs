@@ -97,8 +97,7 @@ impl LowerHalf {
 
     /// wᵀ|K| and wᵀ|C|.
     pub(super) fn weighted(&self, w: &[f64]) -> impl Iterator<Item = [f64; 2]> {
-        let sum =
-            |entries: &[Entry]| -> f64 { entries.iter().map(|(i, x)| w[*i] * x.abs()).sum() };
+        let sum = |entries: &[Entry]| -> f64 { entries.iter().map(|(i, x)| w[*i] * x.abs()).sum() };
         (0..self.m).map(move |j| [sum(self.k(j)), sum(self.c(j))])
     }
 }

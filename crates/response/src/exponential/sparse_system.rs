@@ -217,14 +217,14 @@ impl WithSimd for Applied<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let SparseSystem { m, g, lower, .. } = self.system;
-        for j in 0..*m {
+        for (j, g) in g.iter().enumerate() {
             let all = self.r.near(j, *m);
             let rk = self.rk.part_mut(j, all.clone());
             rk.fill([0.0; LANES]);
             accumulate(simd, rk, self.r, all.clone(), 1.0, lower.k(j));
             let sum = self.sum.part_mut(j, all.clone());
             for (sum, rk) in sum.iter_mut().zip(&*rk) {
-                *sum = rk.map(|rk| g[j] * rk);
+                *sum = rk.map(|rk| g * rk);
             }
             accumulate(simd, sum, self.q, all, 0.5, lower.c(j));
         }
@@ -261,8 +261,14 @@ impl WithSimd for Assembly<'_> {
         let (left, right) = self.target.split_at_col_mut(m);
         for (j, (left, right)) in left.col_iter_mut().zip(right.col_iter_mut()).enumerate() {
             let contiguous = "the columns of new matrices are contiguous";
-            let left = left.try_as_col_major_mut().expect(contiguous).as_slice_mut();
-            let right = right.try_as_col_major_mut().expect(contiguous).as_slice_mut();
+            let left = left
+                .try_as_col_major_mut()
+                .expect(contiguous)
+                .as_slice_mut();
+            let right = right
+                .try_as_col_major_mut()
+                .expect(contiguous)
+                .as_slice_mut();
             let (position, velocity) = left.split_at_mut(m);
             let (by_push, faded) = right.split_at_mut(m);
             let groups = self.r.near(j, band);
@@ -279,7 +285,11 @@ impl WithSimd for Assembly<'_> {
             accumulate(simd, sum, self.q, groups, -1.0, lower.c(j));
             let g = &g[rows.clone()];
             let q = &self.q.column(j)[rows.clone()];
-            for ((to, rk), g) in position[rows.clone()].iter_mut().zip(rk.as_flattened()).zip(g) {
+            for ((to, rk), g) in position[rows.clone()]
+                .iter_mut()
+                .zip(rk.as_flattened())
+                .zip(g)
+            {
                 *to = rk * g;
             }
             for ((to, q), g) in by_push[rows.clone()].iter_mut().zip(q).zip(g) {
@@ -346,7 +356,11 @@ mod tests {
 
     #[test]
     fn decay_is_squared_whole() {
-        assert!(of(&(chain(0.01) * faer::Scale(30.0))).expect("a chain").halves);
+        assert!(
+            of(&(chain(0.01) * faer::Scale(30.0)))
+                .expect("a chain")
+                .halves
+        );
         let damped = of(&chain(6.0)).expect("a chain");
         assert!(damped.choice.squarings > 0 && !damped.halves);
     }

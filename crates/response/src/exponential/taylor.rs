@@ -4,8 +4,8 @@ use eigentone_digits::Real;
 use faer::{Mat, MatRef};
 
 use super::Exponential;
-use super::aligned::Aligned;
 use super::algebra::{Algebra, Explicit};
+use super::aligned::Aligned;
 use super::dense::Dense;
 use super::growth::Growth;
 use super::polynomial::evaluate;

@@ -250,21 +250,24 @@ impl<'a, 'b> Course<'a, 'b> {
         let mut loads = vec![0.0; together * blocks.width()];
         let mut values = Vec::with_capacity((last as usize + every + 1) * outputs.len());
         values.extend(selected.iter().map(|i| z[*i]));
-        let mut estimates = vec![bounds(&mut estimate, &tops)];
+        let mut met = [0.0; 2];
+        let mut estimates = vec![bounds(&mut estimate, &tops, met)];
         let mut first = 0;
         while first < last {
             let left = last - first;
             let count = together.min(left.div_ceil(blocks.steps as u64) as usize);
             let loads = &mut loads[..count * blocks.width()];
             self.loads.fill(first, loads);
+            let known = values.len();
             blocks.advance(count, loads, &mut z, &mut values, &mut tops);
+            meet(&mut met, outputs, &values[known..]);
             let steps = left.min((count * blocks.steps) as u64);
             estimate.steps(steps, h);
             first += steps;
             if z.iter().any(|entry| !entry.is_finite()) && first < last {
                 return Err(ResponseError::Overflow { index: first });
             }
-            estimates.push(bounds(&mut estimate, &tops));
+            estimates.push(bounds(&mut estimate, &tops, met));
         }
         // The last block may go on beyond the end, where nothing is asked.
         values.truncate((last as usize + 1) * outputs.len());
@@ -293,12 +296,22 @@ impl<'a, 'b> Course<'a, 'b> {
 /// Loads and outputs of so many instants are taken together.
 const TOGETHER: usize = 1024;
 
-/// Of displacements and velocities, from the largest of each coordinate at the ends of blocks; within
-/// blocks they are taken to be up to twice as large.
-fn bounds(estimate: &mut Estimate, tops: &[f64]) -> [Option<f64>; 2] {
+/// Of displacements and velocities, from the largest of each coordinate at the ends of blocks and the
+/// largest outputs of both kinds; other coordinates are taken to be up to twice as large within blocks.
+fn bounds(estimate: &mut Estimate, tops: &[f64], met: [f64; 2]) -> [Option<f64>; 2] {
     const WITHIN: f64 = 2.0;
     let (x, v) = tops.split_at(tops.len() / 2);
     let top = |values: &[f64]| WITHIN * values.iter().copied().fold(0.0, f64::max);
-    let (displacement, velocity) = estimate.bounds(top(x), top(v));
+    let (displacement, velocity) = estimate.bounds(top(x).max(met[0]), top(v).max(met[1]));
     [displacement, velocity]
+}
+
+/// Raises the largest displacement and velocity to those of these values, instant by instant.
+fn meet(met: &mut [f64; 2], outputs: &[Output], values: &[f64]) {
+    for values in values.chunks_exact(outputs.len().max(1)) {
+        for (output, value) in outputs.iter().zip(values) {
+            let kind = usize::from(matches!(output, Output::Velocity(_)));
+            met[kind] = met[kind].max(value.abs());
+        }
+    }
 }

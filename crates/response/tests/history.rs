@@ -82,17 +82,10 @@ fn agree(system: &System, loads: &[(&str, Load)]) {
         let bound = history.bound(0, j).expect("passive and supported");
         let other = trajectory.displacement_bound()[j].expect("passive and supported");
         let off = (history.values()[(0, j)] - trajectory.displacement()[(1, j)]).abs();
-        assert!(off <= bound + other, "instant {j}: {off:e}, {bound:e}");
-        // It holds for all instants of some steps, which matters early only.
-        assert!(
-            bound >= other || j == 0,
-            "instant {j}: {bound:e}, {other:e}"
-        );
-        let late = j >= 300;
-        assert!(
-            !late || bound < 2.0 * other,
-            "instant {j}: {bound:e}, {other:e}"
-        );
+        assert!(off <= bound, "instant {j}: {off:e}, {bound:e}");
+        // It holds up to the end of some steps, here of all.
+        let alike = other / 8.0..8.0 * other;
+        assert!(j < 600 || alike.contains(&bound), "{bound:e}, {other:e}");
     }
 }
 

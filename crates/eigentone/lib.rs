@@ -40,6 +40,7 @@
 //!   run time.
 //! - [`scene`]: the scene file.
 //! - [`report`]: results as tables, JSON, CSV and plots.
+//! - [`tables`]: reference tables to 15 digits, every one of which is right.
 //! - `gallery`: scenes with 34-digit answers; with the feature `gallery`.
 //!
 //! Matrices are [`faer`]'s. Units must be coherent; the documentation assumes SI. The feature `cli`
@@ -50,6 +51,7 @@ pub mod gallery;
 pub mod prelude;
 pub mod report;
 pub mod scene;
+pub mod tables;
 
 pub use eigentone_check as check;
 pub use eigentone_modes as modes;

@@ -5,7 +5,7 @@
 
 mod analysis;
 mod check;
-mod csv;
+pub(crate) mod csv;
 mod element_force;
 mod energy;
 mod heat_map;
@@ -15,7 +15,7 @@ mod plot;
 mod response;
 mod stability;
 mod steady_state;
-mod table;
+pub(crate) mod table;
 
 use eigentone_modes::Bounds;
 

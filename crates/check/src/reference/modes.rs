@@ -100,7 +100,13 @@ impl Reference {
         // The root of a square that is nearly real or nearly imaginary has a small part.
         let mut digits = self.digits + 1;
         loop {
-            let pairs: Vec<Complex> = roots(&squares, digits)?.iter().map(Complex::sqrt).collect();
+            // A square that is known exactly has no more bits than it was found with.
+            let bits = (f64::from(digits) * std::f64::consts::LOG2_10) as u64 + 64;
+            let squares = roots(&squares, digits)?;
+            let pairs: Vec<Complex> = squares
+                .iter()
+                .map(|square| square.rounded(bits).sqrt())
+                .collect();
             if pairs.iter().all(|root| is_known(root, self.digits)) {
                 found.extend(pairs.into_iter().flat_map(|root| [root.clone(), -root]));
                 return Ok(found);

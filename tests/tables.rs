@@ -153,7 +153,7 @@ fn every_eigenvalue_has_the_digits_of_the_34_digit_answers() {
             let root = left.iter().find(|root| same(root)).expect("counted");
             check(&row["re"], root.re.as_str(), case.name());
             check(&row["im"], root.im.as_str(), case.name());
-            left.retain(|root| !same(&root));
+            left.retain(|root| !same(root));
         }
         assert!(
             left.is_empty(),

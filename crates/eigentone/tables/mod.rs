@@ -20,7 +20,7 @@
 //! ///
 //! /// | # | motion | multiplicity | Re λ, 1/s | Im λ, rad/s | ω_n, rad/s | f_n, Hz | ω_d, rad/s | ζ | decay rate, 1/s |
 //! /// | --: | :-- | --: | --: | --: | --: | --: | --: | --: | --: |
-//! /// | 1 | oscillating | 1 | -0.125000000000000 | 1.40867047956539 | 1.41421356237310 | 0.225079079039277 | 1.40867047956539 | 0.0883883476483184 | 0.125000000000000 |
+//! /// | 1 | oscillating | 1 | -0.125000000000000 | 1.40867845869808 | 1.41421356237310 | 0.225079079039277 | 1.40867845869808 | 0.0883883476483184 | 0.125000000000000 |
 //! // In a crate of its own: #[doc = include_str!("../docs/pendulum.md")]
 //! fn pendulum() -> Result<System, Box<dyn std::error::Error>> {
 //!     let system = System::builder().mass("bob", 1.0).spring(GROUND, "bob", 2.0);
@@ -35,7 +35,8 @@
 //!     std::fs::write(&file, &table)?;
 //! }
 //! # std::fs::remove_file(&file)?;
-//! assert!(table.ends_with("| 0.0883883476483184 | 0.125000000000000 |\n"));
+//! let numbers = "-0.125000000000000 | 1.40867845869808 | 1.41421356237310 | 0.225079079039277 |";
+//! assert!(table.contains(numbers));
 //!
 //! let problem = Response::of(&system)
 //!     .from(State::at_rest().displace("bob", 1.0))
@@ -44,7 +45,7 @@
 //!     .problem()?
 //!     .at(&[0, 10, 20])?;
 //! let motion = ResponseTable::of(&problem)?;
-//! assert_eq!(motion.rows()[2].displacement[0].to_string(), "0.0178391404084446");
+//! assert_eq!(motion.rows()[2].displacement[0].to_string(), "0.0398196096837704");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

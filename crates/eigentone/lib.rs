@@ -52,7 +52,7 @@
 //!
 //! # Conventions
 //!
-//! Matrices are [`faer`]'s. Coordinates come in the order in which masses are given; a trajectory has one row for each
+//! Matrices are those of the crate `faer`. Coordinates come in the order in which masses are given; a trajectory has one row for each
 //! coordinate and one column for each instant. Units must be coherent; the documentation assumes SI.
 //! Frequencies are [`Frequency`](modes::Frequency) values, rad/s inside and Hz only by asking. What is
 //! *proven* holds as a theorem; what is *estimated* is to first order, and marked so. Nothing panics for any

@@ -35,9 +35,7 @@ pub fn block(latex: &str) -> Result<String, String> {
         None => (latex, String::new()),
     };
     let mathml = convert(formula, DisplayMode::Block)?.replace('\n', " ");
-    Ok(format!(
-        "<div class=\"equation\">{mathml}{number}</div>\n"
-    ))
+    Ok(format!("<div class=\"equation\">{mathml}{number}</div>\n"))
 }
 
 fn convert(latex: &str, display_mode: DisplayMode) -> Result<String, String> {

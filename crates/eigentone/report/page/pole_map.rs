@@ -89,7 +89,7 @@ fn figure(modes: &Modes, reach: f64, near: bool) -> String {
     let mut drawn: Vec<(f64, f64)> = Vec::new();
     for (re, im, motion, count) in &shown {
         let at = (x.place(*re), y.place(*im));
-        if drawn.iter().any(|other| *other == at) {
+        if drawn.contains(&at) {
             continue; // once for all shapes of a repeated root
         }
         drawn.push(at);

@@ -374,11 +374,11 @@ impl Plan {
 fn order(n: usize, parts: &[Part]) -> Vec<usize> {
     let mut near = vec![Vec::new(); n];
     for (_, element) in parts {
-        if let [Some(a), Some(b)] = [element.first, element.second].map(Node::coordinate) {
-            if !near[a].contains(&b) {
-                near[a].push(b);
-                near[b].push(a);
-            }
+        if let [Some(a), Some(b)] = [element.first, element.second].map(Node::coordinate)
+            && !near[a].contains(&b)
+        {
+            near[a].push(b);
+            near[b].push(a);
         }
     }
     let given: Vec<usize> = (0..n).collect();

@@ -8,6 +8,7 @@ mod modes;
 mod progress;
 mod response;
 mod stability;
+mod tables;
 
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -32,6 +33,7 @@ enum Command {
     Response(response::Response),
     Check(check::Check),
     Stability(stability::Stability),
+    Tables(tables::Tables),
 }
 
 impl Cli {
@@ -43,6 +45,7 @@ impl Cli {
             Command::Response(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
+            Command::Tables(command) => command.run(),
         }
     }
 }

@@ -114,7 +114,7 @@ impl<'a> ModeReport<'a> {
         Ok(())
     }
 
-    fn table(&self) -> Table {
+    pub(super) fn table(&self) -> Table {
         let of = |value: fn(&Mode) -> Option<f64>| number::column(self.modes.iter().map(value));
         let numbers = (1..=self.modes.as_slice().len()).map(|k| k.to_string());
         Table::default()
@@ -162,7 +162,7 @@ impl<'a> ModeReport<'a> {
             .collect()
     }
 
-    fn infinite(&self) -> String {
+    pub(super) fn infinite(&self) -> String {
         match self.modes.infinite() {
             0 => String::new(),
             1 => {

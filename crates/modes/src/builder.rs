@@ -266,9 +266,7 @@ impl Entries {
             });
         }
         let wrong = match self {
-            Entries::Dense(matrix) => {
-                first_not_finite(matrix.as_ref()).map(|at| (at, matrix[at]))
-            }
+            Entries::Dense(matrix) => first_not_finite(matrix.as_ref()).map(|at| (at, matrix[at])),
             Entries::Sparse(matrix) => matrix
                 .triplet_iter()
                 .find(|entry| !entry.val.is_finite())

@@ -35,8 +35,13 @@ impl ResponsePlan {
     /// exponential in doubles.
     ///
     /// # Errors
-    /// [`ResponseError::NotApplicable`] where no exact method applies.
+    /// [`ResponseError::NotApplicable`] where no exact method applies, [`ResponseError::Large`] for
+    /// a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>) -> Result<ResponsePlan, ResponseError> {
+        let coordinates = problem.system().len();
+        if problem.system().is_large() {
+            return Err(ResponseError::Large { coordinates });
+        }
         let mut left_out = Vec::new();
         if let Precision::Certified { .. } = problem.precision() {
             let refusal = if problem.system().len() > certified::LARGEST {

@@ -265,6 +265,12 @@ pub enum ResponseError {
         /// What is allowed.
         limit: f64,
     },
+    /// The system is [large](System::is_large).
+    #[error("{coordinates} coordinates are too many for dense matrices: take some of their modes")]
+    Large {
+        /// How many coordinates there are.
+        coordinates: usize,
+    },
     /// The method does not apply to this problem.
     #[error("{method} does not apply: {reason}")]
     NotApplicable {

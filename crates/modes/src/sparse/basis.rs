@@ -1,6 +1,9 @@
 //! Products with tall matrices given by their columns, a stretch of rows at a time, so that what is
 //! common to all columns stays near.
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+
 /// Rows taken together.
 const STRETCH: usize = 1024;
 
@@ -53,22 +56,32 @@ pub(crate) fn subtract(columns: &[Vec<f64>], factors: &[f64], y: &mut [f64]) {
     }
 }
 
-/// The first columns become the combinations that `factors` has, a row of them for each; the others are
-/// left as they are.
-pub(crate) fn combine(columns: &mut [Vec<f64>], factors: &[Vec<f64>]) {
+/// The first columns become the combinations that `factors` has, a column of them for each; the
+/// others are left as they are.
+pub(crate) fn combine(columns: &mut [Vec<f64>], factors: MatRef<'_, f64>) {
     let rows = columns.first().map_or(0, Vec::len);
-    let mut sums = vec![vec![0.0; STRETCH]; factors.len()];
+    let (from, to) = (factors.nrows(), factors.ncols());
+    let mut given = Mat::<f64>::zeros(STRETCH, from);
+    let mut combined = Mat::<f64>::zeros(STRETCH, to);
     for start in (0..rows).step_by(STRETCH) {
-        let end = rows.min(start + STRETCH);
-        for (sum, factors) in sums.iter_mut().zip(factors) {
-            sum.fill(0.0);
-            for (factor, column) in factors.iter().zip(columns.iter()) {
-                let terms = sum.iter_mut().zip(&column[start..end]);
-                terms.for_each(|(sum, x)| *sum += factor * x);
-            }
+        let count = STRETCH.min(rows - start);
+        for (column, from) in columns.iter().zip(given.col_iter_mut()) {
+            let part = &column[start..start + count];
+            from.iter_mut().zip(part).for_each(|(to, x)| *to = *x);
         }
-        for (sum, column) in sums.iter().zip(columns.iter_mut()) {
-            column[start..end].copy_from_slice(&sum[..end - start]);
+        matmul(
+            combined.as_mut(),
+            Accum::Replace,
+            given.as_ref(),
+            factors,
+            1.0,
+            Par::Seq,
+        );
+        for (column, to) in columns.iter_mut().zip(combined.col_iter()) {
+            let part = &mut column[start..start + count];
+            part.iter_mut()
+                .zip(to.iter())
+                .for_each(|(x, from)| *x = *from);
         }
     }
 }

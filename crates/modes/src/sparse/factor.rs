@@ -129,7 +129,6 @@ impl<'a> Factor<'a> {
         factor
     }
 
-
     /// Whether every entry of L and D is finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.inverses.iter().all(|inverse| inverse.is_finite())

@@ -76,8 +76,8 @@ impl Form {
             }
         }
         let of_one_sign = |ground: &DoubleDouble| ground.high() >= 0.0;
-        form.non_negative = form.joins.iter().all(|join| join.weight > 0.0)
-            && form.ground.iter().all(of_one_sign);
+        form.non_negative =
+            form.joins.iter().all(|join| join.weight > 0.0) && form.ground.iter().all(of_one_sign);
         Some(form)
     }
 

@@ -52,7 +52,7 @@ pub(crate) fn lanczos(
     let mut restarts = 0;
     let mut check = goal.wanted + 4;
     if !krylov.start() {
-        return Some(krylov.found(&Ritz::default(), 0, true));
+        return Some(krylov.found(&Ritz::none(), 0, true));
     }
     loop {
         krylov.step()?;
@@ -63,8 +63,14 @@ pub(crate) fn lanczos(
         }
         let ritz = Ritz::of(&krylov)?;
         let converged = ritz.converged(krylov.coupling, goal.tolerance);
-        if exhausted || converged >= goal.wanted {
-            return Some(krylov.found(&ritz, converged, exhausted));
+        let clear = ritz.clear();
+        if exhausted || converged >= goal.wanted.min(clear) {
+            let count = if exhausted {
+                clear
+            } else {
+                converged.min(clear)
+            };
+            return Some(krylov.found(&ritz, count, exhausted && clear == size));
         }
         check = size + 4.max(size / 8);
         if size == most {
@@ -205,12 +211,12 @@ impl<'a, 'b> Krylov<'a, 'b> {
     /// Goes on with the leading Ritz vectors alone, and the vector that comes next.
     fn restart(&mut self, ritz: &Ritz, kept: usize) {
         let next = self.basis.pop().expect("a restart has a next vector");
-        combine(&mut self.basis, &ritz.vectors[..kept]);
+        combine(&mut self.basis, ritz.vectors.subcols(0, kept));
         self.basis.truncate(kept);
         self.basis.push(next);
         self.projected.fill(0.0);
-        for (i, vector) in ritz.vectors[..kept].iter().enumerate() {
-            let coupling = self.coupling * vector[self.size - 1];
+        for i in 0..kept {
+            let coupling = self.coupling * ritz.vectors[(self.size - 1, i)];
             self.projected[(i, i)] = ritz.values[i];
             self.projected[(i, kept)] = coupling;
             self.projected[(kept, i)] = coupling;
@@ -218,9 +224,8 @@ impl<'a, 'b> Krylov<'a, 'b> {
         self.size = kept;
     }
 
-    fn found(mut self, ritz: &Ritz, converged: usize, exhausted: bool) -> Found {
-        let count = if exhausted { ritz.values.len() } else { converged };
-        combine(&mut self.basis, &ritz.vectors[..count]);
+    fn found(mut self, ritz: &Ritz, count: usize, exhausted: bool) -> Found {
+        combine(&mut self.basis, ritz.vectors.subcols(0, count));
         self.basis.truncate(count);
         Found {
             values: ritz.values[..count].to_vec(),
@@ -234,13 +239,19 @@ impl<'a, 'b> Krylov<'a, 'b> {
 
 /// The eigenvalues of A as the basis sees them, largest first in size, with their vectors in the
 /// basis.
-#[derive(Default)]
 struct Ritz {
     values: Vec<f64>,
-    vectors: Vec<Vec<f64>>,
+    vectors: Mat<f64>,
 }
 
 impl Ritz {
+    fn none() -> Ritz {
+        Ritz {
+            values: Vec::new(),
+            vectors: Mat::zeros(0, 0),
+        }
+    }
+
     fn of(krylov: &Krylov<'_, '_>) -> Option<Ritz> {
         let size = krylov.size;
         let projected = krylov.projected.submatrix(0, 0, size, size);
@@ -248,21 +259,28 @@ impl Ritz {
         let value = |k: &usize| eigen.S()[*k];
         let mut order: Vec<usize> = (0..size).collect();
         order.sort_by(|a, b| value(b).abs().total_cmp(&value(a).abs()));
-        let vector = |k: &usize| (0..size).map(|i| eigen.U()[(i, *k)]).collect();
         Some(Ritz {
             values: order.iter().map(value).collect(),
-            vectors: order.iter().map(vector).collect(),
+            vectors: Mat::from_fn(size, size, |i, j| eigen.U()[(i, order[j])]),
         })
+    }
+
+    /// How many of the leading ones stand clear of the rounding that the largest brings along; the
+    /// others are left to runs that have these locked.
+    fn clear(&self) -> usize {
+        const CLEAR: f64 = 1e-9;
+        let largest = self.values.first().map_or(0.0, |value| value.abs());
+        self.values
+            .partition_point(|value| value.abs() >= CLEAR * largest)
     }
 
     /// How many of the leading ones have residuals within the tolerance.
     fn converged(&self, coupling: f64, tolerance: f64) -> usize {
-        let pairs = self.values.iter().zip(&self.vectors);
-        let found = pairs.take_while(|(value, vector)| {
-            let last = vector.last().copied().unwrap_or(0.0);
-            (coupling * last).abs() <= tolerance * value.abs()
-        });
-        found.count()
+        let last = self.values.len() - 1;
+        let within = |(k, value): &(usize, &f64)| {
+            (coupling * self.vectors[(last, *k)]).abs() <= tolerance * value.abs()
+        };
+        self.values.iter().enumerate().take_while(within).count()
     }
 }
 

@@ -95,11 +95,7 @@ impl SparseModes {
         SparseModes::find(system, (square != 0.0).then_some(square), count)
     }
 
-    fn find(
-        system: &System,
-        shift: Option<f64>,
-        count: usize,
-    ) -> Result<SparseModes, SparseError> {
+    fn find(system: &System, shift: Option<f64>, count: usize) -> Result<SparseModes, SparseError> {
         if count == 0 {
             return Err(SparseError::NoneWanted);
         }
@@ -117,7 +113,7 @@ impl SparseModes {
             idle: idle.len(),
             count: count.min(system.len()),
         };
-        let answer = match shift {
+        let mut answer = match shift {
             None => search::lowest(&wanted)?,
             Some(shift) => search::nearest(&wanted, shift)?,
         };
@@ -126,11 +122,12 @@ impl SparseModes {
             factorisations: answer.factorised,
             entries: pencil.ordering.rows.len(),
         };
-        let mut pairs = refine::refined(&answer.operator, answer.vectors, answer.next);
+        let (vectors, next) = answer.needed(wanted.count);
+        let mut pairs = refine::refined(&answer.operator, vectors, next);
         for part in floating.iter().take(wanted.count) {
             pairs.push(rigid(part, &pencil.mass));
         }
-        let centre = shift.unwrap_or(answer.operator.shift);
+        let centre = answer.operator.shift;
         let distance = |pair: &Pair| (pair.square - centre).abs();
         pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         pairs.truncate(wanted.count);
@@ -227,7 +224,9 @@ pub enum SparseError {
     #[error("0 modes were asked for: ask for at least one")]
     NoneWanted,
     /// The frequency to look near is negative or too large.
-    #[error("the frequency to look near is {target:?} rad/s: it must be a finite number, 0 or more")]
+    #[error(
+        "the frequency to look near is {target:?} rad/s: it must be a finite number, 0 or more"
+    )]
     Target {
         /// The frequency given, in rad/s.
         target: f64,
@@ -244,7 +243,9 @@ pub enum SparseError {
     #[error("nothing has a mass, so nothing vibrates: give at least one mass")]
     NoMass,
     /// M has a negative eigenvalue.
-    #[error("the mass matrix is not positive semidefinite: some motion would have a negative energy")]
+    #[error(
+        "the mass matrix is not positive semidefinite: some motion would have a negative energy"
+    )]
     MassNotDefinite,
     /// The factor of K − σM would not fit into memory.
     #[error(
@@ -253,13 +254,17 @@ pub enum SparseError {
     )]
     TooDense,
     /// More parts float than a mass matrix that is not diagonal allows.
-    #[error("{count} parts that nothing holds are too many beside a mass matrix that is not diagonal")]
+    #[error(
+        "{count} parts that nothing holds are too many beside a mass matrix that is not diagonal"
+    )]
     TooManyParts {
         /// How many float.
         count: usize,
     },
     /// Lanczos' method did not converge.
-    #[error("Lanczos' method did not converge: ask for fewer modes, or for those near another frequency")]
+    #[error(
+        "Lanczos' method did not converge: ask for fewer modes, or for those near another frequency"
+    )]
     NoConvergence,
     /// The factor of K − σM leaves the range of doubles, or no shift makes it regular.
     #[error(

@@ -133,15 +133,27 @@ impl<'a> ShiftInvert<'a> {
         self.project(b, work);
     }
 
-    /// y = A x with one step of iterative refinement, whose residual is formed from the elements in
-    /// double-double, given M x. Returns the relative size of the correction in the norm of M: about
-    /// the relative error of plain solves.
-    pub(crate) fn refined(&self, x: &[f64], y: &mut [f64], work: &mut [f64]) -> f64 {
+    /// Whether no solve subtracts: then it is good to about √n units of rounding in every entry.
+    pub(crate) fn never_cancels(&self) -> bool {
         let Pencil {
             stiffness, mass, ..
         } = self.pencil;
-        mass.apply(x, y);
+        let plain_mass = self.shift == 0.0 || mass.is_non_negative();
+        self.shift <= 0.0 && stiffness.is_non_negative() && plain_mass
+    }
+
+    /// y = A x; `work` is of the same length.
+    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64], work: &mut [f64]) {
+        self.pencil.mass.apply(x, y);
         self.solve(y, work);
+    }
+
+    /// What y = A x lacks: (K − σM)⁻¹ of the residual Mx − (K − σM)y, formed from the elements in
+    /// double-double. Iterative refinement adds it to y.
+    pub(crate) fn correction(&self, x: &[f64], y: &[f64], work: &mut [f64]) -> Vec<f64> {
+        let Pencil {
+            stiffness, mass, ..
+        } = self.pencil;
         let mut residual = vec![DoubleDouble::ZERO; y.len()];
         mass.accumulate(1.0, x, &mut residual);
         stiffness.accumulate(-1.0, y, &mut residual);
@@ -151,8 +163,6 @@ impl<'a> ShiftInvert<'a> {
         let mut correction: Vec<f64> = residual.iter().map(|value| value.high()).collect();
         drop(residual);
         self.solve(&mut correction, work);
-        let size = mass.quadratic(&correction).max(0.0) / mass.quadratic(y);
-        y.iter_mut().zip(&correction).for_each(|(y, c)| *y += c);
-        size.sqrt()
+        correction
     }
 }

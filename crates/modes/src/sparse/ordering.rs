@@ -52,7 +52,9 @@ impl Ordering {
         // No order has less than the joins themselves.
         if best.as_ref().is_none_or(|tree| tree.fill > joins) {
             let by_degree = minimum_degree(graph).and_then(|nodes| {
-                let least = best.as_ref().map_or(most, |tree| tree.fill.saturating_sub(1));
+                let least = best
+                    .as_ref()
+                    .map_or(most, |tree| tree.fill.saturating_sub(1));
                 Tree::of(graph, nodes, least)
             });
             best = by_degree.or(best);

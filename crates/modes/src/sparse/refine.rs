@@ -26,6 +26,9 @@ pub(crate) struct Pair {
 /// Above this ρ a vector gets another step.
 const ROUGH: f64 = 1e-8;
 
+/// Vectors whose μ is so many times another's are taken out of it.
+const FAR: f64 = 1e3;
+
 /// At most so many steps.
 const STEPS: usize = 4;
 
@@ -35,25 +38,158 @@ pub(crate) fn refined(
     vectors: Vec<Vector>,
     next: Option<f64>,
 ) -> Vec<Pair> {
-    let (stiffness, mass) = (&operator.pencil.stiffness, &operator.pencil.mass);
-    let mut inverses: Vec<f64> = vectors.iter().map(|vector| vector.inverse).collect();
-    let mut shapes: Vec<Vec<f64>> = vectors.into_iter().map(|vector| vector.shape).collect();
-    let mut residuals = vec![0.0; shapes.len()];
+    let mut shapes = Shapes {
+        operator,
+        inverses: vectors.iter().map(|vector| vector.inverse).collect(),
+        residuals: vec![0.0; vectors.len()],
+        vectors: vectors.into_iter().map(|vector| vector.shape).collect(),
+        doubt: 0.0,
+    };
     for step in 0..STEPS {
-        let sizes = improve(operator, &mut shapes, &mut inverses);
-        residuals = sizes;
-        if step + 1 == STEPS || residuals.iter().all(|size| *size <= ROUGH) {
+        if shapes.vectors.is_empty() {
             break;
         }
-        separate(operator, &mut shapes);
+        shapes.improve();
+        if step + 1 == STEPS || shapes.residuals.iter().all(|size| *size <= ROUGH) {
+            break;
+        }
+        shapes.separate();
     }
-    let pairs = shapes.into_iter().enumerate();
-    pairs
-        .map(|(k, shape)| {
-            let square = stiffness.quadratic(&shape) / mass.quadratic(&shape);
-            let part = relative_error(k, &inverses, &residuals, next);
-            let rounding = 4.0 * f64::EPSILON * square.abs();
-            let error = 2.0 * part * (square - operator.shift).abs() + rounding;
+    shapes.pairs(next)
+}
+
+/// Vectors on their way to eigenvectors, with μ and ρ of each.
+struct Shapes<'a, 'b> {
+    operator: &'a ShiftInvert<'b>,
+    vectors: Vec<Vec<f64>>,
+    inverses: Vec<f64>,
+    residuals: Vec<f64>,
+    /// The relative error of solves.
+    doubt: f64,
+}
+
+/// Beyond that no error is estimated.
+const SMALL: f64 = 1e-3;
+
+impl Shapes<'_, '_> {
+    /// One step of inverse iteration for each vector; ρ is that before the step. Solves are refined
+    /// unless those for the first and the last need none.
+    fn improve(&mut self) {
+        let n = self.operator.pencil.len();
+        let (mut product, mut work) = (vec![0.0; n], vec![0.0; n]);
+        let doubt = if self.operator.never_cancels() {
+            2.0 * f64::EPSILON * (n as f64).sqrt()
+        } else {
+            self.probe(&mut product, &mut work)
+        };
+        let plain = doubt <= ROUGH;
+        // What refinement leaves is smaller than the square of what it corrected.
+        self.doubt = if plain { doubt } else { doubt * doubt };
+        for k in 0..self.vectors.len() {
+            self.operator
+                .apply(&self.vectors[k], &mut product, &mut work);
+            if plain {
+                self.remove_nearer(k, &mut product, &mut work);
+            } else {
+                let missing = self.refine(k, &mut product, &mut work);
+                let pairs = product.iter_mut().zip(&missing);
+                pairs.for_each(|(y, missing)| *y += missing);
+            }
+            let mass = &self.operator.pencil.mass;
+            mass.apply(&self.vectors[k], &mut work);
+            let inverse = dot(&work, &product) / dot(&work, &self.vectors[k]);
+            for (x, y) in self.vectors[k].iter_mut().zip(&product) {
+                *x = y - inverse * *x;
+            }
+            let residual = self.norm(&self.vectors[k], &mut work);
+            let size = self.norm(&product, &mut work);
+            for (x, y) in self.vectors[k].iter_mut().zip(&product) {
+                *x = y / size;
+            }
+            self.inverses[k] = inverse;
+            self.residuals[k] = residual / size + self.doubt;
+        }
+    }
+
+    /// The relative error of plain solves, by what the first and the last vector's lack.
+    fn probe(&self, product: &mut [f64], work: &mut [f64]) -> f64 {
+        let last = self.vectors.len() - 1;
+        let probes = if last == 0 { vec![0] } else { vec![0, last] };
+        let doubts = probes.into_iter().map(|k| {
+            self.operator.apply(&self.vectors[k], product, work);
+            let missing = self.refine(k, product, work);
+            self.norm(&missing, work) / self.norm(product, work)
+        });
+        doubts.fold(0.0, f64::max)
+    }
+
+    /// What the product of vector k with A lacks; the product and this without what is nearer to the shift.
+    fn refine(&self, k: usize, product: &mut [f64], work: &mut [f64]) -> Vec<f64> {
+        let mut missing = self.operator.correction(&self.vectors[k], product, work);
+        self.remove_nearer(k, product, work);
+        self.remove_nearer(k, &mut missing, work);
+        missing
+    }
+
+    /// A makes what rounding has left of vectors much nearer to the shift than vector k grow: makes a product
+    /// orthogonal to them again.
+    fn remove_nearer(&self, k: usize, product: &mut [f64], work: &mut [f64]) {
+        let own = self.inverses[k].abs();
+        for (nearer, inverse) in self.vectors[..k].iter().zip(&self.inverses) {
+            if inverse.abs() > FAR * own {
+                self.operator.pencil.mass.apply(product, work);
+                let along = dot(nearer, work);
+                let pairs = product.iter_mut().zip(nearer);
+                pairs.for_each(|(y, x)| *y -= along * x);
+            }
+        }
+    }
+
+    /// The M-norm.
+    fn norm(&self, x: &[f64], work: &mut [f64]) -> f64 {
+        self.operator.pencil.mass.apply(x, work);
+        dot(x, work).max(0.0).sqrt()
+    }
+
+    /// Rotates the vectors to the eigenvectors of the pencil in their span, those together whose μ lie not far
+    /// apart.
+    fn separate(&mut self) {
+        let mut start = 0;
+        for end in 1..=self.vectors.len() {
+            let far = |k: usize| self.inverses[k - 1].abs() > FAR * self.inverses[k].abs();
+            if end == self.vectors.len() || far(end) {
+                rotate(self.operator, &mut self.vectors[start..end]);
+                start = end;
+            }
+        }
+    }
+
+    /// Eigenvalues as Rayleigh quotients; but as σ + 1/μ where the rounding of the shape spoils the
+    /// quotient, as that of very stiff systems does.
+    fn pairs(self, next: Option<f64>) -> Vec<Pair> {
+        const U: f64 = f64::EPSILON;
+        let pencil = self.operator.pencil;
+        let (stiffness, mass, shift) = (&pencil.stiffness, &pencil.mass, self.operator.shift);
+        let diagonal = stiffness.diagonal();
+        let errors: Vec<f64> = (0..self.vectors.len())
+            .map(|k| relative_error(k, &self.inverses, &self.residuals, next))
+            .collect();
+        let all = self.vectors.into_iter().zip(self.inverses).zip(errors);
+        all.map(|((shape, inverse), part)| {
+            let norm = mass.quadratic(&shape);
+            let quotient = stiffness.quadratic(&shape) / norm;
+            let terms = shape.iter().zip(&diagonal);
+            let noise: f64 = terms.map(|(x, k)| k.abs() * x * x).sum::<f64>() * U * U / norm;
+            let distance = (quotient - shift).abs();
+            let of_quotient = 2.0 * part * distance + noise + 4.0 * U * quotient.abs();
+            let inverted = shift + 1.0 / inverse;
+            let of_inverted = 2.0 * (part + self.doubt + 4.0 * U) * distance
+                + 4.0 * U * (shift.abs() + inverted.abs());
+            let (square, error) = if of_quotient <= 2.0 * of_inverted {
+                (quotient, of_quotient)
+            } else {
+                (inverted, of_inverted)
+            };
             Pair {
                 square,
                 shape,
@@ -61,47 +197,20 @@ pub(crate) fn refined(
             }
         })
         .collect()
-}
-
-/// Beyond that no error is estimated.
-const SMALL: f64 = 1e-3;
-
-/// One refined step of inverse iteration for each shape; ρ of each, as it was before the step.
-fn improve(
-    operator: &ShiftInvert<'_>,
-    shapes: &mut [Vec<f64>],
-    inverses: &mut [f64],
-) -> Vec<f64> {
-    let mass = &operator.pencil.mass;
-    let n = operator.pencil.len();
-    let (mut product, mut work) = (vec![0.0; n], vec![0.0; n]);
-    let mut sizes = Vec::with_capacity(shapes.len());
-    for (shape, inverse) in shapes.iter_mut().zip(inverses) {
-        let doubt = operator.refined(shape, &mut product, &mut work);
-        mass.apply(shape, &mut work);
-        *inverse = dot(&work, &product) / dot(&work, shape);
-        for (x, y) in shape.iter_mut().zip(&product) {
-            *x = y - *inverse * *x;
-        }
-        let norm = mass.quadratic(&product).sqrt();
-        let residual = mass.quadratic(shape).max(0.0).sqrt() / norm;
-        // What refinement leaves is smaller than the square of what it corrected.
-        sizes.push(residual + doubt * doubt);
-        for (x, y) in shape.iter_mut().zip(&product) {
-            *x = y / norm;
-        }
     }
-    sizes
 }
 
-/// Rotates the shapes to those of the smallest and largest Rayleigh quotients in their span, with all forms
-/// summed over the elements.
-fn separate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
+/// Rotates vectors to the eigenvectors of the pencil in their span, with all forms summed over the
+/// elements.
+fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
     let (stiffness, mass) = (&operator.pencil.stiffness, &operator.pencil.mass);
     let count = shapes.len();
     let form = |i: usize, j: usize| {
         let mass = mass.bilinear(&shapes[i], &shapes[j]);
-        (stiffness.bilinear(&shapes[i], &shapes[j]) - operator.shift * mass, mass)
+        (
+            stiffness.bilinear(&shapes[i], &shapes[j]) - operator.shift * mass,
+            mass,
+        )
     };
     let mut k = Mat::<f64>::zeros(count, count);
     let mut m = Mat::<f64>::zeros(count, count);
@@ -143,12 +252,9 @@ fn separate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
     let value = |k: &usize| eigen.S()[*k].abs();
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| value(a).total_cmp(&value(b)));
-    let factors: Vec<Vec<f64>> = order
-        .iter()
-        .map(|&j| (0..count).map(|i| vectors[(i, j)] * scale[i]).collect())
-        .collect();
-    if factors.iter().flatten().all(|factor| factor.is_finite()) {
-        combine(shapes, &factors);
+    let factors = Mat::from_fn(count, count, |i, j| vectors[(i, order[j])] * scale[i]);
+    if factors.norm_max().is_finite() {
+        combine(shapes, factors.as_ref());
     }
 }
 

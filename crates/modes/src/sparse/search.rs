@@ -44,8 +44,26 @@ pub(crate) struct Answer<'a> {
     pub(crate) factorised: usize,
 }
 
-/// Residuals at which a vector counts as found: eigenvalues are then good to their square.
-const TOLERANCE: f64 = 1e-10;
+impl Answer<'_> {
+    /// The nearest `count` vectors with those that lie as near as the last of them, and the nearest inverse of
+    /// all others.
+    pub(crate) fn needed(&mut self, count: usize) -> (Vec<Vector>, Option<f64>) {
+        const AS_NEAR: f64 = 0.999;
+        let mut vectors = std::mem::take(&mut self.vectors);
+        if let Some(last) = vectors.get(count.saturating_sub(1)) {
+            let edge = AS_NEAR * last.inverse.abs();
+            let kept = vectors.partition_point(|vector| vector.inverse.abs() >= edge);
+            let next = vectors.get(kept).map(|vector| vector.inverse);
+            vectors.truncate(kept);
+            return (vectors, next.or(self.next));
+        }
+        (vectors, self.next)
+    }
+}
+
+/// Residuals at which a vector counts as found, relative to μ: shapes are then good to that, over
+/// the distance to the next eigenvalue.
+const TOLERANCE: f64 = 1e-12;
 
 /// Eigenvalues nearest together than this part of their distance from the shift are not parted by a
 /// count.
@@ -89,7 +107,10 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
             seed: 3,
         };
         let found = lanczos(&operator, &[], goal).ok_or(SparseError::NoConvergence)?;
-        let values = found.values.iter().map(|inverse| (shift + 1.0 / inverse).abs());
+        let values = found
+            .values
+            .iter()
+            .map(|inverse| (shift + 1.0 / inverse).abs());
         let largest = values.fold(0.0, f64::max);
         let fits = largest == 0.0 || (0.01..=1.0).contains(&(-shift / largest));
         if fits {
@@ -225,7 +246,11 @@ impl<'a> Search<'a, '_> {
     /// How many eigenvalues are missing among the nearest.
     fn missing(&mut self) -> Missing {
         let shift = self.operator.shift;
-        let mut distances: Vec<f64> = self.inverses.iter().map(|inverse| 1.0 / inverse.abs()).collect();
+        let mut distances: Vec<f64> = self
+            .inverses
+            .iter()
+            .map(|inverse| 1.0 / inverse.abs())
+            .collect();
         distances.extend(self.wanted.floating.iter().map(|_| shift.abs()));
         distances.sort_by(f64::total_cmp);
         let edge = if self.exhausted {
@@ -233,7 +258,11 @@ impl<'a> Search<'a, '_> {
         } else {
             1.0 / self.next.abs()
         };
-        let least = self.wanted.count.min(distances.len());
+        let known = distances.len();
+        if known < self.wanted.count && !self.exhausted {
+            return Missing::Some(self.wanted.count - known);
+        }
+        let least = self.wanted.count.min(known);
         distances.retain(|distance| *distance <= edge);
         if distances.len() < least {
             return Missing::Some(2);
@@ -246,7 +275,11 @@ impl<'a> Search<'a, '_> {
             return Missing::Some(2);
         };
         // Beyond the last one there is room.
-        let above = if above.is_finite() { above } else { 1.5 * below };
+        let above = if above.is_finite() {
+            above
+        } else {
+            1.5 * below
+        };
         for part in [0.5, 0.37, 0.71] {
             let radius = below + part * (above - below);
             let Some(count) = self.count(shift, radius) else {
@@ -270,7 +303,8 @@ impl<'a> Search<'a, '_> {
             }
             self.factorised += 1;
             let factor = Factor::of(pencil, at);
-            let clear = factor.is_finite() && factor.zeros == self.wanted.idle && factor.least > CLEAR;
+            let clear =
+                factor.is_finite() && factor.zeros == self.wanted.idle && factor.least > CLEAR;
             clear.then_some(factor.negative)
         };
         below(shift + radius)?.checked_sub(below(shift - radius)?)

@@ -36,8 +36,8 @@ const ZERO_TESTS: usize = 3;
 /// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60. Of large systems only floating parts
 /// without mass are looked for.
 pub(crate) fn vanishes(system: &System) -> bool {
-    let lumped = system.added(MatrixKind::Mass).is_none()
-        && system.added_sparse(MatrixKind::Mass).is_none();
+    let lumped =
+        system.added(MatrixKind::Mass).is_none() && system.added_sparse(MatrixKind::Mass).is_none();
     if lumped && system.masses().iter().all(|&mass| mass > 0.0) {
         return false;
     }

@@ -164,13 +164,11 @@ impl Structure {
     /// the coordinates that are not massless, and K on those that are. Found out when first asked
     /// for, below a second.
     pub fn undamped_modes(&self) -> Option<usize> {
-        *self
-            .undamped_modes
-            .get(|| {
-                let massless = &self.massless.nodes;
-                let count = || undamped_modes::undamped_modes(&self.coefficients, massless);
-                (!self.is_large()).then(count)?
-            })
+        *self.undamped_modes.get(|| {
+            let massless = &self.massless.nodes;
+            let count = || undamped_modes::undamped_modes(&self.coefficients, massless);
+            (!self.is_large()).then(count)?
+        })
     }
 
     /// α and β of Rayleigh damping C = αM + βK with M and K symmetric, where that is what it is.

@@ -1,0 +1,13 @@
+//! Some modes of large systems.
+//!
+//! - `chains`: closed forms of chains of any length, held, free, massless in between, with a
+//!   consistent mass matrix.
+//! - `grids`: closed forms of grids and rings, whose eigenvalues are multiple: none may be lost.
+//! - `small`: every mode of small random systems against the proven ones of the dense solvers.
+//! - `refusals`: what cannot be answered says why.
+
+mod chains;
+mod grids;
+mod networks;
+mod refusals;
+mod small;

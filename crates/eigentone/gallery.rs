@@ -192,6 +192,18 @@ macro_rules! cases {
 }
 
 /// Every case, in the order of their names.
+///
+/// ```
+/// use eigentone::gallery::cases;
+///
+/// for case in cases() {
+///     let (scene, truth) = (case.scene(), case.truth());
+///     let modes = scene.system().modes()?;
+///     assert_eq!(modes.eigenvalues().len(), truth.eigenvalues.len());
+///     println!("{}: {} roots", case.name(), truth.eigenvalues.len());
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn cases() -> &'static [Case] {
     cases![
         "alternating-1e12",

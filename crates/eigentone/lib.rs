@@ -1,6 +1,6 @@
 //! Exact analysis of linear vibrating systems M x″ + C x′ + K x = f(t): natural frequencies, damping
-//! ratios and mode shapes, with proven bounds, and the motion at chosen instants without any error
-//! from integration, with an estimate of its rounding.
+//! ratios and mode shapes, and the motion at the instants asked for without any error from time
+//! steps. Both come with proven bounds.
 //!
 //! ```
 //! use eigentone::prelude::*;
@@ -29,21 +29,38 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Where to find what
+//!
 //! - [`prelude`]: what most programs need.
 //! - [`modes`]: from elements to a [`System`](modes::System), what is proved of it, its
-//!   [`Modes`](modes::Modes), and every solver as a value.
+//!   [`Modes`](modes::Modes), sensitivities, and every solver as a value.
 //! - [`response`]: loads, initial [`State`](response::State)s and the exact
 //!   [`Trajectory`](response::Trajectory), by every method as a value; its
-//!   [`Energy`](response::Energy) and [`ElementForces`](response::ElementForces); the
-//!   [`SteadyState`](response::SteadyState) under harmonic loads, and receptances.
-//! - [`check`]: closed forms and numerical integrators to compare with, and tables of error against
-//!   run time.
+//!   [`Extrema`](response::Extrema), [`Energy`](response::Energy) and
+//!   [`ElementForces`](response::ElementForces); the [`SteadyState`](response::SteadyState) under harmonic
+//!   loads, and receptances.
+//! - [`check`]: closed forms and numerical integrators to compare with, an independent reference with
+//!   any number of digits, and tables of error against run time.
 //! - [`scene`]: the scene file.
 //! - [`report`]: results as tables, JSON, CSV and plots.
 //! - `gallery`: scenes with 34-digit answers; with the feature `gallery`.
 //!
-//! Matrices are [`faer`]'s. Units must be coherent; the documentation assumes SI. The feature `cli`
-//! builds the command line and is the only one on by default besides `gallery`, which it needs.
+//! The book in `docs/` has recipes for library users (docs/cookbook.md), the theory with numbered formulas
+//! that this documentation refers to (docs/theory.md, (1) to (38)), and what is promised and how it is tested
+//! (docs/guarantees.md).
+//!
+//! # Conventions
+//!
+//! Matrices are those of the crate `faer`. Coordinates come in the order in which masses are given; a trajectory has one row for each
+//! coordinate and one column for each instant. Units must be coherent; the documentation assumes SI.
+//! Frequencies are [`Frequency`](modes::Frequency) values, rad/s inside and Hz only by asking. What is
+//! *proven* holds as a theorem; what is *estimated* is to first order, and marked so. Nothing panics for any
+//! input; errors say what was wrong and what would be right.
+//!
+//! # Features
+//!
+//! `cli`, on by default, builds the command line; `gallery`, which it needs, the scenes with known answers; `stiff` adds
+//! integrators of the crate `diffsol` to the comparisons. `default-features = false` leaves all out.
 
 #[cfg(feature = "gallery")]
 pub mod gallery;
@@ -55,6 +72,11 @@ pub use eigentone_check as check;
 pub use eigentone_modes as modes;
 pub use eigentone_response as response;
 
+// The snippets of the pages are tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct ReadMe;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/cookbook.md")]
+struct Cookbook;

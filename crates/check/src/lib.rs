@@ -13,6 +13,9 @@
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
 //!
+//! To check an integrator of your own, implement [`ResponseMethod`](eigentone_response::ResponseMethod) for it, or
+//! compare its numbers with an exact [`Trajectory`](eigentone_response::Trajectory); docs/cookbook.md shows both.
+//!
 //! Nothing here prints or touches files.
 //!
 //! ```

@@ -19,6 +19,31 @@ use crate::trajectory_error::TrajectoryError;
 use crate::truth::MotionTruth;
 
 /// Methods that answered the same problem, each with its error and its run time.
+///
+/// ```
+/// use eigentone_check::{Dop853, Effort, Integrator, Newmark, WorkPrecision};
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Response, State, methods};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0).build()?;
+/// let from = State::at_rest().displace("m", 1.0);
+/// let problem = Response::of(&system).from(from).every(0.1).until(5.0).problem()?;
+/// let integrators: [Box<dyn Integrator>; 2] = [
+///     Box::new(Dop853::with_tolerance(1e-9)),
+///     Box::new(Newmark::with_substeps(10)),
+/// ];
+/// let compared = WorkPrecision::measure(
+///     &problem,
+///     methods(),
+///     &integrators,
+///     Effort::default(),
+///     &mut |_| {},
+/// )?;
+/// // The last row is Newmark's: no integrator is as accurate as the pick.
+/// let pick = compared.pick.as_ref().ok_or("no pick")?.row;
+/// assert!(compared.beating(pick).iter().all(|row| *row + 2 < compared.rows.len()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct WorkPrecision {
     /// What the errors are measured from.

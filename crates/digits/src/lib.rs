@@ -1,10 +1,27 @@
 //! Arithmetic with more digits than a double has, and with proven error bounds.
 //!
-//! [`DoubleDouble`] is an unevaluated sum of two doubles, about 32 digits. [`Wide`] is a binary
-//! float of a fixed number of limbs. Both are [`Real`] numbers, as doubles are, so that kernels can
-//! be written once for all; [`Lanes`] of double-doubles are summed together. [`WideComplex`] pairs them, [`Magnitude`] bounds sizes and errors, and a
-//! [`Ball`] is a complex number with a proven bound of its error, a [`BallMatrix`] a real matrix of
-//! such numbers.
+//! | type | what it is |
+//! |---|---|
+//! | [`DoubleDouble`] | an unevaluated sum of two doubles, about 32 digits |
+//! | [`Wide`] | a binary float of a fixed number of limbs of 64 bits |
+//! | [`WideComplex`], [`ComplexDoubleDouble`] | pairs of them |
+//! | [`Magnitude`] | a size or an error, always rounded up |
+//! | [`Ball`], [`BallMatrix`] | a complex number, and a real matrix, with a proven bound of the error |
+//! | [`Lanes`] | several double-doubles that are summed together |
+//!
+//! [`Real`] is what doubles and both kinds of longer numbers have in common, so that kernels are written
+//! once for all. There is no mechanics here, and nothing that prints or reads files.
+//!
+//! ```
+//! use eigentone_digits::DoubleDouble;
+//!
+//! // A third of 1, three times, is 1 to 32 digits.
+//! let third = DoubleDouble::from(1.0) / DoubleDouble::from(3.0);
+//! let rest = third + third + third - DoubleDouble::from(1.0);
+//! assert!(rest.to_f64().abs() < 1e-31);
+//! // A double alone is off by more than that.
+//! assert!((third - DoubleDouble::from(1.0 / 3.0)).to_f64().abs() > 1e-17);
+//! ```
 
 mod ball;
 mod ball_matrix;

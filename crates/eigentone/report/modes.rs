@@ -10,6 +10,19 @@ use super::number;
 use super::table::{Align, Table};
 
 /// Prints the modes of a system.
+///
+/// ```
+/// use eigentone::prelude::*;
+/// use eigentone::report::ModeReport;
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0).build()?;
+/// let modes = system.modes()?;
+/// let report = ModeReport::new(&modes, system.names());
+/// assert!(report.markdown().starts_with("| # | λ, 1/s"));
+/// let mut json = Vec::new();
+/// report.json(&mut json)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct ModeReport<'a> {
     modes: &'a Modes,

@@ -102,6 +102,19 @@ impl<'a> Line<'a> {
 }
 
 /// A plot of lines over common axes.
+///
+/// ```
+/// use eigentone::report::{Axis, Line, Plot};
+///
+/// let plot = Plot {
+///     title: "A swing".to_owned(),
+///     x: Axis::linear("time", "s"),
+///     y: Axis::linear("displacement", "m"),
+///     lines: vec![Line::new("m", 100, |i| (0.1 * i as f64, (0.1 * i as f64).cos()))],
+///     ring: None,
+/// };
+/// assert!(plot.svg().starts_with("<svg"));
+/// ```
 pub struct Plot<'a> {
     /// What stands above it.
     pub title: String,

@@ -217,6 +217,23 @@ impl Mode {
 }
 
 /// All modes of a system, sorted by |λ|, then Re λ, with every finite root.
+///
+/// ```
+/// use eigentone_modes::{GROUND, Motion, System};
+///
+/// // One mass with a strong damper, ζ = 5/4.
+/// let system = System::builder()
+///     .mass("m", 1.0)
+///     .spring(GROUND, "m", 4.0)
+///     .damper(GROUND, "m", 5.0)
+///     .build()?;
+/// let modes = system.modes()?;
+/// let rates: Vec<f64> = modes.iter().map(|mode| mode.decay_rate()).collect();
+/// assert_eq!(rates, [1.0, 4.0]);
+/// assert!(modes.iter().all(|mode| mode.motion() == Motion::Decaying));
+/// assert!(modes.eigenvalues()[0].bound.is_some_and(|bound| bound < 1e-15));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     pub(crate) modes: Vec<Mode>,

@@ -15,6 +15,22 @@ use crate::system::System;
 /// modal mass and L_r = x_rᵀMι, mode r has the participation factor Γ_r = L_r/m_r and the effective
 /// mass L_r²/m_r. Over all modes, rigid ones included, the effective masses add up to ιᵀMι; massless
 /// coordinates add nothing to either side. Among modes of one frequency only the sum is determined.
+///
+/// ```
+/// use eigentone_modes::{GROUND, Participation, System};
+///
+/// let system = System::builder()
+///     .mass("lower", 2.0)
+///     .mass("upper", 1.0)
+///     .spring(GROUND, "lower", 8.0)
+///     .spring("lower", "upper", 3.0)
+///     .build()?;
+/// let shaken = Participation::of(&system)?;
+/// // The effective masses of all modes sum up to the mass.
+/// let sum: f64 = shaken.effective_masses().iter().sum();
+/// assert!((sum - shaken.total_mass()).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Participation {
     modes: ClassicalModes,

@@ -118,6 +118,22 @@ pub enum Hold {
 }
 
 /// Sample j holds at t = j·`step`; after the last sample its value stays.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Hold, Response, Samples};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let measured = Samples {
+///     step: 0.5,
+///     values: vec![0.0, 1.0, 0.25, 0.0],
+///     hold: Hold::First,
+/// };
+/// // Answers every 0.1 s: the samples' step is five times that.
+/// let answer = Response::of(&system).load("m", measured).every(0.1).until(3.0).run()?;
+/// assert_eq!(answer.len(), 31);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     /// In s; the response's step times or divided by a whole number.

@@ -24,6 +24,22 @@ pub struct ResponsePlan {
 
 /// Every exact method, in the order in which the plan prefers them where they apply well: the
 /// certified one, then those in doubles.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Response, State, methods};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let from = State::at_rest().displace("m", 1.0);
+/// let problem = Response::of(&system).from(from).every(0.5).until(10.0).problem()?;
+/// for method in methods() {
+///     if method.refuses(&problem).is_none() {
+///         let end = method.run(&problem)?.displacement()[(0, 20)];
+///         assert!((end - 10f64.cos()).abs() < 1e-14, "{}", method.name());
+///     }
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn methods() -> &'static [&'static dyn ResponseMethod] {
     &[&ByCertifiedExponential, &BySuperposition, &ByExponential]
 }

@@ -21,6 +21,32 @@ const ROUNDING: f64 = 1e-12;
 const BAND: f64 = 0.02;
 
 /// A trajectory in a few numbers for each coordinate.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Destination, Response, ResponsePlan, Step, Summary};
+///
+/// let system = System::builder()
+///     .mass("m", 1.0)
+///     .spring(GROUND, "m", 4.0)
+///     .damper(GROUND, "m", 0.8)
+///     .build()?;
+/// let problem = Response::of(&system)
+///     .load("m", Step::of(2.0))
+///     .every(0.5)
+///     .until(50.0)
+///     .problem()?;
+/// let motion = ResponsePlan::of(&problem)?.run(&problem)?;
+/// let summary = Summary::of(&problem, &motion, &system.modes()?).ok_or("no instants")?;
+/// match summary.coordinates()[0].destination {
+///     Destination::Rest { displacement, settled, .. } => {
+///         assert_eq!(displacement, 0.5);
+///         assert!(settled < Some(10.0));
+///     }
+///     other => panic!("{other:?}"),
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     coordinates: Vec<CoordinateSummary>,

@@ -6,6 +6,22 @@ use faer::{Mat, MatRef};
 use crate::operations::Operations;
 
 /// The motion at the instants asked for.
+///
+/// ```
+/// use eigentone_modes::{Bounds, GROUND, System};
+/// use eigentone_response::{Response, State};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let asked = Response::of(&system).from(State::at_rest().push("m", 1.0));
+/// let answer = asked.every(0.25).until(1.0).with_acceleration().run()?;
+/// assert_eq!(answer.times(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+/// // Rows are coordinates, columns are instants.
+/// assert_eq!(answer.displacement().nrows(), 1);
+/// assert!((answer.displacement()[(0, 4)] - 1f64.sin()).abs() < 2e-16);
+/// assert!((answer.velocity()[(0, 4)] - 1f64.cos()).abs() < 2e-16);
+/// assert_eq!(answer.bounds(), Bounds::Proven);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     steps: Vec<u64>,

@@ -56,6 +56,27 @@ pub trait ModeSolver: Sync {
 }
 
 /// Every mode solver there is, in the order in which the plan prefers them.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System, solvers};
+///
+/// let system = System::builder()
+///     .mass("m", 1.0)
+///     .spring(GROUND, "m", 4.0)
+///     .damper(GROUND, "m", 0.4)
+///     .build()?;
+/// for solver in solvers() {
+///     match solver.refuses(&system, system.structure()) {
+///         Some(reason) => println!("{}: {reason}", solver.name()),
+///         None => {
+///             let modes = solver.solve(&system, system.structure())?;
+///             let frequency = modes.as_slice()[0].natural_frequency();
+///             assert!((frequency.radians_per_second() - 2.0).abs() < 1e-14);
+///         }
+///     }
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn solvers() -> &'static [&'static dyn ModeSolver] {
     &[
         &SpringFactor,

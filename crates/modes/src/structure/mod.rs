@@ -40,6 +40,25 @@ use crate::system::System;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
 /// fact a line. A fact that is not stated was not proved, which need not make it untrue.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+///
+/// let system = System::builder()
+///     .mass("a", 1.0)
+///     .mass("b", 1e20)
+///     .spring("a", "b", 1.0)
+///     .damper(GROUND, "b", 0.5)
+///     .build()?;
+/// let structure = system.structure();
+/// assert!(structure.is_passive() && !structure.is_classical());
+/// // The damper holds the pair, no spring does: it stays where it is put.
+/// assert_eq!(structure.zero_roots(), Some(1));
+/// assert!(structure.massless().is_empty());
+/// // What was proved, in words.
+/// println!("{structure}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
     names: Vec<String>,

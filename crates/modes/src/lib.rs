@@ -74,7 +74,7 @@ pub use plan::ModePlan;
 pub use sensitivity::{Derivative, Sensitivity, SensitivityError};
 pub use solver::{
     Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
-    SpringFactor, StateMatrix, Symmetric, solvers,
+    SpringFactor, StateMatrix, Symmetric, dense_gigabytes, solvers,
 };
 pub use sparse::{SparseError, SparseModes, SparseWork};
 pub use structure::Structure;

@@ -30,6 +30,8 @@ pub use springless::DamperFactor;
 pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
 
+pub(crate) use roots::{normalised, order};
+
 use crate::first_order::FirstOrderError;
 use crate::modes::{Modes, Precision};
 use crate::plan::ModePlan;
@@ -232,8 +234,8 @@ fn admit_size(system: &System) -> Result<(), ModesError> {
     })
 }
 
-/// What M, C, K and a state matrix take, dense.
-fn dense_gigabytes(coordinates: usize) -> f64 {
+/// What M, C, K and one state matrix of so many coordinates take as dense matrices, in 1e9 bytes.
+pub fn dense_gigabytes(coordinates: usize) -> f64 {
     let order = coordinates as f64;
     (3.0 + 4.0) * order * order * 8e-9
 }

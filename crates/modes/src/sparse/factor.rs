@@ -19,10 +19,10 @@ const NONE: u32 = u32::MAX;
 /// L, D, and how they came about.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor<'a> {
-    pencil: &'a Pencil,
-    values: Vec<f64>,
+    pub(crate) pencil: &'a Pencil,
+    pub(crate) values: Vec<f64>,
     /// 1/d_j, and 0 where d_j is exactly 0.
-    inverses: Vec<f64>,
+    pub(crate) inverses: Vec<f64>,
     /// Negative pivots.
     pub(crate) negative: usize,
     /// The smallest |d_j| in proportion to the terms that it is the sum of.

@@ -155,6 +155,17 @@ impl Form {
         diagonal
     }
 
+    /// The Frobenius norm, parallel joins taken apart.
+    pub(crate) fn norm(&self) -> f64 {
+        let diagonal = self.diagonal();
+        let beside = self
+            .joins
+            .iter()
+            .map(|join| 2.0 * join.weight * join.weight);
+        let squares = diagonal.iter().map(|entry| entry * entry);
+        (squares.sum::<f64>() + beside.sum::<f64>()).sqrt()
+    }
+
     /// y = A x in doubles.
     pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
         for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {

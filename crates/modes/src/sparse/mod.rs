@@ -1,8 +1,10 @@
 //! Some modes of systems that are too large for dense matrices.
 
 mod basis;
+mod damped;
 mod factor;
 mod form;
+mod inverse_diagonal;
 mod lanczos;
 mod operator;
 mod ordering;
@@ -10,11 +12,14 @@ mod pencil;
 mod refine;
 mod search;
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use crate::element::MatrixKind;
-use crate::modes::Frequency;
+use crate::modes::{Frequency, Modes};
+use crate::solver::ModesError;
 use crate::system::System;
 use factor::Factor;
 use form::Form;
@@ -28,7 +33,7 @@ use search::Wanted;
 /// They come from Lanczos' method on (K − σM)⁻¹M (Ericsson & Ruhe 1980, *Math. Comp.* 35) and keep
 /// their last digits where the elements determine them, as Rayleigh quotients summed over the elements:
 /// K itself, assembled, has lost the lowest eigenvalue of a chain of a million masses to 1e-5. Dampers
-/// are left out; [`damped`](Self::damped) takes them in. Bounds are first-order estimates.
+/// are left out; [`modes`](Self::modes) takes them in. Bounds are first-order estimates.
 ///
 /// ```
 /// use eigentone_modes::{GROUND, SparseModes, System};
@@ -52,6 +57,17 @@ pub struct SparseModes {
     shapes: Mat<f64>,
     counted: bool,
     work: SparseWork,
+    pencil: Arc<Pencil>,
+    /// `None` where C is not symmetric.
+    damping: Option<Form>,
+    /// Whether damping is proved not to couple shapes.
+    classical: bool,
+    /// Where K − σM was factorised.
+    shift: f64,
+    /// λ near the nearest mode to the shift that is not here.
+    next: Option<f64>,
+    /// Infinite roots of the whole system, as far as they were counted.
+    infinite: usize,
 }
 
 /// What sparse modes took.
@@ -107,6 +123,7 @@ impl SparseModes {
         let parts = system.structure().spring_floating();
         let (floating, idle): (Vec<_>, Vec<_>) = parts.iter().cloned().partition(has_mass);
         let pencil = Pencil::of(stiffness, mass).ok_or(SparseError::TooDense)?;
+        let pencil = Arc::new(pencil);
         let wanted = Wanted {
             pencil: &pencil,
             floating: &floating,
@@ -138,6 +155,15 @@ impl SparseModes {
             shapes: Mat::from_fn(system.len(), pairs.len(), |i, j| pairs[j].shape[i]),
             counted: answer.counted,
             work,
+            damping: Form::of(system, MatrixKind::Damping),
+            classical: system.structure().is_classical(),
+            shift: centre,
+            next: next.map(|inverse| centre + 1.0 / inverse),
+            infinite: system
+                .structure()
+                .finite_roots()
+                .map_or(0, |finite| 2 * system.len() - finite),
+            pencil: pencil.clone(),
         })
     }
 
@@ -173,6 +199,110 @@ impl SparseModes {
     /// of inertia, confirms that no mode between them is missing.
     pub fn is_counted(&self) -> bool {
         self.counted
+    }
+
+    /// The modes with damping, as roots of λ²M + λC + K: where C = 0 those found; else from C projected on their
+    /// shapes, each with its residual in the whole equation as
+    /// [`backward_error`](crate::Mode::backward_error). Damping that couples them to modes that were not
+    /// asked for moves λ; its bound has that to second order, and is `None` where that is not small.
+    ///
+    /// # Errors
+    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::Projected`] where the projected
+    /// equation has no answer.
+    pub fn modes(&self) -> Result<Modes, SparseError> {
+        let Some(damping) = &self.damping else {
+            let kind = MatrixKind::Damping;
+            return Err(SparseError::NotSymmetric { kind });
+        };
+        Ok(damped::modes(self, damping)?)
+    }
+
+    /// The equation of the amplitudes q of the shapes, q″ + ΦᵀCΦ q′ + ΦᵀKΦ q = Φᵀf, as a dense system with
+    /// coordinates x1, x2, ….
+    ///
+    /// # Errors
+    /// As for [`modes`](Self::modes).
+    pub fn reduced(&self) -> Result<System, SparseError> {
+        let Some(damping) = &self.damping else {
+            let kind = MatrixKind::Damping;
+            return Err(SparseError::NotSymmetric { kind });
+        };
+        Ok(damped::reduced(self, damping)?)
+    }
+
+    /// M x, for a vector of n entries.
+    ///
+    /// # Panics
+    /// Unless x has n entries.
+    pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; self.shapes.nrows()];
+        self.pencil.mass.apply(x, &mut product);
+        product
+    }
+
+    /// xᵀKx, summed over the elements, for a vector of n entries.
+    ///
+    /// # Panics
+    /// Unless x has n entries.
+    pub fn twice_potential_energy(&self, x: &[f64]) -> f64 {
+        self.pencil.stiffness.quadratic(x)
+    }
+
+    /// What a constant force moves besides these shapes: R f with R = K⁻¹ − Φ Ω⁻² Φᵀ, the residual
+    /// flexibility (MacNeal 1971, *Comput. Struct.* 1). `None` where these are not the modes of the smallest
+    /// ω², or K was too near to singular to be factorised as it is.
+    ///
+    /// # Panics
+    /// Unless the force has n entries.
+    pub fn residual_flexibility(&self, force: &[f64]) -> Option<Vec<f64>> {
+        if self.shift != 0.0 {
+            return None;
+        }
+        let mut rest = force.to_vec();
+        for k in 0..self.len() {
+            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let along = basis::dot(&shape, force);
+            let resisted = self.mass_times(&shape);
+            let pairs = rest.iter_mut().zip(&resisted);
+            pairs.for_each(|(rest, value)| *rest -= along * value);
+        }
+        let mut work = vec![0.0; rest.len()];
+        Factor::of(&self.pencil, 0.0).solve(&mut rest, &mut work);
+        // A part that nothing holds was pinned at a node: its shapes are taken out again.
+        let resisted = self.mass_times(&rest);
+        for k in 0..self.len() {
+            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let along = basis::dot(&shape, &resisted);
+            let pairs = rest.iter_mut().zip(&shape);
+            pairs.for_each(|(rest, value)| *rest -= along * value);
+        }
+        Some(rest)
+    }
+
+    /// The diagonal of the residual flexibility R: how far each coordinate can be moved by what has xᵀKx = 1
+    /// and none of these shapes, squared. `None` where R is not there, or some part is held by nothing.
+    pub fn residual_flexibility_diagonal(&self) -> Option<Vec<f64>> {
+        let factor = (self.shift == 0.0).then(|| Factor::of(&self.pencil, 0.0))?;
+        if factor.zeros > 0 || factor.negative > 0 {
+            return None;
+        }
+        let mut diagonal = inverse_diagonal::of(&factor);
+        for (k, square) in self.squares.iter().enumerate() {
+            for (rest, x) in diagonal.iter_mut().zip(self.shapes.col(k).iter()) {
+                *rest -= x * x / square;
+            }
+        }
+        diagonal.iter_mut().for_each(|rest| *rest = rest.max(0.0));
+        Some(diagonal)
+    }
+
+    /// The largest estimated error of an ω² relative to it, halved: that of ω.
+    fn relative_error(&self) -> Option<f64> {
+        let pairs = self.squares.iter().zip(&self.errors);
+        pairs
+            .filter(|(square, _)| **square != 0.0)
+            .map(|(square, error)| Some((*error)? / square.abs() / 2.0))
+            .try_fold(0.0, |top: f64, part| Some(top.max(part?)))
     }
 
     /// What they took.
@@ -261,6 +391,9 @@ pub enum SparseError {
         /// How many float.
         count: usize,
     },
+    /// The equation projected on the shapes was not solved.
+    #[error("on the shapes found: {0}")]
+    Projected(#[from] ModesError),
     /// Lanczos' method did not converge.
     #[error(
         "Lanczos' method did not converge: ask for fewer modes, or for those near another frequency"

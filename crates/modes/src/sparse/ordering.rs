@@ -202,8 +202,8 @@ impl Tree {
 fn parents(graph: &Adjacency, nodes: &[u32], places: &[u32]) -> Vec<u32> {
     let n = nodes.len();
     let (mut parents, mut ancestors) = (vec![ROOT; n], vec![ROOT; n]);
-    for row in 0..n {
-        for &other in graph.of(nodes[row] as usize) {
+    for (row, &node) in nodes.iter().enumerate() {
+        for &other in graph.of(node as usize) {
             let mut column = places[other as usize];
             while column < row as u32 {
                 let above = ancestors[column as usize];

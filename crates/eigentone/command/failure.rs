@@ -97,7 +97,8 @@ impl Failure {
                 ResponseError::NotApplicable { .. }
                 | ResponseError::Overflow { .. }
                 | ResponseError::Stopped { .. }
-                | ResponseError::Modes(_) => 1,
+                | ResponseError::Modes(_)
+                | ResponseError::Sparse(SparseError::NoConvergence | SparseError::OutOfRange) => 1,
                 _ => 2,
             },
             Failure::Modes { .. } | Failure::Write { .. } | Failure::Output(_) => 1,

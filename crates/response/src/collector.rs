@@ -8,7 +8,7 @@ use crate::timeline::Instant;
 use crate::trajectory::Trajectory;
 
 /// The most memory that a trajectory may take, in bytes.
-const BUDGET: f64 = 2e9;
+pub(crate) const BUDGET: f64 = 2e9;
 
 /// Keeps the instants asked for, each once and by time, and hands them back in the order in which
 /// they were asked for.

@@ -1,6 +1,6 @@
 //! What is asked: a system, its state at t = 0, its loads, and the instants wanted.
 
-use eigentone_modes::{ModesError, Precision, System};
+use eigentone_modes::{ModesError, Precision, SparseError, System};
 use thiserror::Error;
 
 use crate::grid::TimeGrid;
@@ -266,10 +266,14 @@ pub enum ResponseError {
         limit: f64,
     },
     /// The system is [large](System::is_large).
-    #[error("{coordinates} coordinates are too many for dense matrices: take some of their modes")]
+    #[error(
+        "{coordinates} coordinates would take dense matrices of {gigabytes:.1} GB: take some of their modes"
+    )]
     Large {
         /// How many coordinates there are.
         coordinates: usize,
+        /// What M, C, K and one state matrix would take.
+        gigabytes: f64,
     },
     /// The method does not apply to this problem.
     #[error("{method} does not apply: {reason}")]
@@ -293,6 +297,9 @@ pub enum ResponseError {
         /// What it reported.
         reason: String,
     },
+    /// Modal truncation needs some modes, and they could not be had.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
     /// Modal superposition needs modes, and they could not be had.
     #[error(transparent)]
     Modes(#[from] ModesError),

@@ -200,3 +200,37 @@ fn options_that_make_no_sense() {
         refused(&arguments, 2);
     }
 }
+
+#[test]
+fn a_response_by_some_modes() {
+    // The first mode alone, released from its shape: it swings as cos ωt.
+    let n = 4200;
+    let shape = |i: usize| (i as f64 * PI / (n as f64 + 1.0)).sin();
+    let initial: Vec<String> = (1..=n)
+        .map(|i| format!(r#""m{i}": {{"displacement": {:?}}}"#, shape(i)))
+        .collect();
+    let rest = format!(
+        r#", "initial": {{{}}}, "time": {{"end": 4000, "step": 500}}"#,
+        initial.join(",")
+    );
+    let scene = chain("response", n, &rest);
+    let json = parsed(&[
+        "response", &scene, "--modes", "3", "--steps", "8,1", "--json",
+    ]);
+    assert_eq!(json["bounds"], "estimated");
+    assert_eq!(json["step"], serde_json::json!([8, 1]));
+    for (column, t) in [4000.0, 500.0].into_iter().enumerate() {
+        let swing = (frequency(n, 1) * t).cos();
+        for i in [1, 1000, 2100, n] {
+            let found = json["displacement"][format!("m{i}")][column]
+                .as_f64()
+                .expect("a number");
+            assert!(
+                (found - swing * shape(i)).abs() < 1e-10,
+                "m{i} at {t}: {found}"
+            );
+        }
+    }
+    let bound = json["displacement_bound"][0].as_f64().expect("a bound");
+    assert!(bound < 1e-6, "{bound:e}");
+}

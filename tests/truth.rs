@@ -287,6 +287,47 @@ fn default_motions_of_all_scenes_are_right_to_the_last_digits() {
     }
 }
 
+/// The README's table of errors, "rounded up", claims no less than there are.
+#[test]
+fn the_readme_does_not_flatter() {
+    let readme = include_str!("../README.md");
+    let (_, table) = readme.split_once("## How accurate").expect("it is there");
+    let rows = table.lines().filter(|line| line.starts_with("| ")).skip(1);
+    let (mut shown, mut plain) = (Vec::new(), false);
+    for row in rows {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        let claim = |cell: &str| cell.parse::<f64>().unwrap_or(0.0);
+        let is_meant = |case: &str| match cells[0].starts_with("17 plain") {
+            true => !EXTREME.contains(&case),
+            false => cells[0] == case,
+        };
+        plain |= cells[0].starts_with("17 plain");
+        shown.push(cells[0].to_owned());
+        for errors in MEASURED.0.iter().filter(|e| e.planned && is_meant(e.case)) {
+            assert!(
+                errors.relative <= claim(cells[2]),
+                "{}: {:e}",
+                errors.case,
+                errors.relative
+            );
+        }
+        for errors in MEASURED.1.iter().filter(|e| e.planned && is_meant(e.case)) {
+            let (x, v) = (errors.displacement, errors.velocity);
+            assert!(
+                x <= claim(cells[3]) && v <= claim(cells[4]),
+                "{}: {x:e}, {v:e}",
+                errors.case
+            );
+        }
+    }
+    assert!(
+        plain
+            && EXTREME
+                .iter()
+                .all(|name| shown.iter().any(|row| row == name))
+    );
+}
+
 /// The roots of critical damping merge: in doubles alone they would be good to 8 digits.
 #[test]
 fn critical_damping_is_exact() {

@@ -2,7 +2,7 @@
 //! `<!-- NAME: end -->`.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// With this variable set, pages and pictures are written instead of compared.
@@ -14,7 +14,24 @@ fn docs(name: &str) -> PathBuf {
         .join(name)
 }
 
+/// A page is as it would be written anew.
+#[allow(dead_code)]
+pub fn assert_whole(path: &Path, shown: &str, renewed: &str) {
+    if shown == renewed {
+        return;
+    }
+    let place = path.display();
+    let mut pairs = shown.lines().zip(renewed.lines());
+    let first = pairs.find(|(shown, renewed)| shown != renewed);
+    assert!(
+        std::env::var_os(WRITE).is_some(),
+        "{place} is out of date, first at {first:?}; {WRITE}=1 writes it"
+    );
+    fs::write(path, renewed).expect("it can be written");
+}
+
 /// The page shows this text between its marks.
+#[allow(dead_code)]
 pub fn assert_shown(page: &str, name: &str, text: &str) {
     // Parts of one page are written one after the other.
     static PAGES: Mutex<()> = Mutex::new(());

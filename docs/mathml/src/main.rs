@@ -1,4 +1,4 @@
-//! An mdBook preprocessor: LaTeX formulas become MathML.
+//! An mdBook preprocessor: LaTeX formulas become MathML, and links out of the book plain text.
 //!
 //! The same Markdown is read on GitHub, which renders `$…$` and ```` ```math ```` blocks by itself. A block
 //! that ends in `\tag{N}` is equation (N). A formula that cannot be turned into MathML stops the build.
@@ -48,10 +48,12 @@ fn convert_chapters(value: &mut Value) -> Result<(), String> {
         Value::Object(fields) => {
             let path = fields.get("path").and_then(Value::as_str);
             let place = path.unwrap_or("a page").to_owned();
+            let depth = place.matches('/').count();
             for (key, field) in fields.iter_mut() {
                 match field {
                     Value::String(text) if key == "content" => {
-                        *text = markdown::convert(text).map_err(|why| format!("{place}: {why}"))?;
+                        *text = markdown::convert(text, depth)
+                            .map_err(|why| format!("{place}: {why}"))?;
                     }
                     other => convert_chapters(other)?,
                 }

@@ -1,15 +1,16 @@
-//! Finds the formulas of a page.
+//! Finds the formulas of a page, and the links that lead out of the book.
 
 use crate::mathml::{block, inline};
 
-/// The page with every formula as MathML. Other code, blocks and spans alike, stays as it is.
-pub fn convert(page: &str) -> Result<String, String> {
+/// The page with every formula as MathML, and without links to files that are not in the book, which is
+/// `depth` folders above the page. Other code, blocks and spans alike, stays as it is.
+pub fn convert(page: &str, depth: usize) -> Result<String, String> {
     let mut out = String::with_capacity(2 * page.len());
     let mut lines = page.lines();
     while let Some(line) = lines.next() {
         let mark = line.trim_start();
         let Some(fence) = ["```", "~~~"].into_iter().find(|f| mark.starts_with(f)) else {
-            spans(line, &mut out)?;
+            spans(&without_ways_out(line, depth), &mut out)?;
             out.push('\n');
             continue;
         };
@@ -30,6 +31,20 @@ pub fn convert(page: &str) -> Result<String, String> {
         }
     }
     Ok(out)
+}
+
+/// The line with the text of each link in place of the link, if that leads too far up.
+fn without_ways_out(line: &str, depth: usize) -> String {
+    let way_out = format!("]({}", "../".repeat(depth + 1));
+    let mut out = line.to_owned();
+    while let Some(middle) = out.find(&way_out) {
+        let (Some(open), Some(close)) = (out[..middle].rfind('['), out[middle..].find(')')) else {
+            break;
+        };
+        out.replace_range(middle..=middle + close, "");
+        out.replace_range(open..=open, "");
+    }
+    out
 }
 
 /// One line outside of blocks.
@@ -74,12 +89,13 @@ mod tests {
     #[test]
     fn code_stays() {
         let page = "a `$x$` b\n\n```sh\necho $HOME $PATH\n```\n\\$5\n";
-        assert_eq!(convert(page).as_deref(), Ok(page));
+        assert_eq!(convert(page, 0).as_deref(), Ok(page));
     }
 
     #[test]
     fn formulas_change() {
-        let page = convert("so $x^2$ is\n\n```math\nx = 1 \\tag{3}\n```\n").expect("it is LaTeX");
+        let page =
+            convert("so $x^2$ is\n\n```math\nx = 1 \\tag{3}\n```\n", 0).expect("it is LaTeX");
         assert!(page.starts_with("so <math"));
         assert!(page.contains("</math> is\n"));
         assert!(page.contains("<div class=\"equation\"><math display=\"block\""));
@@ -88,14 +104,22 @@ mod tests {
 
     #[test]
     fn stars_are_no_emphasis() {
-        let page = convert("$`A^*`$ and $`B^*`$").expect("it is LaTeX");
+        let page = convert("$`A^*`$ and $`B^*`$", 0).expect("it is LaTeX");
         assert_eq!(page.matches("<math").count(), 2);
         assert!(!page.contains('*') && !page.contains('`'));
     }
 
     #[test]
+    fn links_stay_in_the_book() {
+        let page = "[a](../a.md), [b](../../tests/b) and [c](c.md)";
+        let inside = "[a](../a.md), b and [c](c.md)\n";
+        assert_eq!(convert(page, 1).as_deref(), Ok(inside));
+        assert_eq!(convert(page, 0).as_deref(), Ok("a, b and [c](c.md)\n"));
+    }
+
+    #[test]
     fn what_is_wrong_is_said() {
-        assert!(convert("cost $5").is_err());
-        assert!(convert("$\\nosuchcommand$").is_err());
+        assert!(convert("cost $5", 0).is_err());
+        assert!(convert("$\\nosuchcommand$", 0).is_err());
     }
 }

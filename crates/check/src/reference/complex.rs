@@ -54,6 +54,18 @@ impl Complex {
         self.re.log2().max(self.im.log2())
     }
 
+    /// The same number with at least so many bits for what is computed from it.
+    pub(super) fn with_at_least(self, bits: u64) -> Complex {
+        let more = |part: Ball| {
+            let bits = part.bits().max(bits);
+            part.with_bits(bits)
+        };
+        Complex {
+            re: more(self.re),
+            im: more(self.im),
+        }
+    }
+
     /// One of the two roots: of z = a + bi, √((|z| + |a|)/2) is one part up to its sign, and |b|
     /// divided by twice that the other.
     pub(super) fn sqrt(&self) -> Complex {

@@ -100,7 +100,10 @@ impl Reference {
         // The root of a square that is nearly real or nearly imaginary has a small part.
         let mut digits = self.digits + 1;
         loop {
-            let pairs: Vec<Complex> = roots(&squares, digits)?.iter().map(Complex::sqrt).collect();
+            // A square that was met exactly may have too few bits for its root.
+            let bits = (2.0 * f64::from(digits) * std::f64::consts::LOG2_10) as u64 + 64;
+            let squares = roots(&squares, digits)?.into_iter();
+            let pairs: Vec<Complex> = squares.map(|z| z.with_at_least(bits).sqrt()).collect();
             if pairs.iter().all(|root| is_known(root, self.digits)) {
                 found.extend(pairs.into_iter().flat_map(|root| [root.clone(), -root]));
                 return Ok(found);

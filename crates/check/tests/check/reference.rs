@@ -326,6 +326,16 @@ fn more_digits_continue_fewer() {
     }
 }
 
+/// λ² = −2 is met exactly, in fewer bits than its root needs.
+#[test]
+fn exact_squares_have_roots_of_any_number_of_digits() {
+    let builder = System::builder().mass("m1", 1.0);
+    let system = builder.spring(GROUND, "m1", 2.0).build().expect("valid");
+    let modes = Reference::with_digits(100).modes(&system).expect("found");
+    let digits = "1.414213562373095048801688724209698078569671875376948073176679737990732478462107038850387534327641573e0";
+    assert_eq!(modes.eigenvalues()[0].im.to_decimal(100), digits);
+}
+
 /// Errors planted below the last place of a double's neighbours are found as they are.
 #[test]
 fn errors_are_measured_from_the_truth_and_not_from_its_rounding() {

@@ -43,6 +43,7 @@
 //!   any number of digits, and tables of error against run time.
 //! - [`scene`]: the scene file.
 //! - [`report`]: results as tables, JSON, CSV and plots.
+//! - [`tables`]: reference tables to 15 digits, every one of which is right.
 //! - `gallery`: scenes with 34-digit answers; with the feature `gallery`.
 //!
 //! The book in `docs/` has recipes for library users (docs/cookbook.md), the theory with numbered formulas
@@ -67,6 +68,7 @@ pub mod gallery;
 pub mod prelude;
 pub mod report;
 pub mod scene;
+pub mod tables;
 
 pub use eigentone_check as check;
 pub use eigentone_modes as modes;

@@ -67,7 +67,7 @@ pub use integrator::{Bdf, Esdirk34, TrBdf2};
 pub use mode_comparison::{ModeComparison, ModeComparisonRow, ModeOutcome};
 pub use reference::{
     Ball, EigenvalueError, Reference, ReferenceEigenvalue, ReferenceError, ReferenceModes,
-    ReferenceResponse,
+    ReferenceResponse, Shape, ShapeComponent,
 };
 pub use run_time::RunTime;
 pub use stability::{

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use eigentone::modes::Participation;
 use eigentone::report::{
-    Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, ResponseReport,
+    Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
 use eigentone::response::{
     ElementForces, Energy, Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError,
@@ -90,6 +91,12 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, directory: &Path) -> Result<(),
     let mut files = Files::into(directory)?;
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, analysis.names);
+    let problem = scene.problem().and_then(Result::ok);
+    // Without symmetric matrices there is no energy to speak of.
+    let energy = problem
+        .as_ref()
+        .zip(analysis.response.as_ref())
+        .and_then(|(problem, answer)| Energy::along(problem, answer.trajectory).ok());
     files.write("modes.json", |out| modes.json(out))?;
     files.write("modes.csv", |out| modes.csv(out))?;
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
@@ -103,11 +110,8 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, directory: &Path) -> Result<(),
             let report = ElementForceReport::new(&forces, system, trajectory);
             files.write("forces.csv", |out| report.csv(out))?;
         }
-        // Without symmetric matrices there is no energy to speak of.
-        if let Some(Ok(problem)) = scene.problem()
-            && let Ok(energy) = Energy::along(&problem, trajectory)
-        {
-            let report = EnergyReport::new(&energy, trajectory);
+        if let Some(energy) = &energy {
+            let report = EnergyReport::new(energy, trajectory);
             files.write("energy.csv", |out| report.csv(out))?;
         }
     }
@@ -120,5 +124,14 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, directory: &Path) -> Result<(),
             files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
     }
+    let participation = Participation::of(system).ok();
+    let page = Page {
+        analysis,
+        system,
+        problem: problem.as_ref(),
+        energy: energy.as_ref(),
+        participation: participation.as_ref(),
+    };
+    files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;
     files.keep()
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use eigentone::modes::{ModesError, SparseError};
 use eigentone::response::ResponseError;
 use eigentone::scene::SceneError;
+use eigentone::tables::TableError;
 use thiserror::Error;
 
 /// Why a command has no result.
@@ -40,6 +41,8 @@ pub enum Failure {
         scene: PathBuf,
         error: ResponseError,
     },
+    #[error("{}: {error}", scene.display())]
+    Table { scene: PathBuf, error: TableError },
     #[error("{}: cannot be written: {error}", file.display())]
     Write { file: PathBuf, error: io::Error },
     #[error("standard output cannot be written: {0}")]
@@ -82,6 +85,11 @@ impl Failure {
         }
     }
 
+    pub fn table(scene: &Path) -> impl FnOnce(TableError) -> Failure {
+        let scene = scene.to_owned();
+        |error| Failure::Table { scene, error }
+    }
+
     /// 2 where what was asked is wrong, 1 where the answer could not be had or written.
     pub fn status(&self) -> u8 {
         match self {
@@ -101,7 +109,14 @@ impl Failure {
                 | ResponseError::Sparse(SparseError::NoConvergence | SparseError::OutOfRange) => 1,
                 _ => 2,
             },
-            Failure::Modes { .. } | Failure::Write { .. } | Failure::Output(_) => 1,
+            Failure::Table {
+                error: TableError::Response(_),
+                ..
+            } => 2,
+            Failure::Modes { .. }
+            | Failure::Table { .. }
+            | Failure::Write { .. }
+            | Failure::Output(_) => 1,
         }
     }
 }

@@ -9,6 +9,7 @@ mod progress;
 mod response;
 mod selection;
 mod stability;
+mod tables;
 
 use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
@@ -33,6 +34,7 @@ enum Command {
     Response(response::Response),
     Check(check::Check),
     Stability(stability::Stability),
+    Tables(tables::Tables),
 }
 
 impl Cli {
@@ -44,6 +46,7 @@ impl Cli {
             Command::Response(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
+            Command::Tables(command) => command.run(),
         }
     }
 }

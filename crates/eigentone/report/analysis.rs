@@ -7,9 +7,10 @@ use eigentone_response::{
     Destination, ResponsePlan, SteadyState, SteadyStateError, Summary, Trajectory,
 };
 
+use super::axis::Axis;
 use super::modes::ModeReport;
 use super::number;
-use super::plot::{Axis, Line, Plot};
+use super::plot::{Line, Plot};
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table, visible};
 
@@ -56,7 +57,8 @@ impl Analysis<'_> {
         let modes = ModeReport::new(self.modes, self.names);
         section(&mut text, "Modes", &modes.text());
         if let Some(answer) = &self.response {
-            section(&mut text, &answer.heading(), &answer.table(self.names));
+            let table = answer.table(self.names).text() + answer.explained();
+            section(&mut text, &answer.heading(), &table);
             if let Some(steady) = answer.steady(self.names) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
             }
@@ -99,7 +101,7 @@ impl Analysis<'_> {
     }
 
     /// What kind of bounds these are, and the largest.
-    fn bounds(&self) -> String {
+    pub(super) fn bounds(&self) -> String {
         let roots = self.modes.eigenvalues();
         let relative = roots.iter().filter_map(|root| {
             let size = root.value.norm();
@@ -153,7 +155,7 @@ impl Analysis<'_> {
 }
 
 impl Answer<'_> {
-    fn heading(&self) -> String {
+    pub(super) fn heading(&self) -> String {
         let times = self.trajectory.times();
         let end = times.last().map_or(0.0, |end| *end);
         format!(
@@ -177,7 +179,8 @@ impl Answer<'_> {
         }
     }
 
-    fn table(&self, names: &[String]) -> String {
+    /// What becomes of each coordinate.
+    pub(super) fn table(&self, names: &[String]) -> Table {
         let all = self.summary.coordinates();
         let rest = |destination| match destination {
             Destination::Rest { displacement, .. } => Some(displacement),
@@ -209,7 +212,7 @@ impl Answer<'_> {
                 Destination::Rest { settled: None, .. } => "not yet".to_owned(),
                 _ => time,
             });
-        let table = Table::default()
+        Table::default()
             .column("mass", Align::Left, names)
             .column("ends at, m", Align::Point, ends)
             .column(
@@ -227,15 +230,18 @@ impl Answer<'_> {
                 Align::Point,
                 number::column(all.iter().map(|one| overshoot(one.destination))),
             )
-            .column("settled after, s", Align::Point, times);
-        let explained = if self.summary.is_between() {
+            .column("settled after, s", Align::Point, times)
+    }
+
+    /// What the columns mean.
+    pub(super) fn explained(&self) -> &'static str {
+        if self.summary.is_between() {
             "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at any\n\
              time. Settled after: the last time outside ±2 % of the largest deviation from that end.\n"
         } else {
             "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at a\n\
              sample. Settled after: the last sample outside ±2 % of the largest deviation from that end.\n"
-        };
-        table.text() + explained
+        }
     }
 }
 

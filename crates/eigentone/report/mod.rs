@@ -4,27 +4,32 @@
 //! with six significant digits and units in their headers; JSON and CSV have all digits.
 
 mod analysis;
+mod axis;
 mod check;
-mod csv;
+pub(crate) mod csv;
 mod element_force;
 mod energy;
 mod heat_map;
 mod modes;
 mod number;
+mod page;
 mod plot;
 mod response;
 mod stability;
 mod steady_state;
-mod table;
+pub(crate) mod table;
+mod thinned;
 
 use eigentone_modes::Bounds;
 
 pub use analysis::{Analysis, Answer};
+pub use axis::{Axis, Scale};
 pub use check::CheckReport;
 pub use element_force::ElementForceReport;
 pub use energy::EnergyReport;
 pub use modes::ModeReport;
-pub use plot::{Axis, Line, Plot, Ring, Scale};
+pub use page::Page;
+pub use plot::{Line, Plot, Ring};
 pub use response::ResponseReport;
 pub use stability::StabilityReport;
 

@@ -129,7 +129,7 @@ impl<'a> ModeReport<'a> {
         Ok(())
     }
 
-    fn table(&self) -> Table {
+    pub(super) fn table(&self) -> Table {
         let of = |value: fn(&Mode) -> Option<f64>| number::column(self.modes.iter().map(value));
         let numbers = (1..=self.modes.as_slice().len()).map(|k| k.to_string());
         Table::default()
@@ -177,7 +177,7 @@ impl<'a> ModeReport<'a> {
             .collect()
     }
 
-    fn infinite(&self) -> String {
+    pub(super) fn infinite(&self) -> String {
         if let Some(counted) = self.selected {
             let shown = self.modes.eigenvalues().len();
             let of = 2 * self.names.len() - self.modes.infinite();

@@ -5,8 +5,8 @@ use std::io;
 use eigentone_check::{Cell, FamilyStudy, StabilityRow, StabilityStudy, Verdict};
 use serde::Serialize;
 
+use super::axis::superscript;
 use super::heat_map::{HeatMap, Row, Tile};
-use super::plot::superscript;
 use super::table::{Align, Table};
 
 /// Where every method is accurate, where it loses digits and where it breaks.

@@ -16,8 +16,17 @@ pub(super) struct SteadyStateReport<'a> {
 }
 
 impl SteadyStateReport<'_> {
-    /// Amplitude and phase of each coordinate at each frequency.
+    /// What the table says.
+    pub(super) const EXPLAINED: &'static str =
+        "Each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died out.";
+
+    /// The table and what it says.
     pub(super) fn text(&self) -> String {
+        format!("{}{}\n", self.table().text(), Self::EXPLAINED)
+    }
+
+    /// Amplitude and phase of each coordinate at each frequency.
+    pub(super) fn table(&self) -> Table {
         let motions = || self.steady_state.motions().iter();
         let sizes = motions().flat_map(|motion| motion.displacement().iter().map(|x| x.norm()));
         let phases = motions().flat_map(|motion| {
@@ -30,7 +39,7 @@ impl SteadyStateReport<'_> {
         });
         let names = motions().flat_map(|_| self.names);
         let bounds = motions().flat_map(|motion| motion.bound());
-        let table = Table::default()
+        Table::default()
             .column("Ω, rad/s", Align::Left, frequencies)
             .column("mass", Align::Left, names)
             .column(
@@ -43,9 +52,7 @@ impl SteadyStateReport<'_> {
                 "proven within, m",
                 Align::Right,
                 bounds.map(|bound| number::bound(*bound)),
-            );
-        table.text()
-            + "Each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died out.\n"
+            )
     }
 }
 

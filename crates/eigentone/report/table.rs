@@ -41,7 +41,12 @@ impl Table {
         self
     }
 
-    fn rows(&self) -> usize {
+    /// Header, alignment and cells of each.
+    pub(super) fn columns(&self) -> &[(String, Align, Vec<String>)] {
+        &self.columns
+    }
+
+    pub(super) fn rows(&self) -> usize {
         let lengths = self.columns.iter().map(|(_, _, cells)| cells.len());
         lengths.max().unwrap_or(0)
     }

@@ -280,6 +280,42 @@ impl Ball {
         format!("{sign}{first}{point}{rest}e{exponent}")
     }
 
+    /// The number rounded to so many significant decimal digits, as [`to_decimal`](Self::to_decimal)
+    /// writes them, where all numbers within the radius round to the same: then every digit is right.
+    /// `None` where the radius leaves it open.
+    pub fn decided(&self, digits: usize) -> Option<String> {
+        if self.is_unknown() {
+            return None;
+        }
+        let end = |radius: BigInt| {
+            let end = Ball::from(&self.midpoint + radius).scaled(self.exponent);
+            end.to_decimal(digits)
+        };
+        let low = end(-BigInt::from(self.radius));
+        (low == end(BigInt::from(self.radius))).then_some(low)
+    }
+
+    /// Whether it is 0 and nothing else.
+    pub fn is_exactly_zero(&self) -> bool {
+        self.is_zero()
+    }
+
+    /// Whether 0 is within the radius.
+    pub fn may_be_zero(&self) -> bool {
+        self.is_unknown() || self.contains_zero()
+    }
+
+    /// A power of ten that the number's size is not above; `None` for an exact 0 and where nothing is
+    /// known.
+    pub fn ceiling(&self) -> Option<i64> {
+        let size = self.midpoint.magnitude() + self.radius;
+        if self.is_unknown() || size.is_zero() {
+            return None;
+        }
+        // One more than the rounding of the logarithm can take away.
+        Some((log2(&size, self.exponent) * std::f64::consts::LOG10_2).floor() as i64 + 1)
+    }
+
     /// A whole number of units of 2^`exponent`, and how many of them it may be off.
     pub(super) fn in_units(&self, exponent: i64) -> (BigInt, BigUint) {
         let radius = BigUint::from(self.radius);
@@ -573,6 +609,26 @@ mod tests {
         assert_eq!(decimal(999.5, 3), "1.00e3");
         assert_eq!(decimal(7.0, 1), "7e0");
         assert_eq!(decimal(0.0, 5), "0");
+    }
+
+    #[test]
+    fn a_radius_that_reaches_a_rounding_boundary_leaves_the_digits_open() {
+        let ball = |midpoint: i64, radius: u64| {
+            Ball::new(midpoint.into(), radius.into(), -20, 64) // units of 2^-20, about 9.5e-7
+        };
+        assert_eq!(ball(1 << 20, 0).decided(3).as_deref(), Some("1.00e0"));
+        assert_eq!(ball(1 << 20, 5).decided(5).as_deref(), Some("1.0000e0"));
+        // From 1.0000499 to 1.0000516, across 1.00005.
+        assert_eq!(ball((1 << 20) + 53, 1).decided(5), None);
+        assert_eq!(
+            ball((1 << 20) + 55, 1).decided(5).as_deref(),
+            Some("1.0001e0")
+        );
+        assert_eq!(ball(0, 0).decided(5).as_deref(), Some("0"));
+        assert_eq!(ball(0, 1).decided(5), None);
+        assert_eq!(ball(0, 1).ceiling(), Some(-6));
+        assert_eq!(ball(0, 0).ceiling(), None);
+        assert_eq!(Ball::unknown(64).decided(5), None);
     }
 
     #[test]

@@ -52,6 +52,13 @@ impl WholePencil {
         }
     }
 
+    /// Its value at a whole number, by rows.
+    pub(super) fn at(&self, point: &BigInt) -> Vec<Vec<BigInt>> {
+        let value = |[k, c, m]: &[BigInt; 3]| k + point * (c + point * m);
+        let rows = self.entries.iter();
+        rows.map(|row| row.iter().map(value).collect()).collect()
+    }
+
     fn nonzeros(&self) -> impl Iterator<Item = (usize, usize, &[BigInt; 3])> {
         let rows = self.entries.iter().enumerate();
         let entries = rows.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, e)| (i, j, e)));

@@ -118,6 +118,16 @@ impl DrivenForm {
         })
     }
 
+    /// The unscaled state at t = 0 apart from the harmonic forces.
+    pub(super) fn given(&self) -> &[BigRational] {
+        &self.start
+    }
+
+    /// The first of the two states of each harmonic force.
+    pub(super) fn phased(&self) -> impl Iterator<Item = usize> {
+        self.phases.iter().map(|(sin, _)| *sin)
+    }
+
     /// The unscaled state at t = 0, before what happens then.
     pub(super) fn start(&self, bits: u64) -> Vec<Ball> {
         let mut start: Vec<Ball> = self

@@ -13,6 +13,7 @@ mod aberth;
 mod ball;
 mod characteristic_polynomial;
 mod complex;
+mod derived;
 mod driven_form;
 mod elementary;
 mod equation;
@@ -30,12 +31,15 @@ mod prime_field;
 mod rational_matrix;
 mod remainders;
 mod response;
+mod rest;
+mod shape;
 
 pub use ball::Ball;
 pub(crate) use elementary::pi;
 pub use error::ReferenceError;
 pub use modes::{EigenvalueError, ReferenceEigenvalue, ReferenceModes};
 pub use response::ReferenceResponse;
+pub use shape::{Shape, ShapeComponent};
 
 /// How many digits are wanted, and how much they may cost.
 ///

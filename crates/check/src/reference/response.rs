@@ -18,6 +18,8 @@ const MOST_BITS: u64 = 1 << 14;
 #[derive(Clone, Debug)]
 pub struct ReferenceResponse {
     steps: Vec<u64>,
+    /// Of the grid, in s.
+    step: f64,
     moments: Vec<Moment>,
     bits: u64,
 }
@@ -78,6 +80,7 @@ impl Reference {
                 };
                 return Ok(ReferenceResponse {
                     steps,
+                    step: grid.step(),
                     moments,
                     bits,
                 });
@@ -111,6 +114,16 @@ impl ReferenceResponse {
     /// The index on the grid of each instant, in the order asked for.
     pub fn steps(&self) -> &[u64] {
         &self.steps
+    }
+
+    /// The `position`-th instant in s, exactly: its index times the grid's step.
+    ///
+    /// # Panics
+    /// If there are not so many instants.
+    pub fn time(&self, position: usize) -> Ball {
+        let step = Ball::exactly(self.step).unwrap_or_else(|| Ball::unknown(0));
+        let index = Ball::from(num_bigint::BigInt::from(self.steps[position]));
+        step.with_bits(128) * index
     }
 
     /// The displacements of all coordinates at the `position`-th instant, in m.

@@ -3,7 +3,8 @@
 use eigentone_check::WorkPrecision;
 
 use super::measured;
-use crate::report::plot::{Axis, Line, Plot, Ring};
+use crate::report::axis::Axis;
+use crate::report::plot::{Line, Plot, Ring};
 
 /// What lies below is rounding of the answer to doubles, and is drawn there.
 const LEAST: f64 = 1e-18;

@@ -1,0 +1,205 @@
+//! The report as one page of HTML that loads nothing, runs nothing, prints, and follows the reader's
+//! light or dark.
+
+mod chart;
+mod energy;
+mod html;
+mod mode_shapes;
+mod motion;
+mod pole_map;
+mod schematic;
+
+use eigentone_modes::{Participation, System};
+use eigentone_response::{Energy, Problem};
+
+use super::analysis::Analysis;
+use super::modes::ModeReport;
+use super::number;
+use super::steady_state::SteadyStateReport;
+use super::table::{Align, Table};
+use html::{Section, definitions, paragraph, remark, table};
+
+/// What the page is made from. What is `None` is left out.
+pub struct Page<'a> {
+    /// What was found out about the scene.
+    pub analysis: &'a Analysis<'a>,
+    /// Its system.
+    pub system: &'a System,
+    /// What moves it.
+    pub problem: Option<&'a Problem<'a>>,
+    /// The energies along its motion.
+    pub energy: Option<&'a Energy>,
+    /// Effective modal masses, where the system has real modes.
+    pub participation: Option<&'a Participation>,
+}
+
+impl Page<'_> {
+    /// The page as HTML.
+    pub fn html(&self) -> String {
+        let mut sections = vec![self.scene(), self.plan(), self.modes()];
+        sections.push(Section {
+            id: "shapes",
+            heading: "Mode shapes".to_owned(),
+            body: mode_shapes::figures(self.analysis.modes, self.analysis.names),
+        });
+        sections.extend(self.response());
+        sections.push(self.bounds());
+        html::document(self.analysis.title, &self.lead(), &sections)
+    }
+
+    fn lead(&self) -> String {
+        let system = self.system;
+        let count = |count: usize, one: &str, many: &str| match count {
+            1 => format!("1 {one}"),
+            count => format!("{count} {many}"),
+        };
+        let mut parts = vec![count(system.len(), "coordinate", "coordinates")];
+        let elements = [
+            (system.springs().len(), "spring", "springs"),
+            (system.dampers().len(), "damper", "dampers"),
+            (
+                self.problem.map_or(0, |problem| problem.loads().len()),
+                "load",
+                "loads",
+            ),
+        ];
+        let present = elements.into_iter().filter(|(number, _, _)| *number > 0);
+        parts.extend(present.map(|(number, one, many)| count(number, one, many)));
+        remark(&format!(
+            "{}. Analysed by eigentone {}.",
+            parts.join(", "),
+            env!("CARGO_PKG_VERSION")
+        ))
+    }
+
+    fn scene(&self) -> Section {
+        let body = match schematic::figure(self.system, self.problem) {
+            Ok(figure) => figure,
+            Err(reason) => paragraph(&reason),
+        };
+        Section {
+            id: "scene",
+            heading: "Scene".to_owned(),
+            body: body + &definitions(&self.analysis.structure.to_string()),
+        }
+    }
+
+    fn plan(&self) -> Section {
+        let mut lines = self.analysis.modes.plan().to_string();
+        match &self.analysis.response {
+            Some(answer) => lines += &format!("\n{}", answer.plan),
+            None => lines.push_str("\nleft out the response: the scene has no `time`"),
+        }
+        Section {
+            id: "plan",
+            heading: "Plan".to_owned(),
+            body: definitions(&lines),
+        }
+    }
+
+    fn modes(&self) -> Section {
+        let modes = self.analysis.modes;
+        let report = ModeReport::new(modes, self.analysis.names);
+        let mut body = table(&report.table());
+        let infinite = report.infinite();
+        if !infinite.is_empty() {
+            body += &remark(infinite.trim_end());
+        }
+        body += &format!(
+            "<div class=\"cards\">\n{}</div>\n",
+            pole_map::figures(modes)
+        );
+        if let Some(participation) = self.participation {
+            body += "<h3>Participation</h3>\n";
+            body += &table(&participation_table(participation));
+            body += &remark(
+                "For a motion of the ground that is the same for all coordinates. Effective masses add up to the total mass.",
+            );
+        }
+        Section {
+            id: "modes",
+            heading: "Modes".to_owned(),
+            body,
+        }
+    }
+
+    fn response(&self) -> Vec<Section> {
+        let Some(answer) = &self.analysis.response else {
+            return Vec::new();
+        };
+        let names = self.analysis.names;
+        let mut body = String::from("<div class=\"cards\">\n");
+        body += &motion::figures(answer, names);
+        if let Some(energy) = self.energy {
+            body += &energy::figure(energy, answer.trajectory);
+        }
+        body += "</div>\n";
+        body += &table(&answer.table(names));
+        body += &remark(&answer.explained().replace('\n', " "));
+        let mut sections = vec![Section {
+            id: "response",
+            heading: answer.heading(),
+            body,
+        }];
+        let steady = match answer.steady_state {
+            Ok(steady_state) if steady_state.motions().is_empty() => None,
+            Ok(steady_state) => {
+                let report = SteadyStateReport {
+                    steady_state,
+                    names,
+                };
+                Some(table(&report.table()) + &remark(SteadyStateReport::EXPLAINED))
+            }
+            Err(error) => Some(paragraph(&format!("There is none: {error}."))),
+        };
+        sections.extend(steady.map(|body| Section {
+            id: "steady-state",
+            heading: "Steady state under the harmonic loads".to_owned(),
+            body,
+        }));
+        sections
+    }
+
+    fn bounds(&self) -> Section {
+        let mut body = definitions(&self.analysis.bounds());
+        let response = self.analysis.response.as_ref();
+        body += &response.and_then(motion::bounds).unwrap_or_default();
+        Section {
+            id: "bounds",
+            heading: "Error bounds".to_owned(),
+            body,
+        }
+    }
+}
+
+fn participation_table(participation: &Participation) -> Table {
+    let modes = participation.modes();
+    let stiffness = modes.stiffness().iter().zip(modes.mass());
+    let frequencies = stiffness.map(|(k, m)| (k / m).sqrt());
+    let column = |values: &[f64]| number::column(values.iter().copied().map(Some));
+    let total = participation.total_mass();
+    let shares = participation
+        .effective_masses()
+        .iter()
+        .map(|mass| Some(100.0 * mass / total));
+    let count = modes.mass().len();
+    Table::default()
+        .column("#", Align::Right, (1..=count).map(|k| k.to_string()))
+        .column(
+            "undamped ω, rad/s",
+            Align::Point,
+            number::column(frequencies.map(Some)),
+        )
+        .column("modal mass, kg", Align::Point, column(modes.mass()))
+        .column(
+            "participation",
+            Align::Point,
+            column(participation.factors()),
+        )
+        .column(
+            "effective mass, kg",
+            Align::Point,
+            column(participation.effective_masses()),
+        )
+        .column("of the total, %", Align::Point, number::column(shares))
+}

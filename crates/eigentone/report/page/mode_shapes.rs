@@ -1,0 +1,249 @@
+//! Mode shapes: each coordinate's motion drawn upwards, swinging where styles can be animated.
+//!
+//! A component |x| e^{iφ} moves as |x| cos(ωt + φ). The stretch between two neighbours ends at both
+//! motions because it is moved as the first and tilted by their difference, which is one cosine too.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use eigentone_modes::{Mode, Modes};
+use num_complex::Complex;
+
+use super::html::remark;
+use crate::report::number;
+use crate::report::plot::{escape, shorten};
+
+const WIDTH: f64 = 300.0;
+const HEIGHT: f64 = 150.0;
+const LEFT: f64 = 22.0;
+const RIGHT: f64 = WIDTH - 22.0;
+/// The line of rest, and the room above and below it.
+const MIDDLE: f64 = 66.0;
+const REACH: f64 = 52.0;
+/// Modes that are drawn.
+const MODES: usize = 12;
+/// Coordinates that are animated one by one.
+const ANIMATED: usize = 24;
+/// Seconds of half a swing, as the style has it.
+const HALF: f64 = 1.3;
+
+/// A figure for each of the first modes.
+pub(super) fn figures(modes: &Modes, names: &[String]) -> String {
+    let all = modes.as_slice();
+    let mut out = String::from("<div class=\"cards small\">\n");
+    for (k, mode) in all.iter().take(MODES).enumerate() {
+        out.push_str(&figure(k + 1, mode, names));
+    }
+    out.push_str("</div>\n");
+    out.push_str(&remark(
+        "Upwards is the positive direction, the largest component is 1, and the band is how far each \
+         coordinate goes. All modes are shown equally fast. Oscillations do not show their decay.",
+    ));
+    if all.len() > MODES {
+        let rest = all.len() - MODES;
+        out.push_str(&remark(&format!(
+            "{rest} further shapes are not drawn; modes.csv and modes.json have them."
+        )));
+    }
+    out
+}
+
+fn figure(number: usize, mode: &Mode, names: &[String]) -> String {
+    let about = match mode.motion() {
+        eigentone_modes::Motion::Rigid => "rigid".to_owned(),
+        _ if mode.eigenvalue().value.im != 0.0 => {
+            let frequency = mode.natural_frequency().hertz();
+            let ratio = mode.damping_ratio().unwrap_or(0.0);
+            let (frequency, ratio) = (number::significant(frequency), number::significant(ratio));
+            format!("f_n = {frequency} Hz, ζ = {ratio}")
+        }
+        motion => format!(
+            "{motion}, λ = {} 1/s",
+            number::significant(mode.eigenvalue().value.re)
+        ),
+    };
+    let mut out = format!(
+        "<figure>\n<h3>Mode {number}</h3>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Shape of mode {number}\" font-size=\"12\">\n"
+    );
+    let shape = mode.shape();
+    let places = places(shape.len());
+    let scale = shape.iter().map(|x| x.norm()).fold(0.0, f64::max);
+    let scale = if scale > 0.0 { REACH / scale } else { 0.0 };
+    reach(&mut out, shape, &places, scale);
+    let _ = writeln!(out, "<path class=\"z\" d=\"M{LEFT} {MIDDLE}H{RIGHT}\"/>");
+    let motion = Motion::of(mode);
+    match shape.len() > ANIMATED {
+        true => still(&mut out, shape, &places, scale),
+        false => moving(&mut out, shape, &places, scale, motion),
+    }
+    labels(&mut out, names, &places);
+    let _ = writeln!(
+        out,
+        "</svg>\n<figcaption>{}</figcaption>\n</figure>",
+        escape(&about)
+    );
+    out
+}
+
+fn places(count: usize) -> Vec<f64> {
+    match count {
+        1 => vec![f64::midpoint(LEFT, RIGHT)],
+        _ => (0..count)
+            .map(|i| LEFT + (RIGHT - LEFT) * i as f64 / (count - 1) as f64)
+            .collect(),
+    }
+}
+
+/// How far each coordinate goes, both ways.
+fn reach(out: &mut String, shape: &[Complex<f64>], places: &[f64], scale: f64) {
+    let there = shape.iter().zip(places);
+    let back = shape.iter().zip(places).rev();
+    let mut path = String::new();
+    let sides = there
+        .map(|pair| (pair, -1.0))
+        .chain(back.map(|pair| (pair, 1.0)));
+    for (k, ((x, place), side)) in sides.enumerate() {
+        let letter = if k == 0 { 'M' } else { 'L' };
+        let _ = write!(
+            path,
+            "{letter}{place:.1} {:.1}",
+            MIDDLE + side * scale * x.norm()
+        );
+    }
+    let _ = writeln!(out, "<path class=\"reach\" d=\"{path}z\"/>");
+}
+
+/// The shape at one moment.
+fn still(out: &mut String, shape: &[Complex<f64>], places: &[f64], scale: f64) {
+    let mut path = String::new();
+    for (k, (x, place)) in shape.iter().zip(places).enumerate() {
+        let letter = if k == 0 { 'M' } else { 'L' };
+        let _ = write!(path, "{letter}{place:.1} {:.1}", MIDDLE - scale * x.re);
+    }
+    let _ = writeln!(out, "<path class=\"link\" d=\"{path}\"/>");
+}
+
+/// How a drawing moves.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Motion {
+    Still,
+    /// Towards rest, again and again.
+    Creeps,
+    Swings,
+}
+
+impl Motion {
+    fn of(mode: &Mode) -> Motion {
+        let value = mode.eigenvalue().value;
+        match value.im != 0.0 {
+            true => Motion::Swings,
+            false if value.re < 0.0 => Motion::Creeps,
+            false => Motion::Still,
+        }
+    }
+}
+
+/// Stretches and dots.
+fn moving(out: &mut String, shape: &[Complex<f64>], places: &[f64], scale: f64, motion: Motion) {
+    let _ = write!(out, "<g transform=\"translate(0 {MIDDLE})\">");
+    let group = |x: &Complex<f64>, dot: bool| {
+        let (size, y) = (scale * x.norm(), -scale * x.re);
+        match motion {
+            Motion::Swings => format!(
+                "<g class=\"swing\" style=\"--a:{size:.2}px;--y:{y:.2}px;--d:{:.3}s\">",
+                delay(*x)
+            ),
+            Motion::Creeps if dot => format!("<g class=\"fall\" style=\"--y:{y:.2}px\">"),
+            _ => format!("<g transform=\"translate(0 {y:.2})\">"),
+        }
+    };
+    // All stretches shrink towards rest together.
+    out.push_str(if motion == Motion::Creeps {
+        "<g class=\"creep\">"
+    } else {
+        "<g>"
+    });
+    for (pair, ends) in shape.windows(2).zip(places.windows(2)) {
+        let step = (pair[1] - pair[0]) * scale;
+        let (size, width) = (step.norm(), ends[1] - ends[0]);
+        let _ = write!(
+            out,
+            "{}<g transform=\"translate({:.1} 0)\">",
+            group(&pair[0], false),
+            ends[0]
+        );
+        // A difference with the cosine's sign turned: down the drawing is positive.
+        let _ = match motion == Motion::Swings && size > 0.0 {
+            true => write!(
+                out,
+                "<path class=\"link tilt\" style=\"--y:{:.3};--d:{:.3}s\" d=\"M0 0L{width:.1} {:.2}\"/>",
+                step.re / size,
+                delay(step),
+                -size
+            ),
+            false => write!(
+                out,
+                "<path class=\"link\" d=\"M0 0L{width:.1} {:.2}\"/>",
+                -step.re
+            ),
+        };
+        out.push_str("</g></g>\n");
+    }
+    out.push_str("</g>\n");
+    for (x, place) in shape.iter().zip(places) {
+        let _ = writeln!(
+            out,
+            "{}<circle class=\"dot\" cx=\"{place:.1}\" cy=\"0\" r=\"5\"/></g>",
+            group(x, true)
+        );
+    }
+    out.push_str("</g>\n");
+}
+
+/// How long ago cos(ωt + φ) was at its top, in seconds of the style's swing.
+fn delay(x: Complex<f64>) -> f64 {
+    let phase = x.arg().rem_euclid(2.0 * PI);
+    -phase / PI * HALF
+}
+
+/// As many names as have room.
+fn labels(out: &mut String, names: &[String], places: &[f64]) {
+    const LETTER: f64 = 7.2;
+    let longest = names
+        .iter()
+        .map(|name| name.chars().count())
+        .max()
+        .unwrap_or(0)
+        .min(10);
+    let room = (LETTER * longest as f64 + 6.0).max(14.0);
+    let gap = places
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .fold(f64::INFINITY, f64::min);
+    let each = if gap.is_finite() {
+        (room / gap).ceil().max(1.0) as usize
+    } else {
+        1
+    };
+    let count = names.len();
+    for (i, (name, place)) in names.iter().zip(places).enumerate().step_by(each) {
+        // Names at the edges stay inside.
+        let anchor = match (i, count) {
+            (_, 1) => "middle",
+            (0, _) if longest > 4 => "start",
+            (i, _) if i + 1 == count && longest > 4 => "end",
+            _ => "middle",
+        };
+        let edge = match anchor {
+            "start" => place - 18.0,
+            "end" => place + 18.0,
+            _ => *place,
+        };
+        let _ = writeln!(
+            out,
+            "<text class=\"soft\" x=\"{edge:.1}\" y=\"{}\" text-anchor=\"{anchor}\">{}</text>",
+            HEIGHT - 10.0,
+            escape(&shorten(name, 10))
+        );
+    }
+}

@@ -1,0 +1,147 @@
+//! Displacements and velocities against time, with their peaks, and their bounds.
+
+use eigentone_modes::Bounds;
+use faer::MatRef;
+
+use super::chart::{Chart, Series};
+use crate::report::analysis::Answer;
+use crate::report::axis::Axis;
+use crate::report::number;
+
+/// Lines in one chart.
+const LINES: usize = 10;
+
+/// The charts of a response.
+pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
+    let trajectory = answer.trajectory;
+    let mut out = String::new();
+    let peaks: Vec<(f64, f64)> = answer
+        .summary
+        .coordinates()
+        .iter()
+        .map(|one| (one.peak_time, one.peak))
+        .collect();
+    let caption = match answer.summary.is_between() {
+        true => "Rings: the largest displacement at any time.",
+        false => "Rings: the largest displacement at a sample.",
+    };
+    let displacement = Axis::linear("displacement", "m");
+    let chart = lines(
+        answer,
+        names,
+        trajectory.displacement(),
+        displacement,
+        &peaks,
+        caption,
+    );
+    out.push_str(&chart.figure());
+    let velocity = trajectory.velocity();
+    let peaks: Vec<(f64, f64)> = (0..names.len())
+        .filter_map(|row| largest(velocity, row, trajectory.times()))
+        .collect();
+    let caption = "Rings: the largest velocity at a sample.";
+    let axis = Axis::linear("velocity", "m/s");
+    let chart = lines(answer, names, velocity, axis, &peaks, caption);
+    out + &chart.figure()
+}
+
+/// How far displacements and velocities may be off, against time.
+pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
+    let trajectory = answer.trajectory;
+    let times = trajectory.times();
+    let kinds = [
+        ("displacement, m", trajectory.displacement_bound()),
+        ("velocity, m/s", trajectory.velocity_bound()),
+    ];
+    let some = |bounds: &[Option<f64>]| bounds.iter().flatten().any(|bound| *bound > 0.0);
+    let series: Vec<Series<'_>> = kinds
+        .into_iter()
+        .filter(|(_, bounds)| some(bounds))
+        .map(|(name, bounds)| Series {
+            name: name.to_owned(),
+            len: times.len(),
+            point: Box::new(move |k| (times[k], bounds[k].unwrap_or(f64::NAN))),
+            marks: Vec::new(),
+        })
+        .collect();
+    let kind = match trajectory.bounds() {
+        Bounds::Proven => "proven bound of the error",
+        Bounds::Estimated => "estimated bound of the error",
+    };
+    (!series.is_empty()).then(|| {
+        let chart = Chart {
+            heading: "How far the motion can be off".to_owned(),
+            x: Axis::linear("time", "s"),
+            y: Axis::logarithmic(kind, ""),
+            series,
+            caption:
+                "Over all coordinates. Where no line is drawn the value is exact, or has no bound."
+                    .to_owned(),
+        };
+        format!("<div class=\"cards\">\n{}</div>\n", chart.figure())
+    })
+}
+
+/// The lines that go farthest, in the order of their coordinates.
+fn lines<'a>(
+    answer: &'a Answer<'_>,
+    names: &'a [String],
+    rows: MatRef<'a, f64>,
+    axis: Axis,
+    peaks: &[(f64, f64)],
+    caption: &str,
+) -> Chart<'a> {
+    let times = answer.trajectory.times();
+    let mut chosen: Vec<usize> = (0..names.len()).collect();
+    if names.len() > LINES {
+        chosen.sort_by(|a, b| peaks[*b].1.abs().total_cmp(&peaks[*a].1.abs()));
+        chosen.truncate(LINES);
+        chosen.sort_unstable();
+    }
+    let mut caption = caption.to_owned();
+    if names.len() > LINES {
+        caption += &format!(
+            " Drawn are the {LINES} of {} that go farthest.",
+            names.len()
+        );
+    }
+    let series = chosen.into_iter().map(|row| Series {
+        name: match peaks.get(row) {
+            Some((time, peak)) => format!(
+                "{}: {} {} at {} s",
+                crate::report::plot::shorten(&names[row], 14),
+                number::significant(*peak),
+                axis.unit,
+                number::significant(*time)
+            ),
+            None => names[row].clone(),
+        },
+        len: times.len(),
+        point: Box::new(move |k| (times[k], rows[(row, k)])),
+        marks: peaks.get(row).copied().into_iter().collect(),
+    });
+    let mut heading = axis.quantity.clone();
+    heading[..1].make_ascii_uppercase();
+    Chart {
+        heading,
+        x: Axis::linear("time", "s"),
+        series: series.collect(),
+        y: axis,
+        caption,
+    }
+}
+
+/// Time and value of the largest size in a row, the first one on ties.
+fn largest(rows: MatRef<'_, f64>, row: usize, times: &[f64]) -> Option<(f64, f64)> {
+    let values = times
+        .iter()
+        .enumerate()
+        .map(|(k, time)| (*time, rows[(row, k)]));
+    values.reduce(|best, next| {
+        if next.1.abs() > best.1.abs() {
+            next
+        } else {
+            best
+        }
+    })
+}

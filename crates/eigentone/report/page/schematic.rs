@@ -1,0 +1,560 @@
+//! The scene as a schematic: masses in a row, what joins neighbours between them, what joins others in
+//! lanes below, the ground as walls and floors, loads above.
+
+use std::fmt::Write;
+
+use eigentone_modes::{Element, ElementKind, MatrixKind, Node, System};
+use eigentone_response::{AppliedLoad, Load, Problem};
+
+use crate::report::number;
+use crate::report::plot::{escape, shorten};
+
+/// Beyond these a drawing would not be readable.
+const MOST_MASSES: usize = 14;
+const MOST_ELEMENTS: usize = 48;
+const MOST_LANES: usize = 8;
+
+/// Room between neighbours, and of a box at least.
+const GAP: f64 = 118.0;
+const BOX: f64 = 86.0;
+/// Height of one of several elements side by side, of a lane, and of a line of text.
+const TRACK: f64 = 40.0;
+const LANE: f64 = 42.0;
+const LINE: f64 = 19.0;
+/// Width of a port below a box: for an element to the floor with its label, and for a lane.
+const FLOOR_PORT: f64 = 84.0;
+const LANE_PORT: f64 = 16.0;
+/// Length of an element to the floor.
+const DROP: f64 = 74.0;
+/// Letters of a name in a box.
+const LETTERS: usize = 12;
+/// Loads that are spelled out on one mass.
+const LOADS: usize = 4;
+
+/// The drawing, or a sentence that says why there is none.
+pub(super) fn figure(system: &System, problem: Option<&Problem<'_>>) -> Result<String, String> {
+    let elements = parts(system);
+    if elements.is_empty() && system.masses().iter().all(|mass| *mass == 0.0) {
+        return Err(
+            "The system is given by its matrices, so there are no parts to draw.".to_owned(),
+        );
+    }
+    if system.len() > MOST_MASSES || elements.len() > MOST_ELEMENTS {
+        return Err(format!(
+            "{} masses with {} springs and dampers are too many for a readable drawing.",
+            system.len(),
+            elements.len()
+        ));
+    }
+    let plan = Plan::of(system, elements, problem);
+    if plan.lanes > MOST_LANES {
+        return Err("Its springs and dampers cross too much for a readable drawing.".to_owned());
+    }
+    Ok(plan.draw(system))
+}
+
+/// Whether something of the system is in matrices and not in the drawing.
+pub(super) fn has_matrices(system: &System) -> bool {
+    [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
+        .into_iter()
+        .any(|kind| system.added(kind).is_some())
+}
+
+type Part = (ElementKind, Element);
+
+fn parts(system: &System) -> Vec<Part> {
+    let springs = system
+        .springs()
+        .iter()
+        .map(|spring| (ElementKind::Spring, *spring));
+    let dampers = system
+        .dampers()
+        .iter()
+        .map(|damper| (ElementKind::Damper, *damper));
+    springs.chain(dampers).collect()
+}
+
+/// What is where.
+struct Plan {
+    /// Coordinates from left to right.
+    order: Vec<usize>,
+    /// Between the wall, the masses and the wall: gap k lies before mass k.
+    gaps: Vec<Vec<Part>>,
+    /// Below each mass, to the ground.
+    floors: Vec<Vec<Part>>,
+    /// Between masses that are no neighbours: left end, right end, lane, element.
+    links: Vec<(usize, usize, usize, Part)>,
+    lanes: usize,
+    /// Lines above each mass.
+    notes: Vec<Vec<Note>>,
+}
+
+struct Note {
+    text: String,
+    /// −1, 0 or 1: which way an arrow points.
+    arrow: i8,
+}
+
+impl Note {
+    /// An arrow, and as much of the text as has room above a mass and the gap beside it.
+    fn new(text: &str, arrow: i8) -> Note {
+        let letters = if arrow == 0 { 27 } else { 23 };
+        Note {
+            text: shorten(text, letters),
+            arrow,
+        }
+    }
+
+    fn indent(&self) -> f64 {
+        if self.arrow == 0 { 0.0 } else { 26.0 }
+    }
+
+    fn width(&self) -> f64 {
+        self.indent() + 7.4 * self.text.chars().count() as f64
+    }
+}
+
+impl Plan {
+    fn of(system: &System, parts: Vec<Part>, problem: Option<&Problem<'_>>) -> Plan {
+        let n = system.len();
+        let order = order(n, &parts);
+        let mut place = vec![0; n];
+        for (position, coordinate) in order.iter().enumerate() {
+            place[*coordinate] = position;
+        }
+        let mut gaps = vec![Vec::new(); n + 1];
+        let mut floors = vec![Vec::new(); n];
+        let mut far = Vec::new();
+        for part in parts {
+            let ends = [part.1.first, part.1.second].map(Node::coordinate);
+            match ends {
+                [Some(a), Some(b)] => {
+                    let (a, b) = (place[a].min(place[b]), place[a].max(place[b]));
+                    match b - a {
+                        1 => gaps[b].push(part),
+                        _ => far.push((a, b, part)),
+                    }
+                }
+                [Some(a), None] | [None, Some(a)] => match place[a] {
+                    0 => gaps[0].push(part),
+                    last if last + 1 == n => gaps[n].push(part),
+                    middle => floors[middle].push(part),
+                },
+                [None, None] => {}
+            }
+        }
+        // Short ones first, each in the highest lane that is free over its width.
+        far.sort_by_key(|(a, b, _)| (b - a, *a));
+        let mut links: Vec<(usize, usize, usize, Part)> = Vec::new();
+        let mut lanes = 0;
+        for (a, b, part) in far {
+            let free = |lane: usize| {
+                let mut same = links.iter().filter(|link| link.2 == lane);
+                same.all(|(c, d, _, _)| b <= *c || *d <= a)
+            };
+            let lane = (0..).find(|lane| free(*lane)).unwrap_or(lanes);
+            lanes = lanes.max(lane + 1);
+            links.push((a, b, lane, part));
+        }
+        let notes = order
+            .iter()
+            .map(|coordinate| notes(*coordinate, problem))
+            .collect();
+        Plan {
+            order,
+            gaps,
+            floors,
+            links,
+            lanes,
+            notes,
+        }
+    }
+
+    fn draw(&self, system: &System) -> String {
+        let n = self.order.len();
+        let ports = |k: usize| {
+            let lanes = self
+                .links
+                .iter()
+                .filter(|(a, b, _, _)| *a == k || *b == k)
+                .count();
+            FLOOR_PORT * self.floors[k].len() as f64 + LANE_PORT * lanes as f64 + 14.0
+        };
+        let most = self.gaps.iter().map(Vec::len).max().unwrap_or(0).max(1);
+        let height = (TRACK * most as f64).max(58.0);
+        let lines = self.notes.iter().map(Vec::len).max().unwrap_or(0);
+        let top = 10.0 + LINE * lines as f64;
+        let mut x = if self.gaps[0].is_empty() {
+            16.0
+        } else {
+            16.0 + GAP
+        };
+        let mut boxes = Vec::with_capacity(n);
+        for k in 0..n {
+            let width = ports(k).max(BOX).max(self.name_width(system, k));
+            boxes.push((x, width));
+            x += width
+                + if k + 1 < n || !self.gaps[n].is_empty() {
+                    GAP
+                } else {
+                    0.0
+                };
+        }
+        // What is said above the last mass may reach beyond it.
+        let said = self
+            .notes
+            .iter()
+            .zip(&boxes)
+            .flat_map(|(notes, (x, _))| notes.iter().map(move |note| x + note.width() + 8.0));
+        let width = said.fold(x + 16.0, f64::max);
+        let floor = if self.floors.iter().any(|floor| !floor.is_empty()) {
+            DROP + 16.0
+        } else {
+            8.0
+        };
+        let bottom = top + height;
+        let total = bottom + floor + LANE * self.lanes as f64 + 8.0;
+        let mut out = format!(
+            "<figure class=\"schematic\"><div class=\"scroll\" tabindex=\"0\">\n<svg viewBox=\"0 0 {width:.0} {total:.0}\" style=\"min-width:{:.0}px;max-width:{:.0}px\" role=\"img\" aria-label=\"Masses, springs, dampers and loads\" font-size=\"12.5\">\n",
+            0.8 * width,
+            1.15 * width,
+        );
+        for (k, gap) in self.gaps.iter().enumerate() {
+            if gap.is_empty() {
+                continue;
+            }
+            let from = if k == 0 {
+                16.0
+            } else {
+                boxes[k - 1].0 + boxes[k - 1].1
+            };
+            let to = if k < n { boxes[k].0 } else { from + GAP };
+            if k == 0 {
+                wall(&mut out, from, top, bottom, -1.0);
+            }
+            if k == n {
+                wall(&mut out, to, top, bottom, 1.0);
+            }
+            let track = height / gap.len() as f64;
+            for (row, part) in gap.iter().enumerate() {
+                across(
+                    &mut out,
+                    part,
+                    from,
+                    to,
+                    top + track * (row as f64 + 0.5) + 6.0,
+                );
+            }
+        }
+        self.below(&mut out, &boxes, bottom, floor);
+        for (k, (x, width)) in boxes.iter().enumerate() {
+            self.mass(&mut out, system, k, (*x, top), (*width, height));
+        }
+        out.push_str("</svg>\n</div>");
+        let _ = writeln!(
+            out,
+            "<figcaption>{}</figcaption></figure>",
+            self.caption(system)
+        );
+        out
+    }
+
+    /// What a name takes, if its letters are at most two thirds as wide as they are high.
+    fn name_width(&self, system: &System, k: usize) -> f64 {
+        let letters = system.names()[self.order[k]].chars().count();
+        9.2 * letters.min(LETTERS) as f64 + 14.0
+    }
+
+    fn mass(
+        &self,
+        out: &mut String,
+        system: &System,
+        k: usize,
+        (x, y): (f64, f64),
+        (width, height): (f64, f64),
+    ) {
+        let coordinate = self.order[k];
+        let mass = system.masses()[coordinate];
+        let class = if mass == 0.0 { "box light" } else { "box" };
+        let name = escape(&shorten(&system.names()[coordinate], LETTERS));
+        let middle = x + width / 2.0;
+        let _ = writeln!(
+            out,
+            "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"4\"><title>{}</title></rect>\n<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"600\" font-size=\"13.5\">{name}</text>\n<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            escape(&system.names()[coordinate]),
+            y + height / 2.0 - 3.0,
+            y + height / 2.0 + 15.0,
+            match mass == 0.0 {
+                true if system.added(MatrixKind::Mass).is_some() => "matrix".to_owned(),
+                true => "no mass".to_owned(),
+                false => format!("{} kg", short(mass)),
+            }
+        );
+        let notes = &self.notes[k];
+        for (line, note) in notes.iter().enumerate() {
+            let base = y - 7.0 - LINE * (notes.len() - 1 - line) as f64;
+            let class = if note.arrow == 0 { "soft" } else { "load-text" };
+            let start = x.max(0.0);
+            if note.arrow != 0 {
+                let (tail, head, back) = match note.arrow > 0 {
+                    true => (start, start + 20.0, -5.0),
+                    false => (start + 20.0, start, 5.0),
+                };
+                let _ = writeln!(
+                    out,
+                    "<path class=\"load\" d=\"M{tail:.1} {at:.1}H{head:.1}m{back} -4l{} 4l{back} 4\"/>",
+                    -back,
+                    at = base - 4.0,
+                );
+            }
+            let _ = writeln!(
+                out,
+                "<text class=\"{class}\" x=\"{:.1}\" y=\"{base:.1}\">{}</text>",
+                start + note.indent(),
+                escape(&note.text)
+            );
+        }
+    }
+
+    /// What hangs below the boxes: elements to the floor on the left, lanes on the right.
+    fn below(&self, out: &mut String, boxes: &[(f64, f64)], bottom: f64, floor: f64) {
+        let mut next: Vec<f64> = boxes.iter().map(|(x, _)| x + 8.0).collect();
+        for (k, parts) in self.floors.iter().enumerate() {
+            for part in parts {
+                down(out, part, next[k] + 14.0, bottom, bottom + DROP);
+                next[k] += FLOOR_PORT;
+            }
+        }
+        let mut ports = vec![Vec::new(); boxes.len()];
+        for (index, (a, b, lane, _)) in self.links.iter().enumerate() {
+            ports[*a].push((true, *lane, index));
+            ports[*b].push((false, *lane, index));
+        }
+        let mut at = vec![[0.0; 2]; self.links.len()];
+        for (k, ports) in ports.iter_mut().enumerate() {
+            // To the left before to the right; so that lines do not cross, left ones from the lowest
+            // lane up and right ones down.
+            ports.sort_by_key(|(right, lane, _)| match right {
+                false => (false, usize::MAX - lane),
+                true => (true, *lane),
+            });
+            ports.reverse();
+            ports.sort_by_key(|(right, _, _)| *right);
+            for (right, _, index) in ports.iter() {
+                at[*index][usize::from(!*right)] = next[k] + LANE_PORT / 2.0;
+                next[k] += LANE_PORT;
+            }
+        }
+        for ((_, _, lane, part), [from, to]) in self.links.iter().zip(at) {
+            let y = bottom + floor + LANE * (*lane as f64 + 0.5) + 4.0;
+            let _ = writeln!(
+                out,
+                "<path class=\"part\" d=\"M{from:.1} {bottom:.1}V{y:.1}M{to:.1} {bottom:.1}V{y:.1}\"/>"
+            );
+            across(out, part, from, to, y);
+        }
+    }
+
+    fn caption(&self, system: &System) -> String {
+        let light = system.masses().contains(&0.0);
+        let mut text = String::from(
+            "Springs in N/m, dampers in N·s/m, with elements side by side acting in parallel.",
+        );
+        if light && system.added(MatrixKind::Mass).is_none() {
+            text.push_str(" Dashed boxes have no mass.");
+        }
+        if has_matrices(system) {
+            text.push_str(" What the scene adds as matrices is not drawn.");
+        }
+        text
+    }
+}
+
+/// Masses that form rows of neighbours stand in that order; others as they are given.
+fn order(n: usize, parts: &[Part]) -> Vec<usize> {
+    let mut near = vec![Vec::new(); n];
+    for (_, element) in parts {
+        if let [Some(a), Some(b)] = [element.first, element.second].map(Node::coordinate)
+            && !near[a].contains(&b)
+        {
+            near[a].push(b);
+            near[b].push(a);
+        }
+    }
+    let given: Vec<usize> = (0..n).collect();
+    if near.iter().any(|others| others.len() > 2) {
+        return given;
+    }
+    let mut order = Vec::with_capacity(n);
+    let mut seen = vec![false; n];
+    // Ends of rows first, in their order; what is left then are rings.
+    let ends = given.iter().filter(|i| near[**i].len() < 2);
+    for start in ends.chain(&given) {
+        let mut here = Some(*start).filter(|start| !seen[*start]);
+        while let Some(i) = here {
+            seen[i] = true;
+            order.push(i);
+            here = near[i].iter().copied().find(|other| !seen[*other]);
+        }
+    }
+    order
+}
+
+fn notes(coordinate: usize, problem: Option<&Problem<'_>>) -> Vec<Note> {
+    let Some(problem) = problem else {
+        return Vec::new();
+    };
+    let loads = problem.loads().iter();
+    let loads: Vec<&AppliedLoad> = loads.filter(|load| load.coordinate == coordinate).collect();
+    let mut notes: Vec<Note> = loads
+        .iter()
+        .take(LOADS)
+        .map(|load| note(&load.load))
+        .collect();
+    if loads.len() > LOADS {
+        notes.push(Note::new(
+            &format!("and {} loads more", loads.len() - LOADS),
+            0,
+        ));
+    }
+    let (x, v) = (
+        problem.initial_displacement()[coordinate],
+        problem.initial_velocity()[coordinate],
+    );
+    let mut start = Vec::new();
+    if x != 0.0 {
+        start.push(format!("{} m", short(x)));
+    }
+    if v != 0.0 {
+        start.push(format!("{} m/s", short(v)));
+    }
+    if !start.is_empty() {
+        notes.push(Note::new(&format!("starts at {}", start.join(", ")), 0));
+    }
+    notes
+}
+
+fn note(load: &Load) -> Note {
+    let from = |start: f64| match start > 0.0 {
+        true => format!(" from {} s", short(start)),
+        false => String::new(),
+    };
+    let (size, text) = match load {
+        Load::Step(step) => (
+            step.force,
+            format!("{} N{}", short(step.force), from(step.start)),
+        ),
+        Load::Ramp(ramp) => (
+            ramp.rate,
+            format!("{} N/s{}", short(ramp.rate), from(ramp.start)),
+        ),
+        Load::Impulse(impulse) => (
+            impulse.magnitude,
+            format!(
+                "blow {} N·s at {} s",
+                short(impulse.magnitude),
+                short(impulse.at)
+            ),
+        ),
+        Load::Harmonic(harmonic) => (
+            1.0,
+            format!(
+                "{} N at {} rad/s",
+                short(harmonic.amplitude),
+                short(harmonic.frequency)
+            ),
+        ),
+        Load::Samples(samples) => (1.0, format!("{} samples", samples.values.len())),
+        _ => (1.0, "load".to_owned()),
+    };
+    Note::new(&text, if size < 0.0 { -1 } else { 1 })
+}
+
+/// A number that a person gave, in at most some nine letters.
+fn short(value: f64) -> String {
+    let exact = number::short(value);
+    match exact.chars().count() <= 9 {
+        true => exact,
+        false => number::significant(value),
+    }
+}
+
+/// A vertical wall, hatched on one side.
+fn wall(out: &mut String, x: f64, top: f64, bottom: f64, side: f64) {
+    let mut path = format!("M{x:.1} {top:.1}V{bottom:.1}");
+    let mut y = top + 8.0;
+    while y <= bottom + 0.1 {
+        let _ = write!(
+            path,
+            "M{x:.1} {y:.1}l{:.1} {:.1}",
+            8.0 * side,
+            -8.0 * side * side
+        );
+        y += 8.0;
+    }
+    let _ = writeln!(out, "<path class=\"wall\" d=\"{path}\"/>");
+}
+
+/// An element from left to right, its number above it.
+fn across(out: &mut String, (kind, element): &Part, from: f64, to: f64, y: f64) {
+    let middle = f64::midpoint(from, to);
+    let left = middle - 25.0;
+    let path = match kind {
+        ElementKind::Spring => format!(
+            "M{from:.1} {y:.1}H{left:.1}l4.2 -7l8.3 14l8.3 -14l8.4 14l8.3 -14l8.3 14l4.2 -7H{to:.1}"
+        ),
+        ElementKind::Damper => format!(
+            "M{from:.1} {y:.1}H{:.1}m16 -7h-16v14h16M{:.1} {:.1}v10M{:.1} {y:.1}H{to:.1}",
+            middle - 8.0,
+            middle + 3.0,
+            y - 5.0,
+            middle + 3.0,
+        ),
+    };
+    let text = short(element.coefficient);
+    let _ = writeln!(
+        out,
+        "<path class=\"part\" d=\"{path}\"><title>{kind} {} {}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
+        number::short(element.coefficient),
+        unit(*kind),
+        y - 10.0,
+    );
+}
+
+/// An element from a box to the floor, its number beside it.
+fn down(out: &mut String, (kind, element): &Part, x: f64, from: f64, to: f64) {
+    let middle = f64::midpoint(from, to);
+    let path = match kind {
+        ElementKind::Spring => format!(
+            "M{x:.1} {from:.1}V{:.1}l-7 4.2l14 8.3l-14 8.3l14 8.4l-14 8.3l14 8.3l-7 4.2V{to:.1}",
+            middle - 25.0
+        ),
+        ElementKind::Damper => format!(
+            "M{x:.1} {from:.1}V{:.1}m-7 16v-16h14v16M{:.1} {:.1}h10M{x:.1} {:.1}V{to:.1}",
+            middle - 8.0,
+            x - 5.0,
+            middle + 3.0,
+            middle + 3.0,
+        ),
+    };
+    let mut hatch = format!("M{:.1} {to:.1}h24", x - 12.0);
+    for k in 0..4 {
+        let _ = write!(hatch, "M{:.1} {to:.1}l-6 6", x - 6.0 + 6.0 * f64::from(k));
+    }
+    let text = short(element.coefficient);
+    let _ = writeln!(
+        out,
+        "<path class=\"part\" d=\"{path}\"><title>{kind} {} {}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
+        number::short(element.coefficient),
+        unit(*kind),
+        x + 11.0,
+        middle + 4.0,
+    );
+}
+
+fn unit(kind: ElementKind) -> &'static str {
+    match kind {
+        ElementKind::Spring => "N/m",
+        ElementKind::Damper => "N·s/m",
+    }
+}

@@ -1,0 +1,333 @@
+//! `report.html`: what is in it, that nothing can break out of it, and how it looks in a browser.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+use eigentone::gallery::{Case, cases};
+use serde_json::{Value, json};
+
+/// What a browser may be called. Without any the test of looks is skipped.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+fn fresh(name: &str) -> PathBuf {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    if directory.exists() {
+        fs::remove_dir_all(&directory).expect("it can be removed");
+    }
+    fs::create_dir_all(&directory).expect("it can be made");
+    directory
+}
+
+/// The report of a scene, written into a directory of its own.
+fn report(directory: &Path, name: &str, scene: &str) -> PathBuf {
+    let file = directory.join(format!("{name}.json"));
+    fs::write(&file, scene).expect("it can be written");
+    let out = directory.join(name);
+    let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .arg("analyze")
+        .arg(&file)
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .expect("the binary runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name}: {error}");
+    out.join("report.html")
+}
+
+/// Scenes whose motion takes many seconds to compute, and whose pages have nothing that others lack.
+const LONG: [&str; 2] = ["alternating-1e12", "undamped-long"];
+
+fn short_cases() -> impl Iterator<Item = &'static Case> {
+    cases().iter().filter(|case| !LONG.contains(&case.name()))
+}
+
+/// The report of every other scene of the gallery, below one directory.
+static GALLERY: LazyLock<(PathBuf, Vec<PathBuf>)> = LazyLock::new(|| {
+    let directory = fresh("report");
+    let reports = short_cases().map(|case| report(&directory, case.name(), case.scene_text()));
+    let reports = reports.collect();
+    (directory, reports)
+});
+
+fn html(directory: &Path, name: &str, scene: &str) -> String {
+    fs::read_to_string(report(directory, name, scene)).expect("it was written")
+}
+
+/// The names of all tags in order, each checked against what is open.
+fn tags(html: &str) -> Vec<String> {
+    let (mut found, mut open) = (Vec::new(), Vec::new());
+    let body = html.strip_prefix("<!DOCTYPE html>").expect("a document");
+    let (head, rest) = body.split_once("<style>").expect("a style");
+    let (_, rest) = rest.split_once("</style>").expect("its end");
+    for part in format!("{head}{rest}").split('<').skip(1) {
+        let (tag, text) = part.split_once('>').expect("every tag ends");
+        assert!(!text.contains('>'), "{part}");
+        let name = tag
+            .split_whitespace()
+            .next()
+            .expect("a name")
+            .trim_end_matches('/');
+        assert!(tag.matches('"').count().is_multiple_of(2), "{tag}");
+        match name.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop().as_deref(), Some(name), "{tag}"),
+            None if tag.ends_with('/') || name == "meta" => {}
+            None => open.push(name.to_owned()),
+        }
+        found.push(name.to_owned());
+    }
+    assert!(open.is_empty(), "{open:?}");
+    found
+}
+
+fn sections(html: &str) -> Vec<&str> {
+    let parts = html.split("<section id=\"").skip(1);
+    parts.filter_map(|part| part.split('"').next()).collect()
+}
+
+/// Two masses between walls with every kind of load, called as told.
+fn pair(title: &str, names: [&str; 2]) -> String {
+    json!({
+        "title": title,
+        "masses": [{"name": names[0], "mass": 1.0}, {"name": names[1], "mass": 2.0}],
+        "springs": [
+            {"between": ["ground", names[0]], "stiffness": 3.0},
+            {"between": [names[0], names[1]], "stiffness": 2.0},
+        ],
+        "dampers": [{"between": ["ground", names[1]], "damping": 0.2}],
+        "initial": {names[0]: {"displacement": 1.0, "velocity": -0.25}},
+        "loads": [
+            {"on": names[0], "step": {"force": -2.0, "start": 1.0}},
+            {"on": names[0], "ramp": {"rate": 0.1}},
+            {"on": names[1], "impulse": {"magnitude": 1.0, "at": 3.0}},
+            {"on": names[1], "harmonic": {"amplitude": 0.5, "frequency": 2.0, "phase": 0.3}},
+            {"on": names[1], "samples": {"step": 0.5, "values": [0.0, 1.0, -1.0], "hold": "first"}},
+        ],
+        "time": {"end": 20.0, "step": 0.05},
+    })
+    .to_string()
+}
+
+/// Masses that are joined in many ways, and loaded.
+fn network() -> String {
+    let names: Vec<String> = (1..=6).map(|i| format!("m{i}")).collect();
+    let masses = names.iter().map(|name| json!({"name": name, "mass": 1.5}));
+    let ring =
+        (0..6).map(|i| json!({"between": [names[i], names[(i + 1) % 6]], "stiffness": 100.0}));
+    let other = [
+        ("m1", "m4", 50.0),
+        ("ground", "m3", 2e7),
+        ("ground", "m3", 12_345.678),
+        ("m2", "m5", 0.1),
+        ("m3", "m5", 7.0),
+        ("ground", "m1", 1e3),
+        ("ground", "m6", -1.5),
+    ];
+    let other = other
+        .iter()
+        .map(|(a, b, k)| json!({"between": [a, b], "stiffness": k}));
+    let dampers = [("m1", "m2"), ("ground", "m4"), ("m2", "m6"), ("m1", "m2")];
+    let dampers = dampers
+        .iter()
+        .map(|ends| json!({"between": [ends.0, ends.1], "damping": 0.3}));
+    json!({
+        "title": "A ring with cross links",
+        "masses": masses.collect::<Vec<Value>>(),
+        "springs": ring.chain(other).collect::<Vec<Value>>(),
+        "dampers": dampers.collect::<Vec<Value>>(),
+        "loads": [
+            {"on": "m3", "harmonic": {"amplitude": 5.0, "frequency": 12.0}},
+            {"on": "m5", "impulse": {"magnitude": -2.0, "at": 1.0}},
+        ],
+        "time": {"end": 4.0, "step": 0.01},
+    })
+    .to_string()
+}
+
+/// A damped row of `n` masses, followed for `samples` steps.
+fn row(n: usize, samples: u32) -> String {
+    let name = |i: usize| {
+        if i == 0 {
+            "ground".to_owned()
+        } else {
+            format!("storey {i}")
+        }
+    };
+    let masses = (1..=n).map(|i| json!({"name": name(i), "mass": 1.0}));
+    let spring = |i| json!({"between": [name(i - 1), name(i)], "stiffness": 100.0});
+    let damper = |i| json!({"between": [name(i - 1), name(i)], "damping": 0.2});
+    json!({
+        "masses": masses.collect::<Vec<Value>>(),
+        "springs": (1..=n).map(spring).collect::<Vec<Value>>(),
+        "dampers": (1..=n).map(damper).collect::<Vec<Value>>(),
+        "initial": {name(n): {"velocity": 1.0}},
+        "time": {"end": 0.01 * f64::from(samples), "step": 0.01},
+    })
+    .to_string()
+}
+
+const FLUTTER: &str = r#"{"title": "Flutter",
+    "matrices": {"mass": [[1, 0], [0, 1]], "damping": [[0.01, 0], [0, 0.01]], "stiffness": [[2, 1], [-1, 2]]},
+    "initial": {"x1": {"displacement": 0.001}}, "time": {"end": 20, "step": 0.05}}"#;
+
+#[test]
+fn it_loads_nothing_and_runs_nothing_and_is_well_formed() {
+    for (case, report) in short_cases().zip(&GALLERY.1) {
+        let html = fs::read_to_string(report).expect("it was written");
+        tags(&html);
+        for foreign in [
+            "http:",
+            "https:",
+            "<script",
+            "<link",
+            "src=",
+            "url(",
+            "@import",
+            "javascript:",
+        ] {
+            assert!(!html.contains(foreign), "{}: {foreign}", case.name());
+        }
+        assert!(html.contains("Content-Security-Policy") && html.contains("prefers-color-scheme"));
+        assert!(
+            !html.contains("NaN") && !html.contains("inf "),
+            "{}",
+            case.name()
+        );
+        assert!(
+            html.len() < 500_000,
+            "{}: {} bytes",
+            case.name(),
+            html.len()
+        );
+        let title = case.scene().title().expect("a title").to_owned();
+        assert!(html.contains(&format!("<h1>{title}</h1>")), "{title}");
+    }
+}
+
+#[test]
+fn it_has_what_the_scene_needs_and_no_more() {
+    let directory = fresh("report-parts");
+    let still = ["scene", "plan", "modes", "shapes", "bounds"];
+    let text = |name: &str| {
+        let case = cases()
+            .iter()
+            .find(|case| case.name() == name)
+            .expect("a case");
+        html(&directory, name, case.scene_text())
+    };
+    assert_eq!(sections(&text("triple-defect")), still);
+    let moving = ["scene", "plan", "modes", "shapes", "response", "bounds"];
+    let html = text("three-mass-1");
+    assert_eq!(sections(&html), moving);
+    assert!(html.contains("<h3>Energy</h3>") && !html.contains("<h3>Participation</h3>"));
+    // The peaks are those of the motion, not of its samples: README.md has them from elsewhere.
+    assert!(html.contains("m2: 7.16802 m at 1.06064 s"));
+    let driven = self::html(&directory, "pair", &pair("Two masses", ["a", "b"]));
+    assert!(sections(&driven).contains(&"steady-state"));
+    // Undamped: effective masses that add up to the whole.
+    let html = text("one-mass-undamped");
+    assert!(html.contains("<h3>Participation</h3>"));
+    let html = self::html(&directory, "flutter", FLUTTER);
+    assert!(html.contains("no parts to draw") && !html.contains("<h3>Energy</h3>"));
+    assert!(html.contains("<span>growing</span>"));
+}
+
+#[test]
+fn names_change_nothing_but_text() {
+    let directory = fresh("report-names");
+    let plain = html(&directory, "plain", &pair("A title", ["one name", "other"]));
+    let hostile = pair(
+        "</title><script>alert(1)</script>\" onload=\"alert(2) <!-- ]]> & \u{202e}",
+        [
+            "<img src=x onerror=alert(1)>",
+            "\"'</text></svg><b>&amp;\u{1b}\n",
+        ],
+    );
+    let hostile = html(&directory, "hostile", &hostile);
+    assert_eq!(tags(&plain), tags(&hostile));
+    assert!(!hostile.contains("<img") && !hostile.contains("\" onload"));
+    assert!(!hostile.contains('\u{1b}'));
+}
+
+#[test]
+fn long_motions_of_many_masses_stay_below_a_megabyte() {
+    let directory = fresh("report-size");
+    let html = html(&directory, "row", &row(40, 4_000));
+    assert!(html.len() < 1_000_000, "{} bytes", html.len());
+    assert!(html.contains("too many for a readable drawing"));
+    assert!(html.contains("Drawn are the 10 of 40 that go farthest."));
+    tags(&html);
+}
+
+/// The first browser there is.
+fn browser() -> Option<&'static str> {
+    let runs = |name: &&&str| {
+        let output = Command::new(name).arg("--version").output();
+        output.is_ok_and(|output| output.status.success())
+    };
+    BROWSERS.iter().find(runs).copied()
+}
+
+#[test]
+fn nothing_overlaps_or_overflows_in_a_browser() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: none of {} is installed", BROWSERS.join(", "));
+        return;
+    };
+    let (directory, reports) = &*GALLERY;
+    let wide = ["WWWWWWWWWWWWWWWWWWWW", "MMMMMMMMMMMMMMMMMMMMMM"];
+    let others = [
+        ("pair", pair("Two masses", ["a", "b"])),
+        ("network", network()),
+        ("row", row(30, 500)),
+        ("flutter", FLUTTER.to_owned()),
+        ("wide", pair("Wide", wide)),
+    ];
+    let others = others.map(|(name, scene)| report(directory, name, &scene));
+    let reports = reports.iter().chain(&others).map(|file| {
+        let file = file.strip_prefix(directory).expect("it is inside");
+        file.to_string_lossy().into_owned()
+    });
+    let reports: Vec<String> = reports.collect();
+    let template = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/report/wrapper.html");
+    let template = fs::read_to_string(template).expect("it is there");
+    let page = template.replace("REPORTS;", &format!("{};", json!(reports)));
+    let file = directory.join("wrapper.html");
+    fs::write(&file, page).expect("it can be written");
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--allow-file-access-from-files",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=60000",
+            "--dump-dom",
+        ])
+        .arg(format!(
+            "--user-data-dir={}",
+            directory.join("profile").display()
+        ))
+        .arg(format!("file://{}", file.display()))
+        .output()
+        .expect("it runs");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let complaints: Vec<&str> = said
+        .lines()
+        .filter(|line| line.contains("CONSOLE"))
+        .collect();
+    assert!(complaints.is_empty(), "{complaints:#?}");
+    let (_, found) = dom
+        .split_once("<pre id=\"found\">")
+        .expect("the wrapper ran");
+    let (found, _) = found.split_once("</pre>").expect("its end");
+    assert_eq!(found, format!("looked at {}\n\nend", reports.len()));
+}

@@ -10,6 +10,25 @@ use crate::trajectory::Trajectory;
 /// The most memory that a trajectory may take, in bytes.
 const BUDGET: f64 = 2e9;
 
+/// # Errors
+/// [`ResponseError::TooLarge`] for more bytes than that.
+pub(crate) fn check_size(
+    instants: u64,
+    coordinates: usize,
+    bytes: f64,
+) -> Result<(), ResponseError> {
+    if bytes > BUDGET {
+        let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
+        return Err(ResponseError::TooLarge {
+            instants,
+            coordinates,
+            gigabytes,
+            limit,
+        });
+    }
+    Ok(())
+}
+
 /// Keeps the instants asked for, each once and by time, and hands them back in the order in which
 /// they were asked for.
 pub(crate) struct Collector<'a, 'b> {
@@ -72,15 +91,7 @@ impl<'a, 'b> Collector<'a, 'b> {
         let instants = wanted.count(problem.grid());
         let kinds = 2 + usize::from(problem.wants_acceleration());
         let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
-        if bytes > BUDGET {
-            let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
-            return Err(ResponseError::TooLarge {
-                instants,
-                coordinates: n,
-                gigabytes,
-                limit,
-            });
-        }
+        check_size(instants, n, bytes)?;
         let mut ascending = wanted.instants(problem.grid());
         ascending.sort_by(Instant::order);
         ascending.dedup_by(|a, b| a.order(b).is_eq());

@@ -64,6 +64,12 @@ impl Estimate {
         self.elapsed += h;
     }
 
+    /// Notes `count` steps of `h` seconds each.
+    pub(crate) fn steps(&mut self, count: u64, h: f64) {
+        self.steps += count as f64;
+        self.elapsed += count as f64 * h;
+    }
+
     /// Bounds for the largest displacement and velocity of the instant reached.
     pub(crate) fn bounds(
         &mut self,

@@ -42,6 +42,7 @@
 //! coordinates, where errors do not grow (docs/theory.md, (34), (35)), with as many digits as the bounds ask for.
 //! Nothing here prints or reads files.
 
+mod blocks;
 mod by_exponential;
 mod by_superposition;
 mod certified;
@@ -53,6 +54,8 @@ mod estimate;
 mod exponential;
 mod extrema;
 mod grid;
+mod grid_loads;
+mod history;
 mod hold;
 mod load;
 mod march;
@@ -68,6 +71,7 @@ mod steady_state;
 mod summary;
 mod timeline;
 mod trajectory;
+mod vector;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
@@ -79,6 +83,7 @@ pub use exponential::{
 };
 pub use extrema::{Extrema, Extremum};
 pub use grid::{MAX_STEPS, TimeGrid};
+pub use history::{History, Output};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
 pub use method::ResponseMethod;
 pub use operations::Operations;

@@ -143,7 +143,7 @@ impl Inputs {
 }
 
 /// Ωt + φ less whole turns, kept in double-double until the end.
-fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f64 {
+pub(crate) fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f64 {
     let angle = time * frequency;
     let turns = (angle.to_f64() / std::f64::consts::TAU).round();
     let rest = angle - DoubleDouble::TAU * turns + phase;

@@ -1,5 +1,7 @@
 //! What is asked: a system, its state at t = 0, its loads, and the instants wanted.
 
+use std::sync::OnceLock;
+
 use eigentone_modes::{ModesError, Precision, System};
 use thiserror::Error;
 
@@ -18,7 +20,8 @@ pub struct Problem<'a> {
     initial_velocity: Vec<f64>,
     loads: Vec<AppliedLoad>,
     grid: TimeGrid,
-    timeline: Timeline,
+    /// Made when it is first asked for: long samples have as many pieces.
+    timeline: OnceLock<Timeline>,
     instants: Option<Vec<u64>>,
     acceleration: bool,
     precision: Precision,
@@ -56,7 +59,7 @@ impl<'a> Problem<'a> {
         Ok(Problem {
             initial_displacement: resolve(system, &initial.displacements)?,
             initial_velocity: resolve(system, &initial.velocities)?,
-            timeline: Timeline::of(&loads, &grid),
+            timeline: OnceLock::new(),
             system,
             loads,
             grid,
@@ -110,7 +113,8 @@ impl<'a> Problem<'a> {
 
     /// The loads as pieces between the instants at which they change.
     pub fn timeline(&self) -> &Timeline {
-        &self.timeline
+        self.timeline
+            .get_or_init(|| Timeline::of(&self.loads, &self.grid))
     }
 
     /// The loads in the order given.
@@ -194,6 +198,14 @@ pub enum ResponseError {
         name: String,
         /// The names that exist.
         known: String,
+    },
+    /// An output names a coordinate by an index that the system does not have.
+    #[error("there is no coordinate of index {index}: the system has {coordinates}, from 0 on")]
+    NoCoordinate {
+        /// The index given.
+        index: usize,
+        /// How many coordinates there are.
+        coordinates: usize,
     },
     /// An initial displacement or velocity is infinite or NaN.
     #[error("an initial value of {name:?} is {value:?}: it must be a finite number")]

@@ -3,6 +3,7 @@
 use eigentone_modes::{Precision, System};
 
 use crate::grid::TimeGrid;
+use crate::history::{History, Output};
 use crate::load::Load;
 use crate::method::ResponseMethod;
 use crate::plan;
@@ -128,6 +129,14 @@ impl<'a> Response<'a> {
     pub fn run(self) -> Result<Trajectory, ResponseError> {
         let problem = self.problem()?;
         plan::ResponsePlan::of(&problem)?.run(&problem)
+    }
+
+    /// Answers with the histories of these outputs alone; nothing else is stored.
+    ///
+    /// # Errors
+    /// What [`problem`](Self::problem) and [`History::of`] report.
+    pub fn follow(self, outputs: &[Output]) -> Result<History, ResponseError> {
+        History::of(&self.problem()?, outputs)
     }
 
     /// Answers by the given method.

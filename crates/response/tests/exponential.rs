@@ -483,20 +483,36 @@ fn the_condition_of_larger_matrices_is_nearly_reached() {
     }
 }
 
-/// Chains long enough for the structure to be used, over short and long times.
+/// Chains of few masses and of so many that sparsity is used, of equal and of unequal masses, over short
+/// and long times.
 #[test]
 fn second_order_errors_are_those_that_the_condition_explains() {
     let mut from = Sequence(5);
     let mut worst = [0f64; 2];
-    for case in 0..20 {
+    for case in 0..60 {
         let damping = [0.0, 1e-3, 0.1, 3.0][case % 4];
-        let time = [0.01, 0.05, 0.2, 0.5, 40.0][case / 4];
-        let n = 10;
+        let time = [0.01, 0.05, 0.2, 0.5, 40.0][case / 4 % 5];
+        let n = match case / 20 {
+            0 => 10,
+            1 => 1 + case % 9,
+            _ => 11 + case % 7,
+        };
+        let unequal = case >= 20 && case % 3 > 0;
+        let mass: Vec<f64> = (0..n)
+            .map(|_| {
+                if unequal {
+                    from.magnitude(0.0, 2.0)
+                } else {
+                    1.0
+                }
+            })
+            .collect();
         let spring: Vec<f64> = (0..=n).map(|_| from.magnitude(0.0, 1.5)).collect();
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
         for i in 0..n {
             a[(i, n + i)] = 4.0 * time;
             for (factor, first) in [(0.25 * time, 0), (damping * time, n)] {
+                let factor = factor / mass[i];
                 a[(n + i, first + i)] = -factor * (spring[i] + spring[i + 1]);
                 if i > 0 {
                     a[(n + i, first + i - 1)] = factor * spring[i];
@@ -507,7 +523,9 @@ fn second_order_errors_are_those_that_the_condition_explains() {
             }
         }
         let exact = reference(&exactly(a.as_ref()));
-        let rounding = UNIT * expm_condition(a.as_ref()).expect("finite");
+        let condition = expm_condition(a.as_ref()).expect("finite");
+        // The result is rounded too.
+        let rounding = UNIT * condition.max(1.0);
         for (worst, method) in worst
             .iter_mut()
             .zip([&SecondOrder as &dyn Exponential, &Taylor])
@@ -516,6 +534,12 @@ fn second_order_errors_are_those_that_the_condition_explains() {
             assert!(error < 10.0, "{} on chain {case}: {error}", method.name());
             *worst = worst.max(error);
         }
+        // The same matrix, stored by rows.
+        let back = Mat::from_fn(2 * n, 2 * n, |i, j| a[(j, i)]);
+        assert_eq!(
+            SecondOrder.exponential(back.transpose()),
+            SecondOrder.exponential(a.as_ref())
+        );
     }
     println!(
         "second order {:.2}, Taylor {:.2} units of κ·2^-53",

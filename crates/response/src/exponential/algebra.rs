@@ -8,8 +8,11 @@ pub(super) trait Algebra {
     /// A matrix.
     type Element;
 
-    /// The sum of the terms factor · element; at least one term.
-    fn combine(&mut self, terms: &[(f64, &Self::Element)]) -> Self::Element;
+    /// Sums of terms factor · element, at least one term each, in one pass.
+    fn combine<const SUMS: usize>(
+        &mut self,
+        terms: [&[(f64, &Self::Element)]; SUMS],
+    ) -> [Self::Element; SUMS];
 
     /// sum + x·y.
     fn multiply_add(

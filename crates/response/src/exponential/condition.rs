@@ -3,6 +3,7 @@
 use faer::MatRef;
 
 use super::ExpmError;
+use super::aligned::Aligned;
 use super::dense::Dense;
 use super::dual::{Dual, Pair};
 use super::expm::check;
@@ -48,7 +49,7 @@ const EXACT: usize = 4;
 struct Derivative<'a> {
     a: MatRef<'a, f64>,
     n: usize,
-    scaled: Vec<f64>,
+    scaled: Aligned,
     norm: f64,
     squarings: u32,
 }
@@ -73,11 +74,11 @@ impl Derivative<'_> {
 
     /// The derivative in direction `e`, column by column. With 2^-s A and e, not 2^-s e, it comes out
     /// 2^s times too large, which ‖2^-s A‖ in place of ‖A‖ makes good.
-    fn along(&self, e: Vec<f64>) -> Vec<f64> {
+    fn along(&self, e: &[f64]) -> Aligned {
         let mut algebra = Dual::new(self.n);
         let a = Pair {
             value: self.scaled.clone(),
-            derivative: e,
+            derivative: Aligned::from(e),
         };
         let (a2, a3) = (None, None);
         let less_one = evaluate(&mut algebra, Degree::TwentyOne, Powers { a, a2, a3 });
@@ -100,7 +101,7 @@ impl Derivative<'_> {
         for (i, sign) in signs.iter().enumerate() {
             transposed[i * n + j] = *sign;
         }
-        let result = self.along(transposed);
+        let result = self.along(&transposed);
         (0..n * n)
             .map(|index| result[(index % n) * n + index / n])
             .collect()
@@ -112,9 +113,9 @@ impl Derivative<'_> {
         let unit = |index: usize| {
             let mut e = vec![0.0; n * n];
             e[index] = 1.0;
-            self.along(e)
+            self.along(&e)
         };
-        let all: Vec<Vec<f64>> = (0..n * n).map(unit).collect();
+        let all: Vec<Aligned> = (0..n * n).map(unit).collect();
         let mut best = 0.0;
         for j in 0..n {
             for signs in 0..1u32 << (n - 1) {
@@ -150,8 +151,8 @@ impl Derivative<'_> {
             let mut e: Vec<f64> = start;
             let mut reached = 0.0;
             for _ in 0..ASCENTS {
-                let image = self.along(e);
-                let sums = column_sums(n, &image, None);
+                let image = self.along(&e);
+                let sums = column_sums(n, &image);
                 let norm = largest(&sums);
                 if norm.is_nan() {
                     return norm;

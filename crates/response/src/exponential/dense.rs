@@ -1,39 +1,68 @@
 //! Dense matrices in contiguous buffers.
 
+use std::cell::RefCell;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::algebra::{Algebra, Explicit};
+use super::aligned::Aligned;
+use super::contiguous::with_columns;
+use pulp::{Simd, WithSimd};
+
+use crate::vector::run;
 
 /// n × n matrices, column by column.
 pub(super) struct Dense {
     n: usize,
-    pool: Vec<Vec<f64>>,
+    pool: Vec<Aligned>,
     products: u32,
+}
+
+thread_local! {
+    /// Buffers that the last exponential of this thread left behind. The pages of fresh memory have to be
+    /// cleared by the operating system one by one, which for eight buffers takes as long as a product or two.
+    static LEFT_BEHIND: RefCell<Vec<Aligned>> = const { RefCell::new(Vec::new()) };
+}
+
+/// So many doubles are kept at most: 64 MB.
+const KEPT: usize = 8 << 20;
+
+impl Drop for Dense {
+    fn drop(&mut self) {
+        let mut pool = std::mem::take(&mut self.pool);
+        pool.truncate(KEPT / (self.n * self.n).max(1));
+        // While a thread ends there may be nothing to keep them.
+        let _ = LEFT_BEHIND.try_with(|left| left.replace(pool));
+    }
 }
 
 impl Dense {
     pub(super) fn new(n: usize) -> Dense {
+        let left = LEFT_BEHIND.try_with(RefCell::take).unwrap_or_default();
+        let fits = left.first().is_some_and(|buffer| buffer.len() == n * n);
         Dense {
             n,
-            pool: Vec::with_capacity(8),
+            pool: if fits { left } else { Vec::with_capacity(8) },
             products: 0,
         }
     }
 
     /// A copy of `a` times 2^-`shift`, for 0 ≤ shift ≤ 1100.
-    pub(super) fn load(&mut self, a: MatRef<'_, f64>, shift: i32) -> Vec<f64> {
+    pub(super) fn load(&mut self, a: MatRef<'_, f64>, shift: i32) -> Aligned {
         let (n, mut out) = (self.n, self.take());
         if n == 0 {
             return out;
         }
         // Two factors: one alone may be below the smallest double.
         let (half, rest) = (power(-(shift / 2)), power(-(shift - shift / 2)));
-        for (j, column) in out.chunks_exact_mut(n).enumerate() {
-            for (entry, value) in column.iter_mut().zip(a.col(j).iter()) {
-                *entry = value * half * rest;
+        with_columns(a, |a| {
+            for (column, values) in out.chunks_exact_mut(n).zip(a.col_iter()) {
+                for (entry, value) in column.iter_mut().zip(values.as_slice()) {
+                    *entry = value * half * rest;
+                }
             }
-        }
+        });
         out
     }
 
@@ -42,10 +71,17 @@ impl Dense {
         self.products
     }
 
+    /// A matrix of zeros.
+    pub(super) fn zeros(&mut self) -> Aligned {
+        let mut zeros = self.take();
+        zeros.fill(0.0);
+        zeros
+    }
+
     /// A buffer with anything in it.
-    pub(super) fn take(&mut self) -> Vec<f64> {
+    pub(super) fn take(&mut self) -> Aligned {
         let size = self.n * self.n;
-        self.pool.pop().unwrap_or_else(|| vec![0.0; size])
+        self.pool.pop().unwrap_or_else(|| Aligned::zeros(size))
     }
 
     fn product(&mut self, beta: Accum, out: &mut [f64], x: &[f64], y: &[f64]) {
@@ -95,26 +131,29 @@ fn small<const N: usize>(beta: Accum, out: &mut [f64], x: &[f64], y: &[f64]) {
 }
 
 impl Algebra for Dense {
-    type Element = Vec<f64>;
+    type Element = Aligned;
 
-    fn combine(&mut self, terms: &[(f64, &Vec<f64>)]) -> Vec<f64> {
-        let mut out = self.take();
-        linear(&mut out, terms);
-        out
+    fn combine<const SUMS: usize>(&mut self, terms: [&[(f64, &Aligned)]; SUMS]) -> [Aligned; SUMS] {
+        let mut sums = std::array::from_fn(|_| self.take());
+        run(Sums {
+            sums: &mut sums,
+            terms,
+        });
+        sums
     }
 
-    fn multiply_add(&mut self, mut sum: Vec<f64>, x: &Vec<f64>, y: &Vec<f64>) -> Vec<f64> {
+    fn multiply_add(&mut self, mut sum: Aligned, x: &Aligned, y: &Aligned) -> Aligned {
         self.product(Accum::Add, &mut sum, x, y);
         sum
     }
 
-    fn multiply(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> Vec<f64> {
+    fn multiply(&mut self, x: &Aligned, y: &Aligned) -> Aligned {
         let mut out = self.take();
         self.product(Accum::Replace, &mut out, x, y);
         out
     }
 
-    fn recycle(&mut self, element: Vec<f64>) {
+    fn recycle(&mut self, element: Aligned) {
         self.pool.push(element);
     }
 }
@@ -124,19 +163,19 @@ impl Explicit for Dense {
         self.n
     }
 
-    fn value(element: &Vec<f64>) -> &[f64] {
+    fn value(element: &Aligned) -> &[f64] {
         element
     }
 
-    fn rescale(element: &mut Vec<f64>, factor: f64) {
+    fn rescale(element: &mut Aligned, factor: f64) {
         element.iter_mut().for_each(|entry| *entry *= factor);
     }
 
-    fn value_mut(element: &mut Vec<f64>) -> &mut [f64] {
+    fn value_mut(element: &mut Aligned) -> &mut [f64] {
         element
     }
 
-    fn twice(&mut self, x: &Vec<f64>, s: &[f64]) -> Vec<f64> {
+    fn twice(&mut self, x: &Aligned, s: &[f64]) -> Aligned {
         let mut out = self.take();
         let columns = x.chunks_exact(self.n).zip(s);
         for (out, (x, right)) in out.chunks_exact_mut(self.n).zip(columns) {
@@ -148,34 +187,61 @@ impl Explicit for Dense {
     }
 }
 
-/// out = Σ factor · x, entry by entry, in one pass for up to five terms.
-pub(super) fn linear(out: &mut [f64], terms: &[(f64, &Vec<f64>)]) {
+/// Each sum = Σ factor · x, entry by entry.
+struct Sums<'a, const SUMS: usize> {
+    sums: &'a mut [Aligned; SUMS],
+    terms: [&'a [(f64, &'a Aligned)]; SUMS],
+}
+
+impl<const SUMS: usize> WithSimd for Sums<'_, SUMS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        /// So many entries of all terms stay in the nearest cache while all sums are formed.
+        const BLOCK: usize = 256;
+        let size = self.sums.iter().map(|sum| sum.len()).min().unwrap_or(0);
+        for start in (0..size).step_by(BLOCK) {
+            let range = start..size.min(start + BLOCK);
+            for (sum, terms) in self.sums.iter_mut().zip(self.terms) {
+                linear(&mut sum[range.clone()], range.clone(), terms);
+            }
+        }
+    }
+}
+
+/// out = Σ factor · x, with the entries of x in `range`; memory is what it waits for.
+#[inline(always)]
+fn linear(out: &mut [f64], range: std::ops::Range<usize>, terms: &[(f64, &Aligned)]) {
     match terms {
         [] => out.fill(0.0),
         [(a, x)] => {
-            for (out, x) in out.iter_mut().zip(*x) {
+            for (out, x) in out.iter_mut().zip(&x[range]) {
                 *out = a * x;
             }
         }
         [(a, x), (b, y)] => {
-            for ((out, x), y) in out.iter_mut().zip(*x).zip(*y) {
+            let (x, y) = (&x[range.clone()], &y[range]);
+            for ((out, x), y) in out.iter_mut().zip(x).zip(y) {
                 *out = a * x + b * y;
             }
         }
         [(a, x), (b, y), (c, z)] => {
-            for (((out, x), y), z) in out.iter_mut().zip(*x).zip(*y).zip(*z) {
+            let (x, y, z) = (&x[range.clone()], &y[range.clone()], &z[range]);
+            for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
                 *out = a * x + b * y + c * z;
             }
         }
-        [(a, x), (b, y), (c, z), (d, w)] => {
-            for ((((out, x), y), z), w) in out.iter_mut().zip(*x).zip(*y).zip(*z).zip(*w) {
+        [(a, x), (b, y), (c, z), (d, w), rest @ ..] => {
+            let (x, y) = (&x[range.clone()], &y[range.clone()]);
+            let (z, w) = (&z[range.clone()], &w[range.clone()]);
+            for ((((out, x), y), z), w) in out.iter_mut().zip(x).zip(y).zip(z).zip(w) {
                 *out = a * x + b * y + (c * z + d * w);
             }
-        }
-        [head @ .., (a, x)] => {
-            linear(out, head);
-            for (out, x) in out.iter_mut().zip(*x) {
-                *out += a * x;
+            for (a, x) in rest {
+                for (out, x) in out.iter_mut().zip(&x[range.clone()]) {
+                    *out += a * x;
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Matrices that carry their derivative in one direction along.
 
 use super::algebra::{Algebra, Explicit};
+use super::aligned::Aligned;
 use super::dense::Dense;
 
 /// X + εX′ with ε² = 0, so that (X + εX′)(Y + εY′) = XY + ε(X′Y + XY′).
@@ -10,8 +11,8 @@ pub(super) struct Dual {
 
 /// A matrix and its derivative.
 pub(super) struct Pair {
-    pub(super) value: Vec<f64>,
-    pub(super) derivative: Vec<f64>,
+    pub(super) value: Aligned,
+    pub(super) derivative: Aligned,
 }
 
 impl Dual {
@@ -25,15 +26,18 @@ impl Dual {
 impl Algebra for Dual {
     type Element = Pair;
 
-    fn combine(&mut self, terms: &[(f64, &Pair)]) -> Pair {
-        let mut parts = |part: fn(&Pair) -> &Vec<f64>| {
-            let terms: Vec<_> = terms.iter().map(|(factor, x)| (*factor, part(x))).collect();
-            self.dense.combine(&terms)
-        };
-        Pair {
-            value: parts(|pair| &pair.value),
-            derivative: parts(|pair| &pair.derivative),
-        }
+    fn combine<const SUMS: usize>(&mut self, terms: [&[(f64, &Pair)]; SUMS]) -> [Pair; SUMS] {
+        terms.map(|terms| {
+            let mut part = |part: fn(&Pair) -> &Aligned| {
+                let terms: Vec<_> = terms.iter().map(|(factor, x)| (*factor, part(x))).collect();
+                let [sum] = self.dense.combine([&terms]);
+                sum
+            };
+            Pair {
+                value: part(|pair| &pair.value),
+                derivative: part(|pair| &pair.derivative),
+            }
+        })
     }
 
     fn multiply_add(&mut self, sum: Pair, x: &Pair, y: &Pair) -> Pair {

@@ -1,18 +1,23 @@
 //! The matrix exponential.
 
 mod algebra;
+mod aligned;
 mod condition;
+mod contiguous;
 mod dense;
-mod diagonals;
 mod dual;
 mod energy_condition;
 mod expm;
+mod few_masses;
 mod growth;
 mod norm;
 mod pade;
 mod polynomial;
 mod scaling;
 mod second_order;
+mod series;
+mod sparse;
+mod sparse_system;
 mod squaring;
 mod taylor;
 

@@ -1,14 +1,22 @@
 //! 1-norms of matrices that are stored column by column.
 
-/// e^T|X|, or w^T|X| for weights w ≥ 0: the weighted column sums.
-pub(super) fn column_sums(n: usize, x: &[f64], weights: Option<&[f64]>) -> Vec<f64> {
-    let columns = x.chunks_exact(n.max(1));
-    match weights {
-        None => columns.map(sum_of_sizes).collect(),
-        Some(weights) => columns
-            .map(|column| weighted_sum(column, weights))
-            .collect(),
-    }
+use pulp::{Simd, WithSimd};
+
+use crate::vector::{multiply_add, run};
+
+/// e^T|X|: the column sums.
+pub(super) fn column_sums(n: usize, x: &[f64]) -> Vec<f64> {
+    let [sums] = weighted_sums(n, x, [None]);
+    sums
+}
+
+/// e^T|X|, or w^T|X| for weights w ≥ 0, for each of these weights in one pass.
+pub(super) fn weighted_sums<const W: usize>(
+    n: usize,
+    x: &[f64],
+    weights: [Option<&[f64]>; W],
+) -> [Vec<f64>; W] {
+    run(WeightedSums { n, x, weights })
 }
 
 /// The largest entry; NaN and ∞ if there is one, 0 for none.
@@ -25,12 +33,37 @@ pub(super) fn largest(values: &[f64]) -> f64 {
 
 /// The largest column sum.
 pub(super) fn norm_one(n: usize, x: &[f64]) -> f64 {
-    largest(&column_sums(n, x, None))
+    largest(&column_sums(n, x))
+}
+
+struct WeightedSums<'a, const W: usize> {
+    n: usize,
+    x: &'a [f64],
+    weights: [Option<&'a [f64]>; W],
+}
+
+impl<const W: usize> WithSimd for WeightedSums<'_, W> {
+    type Output = [Vec<f64>; W];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [Vec<f64>; W] {
+        let mut sums = std::array::from_fn(|_| Vec::with_capacity(self.n));
+        for column in self.x.chunks_exact(self.n.max(1)) {
+            for (sums, weights) in sums.iter_mut().zip(self.weights) {
+                sums.push(match weights {
+                    None => sum_of_sizes(column),
+                    Some(weights) => weighted_sum::<S>(column, weights),
+                });
+            }
+        }
+        sums
+    }
 }
 
 /// Independent partial sums, so that the additions need not wait for one another.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
+#[inline(always)]
 fn sum_of_sizes(column: &[f64]) -> f64 {
     let (blocks, rest) = column.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
@@ -43,13 +76,14 @@ fn sum_of_sizes(column: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-fn weighted_sum(column: &[f64], weights: &[f64]) -> f64 {
+#[inline(always)]
+fn weighted_sum<S: Simd>(column: &[f64], weights: &[f64]) -> f64 {
     let (blocks, rest) = column.as_chunks::<LANES>();
     let (factors, last) = weights.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for (block, factor) in blocks.iter().zip(factors) {
         for ((sum, entry), factor) in sums.iter_mut().zip(block).zip(factor) {
-            *sum += entry.abs() * factor;
+            *sum = multiply_add::<S>(entry.abs(), *factor, *sum);
         }
     }
     let rest: f64 = rest.iter().zip(last).map(|(x, w)| x.abs() * w).sum();

@@ -121,7 +121,10 @@ pub(super) fn evaluate<G: Algebra>(
         None => algebra.multiply(&powers.a, &powers.a),
     };
     let result = match degree {
-        Degree::One | Degree::Two => algebra.combine(&[(1.0, &powers.a), (0.5, &a2)]),
+        Degree::One | Degree::Two => {
+            let [sum] = algebra.combine([&[(1.0, &powers.a), (0.5, &a2)]]);
+            sum
+        }
         Degree::Four => four(algebra, &powers.a, &a2),
         Degree::Eight => eight(algebra, &powers.a, &a2),
         Degree::Fifteen => fifteen(algebra, &powers.a, &a2),
@@ -141,8 +144,8 @@ pub(super) fn evaluate<G: Algebra>(
 }
 
 fn four<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::Element {
-    let sum = algebra.combine(&[(1.0, a), (0.5, a2)]);
-    let high = algebra.combine(&[(1.0 / 6.0, a), (1.0 / 24.0, a2)]);
+    let [sum, high] =
+        algebra.combine([&[(1.0, a), (0.5, a2)], &[(1.0 / 6.0, a), (1.0 / 24.0, a2)]]);
     let sum = algebra.multiply_add(sum, a2, &high);
     algebra.recycle(high);
     sum
@@ -150,37 +153,37 @@ fn four<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::Elem
 
 fn eight<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::Element {
     let [c1, c2, c3, c4, c5, c6] = EIGHT;
-    let inner = algebra.combine(&[(c1, a2), (c2, a)]);
+    let [inner] = algebra.combine([&[(c1, a2), (c2, a)]]);
     let y0 = algebra.multiply(a2, &inner);
-    let left = algebra.combine(&[(1.0, &y0), (c3, a2), (c4, a)]);
-    let right = algebra.combine(&[(1.0, &y0), (c5, a2)]);
-    let sum = algebra.combine(&[(c6, &y0), (0.5, a2), (1.0, a)]);
-    let sum = algebra.multiply_add(sum, &left, &right);
-    for element in [inner, y0, left, right] {
-        algebra.recycle(element);
-    }
-    sum
+    algebra.recycle(inner);
+    let [left, right, sum] = algebra.combine([
+        &[(1.0, &y0), (c3, a2), (c4, a)],
+        &[(1.0, &y0), (c5, a2)],
+        &[(c6, &y0), (0.5, a2), (1.0, a)],
+    ]);
+    finish(algebra, sum, [left, right, y0])
 }
 
 fn fifteen<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::Element {
     let [c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14] = FIFTEEN;
-    let inner = algebra.combine(&[(c1, a2), (c2, a)]);
+    let [inner] = algebra.combine([&[(c1, a2), (c2, a)]]);
     let y0 = algebra.multiply(a2, &inner);
-    let left = algebra.combine(&[(1.0, &y0), (c3, a2), (c4, a)]);
-    let right = algebra.combine(&[(1.0, &y0), (c5, a2)]);
-    let sum = algebra.combine(&[(c6, &y0), (c7, a2)]);
+    algebra.recycle(inner);
+    let [left, right, sum] = algebra.combine([
+        &[(1.0, &y0), (c3, a2), (c4, a)],
+        &[(1.0, &y0), (c5, a2)],
+        &[(c6, &y0), (c7, a2)],
+    ]);
     let y1 = algebra.multiply_add(sum, &left, &right);
-    for element in [inner, left, right] {
-        algebra.recycle(element);
-    }
-    let left = algebra.combine(&[(1.0, &y1), (c8, a2), (c9, a)]);
-    let right = algebra.combine(&[(1.0, &y1), (c10, &y0), (c11, a)]);
-    let sum = algebra.combine(&[(c12, &y1), (c13, &y0), (c14, a2), (1.0, a)]);
-    let sum = algebra.multiply_add(sum, &left, &right);
-    for element in [y0, y1, left, right] {
-        algebra.recycle(element);
-    }
-    sum
+    algebra.recycle(left);
+    algebra.recycle(right);
+    let [left, right, sum] = algebra.combine([
+        &[(1.0, &y1), (c8, a2), (c9, a)],
+        &[(1.0, &y1), (c10, &y0), (c11, a)],
+        &[(c12, &y1), (c13, &y0), (c14, a2), (1.0, a)],
+    ]);
+    algebra.recycle(y1);
+    finish(algebra, sum, [left, right, y0])
 }
 
 fn twenty_one<G: Algebra>(
@@ -190,26 +193,40 @@ fn twenty_one<G: Algebra>(
     a3: &G::Element,
 ) -> G::Element {
     let c = TWENTY_ONE;
-    let inner = algebra.combine(&[(c[0], a3), (c[1], a2), (c[2], a)]);
+    let [inner] = algebra.combine([&[(c[0], a3), (c[1], a2), (c[2], a)]]);
     let y0 = algebra.multiply(a3, &inner);
-    let left = algebra.combine(&[(1.0, &y0), (c[3], a3), (c[4], a2), (c[5], a)]);
-    let right = algebra.combine(&[(1.0, &y0), (c[6], a3), (c[7], a2)]);
-    let sum = algebra.combine(&[(c[8], &y0), (c[9], a3), (c[10], a2)]);
-    let y1 = algebra.multiply_add(sum, &left, &right);
-    for element in [inner, left, right] {
-        algebra.recycle(element);
-    }
-    let left = algebra.combine(&[(1.0, &y1), (c[11], a3), (c[12], a2), (c[13], a)]);
-    let right = algebra.combine(&[(1.0, &y1), (c[14], &y0), (c[15], a)]);
-    let sum = algebra.combine(&[
-        (c[16], &y1),
-        (c[17], &y0),
-        (c[18], a3),
-        (c[19], a2),
-        (1.0, a),
+    algebra.recycle(inner);
+    let [left, right, sum] = algebra.combine([
+        &[(1.0, &y0), (c[3], a3), (c[4], a2), (c[5], a)],
+        &[(1.0, &y0), (c[6], a3), (c[7], a2)],
+        &[(c[8], &y0), (c[9], a3), (c[10], a2)],
     ]);
+    let y1 = algebra.multiply_add(sum, &left, &right);
+    algebra.recycle(left);
+    algebra.recycle(right);
+    let [left, right, sum] = algebra.combine([
+        &[(1.0, &y1), (c[11], a3), (c[12], a2), (c[13], a)],
+        &[(1.0, &y1), (c[14], &y0), (c[15], a)],
+        &[
+            (c[16], &y1),
+            (c[17], &y0),
+            (c[18], a3),
+            (c[19], a2),
+            (1.0, a),
+        ],
+    ]);
+    algebra.recycle(y1);
+    finish(algebra, sum, [left, right, y0])
+}
+
+/// sum + left·right.
+fn finish<G: Algebra>(
+    algebra: &mut G,
+    sum: G::Element,
+    [left, right, rest]: [G::Element; 3],
+) -> G::Element {
     let sum = algebra.multiply_add(sum, &left, &right);
-    for element in [y0, y1, left, right] {
+    for element in [left, right, rest] {
         algebra.recycle(element);
     }
     sum
@@ -229,15 +246,20 @@ mod tests {
     impl Algebra for Coefficients {
         type Element = Vec<Exact>;
 
-        fn combine(&mut self, terms: &[(f64, &Vec<Exact>)]) -> Vec<Exact> {
-            let length = terms.iter().map(|(_, x)| x.len()).max().unwrap_or(0);
-            let mut sum = vec![Exact::ZERO; length];
-            for (factor, x) in terms {
-                for (sum, x) in sum.iter_mut().zip(*x) {
-                    *sum = *sum + x.mul_f64(*factor);
+        fn combine<const SUMS: usize>(
+            &mut self,
+            terms: [&[(f64, &Vec<Exact>)]; SUMS],
+        ) -> [Vec<Exact>; SUMS] {
+            terms.map(|terms| {
+                let length = terms.iter().map(|(_, x)| x.len()).max().unwrap_or(0);
+                let mut sum = vec![Exact::ZERO; length];
+                for (factor, x) in terms {
+                    for (sum, x) in sum.iter_mut().zip(*x) {
+                        *sum = *sum + x.mul_f64(*factor);
+                    }
                 }
-            }
-            sum
+                sum
+            })
         }
 
         fn multiply_add(

@@ -1,14 +1,15 @@
 //! Which polynomial, and after how many halvings.
 
 use super::algebra::Algebra;
+use super::aligned::Aligned;
 use super::dense::Dense;
-use super::norm::{column_sums, largest, norm_one};
+use super::norm::{column_sums, largest, weighted_sums};
 use super::polynomial::{Degree, Powers};
 
 /// A scaled matrix, the powers of it that are known, and how often the result is to be squared.
 pub(super) struct Scaled {
     pub(super) degree: Degree,
-    pub(super) powers: Powers<Vec<f64>>,
+    pub(super) powers: Powers<Aligned>,
     pub(super) squarings: u32,
 }
 
@@ -20,8 +21,8 @@ pub(super) struct Scaled {
 /// large norm of a matrix whose powers are small costs no squarings. Here these are proven bounds,
 /// from the column sums of products of |A|, |A²| and |A³|, rather than estimates. Where they save
 /// squarings, |A|^{m+1} must agree that the rounding errors permit it.
-pub(super) fn scale(algebra: &mut Dense, n: usize, a: Vec<f64>) -> Scaled {
-    let sums = column_sums(n, &a, None);
+pub(super) fn scale(algebra: &mut Dense, n: usize, a: Aligned) -> Scaled {
+    let sums = column_sums(n, &a);
     let norm = largest(&sums);
     let done = |degree, powers| Scaled {
         degree,
@@ -36,10 +37,9 @@ pub(super) fn scale(algebra: &mut Dense, n: usize, a: Vec<f64>) -> Scaled {
     }
 
     let a2 = algebra.multiply(&a, &a);
-    let second = column_sums(n, &a2, None);
+    let [second, third] = weighted_sums(n, &a2, [None, Some(&sums)]);
     let d2 = largest(&second).sqrt();
-    let third =
-        largest(&column_sums(n, &a2, Some(&sums))).min(largest(&column_sums(n, &a, Some(&second))));
+    let third = largest(&third);
     let alpha = norm.min(d2.max(third.cbrt()));
     for degree in [Degree::Four, Degree::Eight, Degree::Fifteen] {
         if alpha <= degree.theta() && guard(n, &a, norm, degree, 0) == 0 {
@@ -52,21 +52,15 @@ pub(super) fn scale(algebra: &mut Dense, n: usize, a: Vec<f64>) -> Scaled {
     let mut a = a;
     let mut a2 = a2;
     let mut a3 = algebra.multiply(&a2, &a);
-    let d3 = norm_one(n, &a3).min(third).cbrt();
+    let [cubed, fourth, fifth] = weighted_sums(n, &a3, [None, Some(&sums), Some(&second)]);
+    let d3 = largest(&cubed).min(third).cbrt();
     let mut alpha = norm.min(d2.max(d3));
     if needed(alpha) > 0 {
-        let third = column_sums(n, &a3, None);
-        let fourth = largest(&column_sums(n, &a2, Some(&second))).min(largest(&column_sums(
-            n,
-            &a3,
-            Some(&sums),
-        )));
-        let fifth = largest(&column_sums(n, &a3, Some(&second))).min(largest(&column_sums(
-            n,
-            &a2,
-            Some(&third),
-        )));
-        let sixth = largest(&column_sums(n, &a3, Some(&third)));
+        let [by_squares, by_cubes] = weighted_sums(n, &a2, [Some(&second), Some(&cubed)]);
+        let fourth = largest(&by_squares).min(largest(&fourth));
+        let fifth = largest(&by_cubes).min(largest(&fifth));
+        let [sixth] = weighted_sums(n, &a3, [Some(&cubed)]);
+        let sixth = largest(&sixth);
         let (d4, d5, d6) = (fourth.sqrt().sqrt(), fifth.powf(0.2), sixth.powf(1.0 / 6.0));
         // p(p − 1) ≤ m + 1 = 22 for p ≤ 5: max(d_p, d_{p+1}) bounds ‖A^k‖^{1/k} for all k ≥ 22.
         alpha = alpha.min(d3.max(d4)).min(d4.max(d5)).min(d5.max(d6));
@@ -120,7 +114,7 @@ fn guard(n: usize, a: &[f64], norm: f64, degree: Degree, squarings: i32) -> i32 
     let mut exponents = vec![0.0];
     let mut power = vec![1.0; n];
     for k in 1..=order as usize {
-        power = column_sums(n, a, Some(&power));
+        [power] = weighted_sums(n, a, [Some(&power)]);
         let size = largest(&power) * factor;
         if size == 0.0 {
             return 0;

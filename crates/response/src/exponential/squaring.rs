@@ -37,7 +37,7 @@ pub(super) fn square<G: Explicit>(
     let mut ones = vec![1.0; n];
     let mut exponent = 0i64;
     for done in 1..=squarings {
-        let sums = column_sums(n, G::value(&element), None);
+        let sums = column_sums(n, G::value(&element));
         give_up::<G>(&mut element, &mut ones, |j, entry| {
             sums[j] - entry.abs() + (entry + 1.0).abs() < SMALL
         });

@@ -4,7 +4,8 @@ use eigentone_digits::Real;
 use faer::{Mat, MatRef};
 
 use super::Exponential;
-use super::algebra::Explicit;
+use super::algebra::{Algebra, Explicit};
+use super::aligned::Aligned;
 use super::dense::Dense;
 use super::growth::Growth;
 use super::polynomial::evaluate;
@@ -48,7 +49,9 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let squarings = scaled.squarings + shift.unsigned_abs();
     let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
     let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-    (store(n, &result), algebra.products(), squarings)
+    let matrix = store(n, &result);
+    algebra.recycle(result.element);
+    (matrix, algebra.products(), squarings)
 }
 
 /// How often A is halved before its powers are formed: only so often that they do not overflow.
@@ -65,11 +68,16 @@ pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
 }
 
 /// The matrix in the range of doubles.
-pub(super) fn store(n: usize, result: &Extended<Vec<f64>>) -> Mat<f64> {
-    let x = Dense::value(&result.element);
-    let exponent = result.exponent;
-    Mat::from_fn(n, n, |i, j| match exponent {
-        0 => x[i + n * j],
-        _ => x[i + n * j].scale(exponent),
-    })
+pub(super) fn store(n: usize, result: &Extended<Aligned>) -> Mat<f64> {
+    let mut matrix = Mat::zeros(n, n);
+    let columns = Dense::value(&result.element).chunks_exact(n.max(1));
+    for (j, column) in columns.enumerate() {
+        let target = matrix.col_as_slice_mut(j);
+        target.copy_from_slice(column);
+        if result.exponent != 0 {
+            let scaled = target.iter_mut();
+            scaled.for_each(|entry| *entry = entry.scale(result.exponent));
+        }
+    }
+    matrix
 }

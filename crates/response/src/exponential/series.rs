@@ -1,0 +1,109 @@
+//! The Taylor series of the exponential of a second-order system.
+
+use super::sparse::{LANES, LowerHalf, Panel, accumulate};
+use pulp::{Simd, WithSimd};
+
+/// R and Q of the Taylor polynomial of this degree for A = [0 I; −KG −C], where e^A is [I − RKG, Q;
+/// −QKG, I − RKG − QC].
+///
+/// With K for KG, Horner's scheme Z ← (A + Z A)/k for the top row Z = (R, Q) of the polynomial, where (R, Q) A is (Q,
+/// −RK − QC): Q_k = (I − Q_{k+2} K/(k + 1) − Q_{k+1} C)/k, and in the end R = Q_2.
+pub(super) struct Series<'a> {
+    pub(super) m: usize,
+    pub(super) lower: &'a LowerHalf,
+    pub(super) g: &'a [f64],
+    pub(super) degree: u32,
+}
+
+impl WithSimd for Series<'_> {
+    /// R and Q.
+    type Output = [Panel; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [Panel; 2] {
+        let Series {
+            m,
+            lower,
+            g,
+            degree,
+        } = self;
+        let step = lower.band();
+        let (mut next, mut older, mut newer) = (Panel::zeros(m), Panel::zeros(m), Panel::zeros(m));
+        let mut band = 0;
+        for k in (1..=degree).rev() {
+            // Q_{k+2} is `older`, Q_{k+1} is `newer`; neither has entries beyond the band.
+            let factor = 1.0 / f64::from(k);
+            let before = if k == degree {
+                0.0
+            } else {
+                1.0 / f64::from(k + 1)
+            };
+            for (j, g) in g.iter().enumerate() {
+                let groups = next.near(j, band);
+                let out = next.part_mut(j, groups.clone());
+                out.fill([0.0; LANES]);
+                let stiffness = -factor * before * g;
+                accumulate(simd, out, &older, groups.clone(), stiffness, lower.k(j));
+                accumulate(simd, out, &newer, groups, -factor, lower.c(j));
+                next.column_mut(j)[j] += factor;
+            }
+            // (older, newer, next) → (newer, next, free).
+            std::mem::swap(&mut older, &mut newer);
+            std::mem::swap(&mut newer, &mut next);
+            band = (band + step).min(m);
+        }
+        [older, newer]
+    }
+}
+
+/// The same for a few masses, with all entries: `N` masses in columns of `ROWS`, of which the rest is
+/// 0.
+pub(super) struct SmallSeries<'a, const N: usize, const ROWS: usize> {
+    /// Row i of column j at [j][i].
+    pub(super) k: &'a [[f64; ROWS]; N],
+    pub(super) c: &'a [[f64; ROWS]; N],
+    pub(super) g: &'a [f64; N],
+    pub(super) degree: u32,
+}
+
+impl<const N: usize, const ROWS: usize> WithSimd for SmallSeries<'_, N, ROWS> {
+    type Output = [[[f64; ROWS]; N]; 2];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> [[[f64; ROWS]; N]; 2] {
+        let mut older = [[0.0; ROWS]; N];
+        let mut newer = [[0.0; ROWS]; N];
+        let mut before = 0.0;
+        for k in (1..=self.degree).rev() {
+            let factor = 1.0 / f64::from(k);
+            let mut next = [[0.0; ROWS]; N];
+            for (j, next) in next.iter_mut().enumerate() {
+                next[j] = factor;
+                let scale = -factor * before * self.g[j];
+                for (older, k) in older.iter().zip(&self.k[j]) {
+                    add(simd, next, scale * k, older);
+                }
+                for (newer, c) in newer.iter().zip(&self.c[j]) {
+                    add(simd, next, -factor * c, newer);
+                }
+            }
+            before = factor;
+            (older, newer) = (newer, next);
+        }
+        [older, newer]
+    }
+}
+
+/// out += factor · x.
+#[inline(always)]
+fn add<S: Simd, const ROWS: usize>(simd: S, out: &mut [f64; ROWS], factor: f64, x: &[f64; ROWS]) {
+    let (out, last) = S::as_mut_simd_f64s(out);
+    let (x, x_last) = S::as_simd_f64s(x);
+    let factors = simd.splat_f64s(factor);
+    for (out, x) in out.iter_mut().zip(x) {
+        *out = simd.mul_add_e_f64s(factors, *x, *out);
+    }
+    for (out, x) in last.iter_mut().zip(x_last) {
+        *out += factor * x;
+    }
+}

@@ -1,0 +1,166 @@
+//! Few outputs of a response, in blocks of steps, against the whole motion step by step.
+
+use eigentone_modes::{GROUND, Precision, System};
+use eigentone_response::{
+    ByExponential, Harmonic, History, Hold, Impulse, Load, Output, Problem, Ramp, Response,
+    ResponseError, Samples, State, Step, Trajectory,
+};
+
+const OUTPUTS: [Output; 3] = [
+    Output::Displacement(1),
+    Output::Velocity(0),
+    Output::Displacement(2),
+];
+
+/// A chain of `n` unequal masses whose dampers couple its modes.
+fn chain(n: usize) -> System {
+    let name = |i: usize| {
+        if i == 0 {
+            GROUND.to_owned()
+        } else {
+            format!("m{i}")
+        }
+    };
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), 1.0 + (i % 3) as f64);
+    }
+    for i in 1..=n {
+        builder = builder
+            .spring(name(i - 1), name(i), 50.0 + (7 * i % 11) as f64)
+            .damper(name(i - 1), name(i), 0.1 + (i % 2) as f64);
+    }
+    builder.build().expect("a chain is a system")
+}
+
+fn samples(every: f64, hold: Hold) -> Samples {
+    let values = (0..40).map(|j| ((3 * j) % 7) as f64 - 2.5).collect();
+    Samples {
+        step: 0.05 * every,
+        values,
+        hold,
+    }
+}
+
+fn problem<'a>(system: &'a System, loads: &[(&str, Load)]) -> Problem<'a> {
+    let response = Response::of(system)
+        .from(State::at_rest().displace("m2", 0.3).push("m1", -2.0))
+        .every(0.05)
+        .until(30.0)
+        .to(Precision::Double);
+    let loaded = loads.iter().fold(response, |response, (name, load)| {
+        response.load(*name, load.clone())
+    });
+    loaded.problem().expect("well posed")
+}
+
+/// The worst difference over the largest value of each output.
+fn difference(history: &History, trajectory: &Trajectory) -> f64 {
+    assert_eq!(history.len(), trajectory.len());
+    let mut worst = 0.0f64;
+    for (i, output) in history.outputs().iter().enumerate() {
+        let known = match output {
+            Output::Displacement(row) => trajectory.displacement().row(*row),
+            Output::Velocity(row) => trajectory.velocity().row(*row),
+        };
+        let off = (history.values().row(i) - known).norm_max();
+        worst = worst.max(off / known.norm_max());
+    }
+    worst
+}
+
+fn agree(system: &System, loads: &[(&str, Load)]) {
+    let problem = problem(system, loads);
+    let history = History::of(&problem, &OUTPUTS).expect("well posed");
+    let trajectory = eigentone_response::ResponseMethod::run(&ByExponential, &problem);
+    let trajectory = trajectory.expect("well posed");
+    let off = difference(&history, &trajectory);
+    assert!(off < 1e-12, "{loads:?}: {off:e}");
+    for j in [0, 1, 17, 300, 600] {
+        assert_eq!(history.step(j), j as u64);
+        assert_eq!(history.time(j), trajectory.times()[j]);
+        let bound = history.bound(0, j).expect("passive and supported");
+        let other = trajectory.displacement_bound()[j].expect("passive and supported");
+        let off = (history.values()[(0, j)] - trajectory.displacement()[(1, j)]).abs();
+        assert!(off <= bound, "instant {j}: {off:e}, {bound:e}");
+        // It holds up to the end of some steps, here of all.
+        let alike = other / 8.0..8.0 * other;
+        assert!(j < 600 || alike.contains(&bound), "{bound:e}, {other:e}");
+    }
+}
+
+#[test]
+fn blocks_give_what_steps_give() {
+    for n in [3, 8, 40] {
+        let system = chain(n);
+        let every_kind: [(&str, Load); 9] = [
+            ("m1", Step::of(3.0).into()),
+            ("m2", Step::of(-1.0).starting_at(0.35).into()),
+            ("m3", Ramp::of(0.5).starting_at(-2.0).into()),
+            ("m3", Ramp::of(-0.5).starting_at(10.0).into()),
+            ("m1", samples(1.0, Hold::First).into()),
+            ("m2", samples(1.0, Hold::Zero).into()),
+            ("m2", samples(3.0, Hold::First).into()),
+            ("m1", Harmonic::of(2.0, 3.0).with_phase(0.4).into()),
+            ("m3", Impulse::of(4.0).into()),
+        ];
+        agree(&system, &[]);
+        for load in &every_kind {
+            agree(&system, std::slice::from_ref(load));
+        }
+        agree(&system, &every_kind);
+    }
+}
+
+/// What blocks cannot do is picked from the whole motion.
+#[test]
+fn other_problems_are_answered_too() {
+    let system = chain(4);
+    let between: [(&str, Load); 3] = [
+        ("m1", Step::of(1.0).starting_at(0.123).into()),
+        ("m2", Impulse::of(1.0).at(2.0).into()),
+        ("m3", samples(0.5, Hold::First).into()),
+    ];
+    for load in &between {
+        agree(&system, std::slice::from_ref(load));
+    }
+    let chosen = problem(&system, &between).at(&[500, 3, 3]).expect("within");
+    let history = History::of(&chosen, &OUTPUTS).expect("well posed");
+    assert_eq!(history.values().shape(), (3, 3));
+    let whole = History::of(&problem(&system, &between), &OUTPUTS).expect("well posed");
+    let off = (history.values().col(0) - whole.values().col(500)).norm_max();
+    assert!(off < 1e-12);
+    assert_eq!(history.step(1), 3);
+
+    let beyond = History::of(&chosen, &[Output::Velocity(4)]);
+    let error = ResponseError::NoCoordinate {
+        index: 4,
+        coordinates: 4,
+    };
+    assert_eq!(beyond, Err(error));
+}
+
+/// A motion that leaves the range of doubles is an error, and one that would do so only after the end
+/// is not.
+#[test]
+fn growth_is_watched() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .spring(GROUND, "a", -400.0)
+        .spring("a", "b", 1.0)
+        .damper("a", "b", 0.3)
+        .build()
+        .expect("a system");
+    let until = |end: f64| {
+        Response::of(&system)
+            .from(State::at_rest().displace("a", 1.0))
+            .every(0.0625)
+            .until(end)
+            .to(Precision::Double)
+            .follow(&[Output::Displacement(0), Output::Displacement(1)])
+    };
+    // e^{20 t} reaches the largest double after 35.5 s.
+    assert!(until(35.0).is_ok());
+    assert!(matches!(until(37.0), Err(ResponseError::Overflow { .. })));
+}

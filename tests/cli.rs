@@ -379,6 +379,7 @@ fn a_directory_gets_every_file_whole() {
         "modes.csv",
         "modes.json",
         "modes.md",
+        "report.html",
         "response.csv",
         "response.json",
         "velocity.svg",

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use eigentone::modes::ModesError;
+use eigentone::modes::{ModesError, SparseError};
 use eigentone::response::ResponseError;
 use eigentone::scene::SceneError;
 use eigentone::tables::TableError;
@@ -23,6 +23,17 @@ pub enum Failure {
         "--tolerance cannot be held with --precision double, which only estimates: leave out one of the two"
     )]
     ToleranceInDoubles,
+    #[error(
+        "{}: {coordinates} coordinates are too many for dense matrices, which would take {gigabytes:.1} GB: ask for some modes, as with `eigentone modes SCENE --lowest 20` or `--near FREQUENCY`, or for a response of them, as with `eigentone response SCENE --modes 20`",
+        scene.display()
+    )]
+    Large {
+        scene: PathBuf,
+        coordinates: usize,
+        gigabytes: f64,
+    },
+    #[error("{}: {error}", scene.display())]
+    Sparse { scene: PathBuf, error: SparseError },
     #[error("{}: {error}", scene.display())]
     Modes { scene: PathBuf, error: ModesError },
     #[error("{}: {error}", scene.display())]
@@ -41,12 +52,37 @@ pub enum Failure {
 impl Failure {
     pub fn modes(scene: &Path) -> impl FnOnce(ModesError) -> Failure {
         let scene = scene.to_owned();
-        |error| Failure::Modes { scene, error }
+        |error| match error {
+            ModesError::TooLarge {
+                coordinates,
+                gigabytes,
+            } => Failure::Large {
+                scene,
+                coordinates,
+                gigabytes,
+            },
+            error => Failure::Modes { scene, error },
+        }
+    }
+
+    pub fn sparse(scene: &Path) -> impl FnOnce(SparseError) -> Failure + use<> {
+        let scene = scene.to_owned();
+        |error| Failure::Sparse { scene, error }
     }
 
     pub fn response(scene: &Path) -> impl FnOnce(ResponseError) -> Failure {
         let scene = scene.to_owned();
-        |error| Failure::Response { scene, error }
+        |error| match error {
+            ResponseError::Large {
+                coordinates,
+                gigabytes,
+            } => Failure::Large {
+                scene,
+                coordinates,
+                gigabytes,
+            },
+            error => Failure::Response { scene, error },
+        }
     }
 
     pub fn table(scene: &Path) -> impl FnOnce(TableError) -> Failure {
@@ -57,12 +93,20 @@ impl Failure {
     /// 2 where what was asked is wrong, 1 where the answer could not be had or written.
     pub fn status(&self) -> u8 {
         match self {
-            Failure::Scene(_) | Failure::NoTime { .. } | Failure::ToleranceInDoubles => 2,
+            Failure::Scene(_)
+            | Failure::NoTime { .. }
+            | Failure::ToleranceInDoubles
+            | Failure::Large { .. } => 2,
+            Failure::Sparse { error, .. } => match error {
+                SparseError::NoConvergence | SparseError::OutOfRange => 1,
+                _ => 2,
+            },
             Failure::Response { error, .. } => match error {
                 ResponseError::NotApplicable { .. }
                 | ResponseError::Overflow { .. }
                 | ResponseError::Stopped { .. }
-                | ResponseError::Modes(_) => 1,
+                | ResponseError::Modes(_)
+                | ResponseError::Sparse(SparseError::NoConvergence | SparseError::OutOfRange) => 1,
                 _ => 2,
             },
             Failure::Table {

@@ -7,6 +7,7 @@ mod files;
 mod modes;
 mod progress;
 mod response;
+mod selection;
 mod stability;
 mod tables;
 

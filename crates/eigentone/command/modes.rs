@@ -1,9 +1,10 @@
-//! `eigentone modes SCENE [--json]`.
+//! `eigentone modes SCENE [--json] [--lowest COUNT | --near FREQUENCY [--count COUNT]]`.
 
 use clap::Args;
 use eigentone::report::ModeReport;
 
 use super::progress::Progress;
+use super::selection::Selection;
 use super::{Failure, Question, print};
 
 /// Prints the mode table
@@ -11,6 +12,8 @@ use super::{Failure, Question, print};
 pub struct Modes {
     #[command(flatten)]
     question: Question,
+    #[command(flatten)]
+    selection: Selection,
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
@@ -20,10 +23,22 @@ impl Modes {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let progress = Progress::of("modes");
+        let file = &self.question.scene;
+        let names = scene.system().names();
+        if let Some(found) = self.selection.of(scene.system()) {
+            let found = found.map_err(Failure::sparse(file))?;
+            let modes = found.modes().map_err(Failure::sparse(file))?;
+            drop(progress);
+            let report = ModeReport::new(&modes, names).selected(found.is_counted());
+            return self.print(&report);
+        }
         let modes = scene.system().modes_to(self.question.precision());
         drop(progress);
-        let modes = modes.map_err(Failure::modes(&self.question.scene))?;
-        let report = ModeReport::new(&modes, scene.system().names());
+        let modes = modes.map_err(Failure::modes(file))?;
+        self.print(&ModeReport::new(&modes, names))
+    }
+
+    fn print(&self, report: &ModeReport<'_>) -> Result<(), Failure> {
         print(|out| match self.json {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),

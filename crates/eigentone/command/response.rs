@@ -1,8 +1,8 @@
-//! `eigentone response SCENE [--json] [--steps …]`.
+//! `eigentone response SCENE [--json] [--steps …] [--modes COUNT]`.
 
 use clap::Args;
 use eigentone::report::ResponseReport;
-use eigentone::response::{ResponsePlan, SteadyState};
+use eigentone::response::{ModalTruncation, ResponsePlan, SteadyState};
 
 use super::progress::Progress;
 use super::{Failure, Question, print};
@@ -18,6 +18,10 @@ pub struct Response {
     /// Print only these sample indices, in this order
     #[arg(long, value_name = "INDICES", value_delimiter = ',')]
     steps: Option<Vec<u64>>,
+    /// By so many modes of the smallest frequencies alone, the others following without inertia;
+    /// needs no dense matrices
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    modes: Option<u32>,
 }
 
 impl Response {
@@ -36,6 +40,10 @@ impl Response {
             problem
                 .map(|problem| problem.to(self.question.precision()))
                 .and_then(|problem| {
+                    if let Some(modes) = self.modes {
+                        let modes = modes as usize;
+                        return Ok((ModalTruncation { modes }.run(&problem)?, None));
+                    }
                     let trajectory = ResponsePlan::of(&problem)?.run(&problem)?;
                     Ok((trajectory, SteadyState::of(&problem).ok()))
                 })

@@ -27,12 +27,27 @@ use super::table::{Align, Table};
 pub struct ModeReport<'a> {
     modes: &'a Modes,
     names: &'a [String],
+    /// Whether these are some of the modes, and their count agrees.
+    selected: Option<bool>,
 }
 
 impl<'a> ModeReport<'a> {
     /// A report of `modes`, with the coordinates' names in order.
     pub fn new(modes: &'a Modes, names: &'a [String]) -> ModeReport<'a> {
-        ModeReport { modes, names }
+        ModeReport {
+            modes,
+            names,
+            selected: None,
+        }
+    }
+
+    /// The same, saying that these are some of the modes and whether a count confirms that none between
+    /// them is missing.
+    pub fn selected(self, counted: bool) -> ModeReport<'a> {
+        ModeReport {
+            selected: Some(counted),
+            ..self
+        }
     }
 
     /// The mode table in aligned columns, six significant digits, units in the header: one row for
@@ -55,7 +70,7 @@ impl<'a> ModeReport<'a> {
     /// # Errors
     /// Those of `out`.
     pub fn json(&self, mut out: impl Write) -> io::Result<()> {
-        serde_json::to_writer(&mut out, &Json::of(self.modes))?;
+        serde_json::to_writer(&mut out, &Json::of(self.modes, self.selected))?;
         out.write_all(b"\n")
     }
 
@@ -163,6 +178,16 @@ impl<'a> ModeReport<'a> {
     }
 
     pub(super) fn infinite(&self) -> String {
+        if let Some(counted) = self.selected {
+            let shown = self.modes.eigenvalues().len();
+            let of = 2 * self.names.len() - self.modes.infinite();
+            return match counted {
+                true => format!("{shown} of {of} roots; none between them is missing\n"),
+                false => format!(
+                    "{shown} of {of} roots; whether some between them are missing is not known\n"
+                ),
+            };
+        }
         match self.modes.infinite() {
             0 => String::new(),
             1 => {
@@ -195,7 +220,18 @@ struct Json {
     bounds: &'static str,
     eigenvalues: Vec<EigenvalueJson>,
     infinite: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    selected: Option<SelectedJson>,
     modes: Vec<ModeJson>,
+}
+
+/// There only where some of the modes were asked for.
+#[derive(Serialize)]
+struct SelectedJson {
+    /// How many finite roots there are in all.
+    of: usize,
+    /// Whether a count confirms that none between those listed is missing.
+    counted: bool,
 }
 
 #[derive(Serialize)]
@@ -233,7 +269,7 @@ fn motion_name<S: Serializer>(motion: &Motion, serializer: S) -> Result<S::Ok, S
 }
 
 impl Json {
-    fn of(modes: &Modes) -> Json {
+    fn of(modes: &Modes, selected: Option<bool>) -> Json {
         let roots = modes.eigenvalues().iter();
         Json {
             bounds: super::worth(modes.bounds()),
@@ -246,6 +282,10 @@ impl Json {
                 })
                 .collect(),
             infinite: modes.infinite(),
+            selected: selected.map(|counted| SelectedJson {
+                of: 2 * modes.coordinates() - modes.infinite(),
+                counted,
+            }),
             modes: modes.iter().map(ModeJson::of).collect(),
         }
     }

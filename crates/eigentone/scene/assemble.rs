@@ -10,6 +10,7 @@ use faer::Mat;
 use super::Scene;
 use super::error::{SceneError, hint};
 use super::layout;
+use super::matrix_market;
 use super::place::{self, steps};
 use super::shape::{List, Matrix, Number, Object};
 use super::text::Source;
@@ -98,9 +99,21 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             (MatrixKind::Stiffness, &matrices.stiffness),
         ] {
             let Some(matrix) = matrix else { continue };
-            let matrix = entries(kind, matrix, source)?;
-            order = matrix.nrows();
-            builder = builder.matrix(kind, matrix.as_ref());
+            match matrix {
+                Matrix::Rows(rows) => {
+                    let matrix = entries(kind, rows, source)?;
+                    order = matrix.nrows();
+                    builder = builder.matrix(kind, matrix.as_ref());
+                }
+                Matrix::File(path) => {
+                    let matrix = matrix_market::read(&source.beside(path)).map_err(|error| {
+                        let at = source.place(steps!["matrices", kind.to_string().as_str()]);
+                        SceneError::Matrix { at, source: error }
+                    })?;
+                    order = matrix.nrows();
+                    builder = builder.sparse_matrix(kind, matrix);
+                }
+            }
         }
     }
     builder.build().map_err(|error| {
@@ -136,17 +149,11 @@ fn unknown_name(
 }
 
 /// The rows as a matrix.
-fn entries(kind: MatrixKind, matrix: &Matrix, source: &Source<'_>) -> Result<Mat<f64>, SceneError> {
-    let rows = match matrix {
-        Matrix::Rows(rows) => rows,
-        Matrix::File(path) => {
-            return Err(SceneError::MatrixFile {
-                at: source.place(steps!["matrices", kind.to_string().as_str()]),
-                kind,
-                path: path.clone(),
-            });
-        }
-    };
+fn entries(
+    kind: MatrixKind,
+    rows: &[List<Number>],
+    source: &Source<'_>,
+) -> Result<Mat<f64>, SceneError> {
     let expected = rows.first().map_or(0, |row| row.0.len());
     let ragged = |row: &List<Number>| row.0.len() != expected;
     if let Some(i) = rows.iter().position(ragged) {

@@ -6,6 +6,7 @@ use eigentone_modes::{BuildError, MatrixKind};
 use eigentone_response::ResponseError;
 use thiserror::Error;
 
+use super::matrix_market::MatrixMarketError;
 use super::place::Place;
 use super::text::MAX_BYTES;
 
@@ -97,17 +98,13 @@ pub enum SceneError {
         /// The kinds given.
         given: Vec<&'static str>,
     },
-    /// A matrix is given by the name of a file.
-    #[error(
-        "{at}: {path:?} is the name of a file: only rows of numbers are read so far, such as [[2, -1], [-1, 2]]"
-    )]
-    MatrixFile {
+    /// A matrix that is given by the name of a file is wrong there.
+    #[error("{at}: {source}")]
+    Matrix {
         /// The matrix.
         at: Place,
-        /// Which one.
-        kind: MatrixKind,
-        /// The file named.
-        path: String,
+        /// What is wrong with its file.
+        source: MatrixMarketError,
     },
     /// A row of a matrix has another length than the first one.
     #[error(

@@ -7,6 +7,7 @@
 mod assemble;
 mod error;
 mod layout;
+mod matrix_market;
 mod place;
 mod shape;
 mod text;
@@ -17,6 +18,7 @@ use eigentone_modes::System;
 use eigentone_response::{AppliedLoad, Problem, ResponseError, State, TimeGrid};
 
 pub use error::SceneError;
+pub use matrix_market::{MAX_MATRIX_BYTES, MatrixMarketError};
 pub use place::Place;
 pub use text::MAX_BYTES;
 
@@ -39,10 +41,11 @@ impl Scene {
         Scene::parse(&text::read(path)?, path)
     }
 
-    /// Checks the text of a scene; `file` is only named in errors.
+    /// Checks the text of a scene; `file` is named in errors, and beside it are the Matrix Market files
+    /// that the scene names.
     ///
     /// # Errors
-    /// As [`read`](Scene::read), without those of reading.
+    /// As [`read`](Scene::read), without those of reading the scene itself.
     ///
     /// ```
     /// use eigentone::scene::Scene;

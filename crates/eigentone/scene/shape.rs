@@ -186,7 +186,7 @@ pub(super) enum Matrix {
 }
 
 impl<'de> Shape<'de> for Matrix {
-    const EXPECTED: &'static str = "a list of rows of numbers";
+    const EXPECTED: &'static str = "a list of rows of numbers or the name of a Matrix Market file";
 
     fn from_text<E: Error>(text: String) -> Result<Self, E> {
         Ok(Matrix::File(text))

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
@@ -68,6 +68,14 @@ impl<'a> Source<'a> {
             return Err(SceneError::Empty { file });
         }
         Ok(Source { text, file })
+    }
+
+    /// A path that is relative to the scene's file.
+    pub(super) fn beside(&self, path: &str) -> PathBuf {
+        match self.file.parent() {
+            Some(directory) => directory.join(path),
+            None => PathBuf::from(path),
+        }
     }
 
     /// The scene as it is laid out in JSON, with nothing checked but its form.

@@ -1,17 +1,22 @@
 //! From named parameters to a checked [`System`].
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
+use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use crate::element::{Element, ElementKind, GROUND, MatrixKind, Node};
 use crate::structure::determinant;
-use crate::system::System;
+use crate::system::{Added, System};
 
-/// The largest number of coordinates a system may have: three dense matrices of this order take
-/// 2.4 GB, and the dense solvers several times that.
-pub const MAX_COORDINATES: usize = 10_000;
+/// The largest number of coordinates a system may have: a vector of this length takes 80 MB.
+pub const MAX_COORDINATES: usize = 10_000_000;
+
+/// The largest number of coordinates for which dense matrices are made; each takes 128 MB then, and the
+/// dense solvers need several. Larger systems have [`SparseModes`](crate::SparseModes).
+pub const MAX_DENSE_COORDINATES: usize = 4_000;
 
 /// Collects masses, springs, dampers and matrices by name; [`build`](SystemBuilder::build) checks
 /// them and returns the [`System`]. Made by [`System::builder`].
@@ -34,7 +39,14 @@ pub const MAX_COORDINATES: usize = 10_000;
 pub struct SystemBuilder {
     masses: Vec<(String, f64)>,
     elements: Vec<(ElementKind, String, String, f64)>,
-    matrices: Vec<(MatrixKind, Mat<f64>)>,
+    matrices: Vec<(MatrixKind, Entries)>,
+}
+
+/// A matrix as it was given.
+#[derive(Clone, Debug)]
+enum Entries {
+    Dense(Mat<f64>),
+    Sparse(SparseColMat<usize, f64>),
 }
 
 impl SystemBuilder {
@@ -76,9 +88,18 @@ impl SystemBuilder {
     /// Adds a whole mass, damping or stiffness matrix (n × n) to what the elements give; a second
     /// matrix of the same kind replaces the first. Without any [`mass`](Self::mass) the
     /// coordinates are named x1, x2, ….
-    pub fn matrix(mut self, kind: MatrixKind, entries: MatRef<'_, f64>) -> Self {
+    pub fn matrix(self, kind: MatrixKind, entries: MatRef<'_, f64>) -> Self {
+        self.replace(kind, Entries::Dense(entries.to_owned()))
+    }
+
+    /// The same with a sparse matrix, whose entries that are not stored are 0.
+    pub fn sparse_matrix(self, kind: MatrixKind, entries: SparseColMat<usize, f64>) -> Self {
+        self.replace(kind, Entries::Sparse(entries))
+    }
+
+    fn replace(mut self, kind: MatrixKind, entries: Entries) -> Self {
         self.matrices.retain(|(present, _)| *present != kind);
-        self.matrices.push((kind, entries.to_owned()));
+        self.matrices.push((kind, entries));
         self
     }
 
@@ -110,7 +131,7 @@ impl SystemBuilder {
                     kind: *kind,
                     index: element,
                     name: name.clone(),
-                    known: names.join(", "),
+                    known: known(&names),
                 }),
             };
             let (a, b) = (node(first)?, node(second)?);
@@ -136,10 +157,14 @@ impl SystemBuilder {
             });
         }
 
-        let mut added = [const { None }; 3];
+        let mut added = Added::default();
         for (kind, matrix) in self.matrices {
-            check_matrix(kind, matrix.as_ref(), n)?;
-            added[kind as usize] = Some(matrix);
+            matrix.check(kind, n)?;
+            if n > MAX_DENSE_COORDINATES {
+                added.sparse[kind as usize] = Some(Arc::new(matrix.sparse()));
+            } else {
+                added.dense[kind as usize] = Some(matrix.dense());
+            }
         }
         let system = System::assemble(names, masses, springs, dampers, added);
         for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
@@ -157,15 +182,17 @@ impl SystemBuilder {
     fn coordinates(&self) -> Result<(Vec<String>, Vec<f64>), BuildError> {
         if self.masses.is_empty() {
             let n = match self.matrices.first() {
-                Some((kind, matrix)) if matrix.nrows() != matrix.ncols() => {
-                    return Err(BuildError::MatrixShape {
-                        kind: *kind,
-                        rows: matrix.nrows(),
-                        columns: matrix.ncols(),
-                        expected: matrix.nrows().max(matrix.ncols()),
-                    });
-                }
-                Some((_, matrix)) => matrix.nrows(),
+                Some((kind, matrix)) => match matrix.shape() {
+                    (rows, columns) if rows != columns => {
+                        return Err(BuildError::MatrixShape {
+                            kind: *kind,
+                            rows,
+                            columns,
+                            expected: rows.max(columns),
+                        });
+                    }
+                    (rows, _) => rows,
+                },
                 None => 0,
             };
             check_count(n)?;
@@ -203,6 +230,15 @@ impl SystemBuilder {
     }
 }
 
+/// The names there are, the first ones of many.
+fn known(names: &[String]) -> String {
+    const SHOWN: usize = 12;
+    match names.len() {
+        0..=SHOWN => names.join(", "),
+        count => format!("{} and {} more", names[..SHOWN].join(", "), count - SHOWN),
+    }
+}
+
 fn check_count(n: usize) -> Result<(), BuildError> {
     match n {
         0 => Err(BuildError::Empty),
@@ -211,24 +247,63 @@ fn check_count(n: usize) -> Result<(), BuildError> {
     }
 }
 
-fn check_matrix(kind: MatrixKind, matrix: MatRef<'_, f64>, n: usize) -> Result<(), BuildError> {
-    let (rows, columns) = (matrix.nrows(), matrix.ncols());
-    if rows != n || columns != n {
-        return Err(BuildError::MatrixShape {
-            kind,
-            rows,
-            columns,
-            expected: n,
-        });
+impl Entries {
+    fn shape(&self) -> (usize, usize) {
+        match self {
+            Entries::Dense(matrix) => (matrix.nrows(), matrix.ncols()),
+            Entries::Sparse(matrix) => (matrix.nrows(), matrix.ncols()),
+        }
     }
-    match first_not_finite(matrix) {
-        Some((row, column)) => Err(BuildError::MatrixNotFinite {
-            kind,
-            row,
-            column,
-            value: matrix[(row, column)],
-        }),
-        None => Ok(()),
+
+    fn check(&self, kind: MatrixKind, n: usize) -> Result<(), BuildError> {
+        let (rows, columns) = self.shape();
+        if rows != n || columns != n {
+            return Err(BuildError::MatrixShape {
+                kind,
+                rows,
+                columns,
+                expected: n,
+            });
+        }
+        let wrong = match self {
+            Entries::Dense(matrix) => first_not_finite(matrix.as_ref()).map(|at| (at, matrix[at])),
+            Entries::Sparse(matrix) => matrix
+                .triplet_iter()
+                .find(|entry| !entry.val.is_finite())
+                .map(|entry| ((entry.row, entry.col), *entry.val)),
+        };
+        match wrong {
+            Some(((row, column), value)) => Err(BuildError::MatrixNotFinite {
+                kind,
+                row,
+                column,
+                value,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn dense(self) -> Mat<f64> {
+        match self {
+            Entries::Dense(matrix) => matrix,
+            Entries::Sparse(matrix) => matrix.to_dense(),
+        }
+    }
+
+    fn sparse(self) -> SparseColMat<usize, f64> {
+        match self {
+            Entries::Sparse(matrix) => matrix,
+            Entries::Dense(matrix) => {
+                let n = matrix.nrows();
+                let entries: Vec<_> = (0..n)
+                    .flat_map(|j| (0..n).map(move |i| (i, j)))
+                    .filter(|&at| matrix[at] != 0.0)
+                    .map(|at| Triplet::new(at.0, at.1, matrix[at]))
+                    .collect();
+                SparseColMat::try_new_from_triplets(n, n, &entries)
+                    .expect("indices are within the matrix they came from")
+            }
+        }
     }
 }
 
@@ -240,8 +315,11 @@ fn overflow(system: &System, kind: MatrixKind) -> Option<(usize, usize)> {
         MatrixKind::Damping => system.dampers().iter().map(|d| d.coefficient.abs()).sum(),
         MatrixKind::Stiffness => system.springs().iter().map(|s| s.coefficient.abs()).sum(),
     };
-    if system.added(kind).is_none() && sizes.is_finite() {
+    if system.added(kind).is_none() && system.added_sparse(kind).is_none() && sizes.is_finite() {
         return None;
+    }
+    if system.is_large() {
+        return overfull_row(system, kind).map(|i| (i, i));
     }
     let matrix = match kind {
         MatrixKind::Mass => system.mass_matrix(),
@@ -249,6 +327,32 @@ fn overflow(system: &System, kind: MatrixKind) -> Option<(usize, usize)> {
         MatrixKind::Stiffness => system.stiffness_matrix(),
     };
     first_not_finite(matrix.as_ref())
+}
+
+/// A row of a large system whose entries' sizes add up to more than the largest double.
+fn overfull_row(system: &System, kind: MatrixKind) -> Option<usize> {
+    let mut sums = match kind {
+        MatrixKind::Mass => system.masses().to_vec(),
+        _ => vec![0.0; system.len()],
+    };
+    let elements = match kind {
+        MatrixKind::Mass => &[],
+        MatrixKind::Damping => system.dampers(),
+        MatrixKind::Stiffness => system.springs(),
+    };
+    for element in elements {
+        for node in [element.first, element.second] {
+            if let Node::Coordinate(i) = node {
+                sums[i] += element.coefficient.abs();
+            }
+        }
+    }
+    if let Some(matrix) = system.added_sparse(kind) {
+        for entry in matrix.triplet_iter() {
+            sums[entry.row] += entry.val.abs();
+        }
+    }
+    sums.iter().position(|sum| !sum.is_finite())
 }
 
 fn first_not_finite(matrix: MatRef<'_, f64>) -> Option<(usize, usize)> {
@@ -265,7 +369,7 @@ pub enum BuildError {
     #[error("the system has no coordinates: give at least one mass or a matrix")]
     Empty,
     /// More coordinates than [`MAX_COORDINATES`].
-    #[error("{count} coordinates are more than the {MAX_COORDINATES} that dense matrices allow")]
+    #[error("{count} coordinates are more than the {MAX_COORDINATES} that a system may have")]
     TooLarge {
         /// How many were given.
         count: usize,

@@ -36,6 +36,12 @@ pub enum FirstOrderError {
     /// Dampers on massless nodes cancel or act in one direction only.
     #[error("the dampers on the massless nodes do not determine how they relax")]
     SingularDamping,
+    /// The system is [large](System::is_large).
+    #[error("a dense state matrix of {coordinates} coordinates is too large")]
+    TooLarge {
+        /// How many coordinates there are.
+        coordinates: usize,
+    },
 }
 
 /// The coordinates with mass, and the massless ones: new coordinates (w, a) with x_p = T (w, a), where w relaxes through
@@ -54,10 +60,13 @@ impl FirstOrder {
     /// The first-order form of a system.
     ///
     /// # Errors
-    /// [`FirstOrderError`] for a singular mass matrix without massless nodes, and for massless
-    /// nodes whose springs or dampers cancel.
+    /// [`FirstOrderError`] for a singular mass matrix without massless nodes, for massless
+    /// nodes whose springs or dampers cancel, and for [large](System::is_large) systems.
     pub fn of(system: &System) -> Result<FirstOrder, FirstOrderError> {
         let n = system.len();
+        if system.is_large() {
+            return Err(FirstOrderError::TooLarge { coordinates: n });
+        }
         let (m, c, k) = (
             system.mass_matrix(),
             system.damping_matrix(),

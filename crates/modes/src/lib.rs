@@ -57,13 +57,14 @@ mod plan;
 mod quality;
 mod sensitivity;
 mod solver;
+mod sparse;
 mod structure;
 mod sweep;
 mod system;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
 pub use balance::{Balanced, balance};
-pub use builder::{BuildError, MAX_COORDINATES, SystemBuilder};
+pub use builder::{BuildError, MAX_COORDINATES, MAX_DENSE_COORDINATES, SystemBuilder};
 pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
 pub use enclosed_form::EnclosedFirstOrder;
 pub use first_order::{FirstOrder, FirstOrderError};
@@ -74,8 +75,9 @@ pub use plan::ModePlan;
 pub use sensitivity::{Derivative, Sensitivity, SensitivityError};
 pub use solver::{
     Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
-    SpringFactor, StateMatrix, Symmetric, solvers,
+    SpringFactor, StateMatrix, Symmetric, dense_gigabytes, solvers,
 };
+pub use sparse::{SparseError, SparseModes, SparseWork};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
 pub use system::System;

@@ -260,6 +260,11 @@ impl Modes {
         &self.eigenvalues
     }
 
+    /// The number n of coordinates: the length of each shape.
+    pub fn coordinates(&self) -> usize {
+        self.modes.first().map_or(0, |mode| mode.shape.len())
+    }
+
     /// How many of the 2n roots are infinite: two for each undamped massless node, one for each
     /// independent damper of a damped one.
     pub fn infinite(&self) -> usize {

@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
+use faer::sparse::{SparseColMat, SparseColMatRef};
 use faer::{Mat, MatRef};
 
-use crate::builder::{BuildError, SystemBuilder};
+use crate::builder::{BuildError, MAX_DENSE_COORDINATES, SystemBuilder};
 use crate::element::{Element, MatrixKind, Node};
 use crate::modes::{Modes, Precision};
 use crate::solver::{self, ModesError};
@@ -22,9 +23,27 @@ pub struct System {
     masses: Vec<f64>,
     springs: Vec<Element>,
     dampers: Vec<Element>,
-    added: [Option<Mat<f64>>; 3],
+    added: Added,
+    /// The coordinates by their names, sorted when first asked for.
+    by_name: Arc<OnceLock<Vec<u32>>>,
     /// Proved when first asked for; clones share it.
     structure: Arc<OnceLock<Structure>>,
+}
+
+/// Matrices added to the elements: dense where the system is small, sparse where it is large.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Added {
+    pub(crate) dense: [Option<Mat<f64>>; 3],
+    pub(crate) sparse: [Option<Arc<SparseColMat<usize, f64>>>; 3],
+}
+
+impl From<[Option<Mat<f64>>; 3]> for Added {
+    fn from(dense: [Option<Mat<f64>>; 3]) -> Added {
+        Added {
+            dense,
+            ..Added::default()
+        }
+    }
 }
 
 impl System {
@@ -54,14 +73,15 @@ impl System {
         masses: Vec<f64>,
         springs: Vec<Element>,
         dampers: Vec<Element>,
-        added: [Option<Mat<f64>>; 3],
+        added: impl Into<Added>,
     ) -> System {
         System {
             names,
             masses,
             springs,
             dampers,
-            added,
+            added: added.into(),
+            by_name: Arc::default(),
             structure: Arc::default(),
         }
     }
@@ -79,7 +99,14 @@ impl System {
 
     /// The index of the coordinate `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        self.names.iter().position(|known| known == name)
+        let by_name = self.by_name.get_or_init(|| {
+            let mut order: Vec<u32> = (0..self.names.len() as u32).collect();
+            order.sort_unstable_by_key(|&i| self.names[i as usize].as_str());
+            order
+        });
+        let at = |i: &u32| self.names[*i as usize].as_str();
+        let place = by_name.binary_search_by(|i| at(i).cmp(name)).ok()?;
+        Some(by_name[place] as usize)
     }
 
     /// The lumped mass on each coordinate, in kg; an added mass matrix is not included.
@@ -97,9 +124,22 @@ impl System {
         &self.dampers
     }
 
-    /// The matrix that was added to the elements, if any.
+    /// Whether there are more than [`MAX_DENSE_COORDINATES`] coordinates: then only
+    /// [`SparseModes`](crate::SparseModes) and what builds on them apply.
+    pub fn is_large(&self) -> bool {
+        self.len() > MAX_DENSE_COORDINATES
+    }
+
+    /// The matrix that was added to the elements, if any; of a [large](Self::is_large) system it is
+    /// [sparse](Self::added_sparse) instead.
     pub fn added(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
-        self.added[kind as usize].as_ref().map(Mat::as_ref)
+        self.added.dense[kind as usize].as_ref().map(Mat::as_ref)
+    }
+
+    /// The matrix that was added to the elements of a [large](Self::is_large) system, if any.
+    pub fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
+        let matrix = self.added.sparse[kind as usize].as_ref()?;
+        Some(matrix.as_ref().as_ref())
     }
 
     /// M (n × n, kg): the lumped masses and the added mass matrix, each entry summed in
@@ -129,7 +169,7 @@ impl System {
 
     fn sum(&self, elements: &[Element], kind: MatrixKind) -> Mat<f64> {
         let n = self.len();
-        let mut total = match &self.added[kind as usize] {
+        let mut total = match &self.added.dense[kind as usize] {
             Some(matrix) => matrix.clone(),
             None => Mat::zeros(n, n),
         };

@@ -8,7 +8,7 @@ use crate::timeline::Instant;
 use crate::trajectory::Trajectory;
 
 /// The most memory that a trajectory may take, in bytes.
-const BUDGET: f64 = 2e9;
+pub(crate) const BUDGET: f64 = 2e9;
 
 /// # Errors
 /// [`ResponseError::TooLarge`] for more bytes than that.

@@ -1,11 +1,11 @@
 //! Few outputs of a response, and nothing else of it.
 
-use eigentone_modes::{Bounds, FirstOrder};
+use eigentone_modes::{Bounds, FirstOrder, Precision};
 use faer::MatRef;
 
 use crate::blocks::Blocks;
 use crate::by_exponential::ByExponential;
-use crate::certified::ByCertifiedExponential;
+use crate::certified::{self, ByCertifiedExponential};
 use crate::estimate::Estimate;
 use crate::exponential::SecondOrder;
 use crate::grid::TimeGrid;
@@ -91,10 +91,21 @@ impl History {
         if let Some(index) = indices.find(|index| *index >= coordinates) {
             return Err(ResponseError::NoCoordinate { index, coordinates });
         }
+        let course = || Course::of(problem, outputs);
+        let proven = matches!(problem.precision(), Precision::Certified { .. })
+            && coordinates <= certified::LARGEST
+            && ByCertifiedExponential.refuses(problem).is_none();
+        // The plan would look for the modes of a large system, which takes longer than to march.
+        if !proven
+            && is_large(problem)
+            && let Some(course) = course()
+        {
+            return course.run();
+        }
         let plan = ResponsePlan::of(problem)?;
-        let proven = plan.method.name() == ByCertifiedExponential.name();
-        let apt = plan.method.name() == ByExponential.name() || (!proven && is_large(problem));
-        if apt && let Some(course) = Course::of(problem, outputs) {
+        if plan.method.name() == ByExponential.name()
+            && let Some(course) = course()
+        {
             return course.run();
         }
         let trajectory = plan.run(problem)?;

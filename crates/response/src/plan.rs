@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use eigentone_modes::{FirstOrder, Precision};
+use eigentone_modes::{FirstOrder, Precision, dense_gigabytes};
 
 use crate::by_exponential::ByExponential;
 use crate::by_superposition::BySuperposition;
@@ -51,8 +51,16 @@ impl ResponsePlan {
     /// exponential in doubles.
     ///
     /// # Errors
-    /// [`ResponseError::NotApplicable`] where no exact method applies.
+    /// [`ResponseError::NotApplicable`] where no exact method applies, [`ResponseError::Large`] for
+    /// a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>) -> Result<ResponsePlan, ResponseError> {
+        let coordinates = problem.system().len();
+        if problem.system().is_large() {
+            return Err(ResponseError::Large {
+                coordinates,
+                gigabytes: dense_gigabytes(coordinates),
+            });
+        }
         let mut left_out = Vec::new();
         if let Precision::Certified { .. } = problem.precision() {
             let refusal = if problem.system().len() > certified::LARGEST {

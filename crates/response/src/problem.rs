@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use eigentone_modes::{ModesError, Precision, System};
+use eigentone_modes::{ModesError, Precision, SparseError, System};
 use thiserror::Error;
 
 use crate::grid::TimeGrid;
@@ -277,6 +277,16 @@ pub enum ResponseError {
         /// What is allowed.
         limit: f64,
     },
+    /// The system is [large](System::is_large).
+    #[error(
+        "{coordinates} coordinates would take dense matrices of {gigabytes:.1} GB: take some of their modes"
+    )]
+    Large {
+        /// How many coordinates there are.
+        coordinates: usize,
+        /// What M, C, K and one state matrix would take.
+        gigabytes: f64,
+    },
     /// The method does not apply to this problem.
     #[error("{method} does not apply: {reason}")]
     NotApplicable {
@@ -299,6 +309,9 @@ pub enum ResponseError {
         /// What it reported.
         reason: String,
     },
+    /// Modal truncation needs some modes, and they could not be had.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
     /// Modal superposition needs modes, and they could not be had.
     #[error(transparent)]
     Modes(#[from] ModesError),

@@ -97,7 +97,7 @@ fn agree(system: &System, loads: Vec<AppliedLoad>, sweep: &mut Sweep) {
         let known = mode.eigenvalue().value;
         let condition = mode.condition().unwrap_or(f64::INFINITY);
         let allowed = 64.0 * f64::EPSILON * condition;
-        if !(allowed < 1e-8) {
+        if allowed > 1e-8 || allowed.is_nan() {
             continue;
         }
         let met =

@@ -35,6 +35,10 @@ impl ExactMatrix {
                 );
             }
         }
+        if let Some(added) = system.added_sparse(kind) {
+            let entries = added.triplet_iter();
+            parts.extend(entries.map(|entry| (entry.row, entry.col, *entry.val)));
+        }
         let mut join = |element: &Element| {
             let value = element.coefficient;
             for (end, other) in [

@@ -266,7 +266,7 @@ impl Sparse {
         let mut add = |i: usize, j: usize, value: f64| {
             let known = columns[j].iter_mut().find(|entry| entry.0 == i);
             match known {
-                Some((_, sum)) => *sum = *sum + DoubleDouble::from(value),
+                Some((_, sum)) => *sum += DoubleDouble::from(value),
                 None => columns[j].push((i, DoubleDouble::from(value))),
             }
         };

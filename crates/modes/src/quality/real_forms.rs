@@ -69,7 +69,7 @@ impl RealForms {
             };
             for (forms, sum) in all.iter_mut().zip(sums) {
                 let form = forms.of_kind(kind);
-                *form = *form + sum;
+                *form += sum;
             }
         }
         all
@@ -157,10 +157,10 @@ fn quadratic_form(matrix: MatRef<'_, f64>, x: &[f64]) -> DoubleDouble {
         let mut column = DoubleDouble::ZERO;
         for (entry, xi) in matrix.col(j).iter().zip(x) {
             if *entry != 0.0 {
-                column = column + DoubleDouble::product(*entry, *xi);
+                column += DoubleDouble::product(*entry, *xi);
             }
         }
-        form = form + column.mul_f64(*xj);
+        form += column.mul_f64(*xj);
     }
     form
 }

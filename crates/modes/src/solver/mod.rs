@@ -32,6 +32,8 @@ pub use springless::DamperFactor;
 pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
 
+pub(crate) use roots::{normalised, order};
+
 use crate::first_order::FirstOrderError;
 use crate::modes::{Modes, Precision};
 use crate::plan::ModePlan;
@@ -123,6 +125,7 @@ pub(crate) fn plan(
 
 /// Modes by the solver that the plan picks.
 pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, ModesError> {
+    admit_size(system)?;
     let parts = parts::parts(system);
     if parts.len() > 1 {
         let solved = parts.into_iter().map(|coordinates| {
@@ -221,12 +224,31 @@ fn doubles(mut modes: Modes) -> Modes {
     modes
 }
 
+/// Refuses what is too large for dense matrices.
+fn admit_size(system: &System) -> Result<(), ModesError> {
+    if !system.is_large() {
+        return Ok(());
+    }
+    let coordinates = system.len();
+    Err(ModesError::TooLarge {
+        coordinates,
+        gigabytes: dense_gigabytes(coordinates),
+    })
+}
+
+/// What M, C, K and one state matrix of so many coordinates take as dense matrices, in 1e9 bytes.
+pub fn dense_gigabytes(coordinates: usize) -> f64 {
+    let order = coordinates as f64;
+    (3.0 + 4.0) * order * order * 8e-9
+}
+
 /// Refuses with the solver's own reason.
 fn admit(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
 ) -> Result<(), ModesError> {
+    admit_size(system)?;
     match solver.refuses(system, structure) {
         Some(reason) => Err(ModesError::Refused {
             method: solver.name(),
@@ -257,6 +279,17 @@ pub enum ModesError {
     /// The system has no first-order form.
     #[error(transparent)]
     FirstOrder(#[from] FirstOrderError),
+    /// The system is [large](System::is_large): it has some modes at a time, as
+    /// [`SparseModes`](crate::SparseModes).
+    #[error(
+        "all modes of {coordinates} coordinates would take dense matrices of {gigabytes:.1} GB: ask for some of them"
+    )]
+    TooLarge {
+        /// How many coordinates there are.
+        coordinates: usize,
+        /// What M, C, K and one state matrix would take.
+        gigabytes: f64,
+    },
     /// A frequency leaves the range of doubles.
     #[error(
         "{method}: the frequencies lie too far apart for doubles; choose other units, or fewer orders of magnitude"

@@ -181,11 +181,11 @@ impl Secular {
         for sweep in 1..=SWEEPS {
             let mut moved = false;
             let mut repulsion = Repulsion::of(points);
-            for i in 0..points.len() {
-                if !points[i].settled {
-                    let others = repulsion.on(i, &points[i]);
-                    self.step(&mut points[i], others, near, &mut shares)?;
-                    repulsion.moved(i, &points[i]);
+            for (i, point) in points.iter_mut().enumerate() {
+                if !point.settled {
+                    let others = repulsion.on(i, point);
+                    self.step(point, others, near, &mut shares)?;
+                    repulsion.moved(i, point);
                     moved = true;
                 }
             }

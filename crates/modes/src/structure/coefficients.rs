@@ -6,6 +6,7 @@ use super::network::Network;
 use super::semidefinite;
 use super::support::floating;
 use super::symmetric::is_symmetric;
+use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
 use crate::exact::matrix::ExactMatrix;
 use crate::system::System;
@@ -40,6 +41,8 @@ impl Coefficient {
         *self.semidefinite.get(|| {
             if network.is_non_negative() {
                 Some(network.len() - floating(&[network]).len())
+            } else if self.matrix.len() > MAX_DENSE_COORDINATES {
+                None
             } else {
                 semidefinite::rank(&self.matrix)
             }

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use super::coefficients::{Coefficient, Coefficients};
 use super::polynomial::Reduced;
 use super::support::floating;
+use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
 use crate::exact::elimination::{Row, eliminate};
 use crate::exact::matrix::ExactMatrix;
@@ -32,12 +33,18 @@ const ZERO_TESTS: usize = 3;
 
 /// Whether the polynomial vanishes for every λ. `false` is always proved. `true` is proved for
 /// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
-/// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60.
+/// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60. Of large systems only floating parts
+/// without mass are looked for.
 pub(crate) fn vanishes(system: &System) -> bool {
-    if system.added(MatrixKind::Mass).is_none() && system.masses().iter().all(|&mass| mass > 0.0) {
+    let lumped =
+        system.added(MatrixKind::Mass).is_none() && system.added_sparse(MatrixKind::Mass).is_none();
+    if lumped && system.masses().iter().all(|&mass| mass > 0.0) {
         return false;
     }
     let coefficients = Coefficients::of(system);
+    if system.is_large() {
+        return Order::at_zero(&coefficients) == Order::Infinite;
+    }
     match Order::at_zero(&coefficients) {
         Order::Infinite => return true,
         Order::Exactly(_) => return false,
@@ -212,6 +219,9 @@ impl Order {
             if all.iter().all(|network| network.is_non_negative()) {
                 return order;
             }
+        }
+        if parts[0].matrix.len() > MAX_DENSE_COORDINATES {
+            return Order::NotProved;
         }
         if single.is_empty() && parts[0].semidefinite_rank() == Some(parts[0].matrix.len()) {
             return order;

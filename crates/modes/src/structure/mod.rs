@@ -34,6 +34,7 @@ use massless::Massless;
 use passive::Passive;
 use rayleigh::Proportion;
 
+use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
 use crate::system::System;
 
@@ -104,6 +105,12 @@ impl Structure {
         }
     }
 
+    /// Whether there are more than [`MAX_DENSE_COORDINATES`] coordinates. Then only what takes
+    /// linear time is proved: what follows from the graph of the elements and from single entries.
+    pub fn is_large(&self) -> bool {
+        self.names.len() > MAX_DENSE_COORDINATES
+    }
+
     /// Whether there is no damping: C = 0 exactly.
     pub fn is_undamped(&self) -> bool {
         self.undamped
@@ -157,7 +164,7 @@ impl Structure {
     pub fn is_overdamped(&self) -> bool {
         *self
             .overdamped
-            .get(|| overdamped::is_overdamped(&self.coefficients))
+            .get(|| !self.is_large() && overdamped::is_overdamped(&self.coefficients))
     }
 
     /// The rank of C, in exact arithmetic; dampers ≥ 0 that close a loop add nothing to it. `None`
@@ -165,7 +172,7 @@ impl Structure {
     pub fn damping_rank(&self) -> Option<usize> {
         *self
             .damping_rank
-            .get(|| low_rank::damping_rank(&self.coefficients))
+            .get(|| (!self.is_large()).then(|| low_rank::damping_rank(&self.coefficients))?)
     }
 
     /// How many modes with ω ≠ 0 no damper touches: K x = ω²M x with C x = 0. Each gives a pair of
@@ -176,9 +183,11 @@ impl Structure {
     /// the coordinates that are not massless, and K on those that are. Found out when first asked
     /// for, below a second.
     pub fn undamped_modes(&self) -> Option<usize> {
-        *self
-            .undamped_modes
-            .get(|| undamped_modes::undamped_modes(&self.coefficients, &self.massless.nodes))
+        *self.undamped_modes.get(|| {
+            let massless = &self.massless.nodes;
+            let count = || undamped_modes::undamped_modes(&self.coefficients, massless);
+            (!self.is_large()).then(count)?
+        })
     }
 
     /// α and β of Rayleigh damping C = αM + βK with M and K symmetric, where that is what it is.
@@ -315,6 +324,12 @@ impl fmt::Display for Structure {
         }
         if groups.is_empty() && !damped.is_empty() {
             write!(f, "\nmassless but damped: {}", list(damped))?;
+        }
+        if self.is_large() {
+            write!(
+                f,
+                "\nmore than {MAX_DENSE_COORDINATES} coordinates: what takes more than linear time is not proved"
+            )?;
         }
         Ok(())
     }

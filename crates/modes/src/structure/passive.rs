@@ -28,7 +28,9 @@ pub(crate) fn passive(system: &System, coefficients: &Coefficients) -> Option<Pa
             .as_ref()
             .is_some_and(|network| network.is_non_negative()),
     });
-    let elements_alone = parts.iter().all(|&(kind, _)| system.added(kind).is_none());
+    let elements_alone = parts
+        .iter()
+        .all(|&(kind, _)| system.added(kind).is_none() && system.added_sparse(kind).is_none());
     proved.then_some(if elements_alone {
         Passive::Elements
     } else {

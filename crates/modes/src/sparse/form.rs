@@ -1,0 +1,256 @@
+//! A symmetric matrix as a network: joins between nodes, and from each node to the ground.
+//!
+//! xᵀAy = Σ w (x_i − x_j)(y_i − y_j) + Σ g_i x_i y_i, with w = −A_ij and g_i the sum of row i. Springs
+//! are joins as they stand. Where no join is negative, no sum over them cancels: soft springs
+//! beside stiff ones keep their digits, as they do not in the assembled matrix.
+
+use eigentone_digits::DoubleDouble;
+
+use crate::element::{Element, MatrixKind, Node};
+use crate::system::System;
+
+/// A join between two nodes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Join {
+    pub(crate) ends: [u32; 2],
+    pub(crate) weight: f64,
+}
+
+impl Join {
+    pub(crate) fn ends(self) -> (usize, usize) {
+        (self.ends[0] as usize, self.ends[1] as usize)
+    }
+}
+
+/// A symmetric matrix of order n.
+#[derive(Clone, Debug)]
+pub(crate) struct Form {
+    /// From each node to the ground.
+    ground: Vec<DoubleDouble>,
+    /// Parallel ones are kept apart.
+    joins: Vec<Join>,
+    non_negative: bool,
+}
+
+impl Form {
+    /// M, C or K of a system, without entries that are 0; `None` unless it is symmetric.
+    pub(crate) fn of(system: &System, kind: MatrixKind) -> Option<Form> {
+        let mut form = Form {
+            ground: vec![DoubleDouble::ZERO; system.len()],
+            joins: Vec::new(),
+            non_negative: false,
+        };
+        let elements: &[Element] = match kind {
+            MatrixKind::Mass => &[],
+            MatrixKind::Damping => system.dampers(),
+            MatrixKind::Stiffness => system.springs(),
+        };
+        if kind == MatrixKind::Mass {
+            for (ground, &mass) in form.ground.iter_mut().zip(system.masses()) {
+                *ground += DoubleDouble::from(mass);
+            }
+        }
+        form.joins.reserve_exact(elements.len());
+        for element in elements.iter().filter(|element| element.coefficient != 0.0) {
+            form.element(element);
+        }
+        if let Some(matrix) = system.added(kind) {
+            for j in 0..system.len() {
+                for i in 0..system.len() {
+                    if matrix[(i, j)] != matrix[(j, i)] {
+                        return None;
+                    }
+                    form.entry(i, j, matrix[(i, j)]);
+                }
+            }
+        }
+        if let Some(matrix) = system.added_sparse(kind) {
+            for j in 0..system.len() {
+                let rows = matrix.row_idx_of_col_raw(j);
+                for (&i, &value) in rows.iter().zip(matrix.val_of_col(j)) {
+                    if matrix.get(j, i).copied().unwrap_or(0.0) != value {
+                        return None;
+                    }
+                    form.entry(i, j, value);
+                }
+            }
+        }
+        let of_one_sign = |ground: &DoubleDouble| ground.high() >= 0.0;
+        form.non_negative =
+            form.joins.iter().all(|join| join.weight > 0.0) && form.ground.iter().all(of_one_sign);
+        Some(form)
+    }
+
+    /// 0, of order n.
+    pub(crate) fn zero(n: usize) -> Form {
+        Form {
+            ground: vec![DoubleDouble::ZERO; n],
+            joins: Vec::new(),
+            non_negative: true,
+        }
+    }
+
+    fn element(&mut self, element: &Element) {
+        match (element.first, element.second) {
+            (Node::Coordinate(i), Node::Coordinate(j)) => self.joins.push(Join {
+                ends: [i as u32, j as u32],
+                weight: element.coefficient,
+            }),
+            (Node::Coordinate(i), Node::Ground) | (Node::Ground, Node::Coordinate(i)) => {
+                self.ground[i] += DoubleDouble::from(element.coefficient);
+            }
+            (Node::Ground, Node::Ground) => {}
+        }
+    }
+
+    /// One of all entries of a symmetric matrix.
+    fn entry(&mut self, i: usize, j: usize, value: f64) {
+        self.ground[i] += DoubleDouble::from(value);
+        if i < j && value != 0.0 {
+            self.joins.push(Join {
+                ends: [i as u32, j as u32],
+                weight: -value,
+            });
+        }
+    }
+
+    /// The order n.
+    pub(crate) fn len(&self) -> usize {
+        self.ground.len()
+    }
+
+    /// The joins between nodes.
+    pub(crate) fn joins(&self) -> &[Join] {
+        &self.joins
+    }
+
+    /// The sum of row i.
+    pub(crate) fn ground(&self, i: usize) -> f64 {
+        self.ground[i].high()
+    }
+
+    /// Whether no join is negative, so that the matrix is positive semidefinite and no sum cancels.
+    pub(crate) fn is_non_negative(&self) -> bool {
+        self.non_negative
+    }
+
+    /// Whether there are no joins between nodes.
+    pub(crate) fn is_diagonal(&self) -> bool {
+        self.joins.is_empty()
+    }
+
+    /// Whether every entry is 0.
+    pub(crate) fn is_zero(&self) -> bool {
+        self.joins.is_empty() && self.ground.iter().all(|ground| ground.high() == 0.0)
+    }
+
+    /// A_ii of every node, in doubles.
+    pub(crate) fn diagonal(&self) -> Vec<f64> {
+        let mut diagonal: Vec<f64> = self.ground.iter().map(|ground| ground.high()).collect();
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            diagonal[i] += join.weight;
+            diagonal[j] += join.weight;
+        }
+        diagonal
+    }
+
+    /// The Frobenius norm, parallel joins taken apart.
+    pub(crate) fn norm(&self) -> f64 {
+        let diagonal = self.diagonal();
+        let beside = self
+            .joins
+            .iter()
+            .map(|join| 2.0 * join.weight * join.weight);
+        let squares = diagonal.iter().map(|entry| entry * entry);
+        (squares.sum::<f64>() + beside.sum::<f64>()).sqrt()
+    }
+
+    /// y = A x in doubles.
+    pub(crate) fn apply(&self, x: &[f64], y: &mut [f64]) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y = ground.high() * x;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = join.weight * (x[i] - x[j]);
+            y[i] += force;
+            y[j] -= force;
+        }
+    }
+
+    /// y += factor·A x, every term and sum in double-double.
+    pub(crate) fn accumulate(&self, factor: f64, x: &[f64], y: &mut [DoubleDouble]) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y += *ground * *x * factor;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = DoubleDouble::new(x[i], -x[j]) * join.weight * factor;
+            y[i] += force;
+            y[j] -= force;
+        }
+    }
+
+    /// xᵀAx. Where no term is negative they are taken in doubles and their sum compensated, which
+    /// errs by 4 units of rounding; else all is in double-double.
+    pub(crate) fn quadratic(&self, x: &[f64]) -> f64 {
+        if self.non_negative {
+            let mut sum = Compensated::default();
+            for (ground, x) in self.ground.iter().zip(x) {
+                sum.add(ground.high() * x * x);
+            }
+            for join in &self.joins {
+                let (i, j) = join.ends();
+                let stretch = x[i] - x[j];
+                sum.add(join.weight * stretch * stretch);
+            }
+            return sum.total();
+        }
+        let mut sum = DoubleDouble::ZERO;
+        for (ground, &x) in self.ground.iter().zip(x) {
+            sum += *ground * DoubleDouble::product(x, x);
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let stretch = DoubleDouble::new(x[i], -x[j]);
+            sum += stretch * stretch * join.weight;
+        }
+        sum.to_f64()
+    }
+
+    /// xᵀAy in doubles, to a small multiple of √(xᵀAx · yᵀAy) where no join is negative.
+    pub(crate) fn bilinear(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = Compensated::default();
+        for ((ground, x), y) in self.ground.iter().zip(x).zip(y) {
+            sum.add(ground.high() * x * y);
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            sum.add(join.weight * (x[i] - x[j]) * (y[i] - y[j]));
+        }
+        sum.total()
+    }
+}
+
+/// A running sum with the rounding errors of its additions (Neumaier 1974, *Z. Angew. Math. Mech.*
+/// 54), in the branch-free form of Knuth's two-sum.
+#[derive(Clone, Copy, Debug, Default)]
+struct Compensated {
+    sum: f64,
+    error: f64,
+}
+
+impl Compensated {
+    #[inline]
+    fn add(&mut self, term: f64) {
+        let sum = self.sum + term;
+        let part = sum - self.sum;
+        self.error += (self.sum - (sum - part)) + (term - part);
+        self.sum = sum;
+    }
+
+    fn total(self) -> f64 {
+        self.sum + self.error
+    }
+}

@@ -1,0 +1,407 @@
+//! Some modes of systems that are too large for dense matrices.
+
+mod basis;
+mod damped;
+mod factor;
+mod form;
+mod inverse_diagonal;
+mod lanczos;
+mod operator;
+mod ordering;
+mod pencil;
+mod refine;
+mod search;
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+use thiserror::Error;
+
+use crate::element::MatrixKind;
+use crate::modes::{Frequency, Modes};
+use crate::solver::ModesError;
+use crate::system::System;
+use factor::Factor;
+use form::Form;
+use pencil::Pencil;
+use refine::Pair;
+use search::Wanted;
+
+/// The undamped modes K x = ω²M x of a symmetric system nearest to a frequency, found without any dense
+/// matrix: time and memory grow with the entries of a sparse factor of K − σM, for chains with n.
+///
+/// They come from Lanczos' method on (K − σM)⁻¹M (Ericsson & Ruhe 1980, *Math. Comp.* 35) and keep
+/// their last digits where the elements determine them, as Rayleigh quotients summed over the elements:
+/// K itself, assembled, has lost the lowest eigenvalue of a chain of a million masses to 1e-5. Dampers
+/// are left out; [`modes`](Self::modes) takes them in. Bounds are first-order estimates.
+///
+/// ```
+/// use eigentone_modes::{GROUND, SparseModes, System};
+///
+/// let mut chain = System::builder();
+/// let name = |i: usize| format!("m{i}");
+/// for i in 0..1000 {
+///     let before = if i == 0 { GROUND.to_owned() } else { name(i - 1) };
+///     chain = chain.mass(name(i), 1.0).spring(before, name(i), 1.0);
+/// }
+/// let modes = SparseModes::lowest(&chain.build()?, 3)?;
+/// let exact = 2.0 * (std::f64::consts::PI / 2001.0 / 2.0).sin();
+/// assert!((modes.frequencies()[0].radians_per_second() / exact - 1.0).abs() < 1e-14);
+/// assert!(modes.is_counted());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SparseModes {
+    squares: Vec<f64>,
+    errors: Vec<Option<f64>>,
+    shapes: Mat<f64>,
+    counted: bool,
+    work: SparseWork,
+    pencil: Arc<Pencil>,
+    /// `None` where C is not symmetric.
+    damping: Option<Form>,
+    /// Whether damping is proved not to couple shapes.
+    classical: bool,
+    /// Where K − σM was factorised.
+    shift: f64,
+    /// λ near the nearest mode to the shift that is not here.
+    next: Option<f64>,
+    /// Infinite roots of the whole system, as far as they were counted.
+    infinite: usize,
+}
+
+/// What sparse modes took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SparseWork {
+    /// How often (K − σM)⁻¹ was applied by Lanczos' method.
+    pub products: usize,
+    /// How often K − σM was factorised.
+    pub factorisations: usize,
+    /// The entries of a factor below its diagonal.
+    pub entries: usize,
+}
+
+impl SparseModes {
+    /// The `count` modes of the smallest ω², or all where there are not so many. Motions that nothing
+    /// holds, counted on the graph of the springs, come first, with ω = 0 exactly.
+    ///
+    /// Where K is not positive semidefinite, they are those of the smallest |ω²|.
+    ///
+    /// # Errors
+    /// [`SparseError`].
+    pub fn lowest(system: &System, count: usize) -> Result<SparseModes, SparseError> {
+        SparseModes::find(system, None, count)
+    }
+
+    /// The `count` modes whose ω² is nearest to that of `target`, or all where there are not so many; in
+    /// the order of ω².
+    ///
+    /// # Errors
+    /// [`SparseError`].
+    pub fn nearest(
+        system: &System,
+        target: Frequency,
+        count: usize,
+    ) -> Result<SparseModes, SparseError> {
+        let target = target.radians_per_second();
+        let square = target * target;
+        if target < 0.0 || !square.is_finite() {
+            return Err(SparseError::Target { target });
+        }
+        SparseModes::find(system, (square != 0.0).then_some(square), count)
+    }
+
+    fn find(system: &System, shift: Option<f64>, count: usize) -> Result<SparseModes, SparseError> {
+        if count == 0 {
+            return Err(SparseError::NoneWanted);
+        }
+        let form = |kind| Form::of(system, kind).ok_or(SparseError::NotSymmetric { kind });
+        let mass = form(MatrixKind::Mass)?;
+        let stiffness = form(MatrixKind::Stiffness)?;
+        check_mass(&mass)?;
+        let has_mass = |part: &Vec<usize>| part.iter().any(|&i| !is_massless(&mass, i));
+        let parts = system.structure().spring_floating();
+        let (floating, idle): (Vec<_>, Vec<_>) = parts.iter().cloned().partition(has_mass);
+        let pencil = Pencil::of(stiffness, mass).ok_or(SparseError::TooDense)?;
+        let pencil = Arc::new(pencil);
+        let wanted = Wanted {
+            pencil: &pencil,
+            floating: &floating,
+            idle: idle.len(),
+            count: count.min(system.len()),
+        };
+        let mut answer = match shift {
+            None => search::lowest(&wanted)?,
+            Some(shift) => search::nearest(&wanted, shift)?,
+        };
+        let work = SparseWork {
+            products: answer.applied,
+            factorisations: answer.factorised,
+            entries: pencil.ordering.rows.len(),
+        };
+        let (vectors, next) = answer.needed(wanted.count);
+        let mut pairs = refine::refined(&answer.operator, vectors, next);
+        for part in floating.iter().take(wanted.count) {
+            pairs.push(rigid(part, &pencil.mass));
+        }
+        let centre = answer.operator.shift;
+        let distance = |pair: &Pair| (pair.square - centre).abs();
+        pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        pairs.truncate(wanted.count);
+        pairs.sort_by(|a, b| a.square.total_cmp(&b.square));
+        Ok(SparseModes {
+            squares: pairs.iter().map(|pair| pair.square).collect(),
+            errors: pairs.iter().map(|pair| pair.error).collect(),
+            shapes: Mat::from_fn(system.len(), pairs.len(), |i, j| pairs[j].shape[i]),
+            counted: answer.counted,
+            work,
+            damping: Form::of(system, MatrixKind::Damping),
+            classical: system.structure().is_classical(),
+            shift: centre,
+            next: next.map(|inverse| centre + 1.0 / inverse),
+            infinite: system
+                .structure()
+                .finite_roots()
+                .map_or(0, |finite| 2 * system.len() - finite),
+            pencil: pencil.clone(),
+        })
+    }
+
+    /// How many there are.
+    #[allow(clippy::len_without_is_empty)] // at least one was asked for
+    pub fn len(&self) -> usize {
+        self.squares.len()
+    }
+
+    /// λ = ω² in 1/s², rising. Negative where K pushes away and the motion grows.
+    pub fn squares(&self) -> &[f64] {
+        &self.squares
+    }
+
+    /// ω of each; 0 where ω² is negative.
+    pub fn frequencies(&self) -> Vec<Frequency> {
+        let squares = self.squares.iter();
+        let root = |square: &f64| Frequency::from_radians_per_second(square.max(0.0).sqrt());
+        squares.map(root).collect()
+    }
+
+    /// How far each ω² may be off, in 1/s²: a first-order estimate, `None` where none can be given.
+    pub fn square_bounds(&self) -> &[Option<f64>] {
+        &self.errors
+    }
+
+    /// The shapes: an n × m matrix, column j for mode j, with xᵀMx = 1.
+    pub fn shapes(&self) -> MatRef<'_, f64> {
+        self.shapes.as_ref()
+    }
+
+    /// Whether the number of negative pivots of K − τM on both sides of what was found, by Sylvester's law
+    /// of inertia, confirms that no mode between them is missing.
+    pub fn is_counted(&self) -> bool {
+        self.counted
+    }
+
+    /// The modes with damping, as roots of λ²M + λC + K: where C = 0 those found; else from C projected on their
+    /// shapes, each with its residual in the whole equation as
+    /// [`backward_error`](crate::Mode::backward_error). Damping that couples them to modes that were not
+    /// asked for moves λ; its bound has that to second order, and is `None` where that is not small.
+    ///
+    /// # Errors
+    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::Projected`] where the projected
+    /// equation has no answer.
+    pub fn modes(&self) -> Result<Modes, SparseError> {
+        let Some(damping) = &self.damping else {
+            let kind = MatrixKind::Damping;
+            return Err(SparseError::NotSymmetric { kind });
+        };
+        Ok(damped::modes(self, damping)?)
+    }
+
+    /// The equation of the amplitudes q of the shapes, q″ + ΦᵀCΦ q′ + ΦᵀKΦ q = Φᵀf, as a dense system with
+    /// coordinates x1, x2, ….
+    ///
+    /// # Errors
+    /// As for [`modes`](Self::modes).
+    pub fn reduced(&self) -> Result<System, SparseError> {
+        let Some(damping) = &self.damping else {
+            let kind = MatrixKind::Damping;
+            return Err(SparseError::NotSymmetric { kind });
+        };
+        Ok(damped::reduced(self, damping)?)
+    }
+
+    /// M x, for a vector of n entries.
+    ///
+    /// # Panics
+    /// Unless x has n entries.
+    pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; self.shapes.nrows()];
+        self.pencil.mass.apply(x, &mut product);
+        product
+    }
+
+    /// xᵀKx, summed over the elements, for a vector of n entries.
+    ///
+    /// # Panics
+    /// Unless x has n entries.
+    pub fn twice_potential_energy(&self, x: &[f64]) -> f64 {
+        self.pencil.stiffness.quadratic(x)
+    }
+
+    /// What a constant force moves besides these shapes: R f with R = K⁻¹ − Φ Ω⁻² Φᵀ, the residual
+    /// flexibility (MacNeal 1971, *Comput. Struct.* 1). `None` where these are not the modes of the smallest
+    /// ω², or K was too near to singular to be factorised as it is.
+    ///
+    /// # Panics
+    /// Unless the force has n entries.
+    pub fn residual_flexibility(&self, force: &[f64]) -> Option<Vec<f64>> {
+        if self.shift != 0.0 {
+            return None;
+        }
+        let mut rest = force.to_vec();
+        for k in 0..self.len() {
+            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let along = basis::dot(&shape, force);
+            let resisted = self.mass_times(&shape);
+            let pairs = rest.iter_mut().zip(&resisted);
+            pairs.for_each(|(rest, value)| *rest -= along * value);
+        }
+        let mut work = vec![0.0; rest.len()];
+        Factor::of(&self.pencil, 0.0).solve(&mut rest, &mut work);
+        // A part that nothing holds was pinned at a node: its shapes are taken out again.
+        let resisted = self.mass_times(&rest);
+        for k in 0..self.len() {
+            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let along = basis::dot(&shape, &resisted);
+            let pairs = rest.iter_mut().zip(&shape);
+            pairs.for_each(|(rest, value)| *rest -= along * value);
+        }
+        Some(rest)
+    }
+
+    /// The diagonal of the residual flexibility R: how far each coordinate can be moved by what has xᵀKx = 1
+    /// and none of these shapes, squared. `None` where R is not there, or some part is held by nothing.
+    pub fn residual_flexibility_diagonal(&self) -> Option<Vec<f64>> {
+        let factor = (self.shift == 0.0).then(|| Factor::of(&self.pencil, 0.0))?;
+        if factor.zeros > 0 || factor.negative > 0 {
+            return None;
+        }
+        let mut diagonal = inverse_diagonal::of(&factor);
+        for (k, square) in self.squares.iter().enumerate() {
+            for (rest, x) in diagonal.iter_mut().zip(self.shapes.col(k).iter()) {
+                *rest -= x * x / square;
+            }
+        }
+        diagonal.iter_mut().for_each(|rest| *rest = rest.max(0.0));
+        Some(diagonal)
+    }
+
+    /// The largest estimated error of an ω² relative to it, halved: that of ω.
+    fn relative_error(&self) -> Option<f64> {
+        let pairs = self.squares.iter().zip(&self.errors);
+        pairs
+            .filter(|(square, _)| **square != 0.0)
+            .map(|(square, error)| Some((*error)? / square.abs() / 2.0))
+            .try_fold(0.0, |top: f64, part| Some(top.max(part?)))
+    }
+
+    /// What they took.
+    pub fn work(&self) -> SparseWork {
+        self.work
+    }
+}
+
+/// Whether row i of M is 0.
+fn is_massless(mass: &Form, i: usize) -> bool {
+    mass.is_diagonal() && mass.ground(i) == 0.0
+}
+
+/// M must be positive semidefinite; lumped masses are.
+fn check_mass(mass: &Form) -> Result<(), SparseError> {
+    if mass.is_zero() {
+        return Err(SparseError::NoMass);
+    }
+    if mass.is_non_negative() {
+        return Ok(());
+    }
+    let none = Form::zero(mass.len());
+    let pencil = Pencil::of(mass.clone(), none).ok_or(SparseError::TooDense)?;
+    let factor = Factor::of(&pencil, 0.0);
+    match factor.negative {
+        0 => Ok(()),
+        _ => Err(SparseError::MassNotDefinite),
+    }
+}
+
+/// A part that moves as a whole.
+fn rigid(part: &[usize], mass: &Form) -> Pair {
+    let mut shape = vec![0.0; mass.len()];
+    part.iter().for_each(|&i| shape[i] = 1.0);
+    let norm = mass.quadratic(&shape).sqrt();
+    part.iter().for_each(|&i| shape[i] = norm.recip());
+    Pair {
+        square: 0.0,
+        shape,
+        error: Some(0.0),
+    }
+}
+
+/// Why there are no sparse modes.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SparseError {
+    /// No mode was asked for.
+    #[error("0 modes were asked for: ask for at least one")]
+    NoneWanted,
+    /// The frequency to look near is negative or too large.
+    #[error(
+        "the frequency to look near is {target:?} rad/s: it must be a finite number, 0 or more"
+    )]
+    Target {
+        /// The frequency given, in rad/s.
+        target: f64,
+    },
+    /// A matrix is not symmetric.
+    #[error(
+        "the {kind} matrix is not symmetric: modes of large systems are found for symmetric matrices alone"
+    )]
+    NotSymmetric {
+        /// Which matrix.
+        kind: MatrixKind,
+    },
+    /// Nothing has a mass.
+    #[error("nothing has a mass, so nothing vibrates: give at least one mass")]
+    NoMass,
+    /// M has a negative eigenvalue.
+    #[error(
+        "the mass matrix is not positive semidefinite: some motion would have a negative energy"
+    )]
+    MassNotDefinite,
+    /// The factor of K − σM would not fit into memory.
+    #[error(
+        "the factor of the stiffness matrix would have more than {} entries: the joins are too dense for it",
+        pencil::MOST_ENTRIES
+    )]
+    TooDense,
+    /// More parts float than a mass matrix that is not diagonal allows.
+    #[error(
+        "{count} parts that nothing holds are too many beside a mass matrix that is not diagonal"
+    )]
+    TooManyParts {
+        /// How many float.
+        count: usize,
+    },
+    /// The equation projected on the shapes was not solved.
+    #[error("on the shapes found: {0}")]
+    Projected(#[from] ModesError),
+    /// Lanczos' method did not converge.
+    #[error(
+        "Lanczos' method did not converge: ask for fewer modes, or for those near another frequency"
+    )]
+    NoConvergence,
+    /// The factor of K − σM leaves the range of doubles, or no shift makes it regular.
+    #[error(
+        "the stiffness matrix cannot be factorised in doubles: choose other units, or fewer orders of magnitude"
+    )]
+    OutOfRange,
+}

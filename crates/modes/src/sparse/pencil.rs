@@ -1,0 +1,113 @@
+//! K − σM assembled in an order of elimination, ready to be factorised at any shift σ.
+
+use super::form::Form;
+use super::ordering::{Adjacency, Ordering};
+
+/// The most entries that a factor may have below its diagonal: 12 bytes each.
+pub(crate) const MOST_ENTRIES: usize = 500_000_000;
+
+/// Symmetric K and M with the pattern of their common factor.
+#[derive(Clone, Debug)]
+pub(crate) struct Pencil {
+    pub(crate) stiffness: Form,
+    pub(crate) mass: Form,
+    pub(crate) ordering: Ordering,
+    /// Where each column's joins to later places start, and where the last one's end.
+    pub(crate) starts: Vec<usize>,
+    pub(crate) rows: Vec<u32>,
+    /// Of each join, parallel ones added up.
+    pub(crate) stiffnesses: Vec<f64>,
+    /// The same of M; empty where M is diagonal.
+    pub(crate) masses: Vec<f64>,
+}
+
+impl Pencil {
+    /// `None` where the factor would be larger than [`MOST_ENTRIES`].
+    pub(crate) fn of(stiffness: Form, mass: Form) -> Option<Pencil> {
+        let graph = adjacency(&[&stiffness, &mass]);
+        let ordering = Ordering::of(&graph, MOST_ENTRIES)?;
+        let n = graph.len();
+        let mut starts = Vec::with_capacity(n + 1);
+        starts.push(0);
+        let mut rows: Vec<u32> = Vec::with_capacity(graph.others.len() / 2);
+        for (place, &node) in ordering.nodes.iter().enumerate() {
+            let later = graph.of(node as usize).iter();
+            let later = later.map(|&other| ordering.places[other as usize]);
+            rows.extend(later.filter(|&other| other as usize > place));
+            rows[starts[place]..].sort_unstable();
+            starts.push(rows.len());
+        }
+        let mut pencil = Pencil {
+            stiffness,
+            mass,
+            ordering,
+            starts,
+            rows,
+            stiffnesses: Vec::new(),
+            masses: Vec::new(),
+        };
+        pencil.stiffnesses = pencil.weights(&pencil.stiffness);
+        if !pencil.mass.is_diagonal() {
+            pencil.masses = pencil.weights(&pencil.mass);
+        }
+        Some(pencil)
+    }
+
+    /// The order n.
+    pub(crate) fn len(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    fn weights(&self, form: &Form) -> Vec<f64> {
+        let mut weights = vec![0.0; self.rows.len()];
+        for join in form.joins() {
+            let [a, b] = join.ends.map(|node| self.ordering.places[node as usize]);
+            let column = a.min(b) as usize;
+            let range = self.starts[column]..self.starts[column + 1];
+            if let Ok(at) = self.rows[range.clone()].binary_search(&a.max(b)) {
+                weights[range.start + at] += join.weight;
+            }
+        }
+        weights
+    }
+}
+
+/// Which nodes are joined in any of the forms.
+fn adjacency(forms: &[&Form]) -> Adjacency {
+    let n = forms[0].len();
+    let joins = || forms.iter().flat_map(|form| form.joins());
+    let mut starts = vec![0usize; n + 1];
+    for join in joins() {
+        let (i, j) = join.ends();
+        starts[i + 1] += 1;
+        starts[j + 1] += 1;
+    }
+    for i in 0..n {
+        starts[i + 1] += starts[i];
+    }
+    let mut ends = starts.clone();
+    let mut others = vec![0u32; starts[n]];
+    for join in joins() {
+        let (i, j) = join.ends();
+        (others[ends[i]], others[ends[j]]) = (join.ends[1], join.ends[0]);
+        ends[i] += 1;
+        ends[j] += 1;
+    }
+    // Each once.
+    let (mut kept, mut start) = (0, 0);
+    for i in 0..n {
+        let end = starts[i + 1];
+        others[start..end].sort_unstable();
+        let first = kept;
+        for at in start..end {
+            if kept == first || others[kept - 1] != others[at] {
+                others[kept] = others[at];
+                kept += 1;
+            }
+        }
+        start = end;
+        starts[i + 1] = kept;
+    }
+    others.truncate(kept);
+    Adjacency { starts, others }
+}

@@ -1,0 +1,167 @@
+//! ω_j = 2 √(k/m) sin(θ_j/2), with θ_j by the ends (Blevins, table 6-2).
+
+use std::f64::consts::PI;
+
+use eigentone_modes::{Frequency, MatrixKind, SparseModes, System};
+use faer::sparse::{SparseColMat, Triplet};
+
+use crate::networks::{assert_shapes, assert_squares, network};
+
+const M: f64 = 0.7;
+const K: f64 = 340.0;
+
+#[derive(Clone, Copy, Debug)]
+enum Ends {
+    Both,
+    First,
+    Free,
+}
+
+fn chain(ends: Ends, n: usize) -> System {
+    let inner = (1..n).map(|i| (i, i + 1, K));
+    let outer = match ends {
+        Ends::Both => vec![(0, 1, K), (n, 0, K)],
+        Ends::First => vec![(0, 1, K)],
+        Ends::Free => vec![],
+    };
+    network(vec![M; n], inner.chain(outer))
+}
+
+/// λ_j for j = 1 … n.
+fn square(ends: Ends, n: usize, j: usize) -> f64 {
+    let (j, n) = (j as f64, n as f64);
+    let half = match ends {
+        Ends::Both => j / (n + 1.0),
+        Ends::First => (2.0 * j - 1.0) / (2.0 * n + 1.0),
+        Ends::Free => (j - 1.0) / n,
+    } * PI
+        / 2.0;
+    4.0 * (K / M) * half.sin().powi(2)
+}
+
+#[test]
+fn lowest_modes_of_chains_of_any_length() {
+    for ends in [Ends::Both, Ends::First, Ends::Free] {
+        for n in [1, 2, 3, 10, 57, 1000, 20_000] {
+            let system = chain(ends, n);
+            for count in [1, 3, 20] {
+                let modes = SparseModes::lowest(&system, count).unwrap();
+                let expected: Vec<f64> = (1..=count.min(n)).map(|j| square(ends, n, j)).collect();
+                let what = format!("{ends:?}, n = {n}, {count} modes");
+                assert_squares(&modes, &expected, &what);
+                assert_shapes(&system, &modes, 1e-11, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_chain_of_a_hundred_thousand_masses_keeps_all_digits() {
+    let n = 100_000;
+    let modes = SparseModes::lowest(&chain(Ends::Both, n), 20).unwrap();
+    for (j, found) in modes.squares().iter().enumerate() {
+        let exact = square(Ends::Both, n, j + 1);
+        assert!(
+            (found / exact - 1.0).abs() < 2e-15,
+            "mode {j}: {found:e}, {exact:e}"
+        );
+    }
+    assert!(modes.is_counted());
+    // One entry of L for each spring between masses: no order has less fill.
+    assert_eq!(modes.work().entries, n - 1);
+}
+
+#[test]
+fn modes_inside_the_spectrum() {
+    for n in [30, 5000] {
+        let system = chain(Ends::First, n);
+        let all: Vec<f64> = (1..=n).map(|j| square(Ends::First, n, j)).collect();
+        for at in [0.1, 0.5, 0.999] {
+            let target = 2.0 * (K / M).sqrt() * at;
+            let modes =
+                SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 12)
+                    .unwrap();
+            let mut nearest = all.clone();
+            let distance = |square: &f64| (square - target * target).abs();
+            nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+            nearest.truncate(12);
+            nearest.sort_by(f64::total_cmp);
+            assert_squares(&modes, &nearest, &format!("n = {n}, near {target}"));
+        }
+    }
+}
+
+#[test]
+fn a_target_that_is_an_eigenvalue() {
+    let system = chain(Ends::Both, 400);
+    let target = square(Ends::Both, 400, 40).sqrt();
+    let modes =
+        SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 3).unwrap();
+    let expected: Vec<f64> = (39..=41).map(|j| square(Ends::Both, 400, j)).collect();
+    assert_squares(&modes, &expected, "on an eigenvalue");
+}
+
+#[test]
+fn massless_nodes_between_masses() {
+    let n = 500;
+    // Each spring is two of twice its stiffness in series: nodes 2i − 1 are massless.
+    let masses = (1..=2 * n + 1).map(|i| if i % 2 == 0 { M } else { 0.0 });
+    let springs = (0..=2 * n + 1).map(|i| (i, (i + 1) % (2 * n + 2), 2.0 * K));
+    let modes = SparseModes::lowest(&network(masses, springs), 9).unwrap();
+    let expected: Vec<f64> = (1..=9).map(|j| square(Ends::Both, n, j)).collect();
+    assert_squares(&modes, &expected, "massless nodes");
+    // A massless node halves the distance between its neighbours.
+    for k in 0..9 {
+        let shape = modes.shapes().col(k);
+        let middle = (shape[1] + shape[3]) / 2.0;
+        assert!(
+            (shape[2] - middle).abs() < 1e-10 * middle.abs().max(1e-3),
+            "mode {k}"
+        );
+    }
+}
+
+/// A bar of n elements, held at both ends, with the consistent mass matrix tridiag(1, 4, 1)/6.
+fn consistent(n: usize) -> System {
+    let matrix = |diagonal: f64, beside: f64| {
+        let mut entries = Vec::new();
+        for i in 0..n {
+            entries.push(Triplet::new(i, i, diagonal));
+            if i + 1 < n {
+                entries.push(Triplet::new(i, i + 1, beside));
+                entries.push(Triplet::new(i + 1, i, beside));
+            }
+        }
+        SparseColMat::try_new_from_triplets(n, n, &entries).unwrap()
+    };
+    System::builder()
+        .sparse_matrix(MatrixKind::Mass, matrix(4.0, 1.0))
+        .sparse_matrix(MatrixKind::Stiffness, matrix(2.0, -1.0))
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn a_consistent_mass_matrix() {
+    for n in [5, 300, 6000] {
+        let count = n.min(7);
+        let modes = SparseModes::lowest(&consistent(n), count).unwrap();
+        let square = |j: usize| {
+            let half = j as f64 * PI / (2.0 * (n as f64 + 1.0));
+            let sine = half.sin().powi(2);
+            4.0 * sine / (6.0 - 4.0 * sine)
+        };
+        let expected: Vec<f64> = (1..=count).map(square).collect();
+        assert_squares(&modes, &expected, &format!("consistent, n = {n}"));
+    }
+}
+
+#[test]
+fn soft_springs_between_stiff_ones() {
+    // Pairs of masses on springs of 1e16 k: the pairs move on the soft ones as a chain of double masses.
+    let n = 400;
+    let springs = (0..2 * n).map(|i| (i, i + 1, if i % 2 == 0 { K } else { 1e16 * K }));
+    let modes = SparseModes::lowest(&network(vec![M / 2.0; 2 * n], springs), 12).unwrap();
+    let expected: Vec<f64> = (1..=12).map(|j| square(Ends::First, n, j)).collect();
+    assert_squares(&modes, &expected, "pairs");
+}

@@ -1,0 +1,15 @@
+//! Some modes of large systems.
+//!
+//! - `chains`: closed forms of chains of any length, held, free, massless in between, with a
+//!   consistent mass matrix.
+//! - `damped`: damped modes by projection, against the dense solvers.
+//! - `grids`: closed forms of grids and rings, whose eigenvalues are multiple: none may be lost.
+//! - `small`: every mode of small random systems against the proven ones of the dense solvers.
+//! - `refusals`: what cannot be answered says why.
+
+mod chains;
+mod damped;
+mod grids;
+mod networks;
+mod refusals;
+mod small;

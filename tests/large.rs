@@ -1,0 +1,236 @@
+//! Scenes that are too large for dense matrices, from the command line.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn eigentone(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(arguments)
+        .output()
+        .expect("the binary runs")
+}
+
+fn parsed(arguments: &[&str]) -> Value {
+    let output = eigentone(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn refused(arguments: &[&str], status: i32) -> String {
+    let output = eigentone(arguments);
+    let error = String::from_utf8(output.stderr).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    error
+}
+
+fn directory(name: &str) -> PathBuf {
+    let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("large")
+        .join(name);
+    fs::create_dir_all(&directory).expect("a directory");
+    directory
+}
+
+/// A chain of n unit masses on unit springs, held at both ends, by elements.
+fn chain(name: &str, n: usize, rest: &str) -> String {
+    let mut masses = Vec::new();
+    let mut springs = vec![r#"{"between": ["ground", "m1"], "stiffness": 1}"#.to_owned()];
+    for i in 1..=n {
+        masses.push(format!(r#"{{"name": "m{i}", "mass": 1}}"#));
+        let next = if i == n {
+            "ground".to_owned()
+        } else {
+            format!("m{}", i + 1)
+        };
+        springs.push(format!(
+            r#"{{"between": ["m{i}", "{next}"], "stiffness": 1}}"#
+        ));
+    }
+    let text = format!(
+        r#"{{"masses": [{}], "springs": [{}]{rest}}}"#,
+        masses.join(","),
+        springs.join(",")
+    );
+    let path = directory(name).join("chain.json");
+    fs::write(&path, text).expect("written");
+    path.to_str().expect("a UTF-8 path").to_owned()
+}
+
+/// The same by Matrix Market files beside the scene.
+fn chain_of_matrices(n: usize) -> String {
+    let directory = directory("matrices");
+    let mut mass = format!("%%MatrixMarket matrix coordinate integer symmetric\n{n} {n} {n}\n");
+    let mut stiffness = format!(
+        "%%MatrixMarket matrix coordinate real symmetric\n{n} {n} {}\n",
+        2 * n - 1
+    );
+    for i in 1..=n {
+        writeln!(mass, "{i} {i} 1").expect("a string");
+        writeln!(stiffness, "{i} {i} 2.0").expect("a string");
+        if i < n {
+            writeln!(stiffness, "{} {i} -1.0", i + 1).expect("a string");
+        }
+    }
+    fs::write(directory.join("m.mtx"), mass).expect("written");
+    fs::write(directory.join("k.mtx"), stiffness).expect("written");
+    let path = directory.join("scene.json");
+    let text = r#"{"matrices": {"mass": "m.mtx", "stiffness": "k.mtx"}}"#;
+    fs::write(&path, text).expect("written");
+    path.to_str().expect("a UTF-8 path").to_owned()
+}
+
+fn frequency(n: usize, j: usize) -> f64 {
+    2.0 * (j as f64 * PI / (2.0 * (n as f64 + 1.0))).sin()
+}
+
+fn assert_lowest(json: &Value, n: usize, count: usize) {
+    assert_eq!(json["bounds"], "estimated");
+    assert_eq!(json["infinite"], 0);
+    assert_eq!(json["selected"]["of"], 2 * n);
+    assert_eq!(json["selected"]["counted"], true);
+    let roots = json["eigenvalues"].as_array().expect("a list");
+    assert_eq!(roots.len(), 2 * count);
+    for (k, root) in roots.iter().enumerate() {
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        let exact = sign * frequency(n, k / 2 + 1);
+        let found = root["im"].as_f64().expect("a number");
+        assert_eq!(root["re"], 0.0);
+        assert_eq!(root["real_bound"], 0.0);
+        assert!(
+            (found / exact - 1.0).abs() < 1e-14,
+            "{found} is not {exact}"
+        );
+        assert!(root["bound"].as_f64().expect("a bound") < 1e-14 * exact.abs());
+    }
+    let modes = json["modes"].as_array().expect("a list");
+    assert_eq!(modes.len(), count);
+    assert_eq!(modes[0]["motion"], "oscillating");
+    assert_eq!(modes[0]["shape"].as_array().expect("a list").len(), n);
+}
+
+#[test]
+fn lowest_modes_of_elements_and_of_matrices() {
+    let n = 5000;
+    let by_elements = chain("elements", n, "");
+    assert_lowest(
+        &parsed(&["modes", &by_elements, "--lowest", "4", "--json"]),
+        n,
+        4,
+    );
+    let by_matrices = chain_of_matrices(n);
+    assert_lowest(
+        &parsed(&["modes", &by_matrices, "--lowest", "4", "--json"]),
+        n,
+        4,
+    );
+    let table = eigentone(&["modes", &by_elements, "--lowest", "4"]);
+    let table = String::from_utf8(table.stdout).expect("UTF-8");
+    assert!(
+        table.contains("8 of 10000 roots; none between them is missing"),
+        "{table}"
+    );
+}
+
+#[test]
+fn modes_near_a_frequency() {
+    let n = 5000;
+    let scene = chain("near", n, "");
+    let json = parsed(&["modes", &scene, "--near", "1.0", "--count", "3", "--json"]);
+    let mut nearest: Vec<f64> = (1..=n).map(|j| frequency(n, j)).collect();
+    nearest.sort_by(|a, b| (a * a - 1.0).abs().total_cmp(&(b * b - 1.0).abs()));
+    nearest.truncate(3);
+    nearest.sort_by(f64::total_cmp);
+    let modes = json["modes"].as_array().expect("a list");
+    assert_eq!(modes.len(), 3);
+    for (mode, exact) in modes.iter().zip(nearest) {
+        let found = mode["natural_frequency"].as_f64().expect("a number");
+        assert!(
+            (found / exact - 1.0).abs() < 1e-13,
+            "{found} is not {exact}"
+        );
+    }
+}
+
+#[test]
+fn the_selection_serves_small_scenes_too() {
+    let scene = chain("small", 30, "");
+    let json = parsed(&["modes", &scene, "--lowest", "2", "--json"]);
+    assert_lowest(&json, 30, 2);
+    assert!(
+        parsed(&["modes", &scene, "--json"])
+            .get("selected")
+            .is_none()
+    );
+}
+
+#[test]
+fn what_dense_matrices_cannot_do_is_refused_with_the_way_out() {
+    let scene = chain("refused", 5000, r#", "time": {"end": 1, "step": 0.1}"#);
+    for command in ["modes", "response", "analyze"] {
+        let error = refused(&[command, &scene], 2);
+        assert!(
+            error.contains("5000 coordinates are too many"),
+            "{command}: {error}"
+        );
+        assert!(error.contains("1.4 GB"), "{command}: {error}");
+        assert!(error.contains("--lowest 20"), "{command}: {error}");
+    }
+}
+
+#[test]
+fn options_that_make_no_sense() {
+    let scene = chain("options", 3, "");
+    for options in [
+        &["--lowest", "0"][..],
+        &["--lowest", "-1"],
+        &["--near", "-1"],
+        &["--near", "inf"],
+        &["--lowest", "2", "--near", "1"],
+        &["--count", "2"],
+    ] {
+        let mut arguments = vec!["modes", &scene];
+        arguments.extend(options);
+        refused(&arguments, 2);
+    }
+}
+
+#[test]
+fn a_response_by_some_modes() {
+    // The first mode alone, released from its shape: it swings as cos ωt.
+    let n = 4200;
+    let shape = |i: usize| (i as f64 * PI / (n as f64 + 1.0)).sin();
+    let initial: Vec<String> = (1..=n)
+        .map(|i| format!(r#""m{i}": {{"displacement": {:?}}}"#, shape(i)))
+        .collect();
+    let rest = format!(
+        r#", "initial": {{{}}}, "time": {{"end": 4000, "step": 500}}"#,
+        initial.join(",")
+    );
+    let scene = chain("response", n, &rest);
+    let json = parsed(&[
+        "response", &scene, "--modes", "3", "--steps", "8,1", "--json",
+    ]);
+    assert_eq!(json["bounds"], "estimated");
+    assert_eq!(json["step"], serde_json::json!([8, 1]));
+    for (column, t) in [4000.0, 500.0].into_iter().enumerate() {
+        let swing = (frequency(n, 1) * t).cos();
+        for i in [1, 1000, 2100, n] {
+            let found = json["displacement"][format!("m{i}")][column]
+                .as_f64()
+                .expect("a number");
+            assert!(
+                (found - swing * shape(i)).abs() < 1e-10,
+                "m{i} at {t}: {found}"
+            );
+        }
+    }
+    let bound = json["displacement_bound"][0].as_f64().expect("a bound");
+    assert!(bound < 1e-6, "{bound:e}");
+}

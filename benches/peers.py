@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What NumPy and SciPy take for the same work, on one thread: best of several runs, in microseconds.
 
-usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [lsim] [eigsh]
+usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [lsim] [sweep] [eigsh]
 
 Prints a name and a time a line; all sections if none is named. `cargo bench --bench limits` reads it
 where PEERS_PYTHON names the Python to run it with. Chains between two walls: unit masses, springs
@@ -75,6 +75,22 @@ def lsim():
         yield f"lsim {count}", best(run)
 
 
+def sweep():
+    """One design of three masses: its modes and 200 instants."""
+    times = np.arange(200) * 0.1
+    forces = np.tile([3.0, 9, 12], (200, 1))
+
+    def design():
+        m, c, k, _ = chain(3)
+        a = state_matrix(m, c, k)
+        b = np.vstack([np.zeros((3, 3)), np.linalg.inv(m)])
+        out, feed = np.eye(6), np.zeros((6, 3))
+        np.linalg.eig(a)
+        scipy.signal.lsim((a, b, out, feed), forces, times, X0=[6, 7, 8, 0, 0, 0])
+
+    yield "sweep", best(design)
+
+
 def eigsh():
     for n in (100_000, 1_000_000):
         k = 1e4
@@ -90,7 +106,7 @@ def eigsh():
         yield f"eigsh {n}", spent * 1e6
 
 
-SECTIONS = {section.__name__: section for section in (expm, eig, lsim, eigsh)}
+SECTIONS = {section.__name__: section for section in (expm, eig, lsim, sweep, eigsh)}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or SECTIONS:

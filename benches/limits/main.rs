@@ -12,7 +12,9 @@
 mod exponentials;
 mod marches;
 mod memory;
+mod modes;
 mod peers;
+mod sweeps;
 mod systems;
 mod timing;
 
@@ -22,5 +24,7 @@ fn main() {
     let peers = peers::Peers::measure(once);
     memory::show(&runs);
     exponentials::show(&runs, &peers);
+    modes::show(&runs, &peers);
     marches::show(&runs, &peers);
+    sweeps::show(&runs, &peers);
 }

@@ -16,7 +16,7 @@ impl Peers {
                 let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers.py");
                 let output = Command::new(python)
                     .arg(script)
-                    .args(["expm", "lsim"])
+                    .args(["expm", "lsim", "eig", "sweep"])
                     .env("OPENBLAS_NUM_THREADS", "1")
                     .output()
                     .expect("PEERS_PYTHON runs");

@@ -11,11 +11,17 @@ pub struct Runs {
 impl Runs {
     /// The best time of `body` in µs, over about a third of a second.
     pub fn best<R>(&self, mut body: impl FnMut() -> R) -> f64 {
+        self.best_after(|| (), |_| body())
+    }
+
+    /// The same with something made anew for each run, which is not counted.
+    pub fn best_after<S, R>(&self, make: impl Fn() -> S, mut body: impl FnMut(&mut S) -> R) -> f64 {
         let began = Instant::now();
         let mut best = f64::INFINITY;
         loop {
+            let mut made = make();
             let start = Instant::now();
-            std::hint::black_box(body());
+            std::hint::black_box(body(&mut made));
             best = best.min(start.elapsed().as_secs_f64());
             if self.once || began.elapsed().as_secs_f64() > 0.3 {
                 return best * 1e6;

@@ -160,11 +160,25 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 struct Limits {
     /// The largest displacement of each coordinate so far.
     range: Vec<f64>,
-    /// How many stretches may still be looked at.
-    left: u64,
+    /// How many stretches may be looked at.
+    most: u64,
+    /// How many have been.
+    seen: u64,
+    /// The end of the motion, in s.
+    end: f64,
 }
 
 impl Limits {
+    /// Counts a stretch from `start` s on. `None` once there are too many, or it shows that there will be: after
+    /// a good number of them, by how far they have led.
+    fn count(&mut self, start: f64) -> Option<()> {
+        const TELLING: u64 = 32;
+        self.seen += 1;
+        let expected = self.seen as f64 / (start / self.end);
+        let hopeless = self.seen > self.most / TELLING && expected > 4.0 * self.most as f64;
+        (self.seen <= self.most && !hopeless).then_some(())
+    }
+
     /// Widens the ranges by a point.
     fn see(&mut self, point: &Point) {
         for (i, range) in self.range.iter_mut().enumerate() {
@@ -196,7 +210,9 @@ pub(crate) fn follow(
     let grid = problem.grid();
     let mut limits = Limits {
         range,
-        left: (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64,
+        most: (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64,
+        seen: 0,
+        end: grid.time(grid.last()),
     };
     let mut walker = Walker::new(problem, generator);
     let mut known: HashMap<u64, Way> = HashMap::new();
@@ -273,7 +289,7 @@ fn divide(
     visit: &mut dyn FnMut(&mut Stretch<'_>),
 ) -> Option<()> {
     const DEEPEST: usize = 40;
-    limits.left = limits.left.checked_sub(1)?;
+    limits.count(stretch.start)?;
     let depth = stretch.depth + 1;
     let middle = stretch.way.advance(stretch.left, depth);
     limits.see(&middle);

@@ -61,6 +61,7 @@ mod sparse;
 mod structure;
 mod sweep;
 mod system;
+mod vector;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
 pub use balance::{Balanced, balance};

@@ -7,6 +7,7 @@ use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind};
 use crate::system::System;
+use crate::vector::settle;
 
 /// M, C, K in doubles with their Frobenius norms.
 pub(crate) struct Pencil {
@@ -357,6 +358,7 @@ pub(crate) fn products(
         if j % 2 == 0 { entry.re } else { entry.im }
     });
     let product = matrix * parts;
+    settle();
     let column = |j: usize| {
         let (re, im) = (product.col(2 * j), product.col(2 * j + 1));
         let parts = re.iter().zip(im.iter());

@@ -10,6 +10,7 @@ use pulp::Arch;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
+use crate::vector::settle;
 
 /// xᵀMx, xᵀCx and xᵀKx of a real shape x.
 #[derive(Clone, Copy, Debug)]
@@ -143,6 +144,7 @@ fn is_full(matrix: MatRef<'_, f64>) -> bool {
 fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<DoubleDouble> {
     let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| shapes[j][i]);
     let products = matrix * &columns;
+    settle();
     let each = products.col_iter().zip(shapes).map(|(product, x)| {
         let terms = product.iter().zip(*x);
         DoubleDouble::from(terms.map(|(product, x)| product * x).sum::<f64>())

@@ -14,6 +14,7 @@ use crate::quality::pencil::{Approximate, Pencil, norm, products};
 use crate::quality::rayleigh::Forms;
 use crate::structure::Structure;
 use crate::system::System;
+use crate::vector::settle;
 
 use super::newton::{FEW, resolved};
 use super::roots::{Root, SMALL, collect};
@@ -98,6 +99,7 @@ pub(crate) fn eigen(
         Default::default(),
     )
     .map_err(|_| ModesError::NoConvergence { method })?;
+    settle();
 
     // One of each conjugate pair: its column, its root, and whether it is a pair.
     let mut found = Vec::with_capacity(n);

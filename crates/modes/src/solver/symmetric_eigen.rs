@@ -10,6 +10,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{self, ComputeEigenvectors};
 use faer::{Mat, Par};
 
+use crate::vector::settle;
+
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.
 pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
@@ -28,6 +30,7 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
             Default::default(),
         )
         .ok()?;
+        settle();
         return Some((values.column_vector().iter().copied().collect(), vectors));
     };
     let mut diagonal = Diag::<f64>::zeros(n);
@@ -51,6 +54,7 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
         Default::default(),
     )
     .ok()?;
+    settle();
     if path.iter().enumerate().any(|(place, i)| place != *i) {
         let mut place = vec![0; n];
         for (at, &i) in path.iter().enumerate() {

@@ -5,6 +5,7 @@ use num_complex::Complex;
 use super::design::{Design, DesignError};
 use super::francis;
 use super::shape::{Shifted, improved};
+use crate::vector::settle;
 
 /// The modes of one [`Design`] after another, in doubles, without allocating after the first.
 ///
@@ -80,6 +81,7 @@ impl ModesWorkspace {
         if design.len() != n {
             return Err(DesignError::Layout);
         }
+        settle();
         if !design.is_held(&mut self.reached) {
             return Err(DesignError::NotHeld);
         }

@@ -25,6 +25,13 @@ impl Modes {
         let progress = Progress::of("modes");
         let file = &self.question.scene;
         let names = scene.system().names();
+        let precision = self.question.precision();
+        let all = || scene.system().modes_to(precision);
+        if let Some(modes) = self.selection.among_all(scene.system(), all) {
+            drop(progress);
+            let modes = modes.map_err(Failure::modes(file))?;
+            return self.print(&ModeReport::new(&modes, names).selected(true));
+        }
         if let Some(found) = self.selection.of(scene.system()) {
             let found = found.map_err(Failure::sparse(file))?;
             let modes = found.modes().map_err(Failure::sparse(file))?;
@@ -32,7 +39,7 @@ impl Modes {
             let report = ModeReport::new(&modes, names).selected(found.is_counted());
             return self.print(&report);
         }
-        let modes = scene.system().modes_to(self.question.precision());
+        let modes = all();
         drop(progress);
         let modes = modes.map_err(Failure::modes(file))?;
         self.print(&ModeReport::new(&modes, names))

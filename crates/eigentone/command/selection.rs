@@ -1,13 +1,13 @@
 //! Which modes are wanted, where not all of them are.
 
 use clap::Args;
-use eigentone::modes::{Frequency, SparseError, SparseModes, System};
+use eigentone::modes::{Frequency, Modes, ModesError, SparseError, SparseModes, System};
 
 /// Some modes instead of all.
 #[derive(Clone, Debug, Args)]
 pub struct Selection {
-    /// Only so many modes of the smallest frequencies, without damping that couples them to others;
-    /// needs no dense matrices
+    /// Only so many modes of the smallest frequencies; of systems beyond 400 coordinates without dense
+    /// matrices, and without damping that couples them to others
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     lowest: Option<u32>,
     /// Only modes near this natural frequency, in rad/s
@@ -18,16 +18,39 @@ pub struct Selection {
     count: Option<u32>,
 }
 
+/// Up to so many coordinates all modes are found, which bounds them better, and some are chosen.
+const ALL: usize = 400;
+
 impl Selection {
+    /// Those of all the modes of a system that is small enough for them; `None` for others and where all are
+    /// wanted.
+    pub fn among_all(
+        &self,
+        system: &System,
+        modes: impl FnOnce() -> Result<Modes, ModesError>,
+    ) -> Option<Result<Modes, ModesError>> {
+        let (target, count) = self.wanted()?;
+        let small = system.len() <= ALL;
+        small.then(|| modes().map(|modes| modes.nearest(target, count)))
+    }
+
+    /// What frequency they are to be near, and how many; the lowest are near 0.
+    fn wanted(&self) -> Option<(Frequency, usize)> {
+        const DEFAULT: u32 = 10;
+        let (target, count) = match self.lowest {
+            Some(count) => (0.0, count),
+            None => (self.near?, self.count.unwrap_or(DEFAULT)),
+        };
+        Some((Frequency::from_radians_per_second(target), count as usize))
+    }
+
     /// Those modes, or `None` where all are wanted.
     pub fn of(&self, system: &System) -> Option<Result<SparseModes, SparseError>> {
-        const DEFAULT: u32 = 10;
-        if let Some(count) = self.lowest {
-            return Some(SparseModes::lowest(system, count as usize));
-        }
-        let target = Frequency::from_radians_per_second(self.near?);
-        let count = self.count.unwrap_or(DEFAULT);
-        Some(SparseModes::nearest(system, target, count as usize))
+        let (target, count) = self.wanted()?;
+        Some(match self.lowest {
+            Some(_) => SparseModes::lowest(system, count),
+            None => SparseModes::nearest(system, target, count),
+        })
     }
 }
 

@@ -1,5 +1,7 @@
 //! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality.
 
+use std::cmp::Ordering;
+
 use num_complex::Complex;
 
 use crate::plan::ModePlan;
@@ -280,6 +282,43 @@ impl Modes {
     pub fn plan(&self) -> &ModePlan {
         &self.plan
     }
+
+    /// Those `count` modes whose natural frequencies are nearest to `target`, in order, with their
+    /// eigenvalues; of two that are as near the one that comes first. All, if there are no more.
+    pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
+        let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
+        self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        self.modes.truncate(count);
+        self.modes
+            .sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+        self.eigenvalues = listed(&self.modes);
+        self
+    }
+}
+
+/// Every root of the modes, conjugates and repeats included, sorted.
+pub(crate) fn listed(modes: &[Mode]) -> Vec<Eigenvalue> {
+    let mut eigenvalues = Vec::with_capacity(2 * modes.len());
+    for mode in modes {
+        let count = if mode.defective { mode.multiplicity } else { 1 };
+        for _ in 0..count {
+            eigenvalues.push(mode.eigenvalue);
+            if mode.eigenvalue.value.im != 0.0 {
+                eigenvalues.push(mode.eigenvalue.conjugate());
+            }
+        }
+    }
+    eigenvalues.sort_by(order);
+    eigenvalues
+}
+
+/// |λ|, then Re λ, then + before − Im λ.
+pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
+    let size = |e: &Eigenvalue| e.natural_frequency().radians_per_second();
+    size(a)
+        .total_cmp(&size(b))
+        .then(a.value.re.total_cmp(&b.value.re))
+        .then(b.value.im.total_cmp(&a.value.im))
 }
 
 impl<'a> IntoIterator for &'a Modes {

@@ -32,7 +32,7 @@ pub use springless::DamperFactor;
 pub use state_matrix::StateMatrix;
 pub use symmetric::Symmetric;
 
-pub(crate) use roots::{normalised, order};
+pub(crate) use roots::normalised;
 
 use crate::first_order::FirstOrderError;
 use crate::modes::{Modes, Precision};

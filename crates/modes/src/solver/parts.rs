@@ -4,10 +4,10 @@ use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
-use crate::modes::{Bounds, Mode, Modes};
+use crate::modes::{Bounds, Mode, Modes, order};
 use crate::system::System;
 
-use super::roots::{count_equal, order};
+use super::roots::count_equal;
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 

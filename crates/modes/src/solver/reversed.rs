@@ -9,11 +9,10 @@ use num_complex::Complex;
 
 use crate::element::MatrixKind;
 use crate::first_order::{FirstOrder, FirstOrderError};
-use crate::modes::{Eigenvalue, Mode, Modes, Precision};
+use crate::modes::{Eigenvalue, Mode, Modes, Precision, order};
 use crate::system::System;
 
 use super::ModesError;
-use super::roots::order;
 
 /// Whether masses, or springs and dampers on massless nodes, do not determine all accelerations.
 pub(crate) fn is_needed(system: &System) -> bool {

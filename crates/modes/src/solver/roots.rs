@@ -1,10 +1,8 @@
 //! From roots and raw shapes to ordered modes with their quality.
 
-use std::cmp::Ordering;
-
 use num_complex::Complex;
 
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, listed, order};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::structure::symmetric::all_symmetric;
@@ -97,17 +95,7 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         .map(|(root, quality)| mode(root, quality, symmetric))
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
-    let mut eigenvalues = Vec::new();
-    for mode in &modes {
-        let listed = if mode.defective { mode.multiplicity } else { 1 };
-        for _ in 0..listed {
-            eigenvalues.push(mode.eigenvalue);
-            if mode.eigenvalue.value.im != 0.0 {
-                eigenvalues.push(mode.eigenvalue.conjugate());
-            }
-        }
-    }
-    eigenvalues.sort_by(order);
+    let eigenvalues = listed(&modes);
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
     let plan = ModePlan {
         solver: solver.name(),
@@ -122,15 +110,6 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         bounds: Bounds::Estimated,
         plan,
     }
-}
-
-/// |λ|, then Re λ, then + before − Im λ.
-pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
-    let size = |e: &Eigenvalue| e.natural_frequency().radians_per_second();
-    size(a)
-        .total_cmp(&size(b))
-        .then(a.value.re.total_cmp(&b.value.re))
-        .then(b.value.im.total_cmp(&a.value.im))
 }
 
 fn normalised_root(root: Root) -> Root {

@@ -7,9 +7,10 @@
 
 use num_complex::Complex;
 
+use crate::modes::order;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Motion, Precision};
 use crate::plan::ModePlan;
-use crate::solver::{ModesError, normalised, order};
+use crate::solver::{ModesError, normalised};
 use crate::system::System;
 use faer::Mat;
 

@@ -1,8 +1,11 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
+pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;
+mod gram;
 mod pencil;
+pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod springless;

@@ -2,7 +2,8 @@
 
 use num_complex::Complex;
 
-use crate::inclusion::{certify, congruence, rayleigh, springless};
+use crate::inclusion::quadratic::Damped;
+use crate::inclusion::{certify, classical as classically, congruence, rayleigh, springless};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -26,7 +27,7 @@ pub(crate) fn certified(
 ) -> Modes {
     let n = system.len();
     let at_once = at_once(system, structure, modes.as_slice())
-        .or_else(|| with_proportion(solver, system, structure))
+        .or_else(|| by_undamped_shapes(solver, system, structure))
         .or_else(|| without_springs(solver, system, structure));
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
@@ -115,30 +116,40 @@ fn at_once(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Pro
     })
 }
 
-/// Of a system whose damping is in proportion to its masses and springs, by its undamped shapes.
-fn with_proportion(
+/// Of a classically damped system, by its undamped shapes.
+fn by_undamped_shapes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
 ) -> Option<Proof> {
-    structure.proportion()?;
+    if !structure.is_classical() || structure.is_undamped() {
+        return None;
+    }
     let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    let shapes = elastic.map(|mode| mode.shape).collect();
-    let root = |found: rayleigh::Damped| Root {
+    let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
+    let root = |found: Damped| Root {
         count: found.multiplicity,
+        defective: found.defective,
         error: Some((found.bound, found.real_bound)),
         ..Root::simple(
             found.value,
             found.shape.into_iter().map(Complex::from).collect(),
         )
     };
-    let found = rayleigh::certify(system, structure, shapes)?;
-    Some(Proof {
+    let proof = |found: Vec<Damped>, claim: &str| Proof {
         roots: found.into_iter().map(root).collect(),
-        claim: "what the undamped shapes leave of K and M off the diagonal, with 32 digits; the \
-                damping follows exactly"
-            .to_owned(),
+        claim: claim.to_owned(),
+    };
+    let in_proportion = rayleigh::certify(system, structure, shapes.clone()).map(|found| {
+        let claim = "what the undamped shapes leave of K and M off the diagonal, with 32 digits; \
+                     the damping follows exactly";
+        proof(found, claim)
+    });
+    in_proportion.or_else(|| {
+        let found = classically::certify(system, structure, shapes)?;
+        let claim = "what the undamped shapes leave of K, C and M off the diagonal, with 32 digits";
+        Some(proof(found, claim))
     })
 }
 

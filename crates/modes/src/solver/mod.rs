@@ -6,6 +6,7 @@ mod classical;
 mod cluster;
 mod jacobi;
 mod low_rank;
+mod modal_damping;
 mod modal_matrix;
 mod newton;
 mod parts;

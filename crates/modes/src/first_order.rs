@@ -255,6 +255,12 @@ impl Massless {
         &self.massive
     }
 
+    /// The degree of det(λ²M + λC + K) if the masses of coordinates that have any, the dampers on those
+    /// that relax, and the springs on those that follow are nonsingular blocks; less if not.
+    pub(crate) fn degree(&self) -> usize {
+        2 * self.massive.len() + self.relaxing
+    }
+
     /// How many coordinates relax.
     pub(crate) fn relaxing(&self) -> usize {
         self.relaxing

@@ -3,7 +3,9 @@
 use num_complex::Complex;
 
 use crate::inclusion::quadratic::Damped;
-use crate::inclusion::{certify, classical as classically, congruence, rayleigh, springless};
+use crate::inclusion::{
+    certify, classical as classically, congruence, pairs, rayleigh, springless,
+};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -31,10 +33,7 @@ pub(crate) fn certified(
         .or_else(|| without_springs(solver, system, structure));
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
-        None if n > LARGEST => {
-            let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
-            return without_proof(modes, reason);
-        }
+        None if n > LARGEST => by_pairs(system, structure, modes.as_slice()),
         coarse => prove(system, structure, modes.as_slice(), tolerance)
             .or_else(|| {
                 let modes = uncoupled(solver, system, structure)?;
@@ -51,7 +50,14 @@ pub(crate) fn certified(
         mut claim,
     }) = attempt
     else {
-        let reason = "no separate discs were reached with the digits at hand".to_owned();
+        let reason = if n > LARGEST {
+            format!(
+                "no separate discs from roots and shapes in 32 digits; {n} coordinates are more than \
+                 the {LARGEST} for which there are more"
+            )
+        } else {
+            "no separate discs were reached with the digits at hand".to_owned()
+        };
         return without_proof(modes, reason);
     };
     if roots.is_empty() {
@@ -177,6 +183,28 @@ fn without_springs(
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
+            .to_owned(),
+    })
+}
+
+/// Of any symmetric system without massless nodes, by its roots and shapes.
+fn by_pairs(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+    let mut roots = Vec::new();
+    for found in pairs::certify(system, structure, modes)? {
+        let count = found.members.len();
+        for member in found.members {
+            let shape = || modes[member].shape().to_vec();
+            roots.push(Root {
+                count,
+                error: Some((found.bound, found.real_bound)),
+                ..Root::simple(found.value, found.shape.clone().unwrap_or_else(shape))
+            });
+        }
+    }
+    Some(Proof {
+        roots,
+        claim: "what roots and shapes leave of M, C and K off the diagonal of the states, with 32 \
+                digits"
             .to_owned(),
     })
 }

@@ -101,13 +101,18 @@ impl<'a> Form<'a> {
             }
         }
         let mut row_sums = vec![0.0; n];
+        // The entries of the matrix that are not 0, by columns.
+        let mut entries: Vec<Vec<(usize, f64)>> = Vec::new();
         if let Some(matrix) = self.matrix {
             for j in 0..n {
-                for i in 0..n {
-                    row_sums[i] += matrix[(i, j)].abs();
+                let column = matrix.col(j).iter().copied().enumerate();
+                let column: Vec<(usize, f64)> = column.filter(|entry| entry.1 != 0.0).collect();
+                for (i, entry) in &column {
+                    row_sums[*i] += entry.abs();
+                    terms[*i] += 1;
                 }
+                entries.push(column);
             }
-            terms.iter_mut().for_each(|count| *count += n);
         }
         let (mut inner, mut outer) = (Vec::with_capacity(size), Vec::with_capacity(size));
         let (mut first, mut second) = (Vec::with_capacity(size), Vec::with_capacity(size));
@@ -154,11 +159,9 @@ impl<'a> Form<'a> {
                     }
                     forces.clear();
                 }
-                if let Some(matrix) = self.matrix {
-                    for (j, x) in x.iter().enumerate() {
-                        for (i, force) in nodal.iter_mut().enumerate() {
-                            *force += *x * matrix[(i, j)];
-                        }
+                for (x, column) in x.iter().zip(&entries) {
+                    for (i, entry) in column {
+                        nodal[*i] += *x * *entry;
                     }
                 }
                 forces.extend(nodal);
@@ -172,15 +175,15 @@ impl<'a> Form<'a> {
             outer.push(right);
         }
         let length = outer.first().map_or(0, Vec::len);
-        let mut entries = vec![DoubleDouble::ZERO; size * size];
+        let mut products = vec![DoubleDouble::ZERO; size * size];
         for (block, columns) in outer.chunks(LANES).enumerate() {
             let side_by_side = interleaved(columns, length);
             let j = block * LANES;
             for (i, forces) in inner.iter().enumerate().take(j + columns.len()) {
                 let sums = Lanes::products(forces, &side_by_side);
                 for (j, sum) in (j..j + columns.len()).zip(sums).filter(|(j, _)| i <= *j) {
-                    entries[i * size + j] = sum;
-                    entries[j * size + i] = sum;
+                    products[i * size + j] = sum;
+                    products[j * size + i] = sum;
                 }
             }
         }
@@ -189,7 +192,7 @@ impl<'a> Form<'a> {
         let summed = (length + 4) as f64;
         Gram {
             size,
-            entries,
+            entries: products,
             first,
             second,
             unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),

@@ -18,6 +18,9 @@ use super::{ModeSolver, classical, rigid};
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
 const LARGEST: usize = 64;
 
+/// Below this many it is as quick as what takes O(n³).
+const SMALLEST: usize = 24;
+
 /// The same modes with eigenvalues that carry proven bounds, or the modes as they are, with the
 /// reason in their plan.
 pub(crate) fn certified(
@@ -30,10 +33,14 @@ pub(crate) fn certified(
     let n = system.len();
     let at_once = at_once(system, structure, modes.as_slice())
         .or_else(|| by_undamped_shapes(solver, system, structure))
-        .or_else(|| without_springs(solver, system, structure));
+        .or_else(|| without_springs(solver, system, structure))
+        .or_else(|| {
+            let many = n >= SMALLEST;
+            many.then(|| by_pairs(system, structure, modes.as_slice()))?
+        });
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
-        None if n > LARGEST => by_pairs(system, structure, modes.as_slice()),
+        None if n > LARGEST => None,
         coarse => prove(system, structure, modes.as_slice(), tolerance)
             .or_else(|| {
                 let modes = uncoupled(solver, system, structure)?;

@@ -22,14 +22,15 @@ mod timing;
 use peers::Peers;
 use timing::Runs;
 
-type Part = fn(&Runs, &Peers);
+/// What shows a part, beside what is measured of SciPy for it.
+type Part = (&'static str, &'static [&'static str], fn(&Runs, &Peers));
 
-const PARTS: [(&str, Part); 5] = [
-    ("memory", |runs, _| memory::show(runs)),
-    ("exponentials", exponentials::show),
-    ("modes", modes::show),
-    ("marches", marches::show),
-    ("sweeps", sweeps::show),
+const PARTS: [Part; 5] = [
+    ("memory", &[], |runs, _| memory::show(runs)),
+    ("exponentials", &["expm"], exponentials::show),
+    ("modes", &["eig"], modes::show),
+    ("marches", &["lsim"], marches::show),
+    ("sweeps", &["sweep"], sweeps::show),
 ];
 
 fn main() {
@@ -38,12 +39,13 @@ fn main() {
     let named = arguments
         .iter()
         .filter(|argument| !argument.starts_with('-'));
-    let chosen: Vec<&str> = named.map(String::as_str).collect();
+    let named: Vec<&str> = named.map(String::as_str).collect();
+    let chosen = |(name, ..): &&Part| named.is_empty() || named.contains(name);
     let runs = Runs { once };
-    let peers = Peers::measure(once);
-    for (name, show) in PARTS {
-        if chosen.is_empty() || chosen.contains(&name) {
-            show(&runs, &peers);
-        }
+    let sections = PARTS.iter().filter(chosen);
+    let sections: Vec<&str> = sections.flat_map(|(_, peers, _)| *peers).copied().collect();
+    let peers = Peers::measure(once, &sections);
+    for (_, _, show) in PARTS.iter().filter(chosen) {
+        show(&runs, &peers);
     }
 }

@@ -4,6 +4,7 @@ use faer::Mat;
 use pulp::{Simd, WithSimd};
 
 use crate::by_exponential::ByExponential;
+use crate::deviation::is_near;
 use crate::grid_loads::Signal;
 use crate::history::Output;
 use crate::hold::Held;
@@ -191,6 +192,15 @@ impl Strides for Blocks {
             values,
         });
         self.operations.steps += count as u64;
+    }
+
+    fn deviate(&mut self, rest: &[f64]) -> bool {
+        let near = is_near(&self.state, rest);
+        if near {
+            let pairs = self.state.iter_mut().zip(rest);
+            pairs.for_each(|(entry, rest)| *entry -= rest);
+        }
+        near
     }
 
     fn largest(&self) -> [f64; 2] {

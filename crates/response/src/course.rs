@@ -25,7 +25,7 @@ pub(crate) struct Course<'a, 'b> {
     estimate: Estimate,
     /// The state at 0, after any blows.
     start: Vec<f64>,
-    /// The displacements that the state deviates from, in place of loads that are constant all the time.
+    /// The displacements where loads that are constant all the time let it rest.
     rest: Option<Vec<f64>>,
 }
 
@@ -40,7 +40,7 @@ impl<'a, 'b> Course<'a, 'b> {
         if form.massive().len() != problem.system().len() {
             return None;
         }
-        let mut loads = GridLoads::of(problem)?;
+        let loads = GridLoads::of(problem)?;
         let mut start = form.state(problem.initial_displacement(), problem.initial_velocity());
         for (coordinate, momentum) in &loads.blows {
             for (entry, b) in start.iter_mut().zip(form.b().col(*coordinate).iter()) {
@@ -49,12 +49,6 @@ impl<'a, 'b> Course<'a, 'b> {
         }
         let constant = loads.constant(problem.system().len());
         let rest = constant.and_then(|force| rest(problem.system(), &force));
-        if let Some(rest) = &rest {
-            loads.clear();
-            for (entry, rest) in start.iter_mut().zip(rest) {
-                *entry -= rest;
-            }
-        }
         Some(Course {
             problem,
             outputs,
@@ -120,10 +114,14 @@ impl<'a, 'b> Course<'a, 'b> {
         };
         let offsets: Vec<f64> = self.outputs.iter().map(offset).collect();
         let farthest = largest(self.rest.as_deref().unwrap_or_default());
+        let at_rest = self.rest.as_ref().map(|rest| {
+            let still = vec![0.0; self.start.len() - rest.len()];
+            [rest.as_slice(), &still].concat()
+        });
+        let mut deviates = false;
         for (value, output) in now.iter_mut().zip(self.outputs) {
             *value = match output {
-                // As it was given.
-                Output::Displacement(i) => self.problem.initial_displacement()[*i],
+                Output::Displacement(i) => self.start[*i],
                 Output::Velocity(i) => self.start[n + i],
             };
         }
@@ -135,10 +133,14 @@ impl<'a, 'b> Course<'a, 'b> {
             // The last ones may go on beyond the end, where nothing is asked.
             let steps = (asked as usize).next_multiple_of(multiple);
             let loads = &mut loads[..(steps + 1) * signals];
-            self.loads.fill(first, loads);
+            deviates = deviates || at_rest.as_ref().is_some_and(|rest| strides.deviate(rest));
+            match deviates {
+                true => loads.fill(0.0),
+                false => self.loads.fill(first, loads),
+            }
             let (known, later) = rest.split_at_mut(steps * width);
             strides.advance(loads, known, steps);
-            if self.rest.is_some() {
+            if deviates {
                 for values in known.chunks_exact_mut(width.max(1)) {
                     for (value, offset) in values.iter_mut().zip(&offsets) {
                         *value += offset;

@@ -4,11 +4,16 @@ use crate::equilibrium::rest;
 use crate::problem::Problem;
 use crate::timeline::{Instant, Piece};
 
-/// ζ = ζ_rest + ζ_deviation in pieces of time in which every load but harmonics is constant: then what decays towards
-/// rest keeps its digits, and is not lost in the roundings of what balances the load.
+/// ζ = ζ_rest + ζ_deviation in pieces of time in which every load but harmonics is constant, once the motion has come
+/// near: then what decays towards rest keeps its digits, and is not lost in the roundings of what balances the
+/// load. Before, it is the smaller numbers of the motion itself that keep theirs.
 pub(crate) struct Deviation {
     rest: Option<Rest>,
-    /// How many more pieces may be split.
+    /// Whether ζ is the deviation from it.
+    split: bool,
+    /// The piece that the rest belongs to, or that has none.
+    known: Option<usize>,
+    /// How many more rests may be looked for.
     left: usize,
 }
 
@@ -29,16 +34,19 @@ impl Deviation {
         let small = problem.system().len() <= PIECES;
         Deviation {
             rest: None,
+            split: false,
+            known: None,
             left: if small { PIECES } else { 1 },
         }
     }
 
     /// The displacements from which ζ deviates, where it does.
     pub(crate) fn rest(&self) -> Option<&[f64]> {
-        self.rest.as_ref().map(|rest| rest.displacement.as_slice())
+        let rest = self.rest.as_ref().filter(|_| self.split);
+        rest.map(|rest| rest.displacement.as_slice())
     }
 
-    /// Turns ζ into the deviation for the piece of this index, if that lasts.
+    /// Turns ζ into the deviation, if the piece of this index lasts and ζ is near to its rest.
     pub(crate) fn split(
         &mut self,
         problem: &Problem<'_>,
@@ -46,45 +54,67 @@ impl Deviation {
         zeta: &mut [f64],
         state: impl Fn(&[f64]) -> Vec<f64>,
     ) {
-        let pieces = problem.timeline().pieces();
-        let piece = &pieces[index];
-        if self.rest.is_some() || self.left == 0 || !is_constant(piece) {
+        if self.split {
             return;
         }
-        let grid = problem.grid();
+        if self.known != Some(index) {
+            self.known = Some(index);
+            self.rest = self.look(problem, index, state);
+        }
+        if let Some(rest) = self.rest.as_ref().filter(|rest| is_near(zeta, &rest.state)) {
+            for (zeta, rest) in zeta.iter_mut().zip(&rest.state) {
+                *zeta -= rest;
+            }
+            self.split = true;
+        }
+    }
+
+    fn look(
+        &mut self,
+        problem: &Problem<'_>,
+        index: usize,
+        state: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Option<Rest> {
+        let (pieces, grid) = (problem.timeline().pieces(), problem.grid());
+        let piece = &pieces[index];
         let last = Instant::on_grid(grid, grid.last());
         let end = pieces.get(index + 1).map_or(last, |next| next.start);
-        if end.since(&piece.start, grid) < LASTING as f64 * grid.step() {
-            return;
+        let lasts = end.since(&piece.start, grid) >= LASTING as f64 * grid.step();
+        if self.left == 0 || !lasts || !is_constant(piece) {
+            return None;
         }
+        self.left -= 1;
         let mut force = vec![0.0; problem.system().len()];
         for straight in piece.straight() {
             force[straight.coordinate] += straight.value;
         }
-        self.left -= 1;
-        if let Some(displacement) = rest(problem.system(), &force) {
-            let state = state(&displacement);
-            for (zeta, rest) in zeta.iter_mut().zip(&state) {
-                *zeta -= rest;
-            }
-            self.rest = Some(Rest {
-                displacement,
-                state,
-            });
-        }
+        let displacement = rest(problem.system(), &force)?;
+        Some(Rest {
+            state: state(&displacement),
+            displacement,
+        })
     }
 
-    /// Turns the deviation back into ζ where this piece, which begins now, has other loads.
-    pub(crate) fn join(&mut self, begins: &Piece, zeta: &mut [f64]) {
-        if begins.changes().is_empty() {
-            return;
-        }
-        if let Some(rest) = self.rest.take() {
+    /// Turns the deviation back into ζ where the piece of this index, which begins now, has other loads.
+    pub(crate) fn join(&mut self, problem: &Problem<'_>, index: usize, zeta: &mut [f64]) {
+        let same = problem.timeline().pieces()[index].changes().is_empty();
+        if self.split && same {
+            self.known = Some(index);
+        } else if let Some(rest) = self.rest.take().filter(|_| self.split) {
             for (zeta, rest) in zeta.iter_mut().zip(&rest.state) {
                 *zeta += rest;
             }
+            self.split = false;
         }
     }
+}
+
+/// Whether the deviation is at most half as large as the rest itself, so that no digits are lost to it.
+pub(crate) fn is_near(state: &[f64], rest: &[f64]) -> bool {
+    let pairs = state.iter().zip(rest);
+    let away: f64 = pairs.map(|(state, rest)| (state - rest).powi(2)).sum();
+    let far: f64 = rest.iter().map(|rest| rest * rest).sum();
+    away <= 0.25 * far
 }
 
 /// Whether some load acts, and none that acts grows.

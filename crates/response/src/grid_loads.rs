@@ -171,13 +171,6 @@ impl<'a> GridLoads<'a> {
         Some(sum)
     }
 
-    /// Forgets everything but blows.
-    pub(crate) fn clear(&mut self) {
-        self.loaded.clear();
-        self.signals.clear();
-        self.laws = Laws::default();
-    }
-
     /// The values at the instants from `first` on, signal after signal, `out.len()` / their number each.
     pub(crate) fn fill(&self, first: u64, out: &mut [f64]) {
         out.fill(0.0);

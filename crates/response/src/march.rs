@@ -218,7 +218,7 @@ pub(crate) fn march(
     while let Some(target) = recorder.collector.next() {
         while let Some(leg) = walk.towards(&target) {
             let Leg::Pass { from, to } = leg else {
-                deviation.join(walk.piece(), &mut z);
+                deviation.join(problem, walk.index(), &mut z);
                 strike(walk.piece(), problem, outputs, b, &mut z)?;
                 continue;
             };

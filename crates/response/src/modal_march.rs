@@ -4,6 +4,7 @@ use eigentone_digits::DoubleDouble;
 use pulp::{Simd, WithSimd};
 
 use crate::by_exponential::accumulate;
+use crate::deviation::is_near;
 use crate::grid_loads::{GridLoads, Signal};
 use crate::history::Output;
 use crate::modal_basis::{Basis, HeldBlock, add_to_block};
@@ -102,12 +103,11 @@ impl ModalMarch {
                 .flat_map(|signal| of_signal(signal, input))
                 .enumerate()
             {
-                for half in 0..2 {
-                    march.pushes[group * inputs + at][half][lane] = pushed[half];
+                for (half, pushed) in pushed.into_iter().enumerate() {
+                    march.pushes[group * inputs + at][half][lane] = pushed;
                 }
             }
             for half in 0..width {
-                march.state[group][half][lane] = zeta[first + half];
                 for (at, output) in outputs.iter().enumerate() {
                     let row = match output {
                         Output::Displacement(i) => *i,
@@ -119,17 +119,34 @@ impl ModalMarch {
             }
             first += width;
         }
+        march.set(&zeta);
         march.meet();
         march
     }
 
+    /// Where the states of each block stand: group, lane and half.
+    fn places(&self) -> impl Iterator<Item = [usize; 3]> {
+        let blocks = self.basis.blocks.iter().enumerate();
+        blocks.flat_map(|(index, block)| {
+            (0..block.width).map(move |half| [index / LANES, index % LANES, half])
+        })
+    }
+
+    fn zeta(&self) -> Vec<f64> {
+        let entry = |[group, lane, half]: [usize; 3]| self.state[group][half][lane];
+        self.places().map(entry).collect()
+    }
+
+    fn set(&mut self, zeta: &[f64]) {
+        let places: Vec<[usize; 3]> = self.places().collect();
+        for ([group, lane, half], value) in places.into_iter().zip(zeta) {
+            self.state[group][half][lane] = *value;
+        }
+    }
+
     /// Raises the largest displacement and velocity to those of the state reached.
     fn meet(&mut self) {
-        let mut zeta = Vec::with_capacity(self.basis.form.states());
-        for (index, block) in self.basis.blocks.iter().enumerate() {
-            let pair = &self.state[index / LANES];
-            zeta.extend((0..block.width).map(|half| pair[half][index % LANES]));
-        }
+        let zeta = self.zeta();
         let mut z = vec![0.0; zeta.len()];
         accumulate(&self.basis.t, &zeta, &mut z);
         let (x, v) = z.split_at(self.basis.form.massive().len());
@@ -173,6 +190,19 @@ impl Strides for ModalMarch {
         });
         self.steps += steps as u64;
         self.meet();
+    }
+
+    fn deviate(&mut self, rest: &[f64]) -> bool {
+        let mut rest_of_modes = vec![0.0; rest.len()];
+        accumulate(&self.basis.inverse, rest, &mut rest_of_modes);
+        let mut zeta = self.zeta();
+        let near = is_near(&zeta, &rest_of_modes);
+        if near {
+            let pairs = zeta.iter_mut().zip(&rest_of_modes);
+            pairs.for_each(|(entry, rest)| *entry -= rest);
+            self.set(&zeta);
+        }
+        near
     }
 
     fn largest(&self) -> [f64; 2] {

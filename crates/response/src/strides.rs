@@ -17,6 +17,9 @@ pub(crate) trait Strides {
     /// after load; writes the outputs at the end of each, step after step.
     fn advance(&mut self, loads: &[f64], values: &mut [f64], steps: usize);
 
+    /// Goes on with the deviation from this state, if that is near; whether it is.
+    fn deviate(&mut self, rest: &[f64]) -> bool;
+
     /// The largest displacement and velocity that it came by so far.
     fn largest(&self) -> [f64; 2];
 

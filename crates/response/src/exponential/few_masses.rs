@@ -100,22 +100,17 @@ impl<const N: usize, const ROWS: usize> FewMasses<N, ROWS> {
         let products = f64::from(degree) / 4.0 + f64::from(squarings);
         if squarings == 0 {
             let mut result = Mat::zeros(n, n);
-            for j in 0..N {
-                for (half, at) in [j, N + j].into_iter().enumerate() {
-                    let column = result.col_as_slice_mut(at);
-                    write(column, [&halves[2 * half][j], &halves[2 * half + 1][j]]);
-                    column[at] += 1.0;
-                }
+            for at in 0..n {
+                let column = result.col_as_slice_mut(at);
+                write(column, &halves, at);
+                column[at] += 1.0;
             }
             return (result, products);
         }
         let mut dense = Dense::new(n);
         let mut less_one = dense.zeros();
-        for j in 0..N {
-            for (half, at) in [j, N + j].into_iter().enumerate() {
-                let column = &mut less_one[n * at..n * (at + 1)];
-                write(column, [&halves[2 * half][j], &halves[2 * half + 1][j]]);
-            }
+        for (at, column) in less_one.chunks_exact_mut(n).enumerate() {
+            write(column, &halves, at);
         }
         let squarings = squarings.unsigned_abs();
         let result = square(&mut dense, less_one, squarings, || Growth::of(a));
@@ -125,10 +120,16 @@ impl<const N: usize, const ROWS: usize> FewMasses<N, ROWS> {
     }
 }
 
-fn write<const ROWS: usize>(column: &mut [f64], halves: [&[f64; ROWS]; 2]) {
-    let (upper, lower) = column.split_at_mut(column.len() / 2);
-    upper.copy_from_slice(&halves[0][..upper.len()]);
-    lower.copy_from_slice(&halves[1][..lower.len()]);
+/// The column of this index, from those of the four blocks.
+fn write<const N: usize, const ROWS: usize>(
+    column: &mut [f64],
+    halves: &[Square<N, ROWS>; 4],
+    at: usize,
+) {
+    let (side, j) = (at / N, at % N);
+    let (upper, lower) = column.split_at_mut(N);
+    upper.copy_from_slice(&halves[2 * side][j][..N]);
+    lower.copy_from_slice(&halves[2 * side + 1][j][..N]);
 }
 
 /// The Taylor polynomial of 2^-s [0 G; −K −C], less the identity: upper and lower half of its left columns, then

@@ -25,17 +25,26 @@
 //! X, so X is first refined to double-double by the iteration of Ogita & Aishima 2018, *Jpn. J. Ind.
 //! Appl. Math.* 35, for a pencil: X ← X(I + Ẽ) with ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i).
 //! Shapes too close for that are first replaced by the Ritz vectors of their span.
+//!
+//! What S and G leave off the diagonal also bounds how much the shapes are still mixed (`mixing`).
+
+mod mixing;
 
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::{DoubleDouble, Lanes};
+use eigentone_digits::{Ball, DoubleDouble, Lanes, Magnitude, Real};
 use faer::{Mat, MatRef, Side};
+use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
+
+use super::exactly::exact;
+use super::pencil::Pencil;
+use super::shape::{self, Disc, Enclosed, Kind, Shaper};
 
 /// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
 const UPWARD: f64 = 1.0 + 1e-9;
@@ -48,7 +57,34 @@ pub(crate) struct Elastic {
     pub(crate) bound: f64,
     /// How many frequencies the bounds do not tell apart.
     pub(crate) multiplicity: usize,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
+}
+
+/// A real shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub(crate) components: Vec<Complex<f64>>,
+    /// How far each may be off where the largest is 1; `None` where that is not proved.
+    pub(crate) bounds: Option<Vec<f64>>,
+}
+
+impl Shape {
+    /// The same where another root is at the same place.
+    pub(crate) fn without_bounds(self) -> Shape {
+        Shape {
+            bounds: None,
+            ..self
+        }
+    }
+}
+
+impl From<Enclosed> for Shape {
+    fn from(enclosed: Enclosed) -> Shape {
+        Shape {
+            components: enclosed.shape,
+            bounds: Some(enclosed.bounds),
+        }
+    }
 }
 
 /// Proves a bound for every nonzero frequency of an undamped system with M and K symmetric and no
@@ -58,6 +94,7 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
+    tolerance: f64,
 ) -> Option<Vec<Elastic>> {
     let elastic = || {
         modes
@@ -71,6 +108,7 @@ pub(crate) fn certify(
     let goal = Goal {
         spread: 1e-24,
         where_apart: 1e-20,
+        of_shapes: tolerance,
     };
     let found = squares(system, structure, shapes.collect(), goal)?;
     Some(elastic_modes(&found))
@@ -83,14 +121,17 @@ pub(crate) struct Goal {
     pub(crate) spread: f64,
     /// Where all values and shapes are told apart by it.
     pub(crate) where_apart: f64,
+    /// The relative error that is wanted of every component of a shape.
+    pub(crate) of_shapes: f64,
 }
 
 impl Goal {
     /// The same whether values are apart or not.
-    pub(crate) fn always(spread: f64) -> Goal {
+    pub(crate) fn always(spread: f64, of_shapes: f64) -> Goal {
         Goal {
             spread,
             where_apart: spread,
+            of_shapes,
         }
     }
 }
@@ -98,7 +139,7 @@ impl Goal {
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
 pub(crate) struct Squares {
     pub(crate) values: Vec<DoubleDouble>,
-    pub(crate) shapes: Vec<Vec<f64>>,
+    pub(crate) shapes: Vec<Shape>,
     /// A bound of the relative error of every value.
     pub(crate) spread: f64,
 }
@@ -154,19 +195,87 @@ pub(crate) fn squares(
         elastic,
     };
     let forms = basis.refine(goal)?;
+    let (forms, mut enclosed) = basis.enclosed(forms, goal);
     let mut order: Vec<usize> = (0..elastic).collect();
     let value = |i: usize| forms.squares[i];
     order.sort_by(|a, b| {
         let order = value(*a).partial_cmp(&value(*b));
         order.unwrap_or(Ordering::Equal)
     });
-    let shape = |i: &usize| basis.columns[*i].iter().map(|x| x.to_f64()).collect();
-    Some(Squares {
+    let plain = |i: usize| basis.columns[i].iter().map(|x| Complex::from(x.to_f64()));
+    let mut found = Squares {
         values: order.iter().map(|i| value(*i)).collect(),
-        shapes: order.iter().map(shape).collect(),
-        // The quotient s/g itself rounds.
-        spread: forms.spread + 2f64.powi(-100),
-    })
+        shapes: Vec::with_capacity(elastic),
+        spread: forms.full_spread(),
+    };
+    let mut alone = vec![false; elastic];
+    for group in found.groups().into_iter().filter(|group| group.len() == 1) {
+        alone[group.start] = true;
+    }
+    let closer = Closer::of(system, &found, goal);
+    for (at, i) in order.into_iter().enumerate() {
+        let proven = alone[at].then(|| closer.shape(found.values[at], enclosed[i].take()));
+        let shape = proven.flatten().map(Shape::from);
+        found.shapes.push(shape.unwrap_or_else(|| Shape {
+            components: plain(i).collect(),
+            bounds: None,
+        }));
+    }
+    Some(found)
+}
+
+/// Finds single shapes with more digits where those of all at once do not do.
+struct Closer {
+    unit: i32,
+    spread: f64,
+    goal: shape::Goal,
+    /// Few enough coordinates for an elimination at every root.
+    pencil: Option<Pencil>,
+}
+
+impl Closer {
+    fn of(system: &System, squares: &Squares, goal: Goal) -> Closer {
+        const LARGEST: usize = 64;
+        let largest = squares.values.last().map_or(1.0, |top| top.to_f64());
+        Closer {
+            unit: (largest.log2() / 2.0).round() as i32,
+            spread: squares.spread,
+            goal: shape::Goal {
+                tolerance: goal.of_shapes,
+                symmetric: true,
+                roots: squares.values.len(),
+            },
+            pencil: (system.len() <= LARGEST).then(|| Pencil::of(system, true)),
+        }
+    }
+
+    /// The shape of the only root at σ, as found already or better.
+    fn shape(&self, sigma: DoubleDouble, found: Option<Enclosed>) -> Option<Enclosed> {
+        let good = |shape: &Enclosed| shape.meets(self.goal.tolerance);
+        let enough = found.as_ref().is_some_and(good);
+        let Some(pencil) = self.pencil.as_ref().filter(|_| !enough) else {
+            return found;
+        };
+        let kind = Kind {
+            is_simple: true,
+            is_real: true,
+        };
+        // λ² = −σ = 4^unit·μ.
+        let scale = -2 * i64::from(self.unit);
+        let centre = exact(-sigma.scale(scale), DoubleDouble::ZERO).middle();
+        let reach = (self.spread * UPWARD * sigma.scale(scale).to_f64()).max(f64::MIN_POSITIVE);
+        let disc = Disc::of(Ball::new(centre, Magnitude::from(reach)));
+        let closer = Shaper::of(pencil, self.unit, self.goal).shapes(disc, kind);
+        let closer = closer.map(|shapes| shapes.right);
+        match (found, closer) {
+            (Some(found), Some(closer))
+                if !good(&closer) && found.looseness() < closer.looseness() =>
+            {
+                Some(found)
+            }
+            (found, closer) => closer.or(found),
+        }
+    }
 }
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
@@ -187,6 +296,11 @@ struct Forms {
 }
 
 impl Forms {
+    /// With the rounding of the quotients s/g.
+    fn full_spread(&self) -> f64 {
+        self.spread + 2f64.powi(-100)
+    }
+
     fn meet(&self, goal: Goal) -> bool {
         self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
     }
@@ -221,29 +335,84 @@ impl Basis<'_> {
             if forms.meet(goal) {
                 break;
             }
-            let before = self.columns.clone();
-            let step = self.step(&forms);
-            let last = forms.spread;
-            match &step {
-                Step::Correct(change) => self.correct(change),
-                Step::Rotate(groups) => {
-                    for group in groups {
-                        self.rotate(&forms, group)?;
-                    }
-                }
-            }
-            let next = self.forms()?;
-            if matches!(step, Step::Correct(_)) && next.spread >= last {
-                self.columns = before;
+            let Some((next, slow)) = self.advanced(&forms) else {
                 break;
-            }
+            };
             forms = next;
-            if matches!(step, Step::Correct(_)) && forms.spread > 0.5 * last {
+            if slow {
                 break;
             }
         }
         // Spreads beyond this tell nothing.
         (forms.spread <= 1e-6).then_some(forms)
+    }
+
+    /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the
+    /// step gained nothing.
+    fn advanced(&mut self, forms: &Forms) -> Option<(Forms, bool)> {
+        let before = self.columns.clone();
+        let step = self.step(forms);
+        let done = match &step {
+            Step::Correct(change) => {
+                self.correct(change);
+                Some(())
+            }
+            Step::Rotate(groups) => groups
+                .iter()
+                .try_for_each(|group| self.rotate(forms, group)),
+        };
+        let corrected = matches!(step, Step::Correct(_));
+        let next = done.and_then(|()| self.forms());
+        let better = next.filter(|next| !corrected || next.spread < forms.spread);
+        if better.is_none() {
+            self.columns = before;
+        }
+        better.map(|next| {
+            let slow = corrected && next.spread > 0.5 * forms.spread;
+            (next, slow)
+        })
+    }
+
+    /// The elastic shapes with bounds, where these are proved, after as many more steps as help, and the forms
+    /// then.
+    fn enclosed(&mut self, mut forms: Forms, goal: Goal) -> (Forms, Vec<Option<Enclosed>>) {
+        const STEPS: usize = 1;
+        /// Little is gained below.
+        const LEAST: f64 = 1e-25;
+        let good = |shape: &Option<Enclosed>| {
+            let shape = shape.as_ref();
+            shape.is_none_or(|shape| shape.meets(goal.of_shapes))
+        };
+        let mut shapes = self.shapes(&forms);
+        for _ in 0..STEPS {
+            if forms.spread <= LEAST || shapes.iter().all(good) {
+                break;
+            }
+            let Some((next, slow)) = self.advanced(&forms) else {
+                break;
+            };
+            forms = next;
+            shapes = self.shapes(&forms);
+            if slow {
+                break;
+            }
+        }
+        (forms, shapes)
+    }
+
+    fn shapes(&self, forms: &Forms) -> Vec<Option<Enclosed>> {
+        let errors = mixing::errors(forms, &self.columns, forms.full_spread());
+        let shape = |(column, errors): (&Vec<DoubleDouble>, Option<Vec<f64>>)| {
+            let errors = errors?;
+            let each = column.iter().zip(&errors);
+            let ball = |(x, error): (&DoubleDouble, &f64)| {
+                let middle = exact(*x, DoubleDouble::ZERO).middle();
+                Ball::new(middle, Magnitude::from(*error))
+            };
+            let balls: Vec<Ball<DoubleDouble>> = each.map(ball).collect();
+            Enclosed::of(&balls, true)
+        };
+        self.columns.iter().zip(errors).map(shape).collect()
     }
 
     /// `None` where a shape has no frequency or a number leaves its range.
@@ -565,6 +734,20 @@ impl Gram {
         self.entries[i * self.size + j]
     }
 
+    /// |entry (i, j)|, or 0 on the diagonal.
+    fn off_diagonal(&self, i: usize, j: usize) -> f64 {
+        if i == j {
+            0.0
+        } else {
+            self.at(i, j).to_f64().abs()
+        }
+    }
+
+    /// How far entry (i, j) may be off.
+    fn rounding(&self, i: usize, j: usize) -> f64 {
+        self.unit * self.first[i.min(j)] * self.second[i.max(j)] + self.floor
+    }
+
     /// A bound of ‖E‖ for this matrix = δ^{1/2}(I + E)δ^{1/2}, δ its computed diagonal; NaN or
     /// infinite where there is none.
     fn distance(&self) -> f64 {
@@ -574,16 +757,7 @@ impl Gram {
         let mut largest = 0.0;
         for i in 0..self.size {
             let sum: f64 = (0..self.size)
-                .map(|j| {
-                    let (a, b) = (i.min(j), i.max(j));
-                    let rounding = self.unit * self.first[a] * self.second[b] + self.floor;
-                    let entry = if i == j {
-                        0.0
-                    } else {
-                        self.at(i, j).to_f64().abs()
-                    };
-                    (entry + rounding) / roots[i] / roots[j]
-                })
+                .map(|j| (self.off_diagonal(i, j) + self.rounding(i, j)) / roots[i] / roots[j])
                 .sum();
             if !sum.is_finite() {
                 return sum;
@@ -675,7 +849,12 @@ mod tests {
     }
 
     fn certified(system: &System) -> Option<Vec<Elastic>> {
-        certify(system, system.structure(), approximate(system).as_slice())
+        certify(
+            system,
+            system.structure(),
+            approximate(system).as_slice(),
+            4.0 * UNIT,
+        )
     }
 
     /// sin x by its series.
@@ -816,9 +995,9 @@ mod tests {
         let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0]);
         let modes = approximate(&system).as_slice().to_vec();
         let structure = system.structure();
-        assert!(certify(&system, structure, &modes[..1]).is_none());
+        assert!(certify(&system, structure, &modes[..1], 4.0 * UNIT).is_none());
         let twice = [modes[0].clone(), modes[0].clone()];
-        assert!(certify(&system, structure, &twice).is_none());
+        assert!(certify(&system, structure, &twice, 4.0 * UNIT).is_none());
     }
 
     /// What Weierstrass corrections prove of the same frequencies.
@@ -891,7 +1070,7 @@ mod tests {
         let found: Vec<Vec<f64>> = undamped
             .map(|solver| {
                 let modes = solver.solve(&system, structure).unwrap();
-                let found = certify(&system, structure, modes.as_slice()).unwrap();
+                let found = certify(&system, structure, modes.as_slice(), 4.0 * UNIT).unwrap();
                 found.iter().map(|mode| mode.frequency).collect()
             })
             .collect();

@@ -9,8 +9,9 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
-use super::congruence::{Goal, Squares, squares};
+use super::congruence::{Goal, Shape, Squares, squares};
 use super::exactly::{exact, lower, real, upper};
+use super::shape::Enclosed;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -22,7 +23,7 @@ pub(crate) struct Damped {
     pub(crate) real_bound: f64,
     /// How many roots the bounds do not tell apart.
     pub(crate) multiplicity: usize,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
 }
 
 /// Proves a bound for every nonzero root of a system with Rayleigh damping and no massless nodes,
@@ -32,6 +33,7 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    tolerance: f64,
 ) -> Option<Vec<Damped>> {
     let proportion = structure.proportion()?;
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
@@ -42,7 +44,9 @@ pub(crate) fn certify(
         return None;
     }
     // Of a lightly damped root the real part is small against the whole.
-    let squares = squares(system, structure, shapes, Goal::always(1e-27))?;
+    let squares = squares(system, structure, shapes, Goal::always(1e-27, tolerance))?;
+    // λ is a root with (λ² + αλ)M + (1 + βλ)K: of one σ alone, unless both factors vanish.
+    let alone = !(alpha * beta - real(1.0)).contains_zero();
     let mut found = Vec::new();
     for group in squares.groups() {
         let sigma = around(&squares, &group);
@@ -52,7 +56,11 @@ pub(crate) fn certify(
                 bound,
                 real_bound,
                 multiplicity: group.len(),
-                shape: squares.shapes[i].clone(),
+                shape: if alone {
+                    squares.shapes[i].clone()
+                } else {
+                    squares.shapes[i].clone().without_bounds()
+                },
             }));
         }
     }
@@ -60,14 +68,19 @@ pub(crate) fn certify(
         // σ = 0: what only dampers hold creeps back with −α.
         let (value, bound, real_bound) = rounded(-alpha, 0.0);
         found.extend(floating.iter().map(|part| {
+            let moves = |i: usize| Complex::from(f64::from(part.contains(&i)));
+            let whole = Enclosed::exactly((0..system.len()).map(moves).collect());
+            let shape = Shape::from(whole);
             Damped {
                 value,
                 bound,
                 real_bound,
                 multiplicity: floating.len(),
-                shape: (0..system.len())
-                    .map(|i| f64::from(part.contains(&i)))
-                    .collect(),
+                shape: if alone && floating.len() == 1 {
+                    shape
+                } else {
+                    shape.without_bounds()
+                },
             }
         }));
     }
@@ -177,7 +190,12 @@ mod tests {
         let modes = crate::ClassicalModes::of(system).unwrap().unwrap();
         let elastic = (0..system.len()).filter(|j| modes.stiffness()[*j] != 0.0);
         let shape = |j: usize| modes.shapes().col(j).iter().copied().collect();
-        certify(system, system.structure(), elastic.map(shape).collect())
+        certify(
+            system,
+            system.structure(),
+            elastic.map(shape).collect(),
+            2.0 * f64::EPSILON,
+        )
     }
 
     /// λ = −γ/2 ± √(γ²/4 − σ) for exact γ and σ, the first with Im ≥ 0.
@@ -270,6 +288,6 @@ mod tests {
             .build()
             .unwrap();
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
-        assert!(certify(&system, system.structure(), shapes).is_none());
+        assert!(certify(&system, system.structure(), shapes, 1e-15).is_none());
     }
 }

@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::inclusion::{certify, congruence, rayleigh, springless};
+use crate::inclusion::{at_rest, certify, congruence, rayleigh, springless};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -25,9 +25,9 @@ pub(crate) fn certified(
     tolerance: f64,
 ) -> Modes {
     let n = system.len();
-    let at_once = at_once(system, structure, modes.as_slice())
-        .or_else(|| with_proportion(solver, system, structure))
-        .or_else(|| without_springs(solver, system, structure));
+    let at_once = at_once(system, structure, modes.as_slice(), tolerance)
+        .or_else(|| with_proportion(solver, system, structure, tolerance))
+        .or_else(|| without_springs(solver, system, structure, tolerance));
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
         None if n > LARGEST => {
@@ -71,7 +71,11 @@ pub(crate) fn certified(
         }
     };
     if zeros > 0 {
-        roots.extend(rigid::roots(shapes(), zeros));
+        let mut still = rigid::roots(shapes(), zeros);
+        if let [root] = still.as_mut_slice() {
+            enclose_at_rest(system, structure, root, tolerance);
+        }
+        roots.extend(still);
     }
     let mut plan = modes.plan;
     plan.bounds = format!("proven: {claim}");
@@ -79,6 +83,22 @@ pub(crate) fn certified(
         bounds: Bounds::Proven,
         plan,
         ..collect(solver, system, roots)
+    }
+}
+
+/// Bounds the shape at λ = 0, where there is one alone.
+fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tolerance: f64) {
+    let moves_whole = structure.spring_floating().len() == 1;
+    // What proved the other roots at once found as many elastic shapes as leave one for λ = 0.
+    let counted = system.len() > LARGEST && moves_whole;
+    let found = (system.len() <= LARGEST)
+        .then(|| at_rest(system, structure, tolerance))
+        .flatten();
+    if moves_whole && (counted || found.is_some()) {
+        root.shape_bound = Some(vec![0.0; system.len()]);
+    } else if let Some(found) = found {
+        root.shape = found.right.shape;
+        root.shape_bound = Some(found.right.bounds);
     }
 }
 
@@ -99,16 +119,18 @@ impl Proof {
 }
 
 /// Of an undamped system, by its shapes.
-fn at_once(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+fn at_once(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+    tolerance: f64,
+) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         count: mode.multiplicity,
         error: Some((mode.bound, 0.0)),
-        ..Root::simple(
-            Complex::new(0.0, mode.frequency),
-            mode.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(Complex::new(0.0, mode.frequency), mode.shape)
     };
-    let found = congruence::certify(system, structure, modes)?;
+    let found = congruence::certify(system, structure, modes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes leave of K and M off the diagonal, with 32 digits".to_owned(),
@@ -120,6 +142,7 @@ fn with_proportion(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    tolerance: f64,
 ) -> Option<Proof> {
     structure.proportion()?;
     let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
@@ -128,12 +151,9 @@ fn with_proportion(
     let root = |found: rayleigh::Damped| Root {
         count: found.multiplicity,
         error: Some((found.bound, found.real_bound)),
-        ..Root::simple(
-            found.value,
-            found.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(found.value, found.shape)
     };
-    let found = rayleigh::certify(system, structure, shapes)?;
+    let found = rayleigh::certify(system, structure, shapes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the undamped shapes leave of K and M off the diagonal, with 32 digits; the \
@@ -148,6 +168,7 @@ fn without_springs(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    tolerance: f64,
 ) -> Option<Proof> {
     let undamped = with_dampers_for_springs(system, structure)?;
     let structure = undamped.structure();
@@ -157,12 +178,9 @@ fn without_springs(
     let root = |found: springless::Relaxing| Root {
         count: found.multiplicity,
         error: Some((found.bound, found.bound)),
-        ..Root::simple(
-            Complex::from(found.value),
-            found.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(Complex::from(found.value), found.shape)
     };
-    let found = springless::certify(&undamped, structure, shapes)?;
+    let found = springless::certify(&undamped, structure, shapes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
@@ -223,9 +241,11 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
             let mut found = root(&modes[owner], certificate.value, count, !complete);
-            if let Some(shape) = &certificate.shape {
-                found.shape = shape.clone();
-                found.left = certificate.left.clone();
+            if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
+                found.shape = shapes.right.shape.clone();
+                found.shape_bound = Some(shapes.right.bounds.clone());
+                let left = shapes.left.clone();
+                (found.left, found.left_bound) = left.map(|y| (y.shape, y.bounds)).unzip();
             }
             roots.push(Root {
                 error: Some((certificate.bound, certificate.real_bound)),
@@ -269,6 +289,13 @@ fn lone_roots(system: &System) -> Vec<Root> {
         );
     }
     roots
+}
+
+fn with_shape(value: Complex<f64>, shape: congruence::Shape) -> Root {
+    Root {
+        shape_bound: shape.bounds,
+        ..Root::simple(value, shape.components)
+    }
 }
 
 fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {

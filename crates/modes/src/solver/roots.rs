@@ -27,6 +27,10 @@ pub(crate) struct Root {
     pub(crate) error: Option<(f64, f64)>,
     /// Where it was computed already.
     pub(crate) quality: Option<Quality>,
+    /// How far each component of x may be off, where that is proved: x has its largest component 1 then.
+    pub(crate) shape_bound: Option<Vec<f64>>,
+    /// The same of y where it is given.
+    pub(crate) left_bound: Option<Vec<f64>>,
 }
 
 impl Root {
@@ -40,6 +44,8 @@ impl Root {
             defective: false,
             error: None,
             quality: None,
+            shape_bound: None,
+            left_bound: None,
         }
     }
 
@@ -113,6 +119,9 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
 }
 
 fn normalised_root(root: Root) -> Root {
+    if root.shape_bound.is_some() {
+        return root;
+    }
     Root {
         shape: normalised(&root.shape),
         left: root.left.as_deref().map(normalised),
@@ -138,9 +147,12 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
     // Beyond that first-order theory says nothing.
     let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
     let error = root.error.or(estimate).filter(small);
-    let left_shape = match root.left {
-        None if symmetric => Some(root.shape.iter().map(|entry| entry.conj()).collect()),
-        left => left,
+    let (left_shape, left_shape_bound) = match root.left {
+        None if symmetric => (
+            Some(root.shape.iter().map(|entry| entry.conj()).collect()),
+            root.shape_bound.clone(),
+        ),
+        left => (left, root.left_bound),
     };
     Mode {
         eigenvalue: Eigenvalue {
@@ -151,7 +163,9 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
         multiplicity: root.count,
         defective: root.defective,
         shape: root.shape,
+        shape_bound: root.shape_bound,
         left_shape,
+        left_shape_bound,
         backward_error,
         condition,
     }

@@ -4,6 +4,7 @@
 //! - `published`: rows of verification manuals and papers.
 //! - `planted`: systems built from chosen poles and shapes.
 //! - `estimated`: bounds in doubles cover what proven answers show.
+//! - `shapes`: shapes that formulas give, with their bounds.
 //! - `law`: what does not depend on numbers: units, order, conjugates, signs, counts.
 
 mod closed_form;
@@ -13,3 +14,4 @@ mod networks;
 mod planted;
 mod published;
 mod root;
+mod shapes;

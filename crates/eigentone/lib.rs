@@ -61,7 +61,7 @@
 //! # Features
 //!
 //! `cli`, on by default, builds the command line; `gallery`, which it needs, the scenes with known answers; `stiff` adds
-//! integrators of the crate `diffsol` to the comparisons. `default-features = false` leaves all out.
+//! integrators of the crate `diffsol` to the comparisons; `rayon` spreads sweeps over threads. `default-features = false` leaves all out.
 
 #[cfg(feature = "gallery")]
 pub mod gallery;

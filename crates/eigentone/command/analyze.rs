@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use eigentone::modes::Participation;
+use eigentone::modes::{Modes, Participation};
 use eigentone::report::{
     Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
@@ -32,8 +32,9 @@ impl Analyze {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
         let system = scene.system();
-        let progress = Progress::of("analysis");
+        let progress = Progress::of("structure");
         let structure = system.structure();
+        progress.say("modes");
         let modes = system
             .modes_to(self.question.precision())
             .map_err(Failure::modes(file))?;
@@ -42,7 +43,7 @@ impl Analyze {
             Some(problem) => Some(
                 problem
                     .map(|problem| problem.to(self.question.precision()))
-                    .and_then(|problem| solve(&problem, &modes))
+                    .and_then(|problem| solve(&problem, &modes, &progress))
                     .map_err(Failure::response(file))?,
             ),
         };
@@ -61,6 +62,7 @@ impl Analyze {
             response,
         };
         if let Some(directory) = &self.out {
+            progress.say("report");
             write(&analysis, &scene, directory)?;
         }
         drop(progress);
@@ -75,9 +77,15 @@ struct Solved {
     steady_state: Result<SteadyState, SteadyStateError>,
 }
 
-fn solve(problem: &Problem<'_>, modes: &eigentone::modes::Modes) -> Result<Solved, ResponseError> {
+fn solve(
+    problem: &Problem<'_>,
+    modes: &Modes,
+    progress: &Progress,
+) -> Result<Solved, ResponseError> {
+    progress.say("response");
     let plan = ResponsePlan::of(problem)?;
     let trajectory = plan.run(problem)?;
+    progress.say("peaks between the samples");
     let summary = Summary::of(problem, &trajectory, modes).expect("a grid has an instant, 0");
     Ok(Solved {
         plan,

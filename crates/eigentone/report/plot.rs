@@ -125,14 +125,15 @@ impl Plot<'_> {
             svg,
             r##"<g clip-path="url(#area)" fill="none" stroke-width="1.8" stroke-linejoin="round" stroke-linecap="round">"##
         );
+        let mut strokes = vec![String::new(); self.lines.len()];
         for (index, line) in self.lines.iter().enumerate().rev() {
-            self.draw(&mut svg, index, line, &x, &y);
+            strokes[index] = self.draw(&mut svg, index, line, &x, &y);
         }
         svg.push_str("</g>\n");
         if let Some(ring) = &self.ring {
             draw_ring(&mut svg, ring, &x, &y);
         }
-        self.legend(&mut svg);
+        self.legend(&mut svg, &strokes);
         svg.push_str("</svg>\n");
         svg
     }
@@ -212,11 +213,19 @@ impl Plot<'_> {
         );
     }
 
-    fn draw(&self, svg: &mut String, index: usize, line: &Line<'_>, x: &Ruler, y: &Ruler) {
+    /// Draws a line, and gives the stroke that the legend shows.
+    fn draw(
+        &self,
+        svg: &mut String,
+        index: usize,
+        line: &Line<'_>,
+        x: &Ruler,
+        y: &Ruler,
+    ) -> String {
         let places: Vec<(f64, f64)> =
             Thinned::of(self.points(line).map(|(px, py)| (x.place(px), y.place(py)))).collect();
         let Some(((x0, y0), rest)) = places.split_first() else {
-            return;
+            return stroke(index);
         };
         let mut path = format!("M{x0:.1} {y0:.1}");
         for (px, py) in rest {
@@ -238,9 +247,10 @@ impl Plot<'_> {
                 .iter()
                 .for_each(|place| mark(svg, index, *place, size));
         }
+        stroke
     }
 
-    fn legend(&self, svg: &mut String) {
+    fn legend(&self, svg: &mut String, strokes: &[String]) {
         let count = self.lines.len();
         let shown = if count > LEGEND { LEGEND - 1 } else { count };
         let x = self.right() + 18.0;
@@ -249,7 +259,7 @@ impl Plot<'_> {
             let _ = writeln!(
                 svg,
                 r##"<path d="M{x} {y}h34" fill="none" stroke-width="2.2"{}/><text x="{}" y="{}">{}</text>"##,
-                stroke(index),
+                strokes[index],
                 x + 42.0,
                 y + 5.0,
                 escape(&shorten(&line.name, LETTERS)),

@@ -1,15 +1,15 @@
-//! The extrema of a motion and when it settles, between the instants too.
+//! The extrema of a motion, its largest velocities, and when it settles, between the instants too.
 
 use crate::certified::follow::{INVISIBLE, Point, Stretch, follow};
 use crate::problem::Problem;
 use crate::trajectory::Trajectory;
 
-/// The highest and the lowest displacement of each coordinate from 0 to the end, at any time and not
-/// only at the instants of the grid.
+/// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
+/// end, at any time and not only at the instants of the grid.
 ///
 /// Between the instants the exact solution is halved until it is, to nine digits of its range, a
 /// polynomial of degree five through displacement, velocity and acceleration at both ends. Each
-/// extremum is then a root of the exact velocity, found by bisection. All is done in doubles, from
+/// extremum is then a root of the exact velocity, or acceleration, found by bisection. All is done in doubles, from
 /// steps that are right to their last digits: values are good to about 12 digits, and times to half of
 /// them, for there a motion is flat. [`ByCertifiedExponential::at`](crate::ByCertifiedExponential::at)
 /// gives the displacement at such a time with a proven bound.
@@ -26,12 +26,14 @@ use crate::trajectory::Trajectory;
 /// let highest = extrema.highest()[0];
 /// assert!((highest.displacement - 3.0).abs() < 1e-12);
 /// assert!((highest.time - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+/// assert_eq!((extrema.fastest()[0].velocity, extrema.fastest()[0].time), (3.0, 0.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extrema {
     highest: Vec<Extremum>,
     lowest: Vec<Extremum>,
+    fastest: Vec<Fastest>,
 }
 
 /// A displacement and when it is reached.
@@ -41,6 +43,24 @@ pub struct Extremum {
     pub displacement: f64,
     /// In s; the first time, where it is reached more than once.
     pub time: f64,
+}
+
+/// A velocity and when it is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fastest {
+    /// In m/s, with its sign.
+    pub velocity: f64,
+    /// In s; the first time, where it is reached more than once.
+    pub time: f64,
+}
+
+impl Fastest {
+    /// Takes another velocity where it is larger, by more than rounding.
+    fn compare(&mut self, velocity: f64, time: f64) {
+        if velocity.abs() > self.velocity.abs() * (1.0 + 1e-12) {
+            *self = Fastest { velocity, time };
+        }
+    }
 }
 
 impl Extrema {
@@ -54,9 +74,14 @@ impl Extrema {
             displacement: problem.initial_displacement()[i],
             time: 0.0,
         };
+        let start = |i: usize| Fastest {
+            velocity: problem.initial_velocity()[i],
+            time: 0.0,
+        };
         let mut extrema = Extrema {
             highest: (0..n).map(first).collect(),
             lowest: (0..n).map(first).collect(),
+            fastest: (0..n).map(start).collect(),
         };
         let mut seen = false;
         follow(problem, 0, ranges(trajectory), &mut |stretch| {
@@ -70,11 +95,16 @@ impl Extrema {
                         time: 0.0,
                     };
                     (extrema.highest[i], extrema.lowest[i]) = (start, start);
+                    extrema.fastest[i] = Fastest {
+                        velocity: stretch.left.v(i),
+                        time: 0.0,
+                    };
                 }
             }
             for i in 0..n {
                 raise(stretch, i, 1.0, &mut extrema.highest[i]);
                 raise(stretch, i, -1.0, &mut extrema.lowest[i]);
+                hasten(stretch, i, &mut extrema.fastest[i]);
             }
         })?;
         Some(extrema)
@@ -88,6 +118,12 @@ impl Extrema {
     /// The lowest displacement of each coordinate.
     pub fn lowest(&self) -> &[Extremum] {
         &self.lowest
+    }
+
+    /// The velocity of largest size of each coordinate, the first one on ties. Where an impulse makes it jump, both
+    /// values count.
+    pub fn fastest(&self) -> &[Fastest] {
+        &self.fastest
     }
 
     /// The extremum of larger size, the first one on ties, of each coordinate.
@@ -134,6 +170,20 @@ fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
             displacement: point.x(i),
             time,
         };
+    }
+}
+
+/// Takes the largest velocity of a stretch if it beats the best. Either end may be beside a jump.
+fn hasten(stretch: &mut Stretch<'_>, i: usize, best: &mut Fastest) {
+    let (left, right) = (stretch.left, stretch.right);
+    best.compare(left.v(i), stretch.start);
+    best.compare(right.v(i), stretch.start + stretch.length);
+    let (before, after) = (left.a(i), right.a(i));
+    let rise = stretch.length * before.abs().max(after.abs());
+    let turns = before > 0.0 && after < 0.0 || before < 0.0 && after > 0.0;
+    if turns && left.v(i).abs().max(right.v(i).abs()) + rise > best.velocity.abs() {
+        let (time, point) = stretch.bisect(|point: &Point| point.a(i) * before <= 0.0);
+        best.compare(point.v(i), time);
     }
 }
 
@@ -193,7 +243,7 @@ pub(crate) fn last_outside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Response, ResponsePlan, State, Step};
+    use crate::{Impulse, Response, ResponsePlan, State, Step};
     use eigentone_modes::{GROUND, System};
 
     fn extrema(system: &System, ask: impl Fn(Response<'_>) -> Response<'_>) -> Extrema {
@@ -202,19 +252,21 @@ mod tests {
         Extrema::of(&problem, &trajectory.expect("a motion")).expect("it can be followed")
     }
 
+    /// Of unit mass.
+    fn oscillator(omega: f64, zeta: f64) -> System {
+        let mass = System::builder().mass("m", 1.0);
+        let held = mass.spring(GROUND, "m", omega * omega);
+        let damped = held.damper(GROUND, "m", 2.0 * zeta * omega);
+        damped.build().expect("a system")
+    }
+
     #[test]
     fn the_overshoot_of_a_step_is_that_of_the_closed_form() {
         // x″ + 2ζωx′ + ω²x = ω² from rest peaks at π/ω_d with 1 + e^(−πζ/√(1−ζ²)); a grid of one
         // instant a period sees little of it.
         for zeta in [0.001f64, 0.1, 0.5, 0.9] {
             let omega = 7.0;
-            let system = System::builder()
-                .mass("m", 1.0)
-                .spring(GROUND, "m", omega * omega)
-                .damper(GROUND, "m", 2.0 * zeta * omega)
-                .build()
-                .expect("a system");
-            let found = extrema(&system, |r| {
+            let found = extrema(&oscillator(omega, zeta), |r| {
                 r.load("m", Step::of(omega * omega)).every(0.9).until(18.0)
             });
             let root = (1.0 - zeta * zeta).sqrt();
@@ -243,6 +295,47 @@ mod tests {
         assert!((found.highest()[0].displacement - 1.0).abs() < 1e-12);
         assert!((found.highest()[0].time - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
         assert!((found.lowest()[0].displacement + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_largest_velocity_is_that_of_the_closed_form() {
+        // The impulse response e^(−ζωt)·sin(ω_d t) of a step's velocity is steepest at atan(ω_d/ζω)/ω_d.
+        for zeta in [0.01f64, 0.3, 0.8] {
+            let omega = 3.0;
+            let found = extrema(&oscillator(omega, zeta), |r| {
+                r.load("m", Step::of(omega * omega)).every(1.7).until(17.0)
+            });
+            let damped = omega * (1.0 - zeta * zeta).sqrt();
+            let time = (damped / (zeta * omega)).atan() / damped;
+            let wanted =
+                omega * omega / damped * (-zeta * omega * time).exp() * (damped * time).sin();
+            let fastest = found.fastest()[0];
+            assert!(
+                (fastest.velocity - wanted).abs() < 1e-12,
+                "{zeta}: {fastest:?} {wanted}"
+            );
+            assert!(
+                (fastest.time - time).abs() < 1e-6,
+                "{zeta}: {fastest:?} {time}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_jump_of_the_velocity_is_seen_from_both_sides() {
+        // From 3 m/s an impulse of −4 N·s leaves −1 m/s, one of −10 leaves −7.
+        let system = System::builder().mass("m", 1.0).build().expect("a system");
+        for (impulse, fastest) in [(-4.0, 3.0), (-10.0, -7.0)] {
+            let found = extrema(&system, |r| {
+                r.from(State::at_rest().push("m", 3.0))
+                    .load("m", Impulse::of(impulse).at(1.25))
+                    .every(1.0)
+                    .until(4.0)
+            });
+            let found = found.fastest()[0];
+            assert!((found.velocity - fastest).abs() < 1e-12, "{found:?}");
+            assert_eq!(found.time, if fastest > 0.0 { 0.0 } else { 1.25 });
+        }
     }
 
     #[test]

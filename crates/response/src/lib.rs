@@ -83,7 +83,7 @@ pub use energy::Energy;
 pub use exponential::{
     ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition, expm, expm_condition,
 };
-pub use extrema::{Extrema, Extremum};
+pub use extrema::{Extrema, Extremum, Fastest};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use history::{History, Output};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};

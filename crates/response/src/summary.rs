@@ -5,7 +5,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use crate::equilibrium::{Floating, equilibrium};
-use crate::extrema::{Band, Extrema, Extremum, last_outside};
+use crate::extrema::{Band, Extrema, Extremum, Fastest, last_outside};
 use crate::load::{Harmonic, Load};
 use crate::persistence::{Persistence, Sustained};
 use crate::problem::Problem;
@@ -60,6 +60,10 @@ pub struct CoordinateSummary {
     pub peak: f64,
     /// When that is, in s.
     pub peak_time: f64,
+    /// The velocity of largest magnitude, in m/s, with its sign; the first one on ties.
+    pub fastest: f64,
+    /// When that is, in s.
+    pub fastest_time: f64,
     /// Where it ends up.
     pub destination: Destination,
 }
@@ -89,7 +93,7 @@ pub enum Destination {
 }
 
 impl Summary {
-    /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks and settling are
+    /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks, velocities and settling are
     /// those of the motion itself, also between the instants, if the trajectory goes to the end of the
     /// grid, its bounds are proven and the motion can be followed; else those of the instants:
     /// [`is_between`](Self::is_between) says which. The last instant decides what keeps moving, of which
@@ -132,6 +136,7 @@ impl Summary {
                     peak: extrema.peak(i),
                     highest: extrema.highest()[i].displacement,
                     lowest: extrema.lowest()[i].displacement,
+                    fastest: extrema.fastest()[i],
                 },
                 None => Range::of_instants(trajectory, i),
             })
@@ -194,6 +199,8 @@ impl Summary {
         let coordinates = coordinates.map(|(range, destination)| CoordinateSummary {
             peak: range.peak.displacement,
             peak_time: range.peak.time,
+            fastest: range.fastest.velocity,
+            fastest_time: range.fastest.time,
             destination,
         });
         Some(Summary {
@@ -419,6 +426,7 @@ struct Range {
     peak: Extremum,
     highest: f64,
     lowest: f64,
+    fastest: Fastest,
 }
 
 impl Range {
@@ -434,6 +442,10 @@ impl Range {
             peak: first,
             highest: start,
             lowest: start,
+            fastest: Fastest {
+                velocity: 0.0,
+                time: trajectory.times()[0],
+            },
         };
         for (k, &time) in trajectory.times().iter().enumerate() {
             let displacement = x[(i, k)];
@@ -441,6 +453,10 @@ impl Range {
             range.lowest = range.lowest.min(displacement);
             if displacement.abs() > range.peak.displacement.abs() {
                 range.peak = Extremum { displacement, time };
+            }
+            let velocity = trajectory.velocity()[(i, k)];
+            if velocity.abs() > range.fastest.velocity.abs() {
+                range.fastest = Fastest { velocity, time };
             }
         }
         range

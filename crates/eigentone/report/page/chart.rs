@@ -58,13 +58,13 @@ impl Chart<'_> {
         );
         axes(&mut out, &x, &y);
         out.push_str("<g>\n");
+        let mut styles = vec![String::new(); self.series.len()];
         for (index, series) in self.series.iter().enumerate().rev() {
-            self.draw(&mut out, index, series, &x, &y);
+            styles[index] = self.draw(&mut out, index, series, &x, &y);
         }
         out.push_str("</g>\n</svg>\n");
-        out.push_str(&legend(
-            self.series.iter().map(|series| series.name.as_str()),
-        ));
+        let names = self.series.iter().map(|series| series.name.as_str());
+        out.push_str(&legend(names.zip(&styles)));
         if !self.caption.is_empty() {
             let _ = writeln!(out, "<figcaption>{}</figcaption>", escape(&self.caption));
         }
@@ -80,7 +80,15 @@ impl Chart<'_> {
             .filter(move |(x, y)| shown(self.x.scale, *x) && shown(self.y.scale, *y))
     }
 
-    fn draw(&self, out: &mut String, index: usize, series: &Series<'_>, x: &Ruler, y: &Ruler) {
+    /// Draws a line and its marks, and gives the style that the legend shows.
+    fn draw(
+        &self,
+        out: &mut String,
+        index: usize,
+        series: &Series<'_>,
+        x: &Ruler,
+        y: &Ruler,
+    ) -> String {
         let places = self
             .points(series)
             .map(|(px, py)| (x.place(px), y.place(py)));
@@ -94,17 +102,15 @@ impl Chart<'_> {
             path.push_str("h0"); // a dot
         }
         let length: f64 = places.windows(2).map(|p| (p[1].1 - p[0].1).abs()).sum();
-        let dense = length > DENSE * (RIGHT - LEFT);
-        let opacity = if dense {
-            " stroke-opacity=\"0.65\""
+        let style = if length > DENSE * (RIGHT - LEFT) {
+            " stroke-opacity=\"0.65\"".to_owned()
         } else {
-            ""
+            dashes(index)
         };
-        let dashes = if dense { String::new() } else { dashes(index) };
         if !path.is_empty() {
             let _ = writeln!(
                 out,
-                "<path class=\"l s{}\" d=\"{path}\"{dashes}{opacity}/>",
+                "<path class=\"l s{}\" d=\"{path}\"{style}/>",
                 index % COLOURS
             );
         }
@@ -117,6 +123,7 @@ impl Chart<'_> {
                 y.place(*py)
             );
         }
+        style
     }
 }
 
@@ -173,14 +180,14 @@ fn dashes(index: usize) -> String {
     }
 }
 
-fn legend<'a>(names: impl Iterator<Item = &'a str>) -> String {
+fn legend<'a>(entries: impl Iterator<Item = (&'a str, &'a String)>) -> String {
     let mut out = String::from("<ul class=\"legend\">\n");
-    for (index, name) in names.enumerate() {
+    for (index, (name, style)) in entries.enumerate() {
         let _ = writeln!(
             out,
             "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><path class=\"l s{}\" d=\"M1 6H29\"{}/></svg><span>{}</span></li>",
             index % COLOURS,
-            dashes(index),
+            style,
             escape(&shorten(name, LETTERS)),
         );
     }

@@ -36,14 +36,23 @@ pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
     );
     out.push_str(&chart.figure());
     let velocity = trajectory.velocity();
-    let peaks: Vec<(f64, f64)> = (0..names.len())
-        .filter_map(|row| largest(velocity, row, trajectory.times()))
+    let peaks: Vec<(f64, f64)> = answer
+        .summary
+        .coordinates()
+        .iter()
+        .map(|one| (one.fastest_time, one.fastest))
         .collect();
-    let caption = "Rings: the largest velocity at a sample.";
+    let caption = match answer.summary.is_between() {
+        true => "Rings: the largest velocity at any time.",
+        false => "Rings: the largest velocity at a sample.",
+    };
     let axis = Axis::linear("velocity", "m/s");
     let chart = lines(answer, names, velocity, axis, &peaks, caption);
     out + &chart.figure()
 }
+
+/// Beside the largest, bounds below this are not drawn: at the first instant only what was given is rounded.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// How far displacements and velocities may be off, against time.
 pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
@@ -53,15 +62,19 @@ pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
         ("displacement, m", trajectory.displacement_bound()),
         ("velocity, m/s", trajectory.velocity_bound()),
     ];
-    let some = |bounds: &[Option<f64>]| bounds.iter().flatten().any(|bound| *bound > 0.0);
+    let largest = |bounds: &[Option<f64>]| bounds.iter().flatten().copied().fold(0.0, f64::max);
     let series: Vec<Series<'_>> = kinds
         .into_iter()
-        .filter(|(_, bounds)| some(bounds))
-        .map(|(name, bounds)| Series {
-            name: name.to_owned(),
-            len: times.len(),
-            point: Box::new(move |k| (times[k], bounds[k].unwrap_or(f64::NAN))),
-            marks: Vec::new(),
+        .filter(|(_, bounds)| largest(bounds) > 0.0)
+        .map(|(name, bounds)| {
+            let least = NEGLIGIBLE * largest(bounds);
+            let drawn = move |k: usize| bounds[k].filter(|bound| *bound >= least);
+            Series {
+                name: name.to_owned(),
+                len: times.len(),
+                point: Box::new(move |k| (times[k], drawn(k).unwrap_or(f64::NAN))),
+                marks: Vec::new(),
+            }
         })
         .collect();
     let kind = match trajectory.bounds() {
@@ -75,7 +88,8 @@ pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
             y: Axis::logarithmic(kind, ""),
             series,
             caption:
-                "Over all coordinates. Where no line is drawn the value is exact, or has no bound."
+                "Over all coordinates. Where no line is drawn the value is exact, has no bound, or one below \
+                 1e−9 of the largest."
                     .to_owned(),
         };
         format!("<div class=\"cards\">\n{}</div>\n", chart.figure())
@@ -129,19 +143,4 @@ fn lines<'a>(
         y: axis,
         caption,
     }
-}
-
-/// Time and value of the largest size in a row, the first one on ties.
-fn largest(rows: MatRef<'_, f64>, row: usize, times: &[f64]) -> Option<(f64, f64)> {
-    let values = times
-        .iter()
-        .enumerate()
-        .map(|(k, time)| (*time, rows[(row, k)]));
-    values.reduce(|best, next| {
-        if next.1.abs() > best.1.abs() {
-            next
-        } else {
-            best
-        }
-    })
 }

@@ -1,7 +1,6 @@
 //! Modes from outside.
 //!
 //! - `closed_form`: frequencies and damping that formulas give, in twice a double's digits.
-//! - `published`: rows of verification manuals and papers.
 //! - `planted`: systems built from chosen poles and shapes.
 //! - `estimated`: bounds in doubles cover what proven answers show.
 //! - `shapes`: shapes that formulas give, with their bounds.
@@ -12,6 +11,5 @@ mod estimated;
 mod law;
 mod networks;
 mod planted;
-mod published;
 mod root;
 mod shapes;

@@ -14,6 +14,7 @@ use eigentone::check::{Reference, Shape};
 use eigentone::gallery::{Decimal, cases};
 use eigentone::modes::{Bounds, GROUND, Mode, Modes, System};
 use eigentone::scene::Scene;
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use num_complex::Complex;
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -21,7 +22,7 @@ use serde::Deserialize;
 const U: f64 = f64::EPSILON / 2.0;
 
 /// Components below are not told from 0.
-const HIDDEN: f64 = 1e-26;
+const HIDDEN: f64 = 1e-22;
 
 #[derive(Deserialize)]
 struct TrueMode {
@@ -45,6 +46,19 @@ fn scene(name: &str) -> Scene {
     )
 }
 
+fn wide(parts: &[Decimal]) -> ComplexDoubleDouble {
+    let part = |k: usize| {
+        parts.get(k).map_or(DoubleDouble::ZERO, |part| {
+            let high = part.to_f64();
+            DoubleDouble::new(high, part.minus(high))
+        })
+    };
+    ComplexDoubleDouble {
+        re: part(0),
+        im: part(1),
+    }
+}
+
 /// What is wrong with a shape and its bounds, beside the true shape scaled to the same component.
 fn faults(
     shape: &[Complex<f64>],
@@ -52,27 +66,22 @@ fn faults(
     truth: &[Vec<Decimal>],
     units: f64,
 ) -> Vec<String> {
-    let one = (0..shape.len()).find(|i| bounds[*i] == 0.0 && shape[*i] == Complex::new(1.0, 0.0));
+    let truth: Vec<ComplexDoubleDouble> = truth.iter().map(|parts| wide(parts)).collect();
+    let one = (0..shape.len()).find(|i| bounds[*i] == 0.0 && shape[*i] == Complex::ONE);
     let Some(one) = one else {
         return vec!["no component is 1".to_owned()];
     };
-    let off = |i: usize, value: Complex<f64>| {
-        let part = |k: usize, value: f64| truth[i].get(k).map_or(-value, |part| part.minus(value));
-        part(0, value.re).hypot(part(1, value.im))
-    };
-    // Of two that are as large as far as digits tell, either may be the 1.
-    let scale = off(one, Complex::new(1.0, 0.0));
-    if scale > HIDDEN {
-        return vec![format!("component {one} is not the largest")];
-    }
     let mut faults = Vec::new();
+    if shape[..one].iter().any(|x| x.norm() >= 1.0 + 2.0 * U) || truth[one].norm() < 1.0 - 2.0 * U {
+        faults.push(format!("component {one} is not the first of the largest"));
+    }
     for (i, (found, bound)) in shape.iter().zip(bounds).enumerate() {
-        let (error, size) = (off(i, *found), off(i, Complex::new(0.0, 0.0)));
-        let digits = (scale + 1e-33) * size + 1e-320;
-        if error > bound * (1.0 + 1e-12) + digits {
-            faults.push(format!(
-                "component {i}, {found}: {error:e} is beyond {bound:e}"
-            ));
+        let scaled = truth[i] / truth[one];
+        let error = (scaled - ComplexDoubleDouble::new(found.re, found.im)).norm();
+        let size = scaled.norm();
+        if error > bound * (1.0 + 1e-12) + 1e-30 * size + 1e-300 {
+            let fault = format!("component {i}, {found}: {error:e} is beyond {bound:e}");
+            faults.push(fault);
         }
         let loose = if size == 0.0 {
             HIDDEN

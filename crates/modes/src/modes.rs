@@ -193,7 +193,7 @@ impl Mode {
     }
 
     /// The shape x with (λ²M + λC + K) x = 0, one entry for each coordinate; its largest component
-    /// is 1 + 0i, the first one on ties.
+    /// is 1 + 0i, the first one on ties: of those that doubles do not tell apart.
     pub fn shape(&self) -> &[Complex<f64>] {
         &self.shape
     }

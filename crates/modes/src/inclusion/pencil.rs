@@ -252,6 +252,11 @@ impl Pencil {
 }
 
 impl<T: Real> PencilIn<T> {
+    /// The units of a vector's entries: powers of two by which its columns were divided.
+    pub(crate) fn exponents(&self) -> &[i32] {
+        &self.exponents
+    }
+
     /// The matrix at μ, by rows.
     fn at(&self, mu: Ball<T>) -> Vec<Ball<T>> {
         let n = self.n;

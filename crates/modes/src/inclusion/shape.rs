@@ -20,12 +20,11 @@ use super::exactly::{Terms, exact, radius, real, terms, upper};
 use super::pencil::{Pencil, PencilIn};
 
 /// Up to so many coordinates, twice the digits are quick enough to tell whether a component that 32
-/// digits leave at 0 is 0, and one that they leave equal to the largest equal.
+/// digits leave at 0 is 0.
 const FEW: usize = 12;
 
-/// What so many coordinates leave open beside a largest component of 1: whether a smaller one is 0, and which
-/// of two that differ by less is the larger.
-pub(crate) fn hidden(coordinates: usize) -> f64 {
+/// Beside a largest component of 1 so many coordinates leave open whether a smaller one is 0.
+fn hidden(coordinates: usize) -> f64 {
     if coordinates <= FEW { 1e-28 } else { 1e-22 }
 }
 
@@ -62,14 +61,12 @@ impl Disc {
     }
 }
 
-/// A shape whose largest component is 1, the first one on ties.
+/// A shape whose largest component is 1, the first one of those that doubles do not tell apart.
 #[derive(Clone, Debug)]
 pub(crate) struct Enclosed {
     pub(crate) shape: Vec<Complex<f64>>,
     /// How far each component may be off.
     pub(crate) bounds: Vec<f64>,
-    /// How far apart components may be of which the largest could be any; 0 where it is one alone.
-    tie: f64,
 }
 
 impl Enclosed {
@@ -77,7 +74,7 @@ impl Enclosed {
     /// largest one to six digits.
     pub(crate) fn of<T: Real>(components: &[Ball<T>], is_real: bool) -> Option<Enclosed> {
         const TOLD: f64 = 1e-6;
-        let (pivot, tie) = largest(components)?;
+        let pivot = largest(components)?;
         let divisor = components[pivot];
         if divisor.contains_zero() || divisor.radius() > divisor.upper() * Magnitude::from(TOLD) {
             return None;
@@ -86,7 +83,6 @@ impl Enclosed {
         let mut enclosed = Enclosed {
             shape: Vec::with_capacity(components.len()),
             bounds: Vec::with_capacity(components.len()),
-            tie,
         };
         for (i, component) in components.iter().enumerate() {
             let (value, bound) = if i == pivot {
@@ -108,14 +104,13 @@ impl Enclosed {
         Enclosed {
             bounds: vec![0.0; shape.len()],
             shape,
-            tie: 0.0,
         }
     }
 
     /// Whether every bound is within half of a relative tolerance, which leaves the other half to those who
-    /// compute with the shape, and the largest component is known or equals others as far as digits show.
+    /// compute with the shape.
     pub(crate) fn meets(&self, tolerance: f64) -> bool {
-        self.looseness() <= 0.5 * tolerance && self.tie <= hidden(self.shape.len())
+        self.looseness() <= 0.5 * tolerance
     }
 
     /// The largest relative bound, but for components that may stay hidden.
@@ -130,42 +125,33 @@ impl Enclosed {
         relative.fold(0.0, f64::max)
     }
 
-    /// Whether a component is given as 0, or as equal to the largest, that need not be.
+    /// Whether a component is given as 0 that need not be 0.
     fn is_doubtful(&self) -> bool {
         let mut each = self.shape.iter().zip(&self.bounds);
-        self.tie > 0.0 || each.any(|(x, bound)| x.norm() == 0.0 && *bound > 0.0)
+        each.any(|(x, bound)| x.norm() == 0.0 && *bound > 0.0)
     }
 
     fn conjugate(mut self) -> Enclosed {
-        self.shape.iter_mut().for_each(|x| *x = x.conj());
+        self.shape
+            .iter_mut()
+            .for_each(|x| *x = x.conj() + Complex::ZERO);
         self
     }
 }
 
-/// Which component is the largest, the first of those that may be; and how much less than the largest square
-/// that of any of these may be, in proportion.
-fn largest<T: Real>(components: &[Ball<T>]) -> Option<(usize, f64)> {
-    let larger = |a: Magnitude, b: Magnitude| if a < b { b } else { a };
-    let sizes = components.iter().map(|x| x.lower());
-    let size = sizes.fold(Magnitude::ZERO, larger);
-    let near = (0..components.len()).filter(|i| components[*i].upper() >= size);
-    // Sizes have the digits of doubles, squares all.
-    let square = |i: usize| {
-        let x = components[i];
-        (i, x * Ball::new(x.middle().conj(), x.radius()))
+/// Which component is the largest: the first of those whose sizes are equal as doubles, so that it is the first
+/// in what is shown.
+fn largest<T: Real>(components: &[Ball<T>]) -> Option<usize> {
+    /// Of squares: half of the distance from 1 to the double below it, twice.
+    const TIE: f64 = f64::EPSILON / 2.0;
+    let square = |x: &Ball<T>| {
+        let middle = x.middle();
+        middle.re * middle.re + middle.im * middle.im
     };
-    let near: Vec<(usize, Ball<T>)> = near.map(square).collect();
-    let (mut top, rest) = (near.first()?.1, near.get(1..)?);
-    for (_, square) in rest {
-        if square.middle().re > top.middle().re {
-            top = *square;
-        }
-    }
-    let mut rivals = near.iter().map(|(i, square)| (*i, top - *square));
-    let mut rivals = rivals.by_ref().filter(|(_, less)| less.contains_zero());
-    let (pivot, _) = rivals.next()?;
-    let shares = rivals.map(|(_, less)| (less.upper() / top.upper()).to_f64());
-    Some((pivot, shares.fold(0.0, f64::max)))
+    let larger = |a: T, b: T| if a < b { b } else { a };
+    let top = components.iter().map(square).fold(T::ZERO, larger);
+    let least = top - top.mul_f64(TIE);
+    components.iter().position(|x| square(x) >= least)
 }
 
 /// The nearest double, and how far the component may be from it.
@@ -237,9 +223,11 @@ type Search = fn(&Shaper<'_>, &mut Known, Kind) -> Option<Shapes>;
 /// What one precision leaves to the next.
 struct Known {
     disc: Disc,
-    /// Null vectors of Q and Qᵀ, as the pencil scales them; empty where none was found.
+    /// Null vectors of Q and Qᵀ; empty where none was found.
     right: Vec<Disc>,
     left: Vec<Disc>,
+    /// The units of their entries.
+    exponents: Vec<i32>,
 }
 
 /// Limbs, and the search with them.
@@ -272,6 +260,7 @@ impl<'a> Shaper<'a> {
             disc,
             right: Vec::new(),
             left: Vec::new(),
+            exponents: Vec::new(),
         };
         let mut best = self.search(&self.plain, &mut known, kind);
         // More digits do not separate what is one.
@@ -305,7 +294,11 @@ impl<'a> Shaper<'a> {
         kind: Kind,
     ) -> Option<Shapes> {
         const STEPS: usize = 4;
-        let balls = |discs: &[Disc]| discs.iter().map(Disc::ball).collect::<Vec<Ball<T>>>();
+        let same_units = known.exponents == pencil.exponents();
+        let balls = |discs: &[Disc]| -> Vec<Ball<T>> {
+            let each = discs.iter().filter(|_| same_units);
+            each.map(Disc::ball).collect()
+        };
         let (mut x, mut y) = (balls(&known.right), balls(&known.left));
         let mut ball = known.disc.ball::<T>();
         let mut best = None;
@@ -347,6 +340,7 @@ impl<'a> Shaper<'a> {
             disc: Disc::of(ball),
             right: discs(&x),
             left: discs(&y),
+            exponents: pencil.exponents().to_vec(),
         };
         best
     }

@@ -104,18 +104,18 @@ fn mode_of<'a>(modes: &'a Modes, truth: &TrueMode) -> Option<&'a Mode> {
         root.bound
             .is_some_and(|bound| error <= bound + 1e-33 * root.value.norm())
     });
-    let apart = |mode: &Mode| {
-        let off = |(found, truth): (&Complex<f64>, &Vec<Decimal>)| {
+    // Scaled to another component, a shape may seem far from what it is.
+    let aligned = |mode: &Mode| {
+        let pairs = || mode.shape().iter().zip(&truth.shape);
+        let wide = |(x, truth): (&Complex<f64>, &Vec<Decimal>)| {
             let im = truth.get(1).map_or(0.0, Decimal::to_f64);
-            (found - Complex::new(truth[0].to_f64(), im)).norm()
+            (*x, Complex::new(truth[0].to_f64(), im))
         };
-        mode.shape()
-            .iter()
-            .zip(&truth.shape)
-            .map(off)
-            .fold(0.0, f64::max)
+        let product: Complex<f64> = pairs().map(wide).map(|(x, y)| x.conj() * y).sum();
+        let square: f64 = mode.shape().iter().map(Complex::norm_sqr).sum();
+        product.norm_sqr() / square
     };
-    may.min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    may.max_by(|a, b| aligned(a).total_cmp(&aligned(b)))
 }
 
 #[test]

@@ -33,11 +33,12 @@ mod mixing;
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::{Ball, DoubleDouble, Lanes, Magnitude, Real};
-use faer::{Mat, MatRef, Side};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
+use faer::{Mat, Side};
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind, Node};
+use super::gram::{Form, Gram, UPWARD};
+use super::quadratic::around;
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
@@ -45,9 +46,6 @@ use crate::system::System;
 use super::exactly::exact;
 use super::pencil::Pencil;
 use super::shape::{self, Disc, Enclosed, Kind, Shaper};
-
-/// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
-const UPWARD: f64 = 1.0 + 1e-9;
 
 /// One elastic mode: ω with a proven bound, and its shape.
 #[derive(Clone, Debug)]
@@ -69,6 +67,25 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// An approximate one.
+    pub(crate) fn plain(column: &[DoubleDouble]) -> Shape {
+        Shape {
+            components: column.iter().map(|x| Complex::from(x.to_f64())).collect(),
+            bounds: None,
+        }
+    }
+
+    /// Some of n coordinates move as a whole, and nothing else; bounded where that is the only such motion.
+    pub(crate) fn whole(n: usize, part: &[usize], is_alone: bool) -> Shape {
+        let moves = |i: usize| Complex::from(f64::from(part.contains(&i)));
+        let shape = Shape::from(Enclosed::exactly((0..n).map(moves).collect()));
+        if is_alone {
+            shape
+        } else {
+            shape.without_bounds()
+        }
+    }
+
     /// The same where another root is at the same place.
     pub(crate) fn without_bounds(self) -> Shape {
         Shape {
@@ -108,9 +125,8 @@ pub(crate) fn certify(
     let goal = Goal {
         spread: 1e-24,
         where_apart: 1e-20,
-        of_shapes: tolerance,
     };
-    let found = squares(system, structure, shapes.collect(), goal)?;
+    let found = squares(system, structure, shapes.collect(), goal, tolerance)?;
     Some(elastic_modes(&found))
 }
 
@@ -121,17 +137,14 @@ pub(crate) struct Goal {
     pub(crate) spread: f64,
     /// Where all values and shapes are told apart by it.
     pub(crate) where_apart: f64,
-    /// The relative error that is wanted of every component of a shape.
-    pub(crate) of_shapes: f64,
 }
 
 impl Goal {
     /// The same whether values are apart or not.
-    pub(crate) fn always(spread: f64, of_shapes: f64) -> Goal {
+    pub(crate) fn always(spread: f64) -> Goal {
         Goal {
             spread,
             where_apart: spread,
-            of_shapes,
         }
     }
 }
@@ -140,11 +153,28 @@ impl Goal {
 pub(crate) struct Squares {
     pub(crate) values: Vec<DoubleDouble>,
     pub(crate) shapes: Vec<Shape>,
+    /// In the same order; after them the rigid-body motions, which are exact.
+    pub(crate) columns: Vec<Vec<DoubleDouble>>,
     /// A bound of the relative error of every value.
     pub(crate) spread: f64,
 }
 
 impl Squares {
+    /// The shape of one of them.
+    pub(crate) fn shape(&self, i: usize) -> Shape {
+        self.shapes[i].clone()
+    }
+
+    /// A ball that holds all true values of a group.
+    pub(super) fn around(&self, group: &Range<usize>) -> Ball<DoubleDouble> {
+        let centre = self.values[(group.start + group.end) / 2];
+        let reach = group.clone().map(|i| {
+            let value = self.values[i];
+            (value - centre).to_f64().abs() + self.spread * value.to_f64()
+        });
+        around(centre, reach.fold(0.0, f64::max) * UPWARD)
+    }
+
     /// Those that their bounds do not tell apart.
     pub(crate) fn groups(&self) -> Vec<Range<usize>> {
         let touch = |a: &DoubleDouble, b: &DoubleDouble| {
@@ -160,14 +190,15 @@ impl Squares {
     }
 }
 
-/// The same for (K, M) of any system with M and K symmetric and no massless nodes, given its
-/// elastic shapes approximately: as many as there are coordinates, less the parts that no spring
+/// The same for (K, M) of any system with M and K symmetric and no massless nodes, and its shapes with
+/// components within a relative tolerance where digits allow, given its elastic shapes approximately: as many as there are coordinates, less the parts that no spring
 /// ties to the ground.
 pub(crate) fn squares(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
     goal: Goal,
+    tolerance: f64,
 ) -> Option<Squares> {
     let rigid = structure.spring_floating();
     let n = system.len();
@@ -195,31 +226,34 @@ pub(crate) fn squares(
         elastic,
     };
     let forms = basis.refine(goal)?;
-    let (forms, mut enclosed) = basis.enclosed(forms, goal);
+    let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
     let mut order: Vec<usize> = (0..elastic).collect();
     let value = |i: usize| forms.squares[i];
     order.sort_by(|a, b| {
         let order = value(*a).partial_cmp(&value(*b));
         order.unwrap_or(Ordering::Equal)
     });
-    let plain = |i: usize| basis.columns[i].iter().map(|x| Complex::from(x.to_f64()));
+    let rest: Vec<usize> = (elastic..n).collect();
     let mut found = Squares {
         values: order.iter().map(|i| value(*i)).collect(),
         shapes: Vec::with_capacity(elastic),
+        columns: order
+            .iter()
+            .chain(&rest)
+            .map(|i| basis.columns[*i].clone())
+            .collect(),
         spread: forms.full_spread(),
     };
     let mut alone = vec![false; elastic];
     for group in found.groups().into_iter().filter(|group| group.len() == 1) {
         alone[group.start] = true;
     }
-    let closer = Closer::of(system, &found, goal);
+    let closer = Closer::of(system, &found, tolerance);
     for (at, i) in order.into_iter().enumerate() {
         let proven = alone[at].then(|| closer.shape(found.values[at], enclosed[i].take()));
         let shape = proven.flatten().map(Shape::from);
-        found.shapes.push(shape.unwrap_or_else(|| Shape {
-            components: plain(i).collect(),
-            bounds: None,
-        }));
+        let shape = shape.unwrap_or_else(|| Shape::plain(&basis.columns[i]));
+        found.shapes.push(shape);
     }
     Some(found)
 }
@@ -234,14 +268,14 @@ struct Closer {
 }
 
 impl Closer {
-    fn of(system: &System, squares: &Squares, goal: Goal) -> Closer {
+    fn of(system: &System, squares: &Squares, tolerance: f64) -> Closer {
         const LARGEST: usize = 64;
         let largest = squares.values.last().map_or(1.0, |top| top.to_f64());
         Closer {
             unit: (largest.log2() / 2.0).round() as i32,
             spread: squares.spread,
             goal: shape::Goal {
-                tolerance: goal.of_shapes,
+                tolerance,
                 symmetric: true,
                 roots: squares.values.len(),
             },
@@ -279,15 +313,15 @@ impl Closer {
 }
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
-struct Basis<'a> {
-    stiffness: Form<'a>,
-    mass: Form<'a>,
-    columns: Vec<Vec<DoubleDouble>>,
-    elastic: usize,
+pub(super) struct Basis<'a> {
+    pub(super) stiffness: Form<'a>,
+    pub(super) mass: Form<'a>,
+    pub(super) columns: Vec<Vec<DoubleDouble>>,
+    pub(super) elastic: usize,
 }
 
 /// S, G and d in a basis.
-struct Forms {
+pub(super) struct Forms {
     stiffness: Gram,
     mass: Gram,
     squares: Vec<DoubleDouble>,
@@ -328,7 +362,7 @@ enum Step {
 
 impl Basis<'_> {
     /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
-    fn refine(&mut self, goal: Goal) -> Option<Forms> {
+    pub(super) fn refine(&mut self, goal: Goal) -> Option<Forms> {
         const STEPS: usize = 12;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
@@ -375,13 +409,13 @@ impl Basis<'_> {
 
     /// The elastic shapes with bounds, where these are proved, after as many more steps as help, and the forms
     /// then.
-    fn enclosed(&mut self, mut forms: Forms, goal: Goal) -> (Forms, Vec<Option<Enclosed>>) {
+    fn enclosed(&mut self, mut forms: Forms, tolerance: f64) -> (Forms, Vec<Option<Enclosed>>) {
         const STEPS: usize = 1;
         /// Little is gained below.
         const LEAST: f64 = 1e-25;
         let good = |shape: &Option<Enclosed>| {
             let shape = shape.as_ref();
-            shape.is_none_or(|shape| shape.meets(goal.of_shapes))
+            shape.is_none_or(|shape| shape.meets(tolerance))
         };
         let mut shapes = self.shapes(&forms);
         for _ in 0..STEPS {
@@ -545,229 +579,6 @@ impl Basis<'_> {
     }
 }
 
-/// A quadratic form Σ_e k_e (x_a − x_b)² + xᵀAx of elements e = (a, b) and a symmetric matrix A.
-struct Form<'a> {
-    n: usize,
-    elements: Vec<Element>,
-    matrix: Option<MatRef<'a, f64>>,
-}
-
-/// XᵀAX for a form and columns X, with how far its entries may be off.
-struct Gram {
-    size: usize,
-    /// By rows.
-    entries: Vec<DoubleDouble>,
-    /// Entry (i, j), i ≤ j, is off by at most unit·first_i·second_j + floor.
-    first: Vec<f64>,
-    second: Vec<f64>,
-    unit: f64,
-    floor: f64,
-}
-
-impl<'a> Form<'a> {
-    fn stiffness(system: &'a System) -> Form<'a> {
-        Form {
-            n: system.len(),
-            elements: system.springs().to_vec(),
-            matrix: system.added(MatrixKind::Stiffness),
-        }
-    }
-
-    fn mass(system: &'a System) -> Form<'a> {
-        let lumped = system.masses().iter().enumerate().map(|(i, mass)| Element {
-            first: Node::Coordinate(i),
-            second: Node::Ground,
-            coefficient: *mass,
-        });
-        Form {
-            n: system.len(),
-            elements: lumped.collect(),
-            matrix: system.added(MatrixKind::Mass),
-        }
-    }
-
-    /// Entry (i, j), i ≤ j, is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
-    /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
-    /// force_i·x_j.
-    ///
-    /// Each entry is a sum of products whose factors err by at most `count` roundings of 2^-102 one upon
-    /// the other, and which [`Lanes::products`] sums: it errs by a `unit` of the sum of the absolute products. That
-    /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
-    /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
-    /// Σ|A_ab||x_ai||x_bj|.
-    fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
-        let (n, size) = (self.n, columns.len());
-        let by_stretch = self.elements.len() <= 4 * n;
-        let by_force = self.matrix.is_some() || !by_stretch;
-        // Per node, what a unit displacement meets in absolute terms, and how many terms it is.
-        let (mut load, mut terms) = (vec![0.0; n], vec![0usize; n]);
-        let ends = |element: &Element| [element.first, element.second].map(Node::coordinate);
-        if !by_stretch {
-            for element in &self.elements {
-                for i in ends(element).into_iter().flatten() {
-                    load[i] += element.coefficient.abs();
-                    terms[i] += 1;
-                }
-            }
-        }
-        let mut row_sums = vec![0.0; n];
-        if let Some(matrix) = self.matrix {
-            for j in 0..n {
-                for i in 0..n {
-                    row_sums[i] += matrix[(i, j)].abs();
-                }
-            }
-            terms.iter_mut().for_each(|count| *count += n);
-        }
-        let (mut inner, mut outer) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let (mut first, mut second) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let mut largest = 0.0;
-        for x in columns {
-            let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
-            let stretches: Vec<DoubleDouble> = self
-                .elements
-                .iter()
-                .map(|element| at(element.first) - at(element.second))
-                .collect();
-            let forces = self.elements.iter().zip(&stretches);
-            let mut forces: Vec<DoubleDouble> = forces
-                .map(|(e, stretch)| *stretch * e.coefficient)
-                .collect();
-            let energy = self.elements.iter().zip(&stretches);
-            let energy: f64 = energy
-                .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
-                .sum();
-            let over = |weights: &[f64]| -> f64 {
-                let each = weights.iter().zip(x);
-                each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
-            };
-            let along = over(&row_sums);
-            if by_stretch {
-                first.push((energy + along).sqrt() * UPWARD);
-                second.push((energy + along).sqrt() * UPWARD);
-            } else {
-                first.push((2.0 * energy + along).sqrt() * UPWARD);
-                second.push((over(&load) + along).sqrt() * UPWARD);
-            }
-            let mut right = if by_stretch { stretches } else { Vec::new() };
-            if by_force {
-                let mut nodal = vec![DoubleDouble::ZERO; n];
-                if !by_stretch {
-                    for (element, force) in self.elements.iter().zip(&forces) {
-                        let [first, second] = ends(element);
-                        if let Some(i) = first {
-                            nodal[i] += *force;
-                        }
-                        if let Some(i) = second {
-                            nodal[i] -= *force;
-                        }
-                    }
-                    forces.clear();
-                }
-                if let Some(matrix) = self.matrix {
-                    for (j, x) in x.iter().enumerate() {
-                        for (i, force) in nodal.iter_mut().enumerate() {
-                            *force += *x * matrix[(i, j)];
-                        }
-                    }
-                }
-                forces.extend(nodal);
-                right.extend(x);
-            }
-            largest = right
-                .iter()
-                .map(|x| x.to_f64().abs())
-                .fold(largest, f64::max);
-            inner.push(forces);
-            outer.push(right);
-        }
-        let length = outer.first().map_or(0, Vec::len);
-        let mut entries = vec![DoubleDouble::ZERO; size * size];
-        for (block, columns) in outer.chunks(LANES).enumerate() {
-            let side_by_side = interleaved(columns, length);
-            let j = block * LANES;
-            for (i, forces) in inner.iter().enumerate().take(j + columns.len()) {
-                let sums = Lanes::products(forces, &side_by_side);
-                for (j, sum) in (j..j + columns.len()).zip(sums).filter(|(j, _)| i <= *j) {
-                    entries[i * size + j] = sum;
-                    entries[j * size + i] = sum;
-                }
-            }
-        }
-        // Both stretches, k·stretch and the sum of forces; then the sum of products.
-        let count = 4 + terms.into_iter().max().unwrap_or(0);
-        let summed = (length + 4) as f64;
-        Gram {
-            size,
-            entries,
-            first,
-            second,
-            unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),
-            // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
-            floor: 1e-300 * (1.0 + largest),
-        }
-    }
-}
-
-/// So many sums at a time: one alone would wait for each of its own additions to end.
-const LANES: usize = 8;
-
-/// Columns side by side, entry by entry; those that are missing are 0.
-fn interleaved(columns: &[Vec<DoubleDouble>], length: usize) -> Vec<Lanes<LANES>> {
-    let mut rows = vec![Lanes::ZERO; length];
-    for (lane, column) in columns.iter().enumerate() {
-        for (row, entry) in rows.iter_mut().zip(column) {
-            row.set(lane, *entry);
-        }
-    }
-    rows
-}
-
-/// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.
-fn square(k: f64, x: f64) -> f64 {
-    let root = k.abs().sqrt() * x;
-    root * root + f64::MIN_POSITIVE
-}
-
-impl Gram {
-    fn at(&self, i: usize, j: usize) -> DoubleDouble {
-        self.entries[i * self.size + j]
-    }
-
-    /// |entry (i, j)|, or 0 on the diagonal.
-    fn off_diagonal(&self, i: usize, j: usize) -> f64 {
-        if i == j {
-            0.0
-        } else {
-            self.at(i, j).to_f64().abs()
-        }
-    }
-
-    /// How far entry (i, j) may be off.
-    fn rounding(&self, i: usize, j: usize) -> f64 {
-        self.unit * self.first[i.min(j)] * self.second[i.max(j)] + self.floor
-    }
-
-    /// A bound of ‖E‖ for this matrix = δ^{1/2}(I + E)δ^{1/2}, δ its computed diagonal; NaN or
-    /// infinite where there is none.
-    fn distance(&self) -> f64 {
-        let roots: Vec<f64> = (0..self.size)
-            .map(|i| self.at(i, i).to_f64().sqrt())
-            .collect();
-        let mut largest = 0.0;
-        for i in 0..self.size {
-            let sum: f64 = (0..self.size)
-                .map(|j| (self.off_diagonal(i, j) + self.rounding(i, j)) / roots[i] / roots[j])
-                .sum();
-            if !sum.is_finite() {
-                return sum;
-            }
-            largest = sum.max(largest);
-        }
-        largest * UPWARD
-    }
-}
-
 /// ω = √σ with bounds; frequencies that are not told apart get one value.
 fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
     // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the root.
@@ -786,7 +597,7 @@ fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
             frequency,
             bound,
             multiplicity: group.len(),
-            shape: squares.shapes[i].clone(),
+            shape: squares.shape(i),
         }));
     }
     found

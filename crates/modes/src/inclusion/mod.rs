@@ -1,8 +1,12 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
+pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;
+mod gram;
+pub(crate) mod pairs;
 mod pencil;
+pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod shape;
@@ -66,6 +70,7 @@ pub(crate) fn certify(
         in_square,
         degree,
         zeros,
+        determined: Massless::of_system(system).degree() == degree,
         tolerance,
     };
     let size = approximations.iter().map(|z| z.norm()).fold(0.0, f64::max);
@@ -119,6 +124,40 @@ pub(crate) fn certify(
         }
     }
     Some((found, digits))
+}
+
+/// The shapes at simple roots, each given within a bound; `None` where they are not proved to be one each.
+pub(crate) fn shapes_at(
+    system: &System,
+    structure: &Structure,
+    discs: &[(Complex<f64>, f64)],
+    tolerance: f64,
+) -> Vec<Option<Shapes>> {
+    let sizes = discs.iter().map(|(value, _)| value.norm());
+    let size = sizes.fold(0.0, f64::max);
+    if !(size > 0.0 && size.is_finite()) {
+        return vec![None; discs.len()];
+    }
+    let unit = size.log2().round() as i32;
+    let pencil = Pencil::of(system, false);
+    let goal = shape::Goal {
+        tolerance,
+        symmetric: structure.is_symmetric(),
+        roots: 2 * discs.len(),
+    };
+    let shaper = Shaper::of(&pencil, unit, goal);
+    let kind = Kind {
+        is_simple: true,
+        is_real: structure.is_classical(),
+    };
+    let shapes = |(value, bound): &(Complex<f64>, f64)| {
+        let part = |part: f64| DoubleDouble::from(part).scale(-i64::from(unit));
+        let centre = exact(part(value.re), part(value.im)).middle();
+        let reach = Magnitude::from(*bound) * Magnitude::power_of_two(-i64::from(unit));
+        let disc = Disc::of(Ball::new(centre, reach + DoubleDouble::floor()));
+        shaper.shapes(disc, kind)
+    };
+    discs.iter().map(shapes).collect()
 }
 
 /// The shapes at λ = 0 of a system with det K = 0; `None` where K is not proved to annul one alone.
@@ -197,6 +236,8 @@ struct Job<'a> {
     in_square: bool,
     degree: usize,
     zeros: usize,
+    /// Whether the leading coefficient is that of [`leading`].
+    determined: bool,
     tolerance: f64,
 }
 
@@ -223,8 +264,11 @@ impl Job<'_> {
     /// One level: the polynomial in the precision of T, refined from the given points.
     fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]]) -> Outcome {
         let (precise, total) = self.pencil.precise::<T>(unit);
-        let mut leading = leading::<T>(self.system, &self.pencil);
-        leading.exponent += i64::from(unit) * self.degree as i64 - total;
+        let leading = self.determined.then(|| {
+            let mut leading = leading::<T>(self.system, &self.pencil);
+            leading.exponent += i64::from(unit) * self.degree as i64 - total;
+            leading
+        });
         let halves = if self.in_square { 2 } else { 1 };
         let polynomial = Polynomial {
             pencil: precise,

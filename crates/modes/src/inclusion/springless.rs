@@ -25,7 +25,7 @@ pub(crate) fn certify(
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Relaxing>> {
-    let squares = squares(undamped, structure, shapes, Goal::always(1e-24, tolerance))?;
+    let squares = squares(undamped, structure, shapes, Goal::always(1e-24), tolerance)?;
     let mut found = Vec::new();
     for group in squares.groups() {
         let value = squares.values[(group.start + group.end) / 2].to_f64();
@@ -39,7 +39,7 @@ pub(crate) fn certify(
             value: -value,
             bound: bound.max(f64::from_bits(1)),
             multiplicity: group.len(),
-            shape: squares.shapes[i].clone(),
+            shape: squares.shape(i),
         }));
     }
     Some(found)

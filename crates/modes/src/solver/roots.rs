@@ -2,6 +2,7 @@
 
 use num_complex::Complex;
 
+use crate::inclusion::shape::Shapes;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, listed, order};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
@@ -47,6 +48,13 @@ impl Root {
             shape_bound: None,
             left_bound: None,
         }
+    }
+
+    /// Gives it shapes with bounds.
+    pub(crate) fn enclose(&mut self, shapes: Shapes) {
+        self.shape = shapes.right.shape;
+        self.shape_bound = Some(shapes.right.bounds);
+        (self.left, self.left_bound) = shapes.left.map(|y| (y.shape, y.bounds)).unzip();
     }
 
     /// What its quality is judged by.

@@ -4,6 +4,7 @@
 //! - `planted`: systems built from chosen poles and shapes.
 //! - `estimated`: bounds in doubles cover what proven answers show.
 //! - `shapes`: shapes that formulas give, with their bounds.
+//! - `singular_mass`: infinite roots beyond those of massless nodes, beside roots from FLINT.
 //! - `law`: what does not depend on numbers: units, order, conjugates, signs, counts.
 
 mod closed_form;
@@ -13,3 +14,4 @@ mod networks;
 mod planted;
 mod root;
 mod shapes;
+mod singular_mass;

@@ -11,9 +11,9 @@
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
+use super::Forms;
+use crate::inclusion::gram::{Gram, UPWARD};
 use crate::vector::settle;
-
-use super::{Forms, Gram, UPWARD};
 
 /// More than products that underflow take from a sum, for squares within `RANGE`.
 const TINY: f64 = 1e-120;
@@ -42,7 +42,11 @@ pub(super) fn errors(
             if i.max(j) >= gram.size {
                 return 0.0;
             }
-            let off = gram.off_diagonal(i, j) + gram.rounding(i, j);
+            let off = if i == j {
+                gram.error(i, j)
+            } else {
+                gram.upper(i, j)
+            };
             off / (norms[i] * norms[j]) * UPWARD
         })
     };

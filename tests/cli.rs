@@ -174,6 +174,7 @@ fn check_mode(text: &str, mode: &Value, n: usize, values: &[(f64, f64)]) -> usiz
         "multiplicity",
         "defective",
         "shape",
+        "shape_bound",
         "backward_error",
         "condition",
     ];

@@ -2,7 +2,9 @@
 //! a mass and of a node without one.
 
 use eigentone_modes::{GROUND, System};
-use eigentone_response::{ByExponential, Harmonic, Impulse, Ramp, Response, State, Step, methods};
+use eigentone_response::{
+    ByExponential, Extrema, Harmonic, Impulse, Ramp, Response, State, Step, methods,
+};
 
 /// A value with its first two derivatives.
 type Course = [f64; 3];
@@ -132,4 +134,58 @@ fn angles_are_right_after_a_million_seconds() {
     let found = found.expect("it takes every system");
     let off = found.displacement()[(0, found.len() - 1)] + 0.5 * 0.936_752_127_533_144_8;
     assert!(off.abs() < 1e-14, "{off:e}");
+}
+
+/// Two unit masses on 1 N/m each and 1.5 N/m between them: ω = 1 and 2. Released from (1, 0) they move as
+/// (cos t ± cos 2t)/2, which turn where cos t = ∓1/4, at ∓9/16, and at π.
+#[test]
+fn extrema_of_every_coordinate_lie_between_the_instants() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 1.0)
+        .spring("a", "b", 1.5)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system).from(State::at_rest().displace("a", 1.0));
+    let asked = asked.every(0.7).until(5.6);
+    let trajectory = asked.clone().run().expect("a response");
+    let problem = asked.problem().expect("well posed");
+    let found = Extrema::of(&problem, &trajectory).expect("few enough");
+    let turn = 0.25f64.acos();
+    let (high, low) = (found.highest(), found.lowest());
+    for (extremum, value, time) in [
+        (high[0], 1.0, 0.0),
+        (low[0], -0.5625, std::f64::consts::PI - turn),
+        (high[1], 0.5625, turn),
+        (low[1], -1.0, std::f64::consts::PI),
+    ] {
+        let off = (extremum.displacement - value).abs();
+        assert!(off < 1e-12, "{extremum:?} for {value}");
+        assert!(
+            (extremum.time - time).abs() < 1e-6,
+            "{extremum:?} at {time}"
+        );
+    }
+}
+
+/// 6 N on 4 N/m move what has no mass to 1.5 at once, and there it stays: it never is at 0.
+#[test]
+fn what_has_no_mass_begins_where_it_is_moved_to() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .mass("p", 0.0)
+        .spring(GROUND, "m", 1.0)
+        .spring(GROUND, "p", 4.0)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system).load("p", Step::of(6.0));
+    let asked = asked.every(0.5).until(2.0);
+    let trajectory = asked.clone().run().expect("a response");
+    let problem = asked.problem().expect("well posed");
+    let found = Extrema::of(&problem, &trajectory).expect("few enough");
+    assert_eq!(found.lowest()[1].displacement, 1.5);
+    assert_eq!(found.highest()[1].displacement, 1.5);
+    assert_eq!(found.lowest()[0].displacement, 0.0);
 }

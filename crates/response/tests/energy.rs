@@ -27,8 +27,16 @@ fn most(energy: &Energy) -> f64 {
 fn assert_balance(energy: &Energy, tolerance: f64) {
     let most = most(energy);
     assert!(most > 0.0 && most.is_finite(), "nothing happens");
-    for (k, off) in energy.imbalance().into_iter().enumerate() {
-        assert!(off.abs() <= tolerance * most, "{k}: {off:e} of {most:e}");
+    let imbalance = energy.imbalance();
+    assert_eq!(imbalance.len(), energy.work().len());
+    for (k, off) in imbalance.into_iter().enumerate() {
+        let stored = energy.kinetic()[k] + energy.potential()[k] - energy.initial();
+        let missing = stored + energy.dissipated()[k] - energy.work()[k];
+        assert!(missing.abs() <= tolerance * most, "{k}: {missing:e}");
+        assert!(
+            (off - missing).abs() <= 4.0 * f64::EPSILON * most,
+            "{k}: {off:e} {missing:e}"
+        );
     }
 }
 

@@ -206,29 +206,4 @@ mod tests {
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
         assert!(certify(&system, system.structure(), shapes).is_none());
     }
-
-    /// γ = 0 and σ in [0.9, 1.1]: |λ| is from √0.9 to √1.1, at most 0.0513… from 1, and the discs hold both ends.
-    #[test]
-    fn what_is_known_of_the_squares_widens_the_discs() {
-        let one = middle(DoubleDouble::from(1.0));
-        let found = roots(Ball::ZERO, Ball::new(one, Magnitude::from(0.1))).unwrap();
-        let (value, bound, real_bound) = found[0];
-        assert_eq!((found.len(), value), (1, Complex::new(0.0, 1.0)));
-        let worst = 1.0 - 0.9f64.sqrt();
-        assert!(bound >= worst && real_bound >= worst, "{bound} {worst}");
-        assert!(bound <= 3.0 * worst);
-        let squares = Squares {
-            values: vec![DoubleDouble::from(2.0), DoubleDouble::from(2.5)],
-            spread: 0.125,
-            shapes: Vec::new(),
-        };
-        let ball = around(&squares, &(0..2));
-        let (low, high) = (2.0 * (1.0 - 0.125), 2.5 * (1.0 + 0.125));
-        let centre = ball.middle().re.to_f64();
-        let reach = ball.radius().to_f64();
-        assert!(
-            centre - reach <= low && centre + reach >= high,
-            "{centre} {reach}"
-        );
-    }
 }

@@ -888,4 +888,21 @@ mod tests {
         assert!(found.len() > 1);
         assert!(found.iter().all(|list| *list == found[0]));
     }
+
+    /// 2 and 2.5, each to an eighth, lie between 1.75 and 2.8125.
+    #[test]
+    fn a_ball_about_several_squares_holds_what_is_open_of_each() {
+        let squares = Squares {
+            values: vec![DoubleDouble::from(2.0), DoubleDouble::from(2.5)],
+            columns: Vec::new(),
+            spread: 0.125,
+        };
+        let ball = squares.around(&(0..2));
+        let (centre, reach) = (ball.middle().re.to_f64(), ball.radius().to_f64());
+        assert!(
+            centre - reach <= 1.75 && centre + reach >= 2.8125,
+            "{centre} {reach}"
+        );
+        assert!(reach < 1.0);
+    }
 }

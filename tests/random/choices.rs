@@ -43,6 +43,7 @@ impl<'a> Choices<'a> {
         (f64::from(self.byte()) * 256.0 + f64::from(self.byte())) / 65536.0
     }
 
+    #[allow(dead_code)] // only some of those who share this ask
     pub fn is_over(&self) -> bool {
         self.0.is_empty()
     }

@@ -2,9 +2,7 @@
 
 use eigentone::modes::Precision;
 use eigentone::prelude::*;
-use eigentone::response::{
-    BySuperposition, Exponential, History, Hold, Output, Problem, Samples, SecondOrder,
-};
+use eigentone::response::{Exponential, History, Hold, Output, Problem, Samples, SecondOrder};
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, Par};
@@ -60,9 +58,7 @@ fn sampled(runs: &Runs, peers: &Peers) {
     };
     let outputs = [0, 1, 2].map(Output::Displacement);
     println!("\nThree masses, three sampled forces, {count} instants, ns a step");
-    println!(
-        "hold    three displacements      lsim   gain   blocks of  multiplications  bytes written"
-    );
+    println!("hold    three displacements      lsim   gain   blocks of  bytes written");
     for (name, hold) in [("first", Hold::First), ("zero", Hold::Zero)] {
         let problem = asked(hold).problem().expect("well posed");
         let history = History::of(&problem, &outputs).expect("well posed");
@@ -74,26 +70,16 @@ fn sampled(runs: &Runs, peers: &Peers) {
         assert!(off < 1e-12 || runs.once, "{off:e}");
         let time = runs.best(|| History::of(&problem, &outputs)) * 1e3 / count as f64;
         let size = (count as f64 / history.operations().steps as f64).round();
-        let loads = if hold == Hold::First { 6.0 } else { 3.0 };
-        let lsim = match hold {
-            Hold::First => peers.beside("lsim 100001", time * 1e-3 * count as f64),
-            Hold::Zero => String::new(),
-        };
-        println!(
-            "{name:5} {time:>21.2} {lsim:>18} {size:>10} {:>16.0} {:>14}",
-            (3.0 * size + 6.0) * (6.0 + loads * size) / size,
-            24,
-        );
+        let lsim = peers.beside("lsim 100001", time * 1e-3 * count as f64);
+        println!("{name:5} {time:>21.2} {lsim:>18} {size:>10} {:>14}", 24);
     }
 }
 
-/// Free motion of long chains at many instants: three outputs in blocks, beside one product of matrix
-/// and vector a step.
+/// Motion of long chains at many instants towards three outputs, finding the way and preparing it included,
+/// beside one product of matrix and vector a step.
 fn long(runs: &Runs) {
     println!("\nFree chains, three displacements, µs a step");
-    println!(
-        "masses  instants  plain march  in blocks   gain  of  all by superposition   gain  GFMA/s"
-    );
+    println!("masses  instants  plain march  few outputs   gain  without preparation  by");
     let mut growth = [Vec::new(), Vec::new()];
     let sizes: &[usize] = if runs.once { &[20] } else { &[20, 100, 400] };
     for &n in sizes {
@@ -109,7 +95,7 @@ fn long(runs: &Runs) {
                 .problem()
                 .expect("well posed")
         };
-        let problem = ask(count);
+        let (problem, twice) = (ask(count), ask(2 * count));
         let phi = SecondOrder.exponential(chain.state_matrix(0.01).as_ref());
         let history = History::of(&problem, &outputs).expect("well posed");
         // The plain march, for some steps.
@@ -139,27 +125,25 @@ fn long(runs: &Runs) {
                 assert!(off < 1e-11, "{n} masses, step {k}: {off:e}");
             }
         }
-        let blocked = runs.best(|| History::of(&problem, &outputs)) / count as f64;
-        let size = (count as f64 / history.operations().steps as f64).round();
-        let modal = (n <= 100).then(|| {
-            let few = ask(some);
-            let run = || BySuperposition.run(&few);
-            run().ok().map(|_| runs.best(run) / some as f64)
-        });
-        let modal = modal.flatten();
-        let multiplications = (3.0 * size + 2.0 * n as f64) * 2.0 * n as f64 / size;
+        let once = runs.best(|| History::of(&problem, &outputs));
+        let more = runs.best(|| History::of(&twice, &outputs));
+        let same =
+            History::of(&twice, &outputs).is_ok_and(|other| other.method() == history.method());
+        let time = once / count as f64;
         println!(
-            "{n:>6} {count:>9} {plain:>12.3} {blocked:>10.4} {:>5.0}× {size:>4} {:>20} {:>6} {:>7.2}",
-            plain / blocked,
-            modal.map_or("–".to_owned(), |time| format!("{time:.3}")),
-            modal.map_or("–".to_owned(), |time| format!("{:.1}×", plain / time)),
-            multiplications / blocked * 1e-3,
+            "{n:>6} {count:>9} {plain:>12.3} {time:>12.4} {:>5.1}× {:>20} {}",
+            plain / time,
+            match same {
+                true => format!("{:.4}", (more - once) / count as f64),
+                false => "–".to_owned(),
+            },
+            history.method(),
         );
         growth[0].push((n as f64, plain));
-        growth[1].push((n as f64, blocked));
+        growth[1].push((n as f64, time));
     }
     if sizes.len() > 1 {
-        let [plain, blocked] = growth.map(|points| slope(&points));
-        println!("growth with the masses: plain n^{plain:.2}, in blocks n^{blocked:.2}");
+        let [plain, few] = growth.map(|points| slope(&points));
+        println!("growth with the masses: plain n^{plain:.2}, few outputs n^{few:.2}");
     }
 }

@@ -10,13 +10,14 @@ pub struct Peers {
 }
 
 impl Peers {
-    pub fn measure(once: bool) -> Peers {
+    /// Of these sections of the script.
+    pub fn measure(once: bool, sections: &[&str]) -> Peers {
         let times = match std::env::var_os("PEERS_PYTHON") {
-            Some(python) if !once => {
+            Some(python) if !once && !sections.is_empty() => {
                 let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers.py");
                 let output = Command::new(python)
                     .arg(script)
-                    .args(["expm", "lsim", "eig", "sweep"])
+                    .args(sections)
                     .env("OPENBLAS_NUM_THREADS", "1")
                     .output()
                     .expect("PEERS_PYTHON runs");

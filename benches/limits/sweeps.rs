@@ -10,28 +10,51 @@ use crate::timing::Runs;
 
 const DESIGNS: usize = 10_000;
 
-fn set(sweep: &mut Sweep, k: usize) -> Result<(), DesignError> {
+/// The spring and the damper of design k.
+fn values(k: usize) -> [f64; 2] {
     let part = (0.618_033_988_749_894_9 * (k + 1) as f64).fract();
-    sweep.set(Parameter::Spring(1), 3.5 + 7.0 * part)?;
-    sweep.set(Parameter::Damper(2), 0.05 + 0.1 * part)
+    [3.5 + 7.0 * part, 0.05 + 0.1 * part]
 }
 
-pub fn show(runs: &Runs, peers: &Peers) {
-    let system = Chain::of(3).system();
+fn set(sweep: &mut Sweep, k: usize) -> Result<(), DesignError> {
+    let [spring, damper] = values(k);
+    sweep.set(Parameter::Spring(1), spring)?;
+    sweep.set(Parameter::Damper(2), damper)
+}
+
+/// From a stretched start, under constant forces.
+fn ask(system: &System) -> Response<'_> {
     let start = State::at_rest()
         .displace("m1", 6.0)
         .displace("m2", 7.0)
         .displace("m3", 8.0);
-    let problem = Response::of(&system)
+    Response::of(system)
         .from(start)
         .load("m1", Step::of(3.0))
         .load("m2", Step::of(9.0))
         .load("m3", Step::of(12.0))
         .every(0.1)
         .until(19.9)
-        .problem()
-        .expect("it is well posed");
+}
+
+/// Some designs as systems of their own.
+fn check(sweep: &mut Sweep) {
+    for k in [0, 3, 8] {
+        let mut chain = Chain::of(3);
+        [chain.springs[1], chain.dampers[2]] = values(k);
+        let known = ask(&chain.system()).run().expect("it is well posed");
+        set(sweep, k).expect("in range");
+        let found = sweep.solve().expect("it has an answer").displacement();
+        let off = (found - known.displacement()).norm_max();
+        assert!(off <= 1e-13 * known.displacement().norm_max(), "{off:e}");
+    }
+}
+
+pub fn show(runs: &Runs, peers: &Peers) {
+    let system = Chain::of(3).system();
+    let problem = ask(&system).problem().expect("it is well posed");
     let mut sweep = Sweep::of(&problem).expect("it can be swept");
+    check(&mut sweep);
     let designs = if runs.once { 10 } else { DESIGNS };
     let sum = |sweep: &mut Sweep| -> f64 {
         let answers = sweep.each(0..designs, set, |answer| answer.displacement()[(0, 199)]);

@@ -27,14 +27,24 @@ pub struct FirstOrder {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FirstOrderError {
-    /// The masses that are there do not determine all accelerations.
-    #[error("the mass matrix is singular although no row of it vanishes")]
+    /// The masses that are there do not determine all accelerations: loads on what has no inertia act
+    /// through its derivatives, and not every initial state is consistent.
+    #[error(
+        "the mass matrix is singular although no row of it vanishes, so that only modes are to be had; \
+         a motion needs coordinates in which what has no mass is a row and column of zeros"
+    )]
     SingularMass,
     /// The stiffness seen by undamped massless nodes is singular: they form a constraint.
-    #[error("the springs on the massless nodes cancel, which makes them a constraint")]
+    #[error(
+        "the springs on the massless nodes cancel, which makes them a constraint, so that only modes \
+         are to be had; a motion needs coordinates without that constraint"
+    )]
     Constraint,
     /// Dampers on massless nodes cancel or act in one direction only.
-    #[error("the dampers on the massless nodes do not determine how they relax")]
+    #[error(
+        "the dampers on the massless nodes do not determine how they relax, so that only modes are to \
+         be had; a motion needs dampers whose matrix is not singular on the nodes that they meet"
+    )]
     SingularDamping,
     /// The system is [large](System::is_large).
     #[error("a dense state matrix of {coordinates} coordinates is too large")]
@@ -180,6 +190,18 @@ impl FirstOrder {
                 initial[(nf + row, i)] = massless.states[(row, column)];
             }
         }
+        // Rounding may hide that a block is singular.
+        let certain = massless.nodes.is_empty() && system.added(MatrixKind::Mass).is_none();
+        let finite = |system: &System| system.structure().finite_roots();
+        if !certain && finite(system).is_some_and(|degree| degree != massless.degree()) {
+            return Err(if system.added(MatrixKind::Mass).is_some() {
+                FirstOrderError::SingularMass
+            } else if massless.following() > 0 {
+                FirstOrderError::Constraint
+            } else {
+                FirstOrderError::SingularDamping
+            });
+        }
         Ok(FirstOrder {
             massive,
             a,
@@ -253,6 +275,12 @@ impl Massless {
     /// The coordinates with mass.
     pub(crate) fn massive(&self) -> &[usize] {
         &self.massive
+    }
+
+    /// The degree of det(λ²M + λC + K) if the masses of coordinates that have any, the dampers on those
+    /// that relax, and the springs on those that follow are nonsingular blocks; less if not.
+    pub(crate) fn degree(&self) -> usize {
+        2 * self.massive.len() + self.relaxing
     }
 
     /// How many coordinates relax.

@@ -3,37 +3,76 @@
 use faer::Mat;
 use pulp::{Simd, WithSimd};
 
+use crate::by_exponential::ByExponential;
+use crate::deviation::is_near;
+use crate::grid_loads::Signal;
+use crate::history::Output;
 use crate::hold::Held;
+use crate::method::ResponseMethod;
+use crate::operations::Operations;
+use crate::strides::{Strides, largest};
 use crate::vector::run;
 
 /// From the state at the start of a block of B steps and the loads in it, the outputs at the end of
 /// each step and the state at the end of the block, as one matrix times one vector:
 ///
-/// [y_1 … y_B z_B] = [T O; F Φ^B] [s_0 … s_{B−1} z_0]
+/// [y_1 … y_B z_B] = [T O; F Φ^B] [u_0 … u_B z_0]
 ///
-/// where z_{k+1} = Φ z_k + Γ s_k and y_k = C z_k. States in between are never formed: a step costs (qB +
-/// N)(N + pB)/B multiplications for q outputs, N states and p values of loads, not N², and
-/// rounding errors meet the state once a block. The matrix comes from doublings, O_{2B} = [O_B; O_B
-/// Φ^B], F_{2B} = [Φ^B F_B, F_B], Φ^{2B} = (Φ^B)².
+/// where z_{k+1} = Φ z_k + Γ_a u_k + Γ_b u_{k+1} and y_k = C z_k. States in between are never formed: a step
+/// costs about (qB + N)(N + pB)/B multiplications for q outputs, N states and p loads, not N², less those
+/// of later loads with earlier outputs, and rounding errors meet the state once a block. The matrix comes from
+/// doublings, O_{2B} = [O_B; O_B Φ^B], F_{2B} = [Φ^B F_B, F_B], Φ^{2B} = (Φ^B)².
 pub(crate) struct Blocks {
-    pub(crate) steps: usize,
-    pub(crate) outputs: usize,
-    states: usize,
-    /// Groups of rows, the last filled up with zeros; in each, column by column.
-    matrix: Vec<[f64; ROWS]>,
-    groups: usize,
-    columns: usize,
-    /// Products of N × N matrices that it took.
-    pub(crate) products: f64,
+    steps: usize,
+    outputs: Vec<Output>,
+    /// Of each load, whether it runs on to the end of a step, so that u_B counts.
+    runs: Vec<bool>,
+    groups: Vec<Group>,
+    state: Vec<f64>,
+    /// The largest displacement and velocity at the start.
+    start: [f64; 2],
+    /// The largest size of each row that was met.
+    tops: Vec<[f64; ROWS]>,
+    operations: Operations,
 }
 
+/// Rows that are summed together, in registers; the last group is filled up with zeros.
+#[derive(Clone)]
+struct Group {
+    /// The last step whose output, or the state after it, is among the rows.
+    until: usize,
+    /// Load after load, each from u_0 on as far as it has an effect, and then the state.
+    columns: Vec<[f64; ROWS]>,
+}
+
+/// How many rows.
+const ROWS: usize = 16;
+
+/// Coordinates that are not among the outputs are taken to be up to so many times as large within blocks as at
+/// their ends.
+const WITHIN: f64 = 2.0;
+
+/// Loads and outputs of so many steps are taken together, to stay in a nearby cache.
+const TOGETHER: usize = 512;
+
 impl Blocks {
-    /// For outputs C = `selected` states, over `count` steps in all.
-    pub(crate) fn of(held: &Held, selected: &[usize], count: u64) -> Blocks {
+    /// Over `count` steps in all from this state, displacements and then velocities.
+    pub(crate) fn of(
+        held: &Held,
+        signals: &[Signal<'_>],
+        outputs: &[Output],
+        state: Vec<f64>,
+        count: u64,
+    ) -> Blocks {
         let n = held.phi.nrows();
+        let selected = |i: usize| match outputs[i] {
+            Output::Displacement(at) => at,
+            Output::Velocity(at) => n / 2 + at,
+        };
         let width: usize = held.gamma.iter().map(Mat::ncols).sum();
-        let q = selected.len();
-        let steps = best_size(n, q, width, count);
+        let q = outputs.len();
+        let shape = Shape::of(n, q, signals);
+        let (steps, _) = shape.best_size(width, count);
         let mut gamma = Mat::<f64>::zeros(n, width);
         let mut at = 0;
         for part in &held.gamma {
@@ -41,7 +80,7 @@ impl Blocks {
             at += part.ncols();
         }
         let mut power = held.phi.clone();
-        let mut observed = Mat::from_fn(q, n, |i, j| f64::from(u8::from(selected[i] == j)));
+        let mut observed = Mat::from_fn(q, n, |i, j| f64::from(u8::from(selected(i) == j)));
         let mut pushed = gamma.clone();
         let mut size = 1;
         let mut products = 0.0;
@@ -64,99 +103,207 @@ impl Blocks {
         // C Φ^i Γ, and outputs one step later than `observed` has them.
         let response = &observed * &gamma;
         let observed = &observed * &held.phi;
-        let (rows, before) = (steps * q + n, steps * width);
-        let groups = rows.div_ceil(ROWS);
-        let columns = before + n;
-        let entry = |i: usize, j: usize| match (i < steps * q, j < before) {
-            // What comes after has no effect.
-            (true, true) if i / q < j / width => 0.0,
-            (true, true) => response[(i - j / width * q, j % width)],
-            (true, false) => observed[(i, j - before)],
-            (false, true) => pushed[(i - steps * q, j)],
-            (false, false) => power[(i - steps * q, j - before)],
+        let rows = steps * q + n;
+        // What the input of column `column` in step `step` makes of a row: nothing, if that comes before.
+        let effect = |row: usize, step: usize, column: usize| match row.checked_sub(steps * q) {
+            None if row / q < step => 0.0,
+            None => response[(row - step * q, column)],
+            Some(state) => pushed[(state, step * width + column)],
         };
-        let place = |index: usize| {
-            let (group, j) = (index / columns, index % columns);
+        // What u_t makes of it, at the start of step t and at the end of the one before.
+        let by_signal = |row: usize, t: usize, signal: &Signal<'_>| {
+            let before = t.checked_sub(1);
+            let starts = if t < steps {
+                effect(row, t, signal.value)
+            } else {
+                0.0
+            };
+            let Some(rise) = signal.rise else {
+                return starts;
+            };
+            let leaves = if t < steps { effect(row, t, rise) } else { 0.0 };
+            let arrives = before.map_or(0.0, |before| effect(row, before, rise));
+            (starts - leaves) + arrives
+        };
+        let by_state = |row: usize, j: usize| match row.checked_sub(steps * q) {
+            None => observed[(row, j)],
+            Some(state) => power[(state, j)],
+        };
+        let in_rows = |group: usize, entry: &dyn Fn(usize) -> f64| {
             std::array::from_fn(|row| match group * ROWS + row {
-                i if i < rows => entry(i, j),
+                row if row < rows => entry(row),
                 _ => 0.0,
             })
         };
+        let group = |group: usize| {
+            let until = shape.until(steps, group);
+            let mut columns = Vec::with_capacity(shape.columns(until));
+            for signal in signals {
+                let last = until + usize::from(signal.rise.is_some());
+                columns.extend((0..last).map(|t| in_rows(group, &|i| by_signal(i, t, signal))));
+            }
+            columns.extend((0..n).map(|j| in_rows(group, &|i| by_state(i, j))));
+            Group { until, columns }
+        };
+        let groups: Vec<Group> = (0..shape.groups(steps)).map(group).collect();
+        let (x, v) = state.split_at(n / 2);
         Blocks {
             steps,
-            outputs: q,
-            states: n,
-            matrix: (0..groups * columns).map(place).collect(),
+            outputs: outputs.to_vec(),
+            runs: signals.iter().map(|signal| signal.rise.is_some()).collect(),
+            start: [largest(x), largest(v)],
+            tops: vec![[0.0; ROWS]; groups.len()],
             groups,
-            columns,
-            products,
+            state,
+            operations: Operations {
+                exponentials: 1,
+                products: held.products + products,
+                steps: 0,
+            },
         }
     }
+}
 
-    /// How many values of loads there are in a block.
-    pub(crate) fn width(&self) -> usize {
-        self.columns - self.states
+/// What it costs to prepare and to run, in multiplications that wait for nothing.
+pub(crate) fn work(states: usize, outputs: usize, signals: &[Signal<'_>], steps: u64) -> f64 {
+    let shape = Shape::of(states, outputs, signals);
+    shape.best_size(signals.len(), steps).1
+}
+
+impl Strides for Blocks {
+    fn method(&self) -> &'static str {
+        ByExponential.name()
     }
 
-    /// Marches over `count` blocks with these loads, from the state `z`, which becomes the last one; adds the
-    /// outputs to `values` and raises `tops` to the sizes of the states that it comes by.
-    pub(crate) fn advance(
-        &self,
-        count: usize,
-        loads: &[f64],
-        z: &mut [f64],
-        values: &mut Vec<f64>,
-        tops: &mut [f64],
-    ) {
+    fn multiple(&self) -> usize {
+        self.steps
+    }
+
+    fn together(&self) -> usize {
+        (TOGETHER / self.steps).max(1) * self.steps
+    }
+
+    fn advance(&mut self, loads: &[f64], values: &mut [f64], steps: usize) {
+        let count = steps / self.steps;
         run(March {
             blocks: self,
             count,
             loads,
-            z,
             values,
-            tops,
         });
+        self.operations.steps += count as u64;
+    }
+
+    fn deviate(&mut self, rest: &[f64]) -> bool {
+        let near = is_near(&self.state, rest);
+        if near {
+            let pairs = self.state.iter_mut().zip(rest);
+            pairs.for_each(|(entry, rest)| *entry -= rest);
+        }
+        near
+    }
+
+    fn largest(&self) -> [f64; 2] {
+        let rows = self.steps * self.outputs.len();
+        let tops = self.tops.as_flattened()[..rows + self.state.len()].split_at(rows);
+        let (of_outputs, of_states) = tops;
+        let (x, v) = of_states.split_at(of_states.len() / 2);
+        let mut top = [x, v].map(|states| WITHIN * largest(states));
+        for (size, output) in of_outputs.iter().zip(self.outputs.iter().cycle()) {
+            let kind = usize::from(matches!(output, Output::Velocity(_)));
+            top[kind] = top[kind].max(*size);
+        }
+        [0, 1].map(|kind| top[kind].max(self.start[kind]))
+    }
+
+    fn is_finite(&self) -> bool {
+        self.state.iter().all(|entry| entry.is_finite())
+    }
+
+    fn operations(&self) -> Operations {
+        self.operations
     }
 }
 
-/// The size, a power of two, with the least work to prepare and to run.
-fn best_size(n: usize, q: usize, width: usize, count: u64) -> usize {
-    /// The matrix may take 256 MB.
-    const LARGEST: f64 = 3.2e7;
-    /// Matrices beyond a nearby cache, of so many entries, are read at the speed of memory; in products
-    /// each entry serves many times.
-    const NEARBY: f64 = 6e4;
-    const FAR: f64 = 4.0;
-    const PRODUCT: f64 = 0.3;
-    /// To hand the state over to the next block takes as long as so many entries.
-    const BETWEEN: f64 = 100.0;
-    let [n, q, width, count] = [n as f64, q as f64, width as f64, count as f64];
-    let work = |exponent: i32| {
-        let size = 2f64.powi(exponent);
-        let rows = ((q * size + n) / ROWS as f64).ceil() * ROWS as f64;
-        let entries = rows * (n + width * size);
-        let speed = if entries > NEARBY { FAR } else { 1.0 };
-        let prepare = f64::from(exponent) * n * n * n + size * (q + width) * n * n;
-        if entries > LARGEST && exponent > 0 {
-            f64::INFINITY
-        } else {
-            prepare * PRODUCT + (count / size).ceil() * (entries * speed + BETWEEN)
-        }
-    };
-    let best = (0..=12).min_by(|a, b| work(*a).total_cmp(&work(*b)));
-    1 << best.unwrap_or(0)
+/// What decides how much work there is.
+struct Shape {
+    states: usize,
+    outputs: usize,
+    signals: usize,
+    /// How many of them run on to the end of a step.
+    running: usize,
 }
 
-/// Rows that are summed together, in registers.
-const ROWS: usize = 16;
+impl Shape {
+    fn of(states: usize, outputs: usize, signals: &[Signal<'_>]) -> Shape {
+        let running = signals.iter().filter(|signal| signal.rise.is_some());
+        Shape {
+            states,
+            outputs,
+            signals: signals.len(),
+            running: running.count(),
+        }
+    }
+
+    fn groups(&self, steps: usize) -> usize {
+        (steps * self.outputs + self.states).div_ceil(ROWS)
+    }
+
+    /// The last step, from 1 on, that the rows of a group have to do with.
+    fn until(&self, steps: usize, group: usize) -> usize {
+        let after = (group + 1) * ROWS;
+        if after > steps * self.outputs {
+            steps
+        } else {
+            (after - 1) / self.outputs + 1
+        }
+    }
+
+    fn columns(&self, until: usize) -> usize {
+        self.signals * until + self.running + self.states
+    }
+
+    /// The size, a power of two, with the least work to prepare and to run, and that work; the hold has `width`
+    /// columns of inputs.
+    fn best_size(&self, width: usize, count: u64) -> (usize, f64) {
+        /// The matrix may take 256 MB.
+        const LARGEST: f64 = 3.2e7;
+        /// Matrices beyond a nearby cache, of so many entries, are read at the speed of memory; in products
+        /// each entry serves many times.
+        const NEARBY: f64 = 6e4;
+        const FAR: f64 = 4.0;
+        const PRODUCT: f64 = 0.3;
+        /// To hand the state over to the next block takes as long as so many entries.
+        const BETWEEN: f64 = 300.0;
+        let n = self.states as f64;
+        let work = |exponent: i32| {
+            let steps = 1usize << exponent;
+            let groups = 0..self.groups(steps);
+            let columns: usize = groups
+                .map(|group| self.columns(self.until(steps, group)))
+                .sum();
+            let entries = (columns * ROWS) as f64;
+            let size = steps as f64;
+            let speed = if entries > NEARBY { FAR } else { 1.0 };
+            let inputs = size * (self.outputs + width) as f64;
+            let prepare = f64::from(exponent) * n * n * n + inputs * n * n;
+            if entries > LARGEST && exponent > 0 {
+                f64::INFINITY
+            } else {
+                prepare * PRODUCT + (count as f64 / size).ceil() * (entries * speed + BETWEEN)
+            }
+        };
+        let sizes = (0..=12).map(|exponent| (1 << exponent, work(exponent)));
+        let best = sizes.min_by(|(_, a), (_, b)| a.total_cmp(b));
+        best.unwrap_or((1, f64::INFINITY))
+    }
+}
 
 struct March<'a> {
-    blocks: &'a Blocks,
+    blocks: &'a mut Blocks,
     count: usize,
     loads: &'a [f64],
-    z: &'a mut [f64],
-    values: &'a mut Vec<f64>,
-    tops: &'a mut [f64],
+    values: &'a mut [f64],
 }
 
 impl WithSimd for March<'_> {
@@ -165,38 +312,45 @@ impl WithSimd for March<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Blocks {
-            matrix,
-            columns,
-            groups,
             steps,
             outputs,
-            states,
+            runs,
+            groups,
+            state,
+            tops,
             ..
         } = self.blocks;
-        let (width, rows) = (columns - states, steps * outputs);
-        let mut start = vec![0.0; *columns];
-        start[width..].copy_from_slice(self.z);
-        let mut result = vec![[0.0; ROWS]; *groups];
+        let rows = *steps * outputs.len();
+        let stride = self.loads.len().checked_div(runs.len()).unwrap_or(0);
+        let mut result = vec![[0.0; ROWS]; groups.len()];
         for block in 0..self.count {
-            start[..width].copy_from_slice(&self.loads[block * width..(block + 1) * width]);
-            for (result, group) in result.iter_mut().zip(matrix.chunks_exact(*columns)) {
+            for (result, group) in result.iter_mut().zip(&*groups) {
                 let mut sum = [0.0; ROWS];
+                let mut columns = group.columns.iter();
+                for (signal, runs) in runs.iter().enumerate() {
+                    let first = signal * stride + block * *steps;
+                    let last = first + group.until + usize::from(*runs);
+                    for (factor, column) in self.loads[first..last].iter().zip(&mut columns) {
+                        add(simd, &mut sum, *factor, column);
+                    }
+                }
                 // The state comes last: it is what the block before hands over at its very end.
-                for (factor, column) in start.iter().zip(group) {
+                for (factor, column) in state.iter().zip(columns) {
                     add(simd, &mut sum, *factor, column);
                 }
                 *result = sum;
             }
             let (to_outputs, rest) = result.as_flattened().split_at(rows);
-            self.values.extend_from_slice(to_outputs);
-            let state = &rest[..*states];
-            start[width..].copy_from_slice(state);
-            for (top, value) in self.tops.iter_mut().zip(state) {
-                let size = value.abs();
-                *top = if size > *top { size } else { *top };
+            self.values[block * rows..(block + 1) * rows].copy_from_slice(to_outputs);
+            let states = state.len();
+            state.copy_from_slice(&rest[..states]);
+            for (tops, result) in tops.iter_mut().zip(&result) {
+                for (top, value) in tops.iter_mut().zip(result) {
+                    let size = value.abs();
+                    *top = if size > *top { size } else { *top };
+                }
             }
         }
-        self.z.copy_from_slice(&start[width..]);
     }
 }
 

@@ -6,10 +6,9 @@ use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::Mat;
 
-use crate::estimate::Estimate;
 use crate::exponential::{Exponential, SecondOrder};
 use crate::hold::{Held, exact};
-use crate::march::{Flow, Inputs, Outputs, Signals, march};
+use crate::march::{Coordinates, Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
 use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
@@ -39,7 +38,6 @@ impl ResponseMethod for ByExponential {
                 reason: error.to_string(),
             })?;
         let inputs = Inputs::of(problem);
-        let z = form.state(problem.initial_displacement(), problem.initial_velocity());
         let mut flow = Dense {
             a: form.a().to_owned(),
             u: inputs.columns(form.b()),
@@ -48,17 +46,12 @@ impl ResponseMethod for ByExponential {
             operations: Operations::default(),
             next: vec![0.0; form.states()],
         };
-        let outputs = Outputs::of(&form, None);
-        let estimate = Estimate::of(problem.system(), &form);
-        march(
-            self.name(),
-            problem,
-            &mut flow,
-            z,
-            form.b(),
-            &outputs,
-            estimate,
-        )
+        let coordinates = Coordinates {
+            b: form.b(),
+            enter: &<[f64]>::to_vec,
+            outputs: &Outputs::of(&form, None),
+        };
+        march(self.name(), problem, &mut flow, &form, &coordinates)
     }
 }
 

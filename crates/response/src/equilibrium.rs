@@ -68,6 +68,19 @@ pub(crate) fn equilibrium(system: &System, floating: &Floating, force: &[f64]) -
     }
 }
 
+/// Where the springs hold every coordinate under this constant force, for a motion to be computed as a deviation from
+/// there: what decays towards it then keeps its digits. `None` where K is not proved to be regular, and
+/// where nothing acts.
+pub(crate) fn rest(system: &System, force: &[f64]) -> Option<Vec<f64>> {
+    let structure = system.structure();
+    if force.iter().all(|force| *force == 0.0) || structure.zero_roots() != Some(0) {
+        return None;
+    }
+    let nothing = Floating::of(system, structure, false);
+    let rest = equilibrium(system, &nothing, force);
+    rest.iter().all(|x| x.is_finite()).then_some(rest)
+}
+
 /// Star–mesh elimination from the last coordinate to the first.
 fn by_elimination(system: &System, force: &[f64]) -> Vec<f64> {
     let n = system.len();

@@ -66,8 +66,11 @@ impl Fastest {
 impl Extrema {
     /// The extrema of a motion, of which `trajectory` has the instants. `None` where it asks for
     /// too many points in between, such as a motion of very many oscillations from one instant to the
-    /// next, or for more digits than 32 to set out.
+    /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
+        if problem.system().is_large() {
+            return None;
+        }
         let x = trajectory.displacement();
         let n = x.nrows();
         let first = |i: usize| Extremum {

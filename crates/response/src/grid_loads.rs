@@ -7,20 +7,29 @@ use crate::march::reduced_angle;
 use crate::problem::{AppliedLoad, Problem};
 use crate::timeline::{Instant, SampleGrid};
 
-/// The loads of a problem as what [`exact`](crate::hold::exact) wants at the start of each step: for each
-/// law in the order of [`crate::hold::Held::gamma`] one value for each loaded coordinate.
+/// The loads of a problem as signals of which each step needs the values at its start and, where they run on,
+/// at its end.
 pub(crate) struct GridLoads<'a> {
     /// Indices of the coordinates that any load but an impulse acts on.
     pub(crate) loaded: Vec<usize>,
     pub(crate) laws: Laws,
     /// Blows at t = 0: coordinate and momentum.
     pub(crate) blows: Vec<(usize, f64)>,
+    /// One for each coordinate and way to act on it.
+    pub(crate) signals: Vec<Signal<'a>>,
     grid: &'a TimeGrid,
-    /// Position of the first law, and what acts there.
-    acting: Vec<(usize, Acting<'a>)>,
 }
 
-enum Acting<'a> {
+/// A signal and what takes it up: columns of the blocks of [`crate::hold::Held::gamma`] side by side.
+pub(crate) struct Signal<'a> {
+    /// The column for the value at the start of a step.
+    pub(crate) value: usize,
+    /// The one for its rise up to the end, where it runs straight from step to step without a leap.
+    pub(crate) rise: Option<usize>,
+    parts: Vec<Part<'a>>,
+}
+
+enum Part<'a> {
     /// From this step on.
     Constant {
         force: f64,
@@ -32,13 +41,14 @@ enum Acting<'a> {
         lead: f64,
         from: u64,
     },
-    /// A sample every `every` steps.
+    /// A sample every `every` steps, straight lines or steps in between.
     Sampled {
         values: &'a [f64],
         every: u64,
         hold: Hold,
     },
-    Harmonic(&'a Harmonic),
+    Sine(&'a Harmonic),
+    Cosine(&'a Harmonic),
 }
 
 impl<'a> GridLoads<'a> {
@@ -81,21 +91,33 @@ impl<'a> GridLoads<'a> {
             Instant::event(grid, start).index()
         };
         let mut blows = Vec::new();
-        let mut acting = Vec::new();
+        let mut signals: Vec<Signal<'a>> = Vec::new();
         for AppliedLoad { coordinate, load } in loads {
             let place = |law: usize| {
                 let column = loaded.binary_search(coordinate).unwrap_or(0);
                 law * loaded.len() + column
             };
+            let mut add = |law: usize, runs: bool, part| {
+                let (value, rise) = (place(law), runs.then(|| place(law + 1)));
+                let same = |signal: &&mut Signal<'_>| (signal.value, signal.rise) == (value, rise);
+                match signals.iter_mut().find(same) {
+                    Some(signal) => signal.parts.push(part),
+                    None => signals.push(Signal {
+                        value,
+                        rise,
+                        parts: vec![part],
+                    }),
+                }
+            };
             match load {
                 Load::Step(step) => {
                     let (force, from) = (step.force, begin(step.start)?);
-                    acting.push((place(0), Acting::Constant { force, from }));
+                    add(0, false, Part::Constant { force, from });
                 }
                 Load::Ramp(ramp) => {
                     let (rate, from) = (ramp.rate, begin(ramp.start)?);
                     let lead = (-ramp.start).max(0.0);
-                    acting.push((place(0), Acting::Growing { rate, lead, from }));
+                    add(0, true, Part::Growing { rate, lead, from });
                 }
                 Load::Samples(samples) => {
                     let SampleGrid::Multiple(every) =
@@ -103,20 +125,20 @@ impl<'a> GridLoads<'a> {
                     else {
                         return None;
                     };
-                    let sampled = Acting::Sampled {
+                    let sampled = Part::Sampled {
                         values: &samples.values,
                         every,
                         hold: samples.hold,
                     };
-                    acting.push((place(0), sampled));
+                    add(0, samples.hold == Hold::First, sampled);
                 }
                 Load::Harmonic(harmonic) => {
                     let known = laws.frequencies.iter();
                     let index = known
                         .clone()
                         .position(|frequency| *frequency == harmonic.frequency)?;
-                    let place = place(straight + 2 * index);
-                    acting.push((place, Acting::Harmonic(harmonic)));
+                    add(straight + 2 * index, false, Part::Sine(harmonic));
+                    add(straight + 2 * index + 1, false, Part::Cosine(harmonic));
                 }
                 Load::Impulse(impulse) => match begin(impulse.at)? {
                     0 => blows.push((*coordinate, impulse.magnitude)),
@@ -129,91 +151,103 @@ impl<'a> GridLoads<'a> {
             loaded,
             laws,
             blows,
+            signals,
             grid,
-            acting,
         })
     }
 
-    /// How many values there are in a step.
-    pub(crate) fn width(&self) -> usize {
-        let straight = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
-        self.loaded.len() * (straight + 2 * self.laws.frequencies.len())
-    }
-
-    /// The values of the steps from `first` on, one step after the other.
-    pub(crate) fn fill(&self, first: u64, out: &mut [f64]) {
-        let width = self.width();
-        if width == 0 {
-            return;
-        }
-        out.fill(0.0);
-        // From the first to the second law of the same coordinate.
-        let second = self.loaded.len();
-        let h = self.grid.step();
-        for (place, acting) in &self.acting {
-            let steps = (first..).zip(out.chunks_exact_mut(width));
-            match acting {
-                Acting::Constant { force, from } => {
-                    for (_, step) in steps.filter(|(k, _)| k >= from) {
-                        step[*place] += force;
-                    }
-                }
-                Acting::Growing { rate, lead, from } => {
-                    for (k, step) in steps.filter(|(k, _)| k >= from) {
-                        step[*place] += rate * ((k - from) as f64 * h + lead);
-                        step[place + second] += rate * h;
-                    }
-                }
-                Acting::Sampled {
-                    values,
-                    every: 1,
-                    hold,
-                } => {
-                    let last = values.len() - 1;
-                    let at = |k: u64| values[usize::try_from(k).map_or(last, |k| k.min(last))];
-                    let sloped = *hold == Hold::First;
-                    for (k, step) in steps {
-                        let value = at(k);
-                        step[*place] += value;
-                        if sloped {
-                            step[place + second] += at(k + 1) - value;
-                        }
-                    }
-                }
-                Acting::Sampled {
-                    values,
-                    every,
-                    hold,
-                } => {
-                    let last = values.len() - 1;
-                    let at = |j: u64| values[usize::try_from(j).map_or(last, |j| j.min(last))];
-                    for (k, step) in steps {
-                        let (j, rest) = (k / every, k % every);
-                        let value = at(j);
-                        match hold {
-                            Hold::Zero => step[*place] += value,
-                            Hold::First => {
-                                let rise = (at(j + 1) - value) / *every as f64;
-                                step[*place] += value + rise * rest as f64;
-                                step[place + second] += rise;
-                            }
-                        }
-                    }
-                }
-                Acting::Harmonic(harmonic) => {
-                    let Harmonic {
-                        amplitude,
-                        frequency,
-                        phase,
-                    } = harmonic;
-                    for (k, step) in steps {
-                        let time = Instant::on_grid(self.grid, k).time();
-                        let (sine, cosine) = reduced_angle(*frequency, time, *phase).sin_cos();
-                        step[*place] += amplitude * sine;
-                        step[place + second] += amplitude * cosine;
-                    }
-                }
+    /// The force on each of `n` coordinates, if all loads are constant from the start.
+    pub(crate) fn constant(&self, n: usize) -> Option<Vec<f64>> {
+        let mut sum = vec![0.0; n];
+        for signal in &self.signals {
+            for part in &signal.parts {
+                let Part::Constant { force, from: 0 } = part else {
+                    return None;
+                };
+                // The only law, so that columns are those of coordinates.
+                sum[self.loaded[signal.value]] += force;
             }
         }
+        Some(sum)
+    }
+
+    /// The values at the instants from `first` on, signal after signal, `out.len()` / their number each.
+    pub(crate) fn fill(&self, first: u64, out: &mut [f64]) {
+        out.fill(0.0);
+        let each = out.len().checked_div(self.signals.len()).unwrap_or(0);
+        for (signal, out) in self.signals.iter().zip(out.chunks_exact_mut(each.max(1))) {
+            for part in &signal.parts {
+                part.add(self.grid, first, out);
+            }
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Adds the values at the instants from `first` on.
+    fn add(&self, grid: &TimeGrid, first: u64, out: &mut [f64]) {
+        // What has begun by then, and for how many steps at the first of it.
+        let begun = |out, from: u64| -> (&mut [f64], u64) {
+            let out: &mut [f64] = out;
+            let wait = from.saturating_sub(first).min(out.len() as u64) as usize;
+            (&mut out[wait..], first.saturating_sub(from))
+        };
+        match *self {
+            Part::Constant { force, from } => {
+                let (out, _) = begun(out, from);
+                out.iter_mut().for_each(|value| *value += force);
+            }
+            Part::Growing { rate, lead, from } => {
+                let (out, since) = begun(out, from);
+                for (k, value) in (since..).zip(out) {
+                    *value += rate * (k as f64 * grid.step() + lead);
+                }
+            }
+            Part::Sampled {
+                values, every: 1, ..
+            } => {
+                let known = usize::try_from(first).unwrap_or(usize::MAX);
+                let known = values.get(known..).unwrap_or_default();
+                let (out, after) = out.split_at_mut(known.len().min(out.len()));
+                for (value, sample) in out.iter_mut().zip(known) {
+                    *value += sample;
+                }
+                let last = values.last().copied().unwrap_or(0.0);
+                after.iter_mut().for_each(|value| *value += last);
+            }
+            Part::Sampled {
+                values,
+                every,
+                hold,
+            } => {
+                let last = values.len() - 1;
+                let at = |j: u64| values[usize::try_from(j).map_or(last, |j| j.min(last))];
+                for (k, value) in (first..).zip(out) {
+                    let (j, rest) = (k / every, k % every);
+                    let sample = at(j);
+                    *value += match hold {
+                        Hold::Zero => sample,
+                        Hold::First => sample + (at(j + 1) - sample) / every as f64 * rest as f64,
+                    };
+                }
+            }
+            Part::Sine(harmonic) => along(harmonic, grid, first, out, f64::sin),
+            Part::Cosine(harmonic) => along(harmonic, grid, first, out, f64::cos),
+        }
+    }
+}
+
+/// Adds the amplitude times a function of the phase at each instant.
+fn along(
+    harmonic: &Harmonic,
+    grid: &TimeGrid,
+    first: u64,
+    out: &mut [f64],
+    function: fn(f64) -> f64,
+) {
+    for (k, value) in (first..).zip(out) {
+        let time = Instant::on_grid(grid, k).time();
+        let angle = reduced_angle(harmonic.frequency, time, harmonic.phase);
+        *value += harmonic.amplitude * function(angle);
     }
 }

@@ -1,16 +1,11 @@
 //! Few outputs of a response, and nothing else of it.
 
-use eigentone_modes::{Bounds, FirstOrder, Precision};
+use eigentone_modes::{Bounds, Precision};
 use faer::MatRef;
 
-use crate::blocks::Blocks;
-use crate::by_exponential::ByExponential;
 use crate::certified::{self, ByCertifiedExponential};
-use crate::estimate::Estimate;
-use crate::exponential::SecondOrder;
+use crate::course::Course;
 use crate::grid::TimeGrid;
-use crate::grid_loads::GridLoads;
-use crate::hold::exact;
 use crate::method::ResponseMethod;
 use crate::operations::Operations;
 use crate::plan::ResponsePlan;
@@ -37,11 +32,13 @@ impl Output {
 /// The time histories of chosen outputs at the instants asked for: a response of which nothing else is
 /// stored.
 ///
-/// Where the plan picks the exponential in doubles, every load changes at instants of the grid
-/// alone, every coordinate has mass, and all instants of the grid are asked for, the states in between
-/// are not even formed: several steps are one product of a matrix and a vector, which gives their
-/// outputs and the state after them. So it is too, instead of superposition, where the whole motion
-/// would take more than 64 MB. Otherwise the whole motion is computed, and the outputs are picked.
+/// In doubles, where every load changes at instants of the grid alone, every coordinate has mass, and all
+/// instants of the grid are asked for, nothing else is even formed. There are two ways then. Mode by mode
+/// ("modal recurrence") a step costs O(N) for N states, and as much for each output: so it is for classical
+/// damping, for stiff systems, and where it is quicker, if going to modes and back does not enlarge rounding
+/// errors beyond what the bounds allow for. Otherwise several steps are one product of a matrix and a vector, which gives
+/// their outputs and the state after them ("exponential"). Where neither fits, and where bounds are to be
+/// proven, the whole motion is computed, and the outputs are picked.
 ///
 /// ```
 /// use eigentone_modes::{GROUND, Precision, System};
@@ -66,17 +63,17 @@ impl Output {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct History {
-    outputs: Vec<Output>,
-    grid: TimeGrid,
-    steps: Option<Vec<u64>>,
+    pub(crate) outputs: Vec<Output>,
+    pub(crate) grid: TimeGrid,
+    pub(crate) steps: Option<Vec<u64>>,
     /// Instant by instant.
-    values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
     /// Of displacements and of velocities, for so many instants each.
-    estimates: Vec<[Option<f64>; 2]>,
-    every: usize,
-    bounds: Bounds,
-    operations: Operations,
-    method: &'static str,
+    pub(crate) estimates: Vec<[Option<f64>; 2]>,
+    pub(crate) every: usize,
+    pub(crate) bounds: Bounds,
+    pub(crate) operations: Operations,
+    pub(crate) method: &'static str,
 }
 
 impl History {
@@ -91,23 +88,16 @@ impl History {
         if let Some(index) = indices.find(|index| *index >= coordinates) {
             return Err(ResponseError::NoCoordinate { index, coordinates });
         }
-        let course = || Course::of(problem, outputs);
         let proven = matches!(problem.precision(), Precision::Certified { .. })
             && coordinates <= certified::LARGEST
             && ByCertifiedExponential.refuses(problem).is_none();
-        // The plan would look for the modes of a large system, which takes longer than to march.
         if !proven
-            && is_large(problem)
-            && let Some(course) = course()
+            && let Some(course) = Course::of(problem, outputs)
+            && let Some(strides) = course.strides()
         {
-            return course.run();
+            return course.run(strides);
         }
         let plan = ResponsePlan::of(problem)?;
-        if plan.method.name() == ByExponential.name()
-            && let Some(course) = course()
-        {
-            return course.run();
-        }
         let trajectory = plan.run(problem)?;
         Ok(History::picked(problem, outputs, &trajectory))
     }
@@ -192,137 +182,5 @@ impl History {
     /// The name of the method that computed it.
     pub fn method(&self) -> &'static str {
         self.method
-    }
-}
-
-/// Whether displacements and velocities at all instants would take more than 64 MB.
-fn is_large(problem: &Problem<'_>) -> bool {
-    const SMALL: f64 = 6.4e7;
-    let grid = problem.grid();
-    16.0 * problem.system().len() as f64 * (grid.last() as f64 + 1.0) > SMALL
-}
-
-/// A march over the whole grid in blocks of steps.
-struct Course<'a, 'b> {
-    problem: &'a Problem<'b>,
-    outputs: &'a [Output],
-    form: FirstOrder,
-    loads: GridLoads<'a>,
-}
-
-impl<'a, 'b> Course<'a, 'b> {
-    /// `None` where the problem has more than that: chosen instants, events between instants,
-    /// massless nodes.
-    fn of(problem: &'a Problem<'b>, outputs: &'a [Output]) -> Option<Course<'a, 'b>> {
-        let form = FirstOrder::of(problem.system()).ok()?;
-        let all_massive = form.massive().len() == problem.system().len();
-        if problem.instants().is_some() || !all_massive {
-            return None;
-        }
-        Some(Course {
-            problem,
-            outputs,
-            form,
-            loads: GridLoads::of(problem)?,
-        })
-    }
-
-    fn run(&self) -> Result<History, ResponseError> {
-        let (problem, outputs) = (self.problem, self.outputs);
-        let (grid, n) = (problem.grid(), problem.system().len());
-        let (last, h) = (grid.last(), grid.step());
-        let size = |count: f64| count * (outputs.len() as f64 + 1.0) * 8.0;
-        crate::collector::check_size(last + 1, outputs.len(), size(last as f64))?;
-        let mut z = self
-            .form
-            .state(problem.initial_displacement(), problem.initial_velocity());
-        for (coordinate, momentum) in &self.loads.blows {
-            for (entry, b) in z.iter_mut().zip(self.form.b().col(*coordinate).iter()) {
-                *entry += b * momentum;
-            }
-        }
-        let selected: Vec<usize> = outputs
-            .iter()
-            .map(|output| match output {
-                Output::Displacement(i) => *i,
-                Output::Velocity(i) => n + i,
-            })
-            .collect();
-        let b = self.form.b();
-        let loaded = &self.loads.loaded;
-        let u = faer::Mat::from_fn(b.nrows(), loaded.len(), |i, j| b[(i, loaded[j])]);
-        let held = exact(&SecondOrder, self.form.a(), u.as_ref(), h, &self.loads.laws);
-        let blocks = Blocks::of(&held, &selected, last);
-        let mut estimate = Estimate::of(problem.system(), &self.form);
-        let mut tops: Vec<f64> = z.iter().map(|entry| entry.abs()).collect();
-        // So many blocks are taken together that their loads stay in a nearby cache.
-        let together = (TOGETHER / (blocks.width() + blocks.steps)).max(1);
-        let every = together * blocks.steps;
-        let mut loads = vec![0.0; together * blocks.width()];
-        let mut values = Vec::with_capacity((last as usize + every + 1) * outputs.len());
-        values.extend(selected.iter().map(|i| z[*i]));
-        let mut met = [0.0; 2];
-        let mut estimates = vec![bounds(&mut estimate, &tops, met)];
-        let mut first = 0;
-        while first < last {
-            let left = last - first;
-            let count = together.min(left.div_ceil(blocks.steps as u64) as usize);
-            let loads = &mut loads[..count * blocks.width()];
-            self.loads.fill(first, loads);
-            let known = values.len();
-            blocks.advance(count, loads, &mut z, &mut values, &mut tops);
-            meet(&mut met, outputs, &values[known..]);
-            let steps = left.min((count * blocks.steps) as u64);
-            estimate.steps(steps, h);
-            first += steps;
-            if z.iter().any(|entry| !entry.is_finite()) && first < last {
-                return Err(ResponseError::Overflow { index: first });
-            }
-            estimates.push(bounds(&mut estimate, &tops, met));
-        }
-        // The last block may go on beyond the end, where nothing is asked.
-        values.truncate((last as usize + 1) * outputs.len());
-        if values.iter().any(|value| !value.is_finite()) {
-            return Err(ResponseError::Overflow { index: last });
-        }
-        let operations = Operations {
-            exponentials: 1,
-            products: held.products + blocks.products,
-            steps: last.div_ceil(blocks.steps as u64),
-        };
-        Ok(History {
-            outputs: outputs.to_vec(),
-            grid: *grid,
-            steps: None,
-            values,
-            estimates,
-            every,
-            bounds: Bounds::Estimated,
-            operations,
-            method: ByExponential.name(),
-        })
-    }
-}
-
-/// Loads and outputs of so many instants are taken together.
-const TOGETHER: usize = 1024;
-
-/// Of displacements and velocities, from the largest of each coordinate at the ends of blocks and the
-/// largest outputs of both kinds; other coordinates are taken to be up to twice as large within blocks.
-fn bounds(estimate: &mut Estimate, tops: &[f64], met: [f64; 2]) -> [Option<f64>; 2] {
-    const WITHIN: f64 = 2.0;
-    let (x, v) = tops.split_at(tops.len() / 2);
-    let top = |values: &[f64]| WITHIN * values.iter().copied().fold(0.0, f64::max);
-    let (displacement, velocity) = estimate.bounds(top(x).max(met[0]), top(v).max(met[1]));
-    [displacement, velocity]
-}
-
-/// Raises the largest displacement and velocity to those of these values, instant by instant.
-fn meet(met: &mut [f64; 2], outputs: &[Output], values: &[f64]) {
-    for values in values.chunks_exact(outputs.len().max(1)) {
-        for (output, value) in outputs.iter().zip(values) {
-            let kind = usize::from(matches!(output, Output::Velocity(_)));
-            met[kind] = met[kind].max(value.abs());
-        }
     }
 }

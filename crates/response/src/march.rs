@@ -5,12 +5,14 @@ use eigentone_modes::FirstOrder;
 use faer::{Mat, MatRef};
 
 use crate::collector::{Collector, Wanted};
+use crate::deviation::Deviation;
 use crate::estimate::Estimate;
 use crate::hold::Laws;
 use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Instant, Piece};
 use crate::trajectory::Trajectory;
+use crate::walk::{Leg, Walk};
 
 /// z′ = A z + B f in the method's own coordinates, able to step over any interval.
 pub(crate) trait Flow {
@@ -121,13 +123,13 @@ impl Inputs {
         }
     }
 
-    /// f, f′ and f″ on every coordinate at `now`.
-    fn forces(&self, now: &Instant, piece: &Piece, forces: &mut [Vec<f64>; 3]) {
+    /// f, f′ and f″ on every coordinate at `now`, of those loads that are not `split` off.
+    fn forces(&self, now: &Instant, piece: &Piece, split: bool, forces: &mut [Vec<f64>; 3]) {
         for force in forces.iter_mut() {
             force.fill(0.0);
         }
         let elapsed = (now.time - piece.start.time).to_f64();
-        for straight in piece.straight() {
+        for straight in piece.straight().iter().filter(|_| !split) {
             forces[0][straight.coordinate] += straight.value + straight.slope * elapsed;
             forces[1][straight.coordinate] += straight.slope;
         }
@@ -184,52 +186,61 @@ impl Outputs {
     }
 }
 
-/// Runs the flow over the problem's timeline and collects the instants asked for. `z` is the state
-/// at 0 and `b` (N × n) what unit impulses add to it, both in the flow's coordinates.
+/// How a method's own coordinates ζ are reached, and left.
+pub(crate) struct Coordinates<'a> {
+    /// N × n: what unit impulses add to ζ.
+    pub(crate) b: MatRef<'a, f64>,
+    /// ζ of a state.
+    pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
+    pub(crate) outputs: &'a Outputs,
+}
+
+/// Runs the flow over the problem's timeline and collects the instants asked for.
 pub(crate) fn march(
     method: &'static str,
     problem: &Problem<'_>,
     flow: &mut dyn Flow,
-    mut z: Vec<f64>,
-    b: MatRef<'_, f64>,
-    outputs: &Outputs,
-    mut estimate: Estimate,
+    form: &FirstOrder,
+    coordinates: &Coordinates<'_>,
 ) -> Result<Trajectory, ResponseError> {
     let grid = problem.grid();
     let inputs = Inputs::of(problem);
     let n = problem.system().len();
+    let Coordinates { b, enter, outputs } = *coordinates;
     let mut recorder = Recorder {
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
         forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        estimate: Estimate::of(problem.system(), form),
     };
+    let mut z = enter(&form.state(problem.initial_displacement(), problem.initial_velocity()));
+    let state = |x: &[f64]| enter(&form.state(x, &vec![0.0; n]));
+    let mut deviation = Deviation::new(problem);
     let mut signals = inputs.empty_signals();
-    let pieces = problem.timeline().pieces();
-    let mut piece = 0;
-    let mut now = Instant::on_grid(grid, 0);
-    strike(&pieces[0], problem, outputs, b, &mut z)?;
+    let mut walk = Walk::of(problem);
+    strike(walk.piece(), problem, outputs, b, &mut z)?;
     while let Some(target) = recorder.collector.next() {
-        // Go to the target, stopping where a piece begins.
-        loop {
-            let begins = pieces.get(piece + 1).map(|next| next.start);
-            let stop = begins.filter(|start| start.order(&target).is_le());
-            let end = stop.unwrap_or(target);
-            while now.order(&end).is_lt() {
-                let next = hop(&now, &end, problem, flow.preparation());
+        while let Some(leg) = walk.towards(&target) {
+            let Leg::Pass { from, to } = leg else {
+                deviation.join(problem, walk.index(), &mut z);
+                strike(walk.piece(), problem, outputs, b, &mut z)?;
+                continue;
+            };
+            deviation.split(problem, walk.index(), &mut z, state);
+            let mut now = from;
+            while now.order(&to).is_lt() {
+                let next = hop(&now, &to, problem, flow.preparation());
                 let h = next.elapsed(&now, grid);
-                inputs.signals(&now, &pieces[piece], h.to_f64(), &mut signals);
+                inputs.signals(&now, walk.piece(), h.to_f64(), &mut signals);
+                if deviation.rest().is_some() {
+                    signals.values[0].fill(0.0);
+                }
                 flow.advance(h, &mut z, &signals);
                 now = next;
-                estimate.step(h.to_f64());
+                recorder.estimate.step(h.to_f64());
             }
-            if stop.is_none() {
-                break;
-            }
-            now = end;
-            piece += 1;
-            strike(&pieces[piece], problem, outputs, b, &mut z)?;
         }
-        recorder.record(&z, &target, &inputs, &pieces[piece], &mut estimate)?;
+        recorder.record(&z, &target, &inputs, walk.piece(), deviation.rest())?;
     }
     Ok(recorder.collector.finish(method).after(flow.operations()))
 }
@@ -277,6 +288,7 @@ struct Recorder<'a, 'b> {
     outputs: &'a Outputs,
     collector: Collector<'a, 'b>,
     forces: [Vec<f64>; 3],
+    estimate: Estimate,
 }
 
 impl Recorder<'_, '_> {
@@ -286,7 +298,7 @@ impl Recorder<'_, '_> {
         now: &Instant,
         inputs: &Inputs,
         piece: &Piece,
-        estimate: &mut Estimate,
+        rest: Option<&[f64]>,
     ) -> Result<(), ResponseError> {
         let n = self.forces[0].len();
         let column = self.collector.column();
@@ -303,7 +315,7 @@ impl Recorder<'_, '_> {
         let [x, v, a] = &mut self.collector.values;
         let [d, pushed] = &self.outputs.feed;
         if d.is_some() || pushed.is_some() || a.ncols() > 0 {
-            inputs.forces(now, piece, &mut self.forces);
+            inputs.forces(now, piece, rest.is_some(), &mut self.forces);
             let [f, rate, curvature] = &self.forces;
             let add = |to: &mut Mat<f64>, map: &Mat<f64>, force: &[f64]| {
                 for (j, entry) in force.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
@@ -329,6 +341,9 @@ impl Recorder<'_, '_> {
                 add(a, &self.outputs.acceleration_feed, f);
             }
         }
+        for (i, rest) in rest.into_iter().flatten().enumerate() {
+            x[(i, column)] += rest;
+        }
         let largest = |m: &Mat<f64>| {
             m.col(column).iter().fold(0.0, |top: f64, entry| {
                 if entry.abs() > top || entry.is_nan() {
@@ -343,7 +358,7 @@ impl Recorder<'_, '_> {
             let index = now.index().expect("only grid instants are recorded");
             return Err(ResponseError::Overflow { index });
         }
-        let (displacement, velocity) = estimate.bounds(displacement, velocity);
+        let (displacement, velocity) = self.estimate.bounds(displacement, velocity);
         self.collector.close(displacement, velocity);
         Ok(())
     }

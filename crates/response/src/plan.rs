@@ -8,6 +8,7 @@ use crate::by_exponential::ByExponential;
 use crate::by_superposition::BySuperposition;
 use crate::certified::{self, ByCertifiedExponential};
 use crate::estimate::Estimate;
+use crate::grid::TimeGrid;
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
@@ -86,7 +87,9 @@ impl ResponsePlan {
         let classical = structure.is_undamped() || structure.is_classical();
         let reason = if classical {
             Some("each real mode moves by itself, in O(n) a step")
-        } else if is_stiff(problem) {
+        } else if FirstOrder::of(problem.system())
+            .is_ok_and(|form| is_stiff(&Estimate::of(problem.system(), &form), problem.grid()))
+        {
             Some("stiff: rounding the state matrix would cost digits, the modes keep them")
         } else {
             None
@@ -135,15 +138,10 @@ impl ResponsePlan {
 }
 
 /// Whether rounding the assembled state matrix is estimated to spoil the motion visibly.
-fn is_stiff(problem: &Problem<'_>) -> bool {
+pub(crate) fn is_stiff(estimate: &Estimate, grid: &TimeGrid) -> bool {
     const VISIBLE: f64 = 1e-9;
-    let Ok(form) = FirstOrder::of(problem.system()) else {
-        return false;
-    };
-    let end = problem.grid().time(problem.grid().last());
-    let estimate = Estimate::of(problem.system(), &form);
     estimate
-        .of_rounding(end)
+        .of_rounding(grid.time(grid.last()))
         .is_some_and(|error| error > VISIBLE)
 }
 

@@ -5,7 +5,7 @@ mod elimination;
 mod phasor;
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
-use eigentone_modes::System;
+use eigentone_modes::{System, dense_gigabytes};
 use num_complex::Complex;
 use thiserror::Error;
 
@@ -62,7 +62,7 @@ impl SteadyState {
     ///
     /// # Errors
     /// [`SteadyStateError`] at a frequency where no steady motion exists or where it is not the
-    /// only one.
+    /// only one, and for a [large](System::is_large) system.
     pub fn of(problem: &Problem<'_>) -> Result<SteadyState, SteadyStateError> {
         let mut frequencies: Vec<(f64, Vec<Force>)> = Vec::new();
         for applied in problem.loads() {
@@ -211,6 +211,16 @@ pub enum SteadyStateError {
         /// Ω in rad/s.
         frequency: f64,
     },
+    /// The system is [large](System::is_large).
+    #[error(
+        "amplitudes need all {coordinates} coordinates as dense matrices with many digits, {gigabytes:.1} GB in doubles alone: look at its lowest modes, by ModalTruncation"
+    )]
+    TooLarge {
+        /// How many coordinates there are.
+        coordinates: usize,
+        /// What M, C, K and one state matrix would take.
+        gigabytes: f64,
+    },
     /// A frequency is infinite or NaN.
     #[error("the frequency is {frequency:?}: it must be a finite number")]
     FrequencyNotFinite {
@@ -319,6 +329,13 @@ fn motion(
     frequency: f64,
     forces: &[Force],
 ) -> Result<HarmonicMotion, SteadyStateError> {
+    if system.is_large() {
+        let coordinates = system.len();
+        return Err(SteadyStateError::TooLarge {
+            coordinates,
+            gigabytes: dense_gigabytes(coordinates),
+        });
+    }
     let loaded = forces.iter().filter(|force| force.amplitude != 0.0);
     let loaded: Vec<usize> = loaded.map(|force| force.coordinate).collect();
     let stiffness = DynamicStiffness::of(system, frequency, &loaded);

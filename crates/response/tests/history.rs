@@ -2,8 +2,8 @@
 
 use eigentone_modes::{GROUND, Precision, System};
 use eigentone_response::{
-    ByExponential, Harmonic, History, Hold, Impulse, Load, Output, Problem, Ramp, Response,
-    ResponseError, Samples, State, Step, Trajectory,
+    ByCertifiedExponential, ByExponential, Harmonic, History, Hold, Impulse, Load, Output, Problem,
+    Ramp, Response, ResponseError, ResponseMethod, Samples, State, Step, Trajectory,
 };
 
 const OUTPUTS: [Output; 3] = [
@@ -72,7 +72,7 @@ fn difference(history: &History, trajectory: &Trajectory) -> f64 {
 fn agree(system: &System, loads: &[(&str, Load)]) {
     let problem = problem(system, loads);
     let history = History::of(&problem, &OUTPUTS).expect("well posed");
-    let trajectory = eigentone_response::ResponseMethod::run(&ByExponential, &problem);
+    let trajectory = ByExponential.run(&problem);
     let trajectory = trajectory.expect("well posed");
     let off = difference(&history, &trajectory);
     assert!(off < 1e-12, "{loads:?}: {off:e}");
@@ -110,6 +110,83 @@ fn blocks_give_what_steps_give() {
         }
         agree(&system, &every_kind);
     }
+}
+
+/// The largest difference to a proven answer, of displacements and velocities in proportion to the largest of each.
+fn off_truth(history: &History, problem: &Problem<'_>) -> f64 {
+    let known = ByCertifiedExponential.run(problem).expect("it applies");
+    difference(history, &known)
+}
+
+/// Mode by mode: classical damping, with every kind of load.
+#[test]
+fn modes_give_what_is_proven() {
+    let mut builder = System::builder();
+    for i in 1..=5 {
+        builder = builder.mass(format!("m{i}"), 1.0 + (i % 3) as f64);
+    }
+    for i in 1..=5 {
+        let before = if i == 1 {
+            GROUND.to_owned()
+        } else {
+            format!("m{}", i - 1)
+        };
+        let stiffness = 48.0 + (8 * i % 32) as f64;
+        builder = builder.spring(&before, format!("m{i}"), stiffness).damper(
+            &before,
+            format!("m{i}"),
+            stiffness / 256.0,
+        );
+    }
+    let system = builder.build().expect("a chain is a system");
+    let loads: [(&str, Load); 6] = [
+        ("m1", Step::of(3.0).into()),
+        ("m3", Ramp::of(0.5).starting_at(10.0).into()),
+        ("m1", samples(1.0, Hold::First).into()),
+        ("m2", samples(2.0, Hold::Zero).into()),
+        ("m5", Harmonic::of(2.0, 3.0).with_phase(0.4).into()),
+        ("m3", Impulse::of(4.0).into()),
+    ];
+    for loads in [&[][..], &loads[..1], &loads[2..3], &loads] {
+        let problem = problem(&system, loads);
+        let history = History::of(&problem, &OUTPUTS).expect("well posed");
+        assert_eq!(history.method(), "modal recurrence");
+        let off = off_truth(&history, &problem);
+        assert!(off < 1e-13, "{loads:?}: {off:e}");
+        assert!(
+            history.bound(1, 600) < Some(1e-9),
+            "{:?}",
+            history.bound(1, 600)
+        );
+    }
+}
+
+/// Stiff, with damping that couples the real modes, some of which creep: single real roots.
+#[test]
+fn stiff_motions_go_by_modes() {
+    let mut builder = System::builder();
+    for i in 1..=6 {
+        builder = builder.mass(format!("m{i}"), 1.0 + 0.125 * i as f64);
+    }
+    for i in 1..=6 {
+        let before = if i == 1 {
+            GROUND.to_owned()
+        } else {
+            format!("m{}", i - 1)
+        };
+        builder = builder
+            .spring(&before, format!("m{i}"), 2e4 + 1e3 * i as f64)
+            .damper(&before, format!("m{i}"), if i == 4 { 2e3 } else { 0.25 });
+    }
+    let system = builder.build().expect("a chain is a system");
+    let real = |root: &eigentone_modes::Eigenvalue| root.value.im == 0.0;
+    let modes = system.modes().expect("it has modes");
+    assert!(modes.eigenvalues().iter().any(real));
+    let problem = problem(&system, &[("m6", samples(1.0, Hold::First).into())]);
+    let history = History::of(&problem, &OUTPUTS).expect("well posed");
+    assert_eq!(history.method(), "modal recurrence");
+    let off = off_truth(&history, &problem);
+    assert!(off < 1e-11, "{off:e}");
 }
 
 /// What blocks cannot do is picked from the whole motion.

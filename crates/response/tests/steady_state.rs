@@ -2,7 +2,7 @@
 
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
-    Harmonic, HarmonicMotion, Response, SteadyState, SteadyStateError, receptance,
+    Extrema, Harmonic, HarmonicMotion, Response, SteadyState, SteadyStateError, Summary, receptance,
 };
 use faer::mat;
 use proptest::prelude::*;
@@ -421,4 +421,48 @@ proptest! {
             prop_assert!(*bound <= 1e-13, "{:e}", bound);
         }
     }
+}
+
+/// What would need dense matrices of a large system says so at once.
+#[test]
+fn large_systems_are_refused() {
+    let n = 5_000;
+    let mut builder = System::builder();
+    for i in 0..n {
+        builder = builder.mass(format!("m{i}"), 1.0);
+    }
+    for i in 1..n {
+        builder = builder.spring(format!("m{}", i - 1), format!("m{i}"), 1.0);
+    }
+    let system = builder.spring(GROUND, "m0", 1.0).build().expect("a chain");
+    assert!(system.is_large());
+    let refused = |error: SteadyStateError| {
+        let right = matches!(
+            error,
+            SteadyStateError::TooLarge {
+                coordinates: 5_000,
+                ..
+            }
+        );
+        assert!(right, "{error}");
+    };
+    refused(receptance(&system, "m7", 0.5).expect_err("it is large"));
+    let problem = Response::of(&system)
+        .load("m7", Harmonic::of(1.0, 0.5))
+        .every(1.0)
+        .until(1.0)
+        .problem()
+        .expect("well posed");
+    refused(SteadyState::of(&problem).expect_err("it is large"));
+
+    let small = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 1.0)
+        .build()
+        .expect("a system");
+    let motion = Response::of(&small).every(1.0).until(1.0).run();
+    let motion = motion.expect("well posed");
+    let modes = small.modes().expect("it has modes");
+    assert!(Summary::of(&problem, &motion, &modes).is_none());
+    assert!(Extrema::of(&problem, &motion).is_none());
 }

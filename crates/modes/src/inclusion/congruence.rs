@@ -29,16 +29,14 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::{DoubleDouble, Lanes};
-use faer::{Mat, MatRef, Side};
+use eigentone_digits::{Ball, DoubleDouble};
+use faer::{Mat, Side};
 
-use crate::element::{Element, MatrixKind, Node};
+use super::gram::{Form, Gram, UPWARD};
+use super::quadratic::around;
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
-
-/// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
-const UPWARD: f64 = 1.0 + 1e-9;
 
 /// One elastic mode: ω with a proven bound, and its shape.
 #[derive(Clone, Debug)]
@@ -98,12 +96,28 @@ impl Goal {
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
 pub(crate) struct Squares {
     pub(crate) values: Vec<DoubleDouble>,
-    pub(crate) shapes: Vec<Vec<f64>>,
+    /// In the same order; after them the rigid-body motions, which are exact.
+    pub(crate) columns: Vec<Vec<DoubleDouble>>,
     /// A bound of the relative error of every value.
     pub(crate) spread: f64,
 }
 
 impl Squares {
+    /// The shape of one of them.
+    pub(crate) fn shape(&self, i: usize) -> Vec<f64> {
+        self.columns[i].iter().map(|x| x.to_f64()).collect()
+    }
+
+    /// A ball that holds all true values of a group.
+    pub(super) fn around(&self, group: &Range<usize>) -> Ball<DoubleDouble> {
+        let centre = self.values[(group.start + group.end) / 2];
+        let reach = group.clone().map(|i| {
+            let value = self.values[i];
+            (value - centre).to_f64().abs() + self.spread * value.to_f64()
+        });
+        around(centre, reach.fold(0.0, f64::max) * UPWARD)
+    }
+
     /// Those that their bounds do not tell apart.
     pub(crate) fn groups(&self) -> Vec<Range<usize>> {
         let touch = |a: &DoubleDouble, b: &DoubleDouble| {
@@ -160,25 +174,28 @@ pub(crate) fn squares(
         let order = value(*a).partial_cmp(&value(*b));
         order.unwrap_or(Ordering::Equal)
     });
-    let shape = |i: &usize| basis.columns[*i].iter().map(|x| x.to_f64()).collect();
+    let values = order.iter().map(|i| value(*i)).collect();
+    order.extend(elastic..n);
+    let mut columns = basis.columns;
+    let column = |i: &usize| std::mem::take(&mut columns[*i]);
     Some(Squares {
-        values: order.iter().map(|i| value(*i)).collect(),
-        shapes: order.iter().map(shape).collect(),
+        values,
+        columns: order.iter().map(column).collect(),
         // The quotient s/g itself rounds.
         spread: forms.spread + 2f64.powi(-100),
     })
 }
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
-struct Basis<'a> {
-    stiffness: Form<'a>,
-    mass: Form<'a>,
-    columns: Vec<Vec<DoubleDouble>>,
-    elastic: usize,
+pub(super) struct Basis<'a> {
+    pub(super) stiffness: Form<'a>,
+    pub(super) mass: Form<'a>,
+    pub(super) columns: Vec<Vec<DoubleDouble>>,
+    pub(super) elastic: usize,
 }
 
 /// S, G and d in a basis.
-struct Forms {
+pub(super) struct Forms {
     stiffness: Gram,
     mass: Gram,
     squares: Vec<DoubleDouble>,
@@ -214,7 +231,7 @@ enum Step {
 
 impl Basis<'_> {
     /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
-    fn refine(&mut self, goal: Goal) -> Option<Forms> {
+    pub(super) fn refine(&mut self, goal: Goal) -> Option<Forms> {
         const STEPS: usize = 12;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
@@ -376,224 +393,6 @@ impl Basis<'_> {
     }
 }
 
-/// A quadratic form Σ_e k_e (x_a − x_b)² + xᵀAx of elements e = (a, b) and a symmetric matrix A.
-struct Form<'a> {
-    n: usize,
-    elements: Vec<Element>,
-    matrix: Option<MatRef<'a, f64>>,
-}
-
-/// XᵀAX for a form and columns X, with how far its entries may be off.
-struct Gram {
-    size: usize,
-    /// By rows.
-    entries: Vec<DoubleDouble>,
-    /// Entry (i, j), i ≤ j, is off by at most unit·first_i·second_j + floor.
-    first: Vec<f64>,
-    second: Vec<f64>,
-    unit: f64,
-    floor: f64,
-}
-
-impl<'a> Form<'a> {
-    fn stiffness(system: &'a System) -> Form<'a> {
-        Form {
-            n: system.len(),
-            elements: system.springs().to_vec(),
-            matrix: system.added(MatrixKind::Stiffness),
-        }
-    }
-
-    fn mass(system: &'a System) -> Form<'a> {
-        let lumped = system.masses().iter().enumerate().map(|(i, mass)| Element {
-            first: Node::Coordinate(i),
-            second: Node::Ground,
-            coefficient: *mass,
-        });
-        Form {
-            n: system.len(),
-            elements: lumped.collect(),
-            matrix: system.added(MatrixKind::Mass),
-        }
-    }
-
-    /// Entry (i, j), i ≤ j, is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
-    /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
-    /// force_i·x_j.
-    ///
-    /// Each entry is a sum of products whose factors err by at most `count` roundings of 2^-102 one upon
-    /// the other, and which [`Lanes::products`] sums: it errs by a `unit` of the sum of the absolute products. That
-    /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
-    /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
-    /// Σ|A_ab||x_ai||x_bj|.
-    fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
-        let (n, size) = (self.n, columns.len());
-        let by_stretch = self.elements.len() <= 4 * n;
-        let by_force = self.matrix.is_some() || !by_stretch;
-        // Per node, what a unit displacement meets in absolute terms, and how many terms it is.
-        let (mut load, mut terms) = (vec![0.0; n], vec![0usize; n]);
-        let ends = |element: &Element| [element.first, element.second].map(Node::coordinate);
-        if !by_stretch {
-            for element in &self.elements {
-                for i in ends(element).into_iter().flatten() {
-                    load[i] += element.coefficient.abs();
-                    terms[i] += 1;
-                }
-            }
-        }
-        let mut row_sums = vec![0.0; n];
-        if let Some(matrix) = self.matrix {
-            for j in 0..n {
-                for i in 0..n {
-                    row_sums[i] += matrix[(i, j)].abs();
-                }
-            }
-            terms.iter_mut().for_each(|count| *count += n);
-        }
-        let (mut inner, mut outer) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let (mut first, mut second) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let mut largest = 0.0;
-        for x in columns {
-            let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
-            let stretches: Vec<DoubleDouble> = self
-                .elements
-                .iter()
-                .map(|element| at(element.first) - at(element.second))
-                .collect();
-            let forces = self.elements.iter().zip(&stretches);
-            let mut forces: Vec<DoubleDouble> = forces
-                .map(|(e, stretch)| *stretch * e.coefficient)
-                .collect();
-            let energy = self.elements.iter().zip(&stretches);
-            let energy: f64 = energy
-                .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
-                .sum();
-            let over = |weights: &[f64]| -> f64 {
-                let each = weights.iter().zip(x);
-                each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
-            };
-            let along = over(&row_sums);
-            if by_stretch {
-                first.push((energy + along).sqrt() * UPWARD);
-                second.push((energy + along).sqrt() * UPWARD);
-            } else {
-                first.push((2.0 * energy + along).sqrt() * UPWARD);
-                second.push((over(&load) + along).sqrt() * UPWARD);
-            }
-            let mut right = if by_stretch { stretches } else { Vec::new() };
-            if by_force {
-                let mut nodal = vec![DoubleDouble::ZERO; n];
-                if !by_stretch {
-                    for (element, force) in self.elements.iter().zip(&forces) {
-                        let [first, second] = ends(element);
-                        if let Some(i) = first {
-                            nodal[i] += *force;
-                        }
-                        if let Some(i) = second {
-                            nodal[i] -= *force;
-                        }
-                    }
-                    forces.clear();
-                }
-                if let Some(matrix) = self.matrix {
-                    for (j, x) in x.iter().enumerate() {
-                        for (i, force) in nodal.iter_mut().enumerate() {
-                            *force += *x * matrix[(i, j)];
-                        }
-                    }
-                }
-                forces.extend(nodal);
-                right.extend(x);
-            }
-            largest = right
-                .iter()
-                .map(|x| x.to_f64().abs())
-                .fold(largest, f64::max);
-            inner.push(forces);
-            outer.push(right);
-        }
-        let length = outer.first().map_or(0, Vec::len);
-        let mut entries = vec![DoubleDouble::ZERO; size * size];
-        for (block, columns) in outer.chunks(LANES).enumerate() {
-            let side_by_side = interleaved(columns, length);
-            let j = block * LANES;
-            for (i, forces) in inner.iter().enumerate().take(j + columns.len()) {
-                let sums = Lanes::products(forces, &side_by_side);
-                for (j, sum) in (j..j + columns.len()).zip(sums).filter(|(j, _)| i <= *j) {
-                    entries[i * size + j] = sum;
-                    entries[j * size + i] = sum;
-                }
-            }
-        }
-        // Both stretches, k·stretch and the sum of forces; then the sum of products.
-        let count = 4 + terms.into_iter().max().unwrap_or(0);
-        let summed = (length + 4) as f64;
-        Gram {
-            size,
-            entries,
-            first,
-            second,
-            unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),
-            // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
-            floor: 1e-300 * (1.0 + largest),
-        }
-    }
-}
-
-/// So many sums at a time: one alone would wait for each of its own additions to end.
-const LANES: usize = 8;
-
-/// Columns side by side, entry by entry; those that are missing are 0.
-fn interleaved(columns: &[Vec<DoubleDouble>], length: usize) -> Vec<Lanes<LANES>> {
-    let mut rows = vec![Lanes::ZERO; length];
-    for (lane, column) in columns.iter().enumerate() {
-        for (row, entry) in rows.iter_mut().zip(column) {
-            row.set(lane, *entry);
-        }
-    }
-    rows
-}
-
-/// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.
-fn square(k: f64, x: f64) -> f64 {
-    let root = k.abs().sqrt() * x;
-    root * root + f64::MIN_POSITIVE
-}
-
-impl Gram {
-    fn at(&self, i: usize, j: usize) -> DoubleDouble {
-        self.entries[i * self.size + j]
-    }
-
-    /// A bound of ‖E‖ for this matrix = δ^{1/2}(I + E)δ^{1/2}, δ its computed diagonal; NaN or
-    /// infinite where there is none.
-    fn distance(&self) -> f64 {
-        let roots: Vec<f64> = (0..self.size)
-            .map(|i| self.at(i, i).to_f64().sqrt())
-            .collect();
-        let mut largest = 0.0;
-        for i in 0..self.size {
-            let sum: f64 = (0..self.size)
-                .map(|j| {
-                    let (a, b) = (i.min(j), i.max(j));
-                    let rounding = self.unit * self.first[a] * self.second[b] + self.floor;
-                    let entry = if i == j {
-                        0.0
-                    } else {
-                        self.at(i, j).to_f64().abs()
-                    };
-                    (entry + rounding) / roots[i] / roots[j]
-                })
-                .sum();
-            if !sum.is_finite() {
-                return sum;
-            }
-            largest = sum.max(largest);
-        }
-        largest * UPWARD
-    }
-}
-
 /// ω = √σ with bounds; frequencies that are not told apart get one value.
 fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
     // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the root.
@@ -612,7 +411,7 @@ fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
             frequency,
             bound,
             multiplicity: group.len(),
-            shape: squares.shapes[i].clone(),
+            shape: squares.shape(i),
         }));
     }
     found

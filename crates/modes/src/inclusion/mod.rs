@@ -1,8 +1,12 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
+pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;
+mod gram;
+pub(crate) mod pairs;
 mod pencil;
+pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod springless;
@@ -64,6 +68,7 @@ pub(crate) fn certify(
         in_square,
         degree,
         zeros,
+        determined: Massless::of_system(system).degree() == degree,
         tolerance,
     };
     let size = approximations.iter().map(|z| z.norm()).fold(0.0, f64::max);
@@ -180,6 +185,8 @@ struct Job<'a> {
     in_square: bool,
     degree: usize,
     zeros: usize,
+    /// Whether the leading coefficient is that of [`leading`].
+    determined: bool,
     tolerance: f64,
 }
 
@@ -216,8 +223,11 @@ impl Job<'_> {
     /// One level: the polynomial in the precision of T, refined from the given points.
     fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]]) -> Outcome {
         let (precise, total) = self.pencil.precise::<T>(unit);
-        let mut leading = leading::<T>(self.system, &self.pencil);
-        leading.exponent += i64::from(unit) * self.degree as i64 - total;
+        let leading = self.determined.then(|| {
+            let mut leading = leading::<T>(self.system, &self.pencil);
+            leading.exponent += i64::from(unit) * self.degree as i64 - total;
+            leading
+        });
         let halves = if self.in_square { 2 } else { 1 };
         let polynomial = Polynomial {
             pencil: precise,

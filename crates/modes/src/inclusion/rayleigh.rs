@@ -1,33 +1,17 @@
 //! All roots of a system with Rayleigh damping, from proven squares of its undamped frequencies.
 //!
-//! With C = αM + βK the roots are those of p(λ) = λ² + γλ + σ, γ = α + βσ, one p for each
-//! eigenvalue σ of (K, M). Where σ is known within a bound and α and β to 29 digits, p is known in
-//! balls. For approximations z and w of its roots, each of the discs |λ − z| ≤ 2|p(z)|/|z − w| and
-//! |λ − w| ≤ 2|p(w)|/|z − w| holds one root if they are disjoint (Smith 1970, *J. ACM* 17): that of
-//! the true p as well.
+//! With C = αM + βK the roots are those of λ² + γλ + σ, γ = α + βσ, for each eigenvalue σ of (K, M).
+//! Where σ is known within a bound and α and β to 29 digits, so is γ.
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
-use num_complex::Complex;
+use eigentone_digits::{Ball, DoubleDouble};
 
-use super::congruence::{Goal, Squares, squares};
-use super::exactly::{exact, lower, real, upper};
+use super::congruence::{Goal, squares};
+use super::quadratic::{Damped, Modal, around, roots};
 use crate::structure::Structure;
 use crate::system::System;
 
-/// One root, with Im ≥ 0, and its shape.
-#[derive(Clone, Debug)]
-pub(crate) struct Damped {
-    pub(crate) value: Complex<f64>,
-    pub(crate) bound: f64,
-    pub(crate) real_bound: f64,
-    /// How many roots the bounds do not tell apart.
-    pub(crate) multiplicity: usize,
-    pub(crate) shape: Vec<f64>,
-}
-
 /// Proves a bound for every nonzero root of a system with Rayleigh damping and no massless nodes,
-/// given the elastic shapes approximately. `None` where no proof was reached, as for a mode that
-/// cannot be told from a critically damped one.
+/// given the elastic shapes approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
@@ -43,108 +27,28 @@ pub(crate) fn certify(
     }
     // Of a lightly damped root the real part is small against the whole.
     let squares = squares(system, structure, shapes, Goal::always(1e-27))?;
-    let mut found = Vec::new();
-    for group in squares.groups() {
-        let sigma = around(&squares, &group);
-        for (value, bound, real_bound) in roots(alpha + beta * sigma, sigma)? {
-            found.extend(group.clone().map(|i| Damped {
-                value,
-                bound,
-                real_bound,
-                multiplicity: group.len(),
-                shape: squares.shapes[i].clone(),
-            }));
+    let elastic = (0..squares.values.len()).map(|i| {
+        let sigma = squares.around(&(i..i + 1));
+        Modal {
+            gamma: alpha + beta * sigma,
+            sigma: Some(sigma),
+            shape: squares.shape(i),
         }
-    }
-    if !drifts {
-        // σ = 0: what only dampers hold creeps back with −α.
-        let (value, bound, real_bound) = rounded(-alpha, 0.0);
-        found.extend(floating.iter().map(|part| {
-            Damped {
-                value,
-                bound,
-                real_bound,
-                multiplicity: floating.len(),
-                shape: (0..system.len())
-                    .map(|i| f64::from(part.contains(&i)))
-                    .collect(),
-            }
-        }));
-    }
-    Some(found)
+    });
+    // σ = 0: what only dampers hold creeps back with −α.
+    let creeping = floating.iter().filter(|_| !drifts).map(|part| Modal {
+        gamma: alpha,
+        sigma: None,
+        shape: (0..system.len())
+            .map(|i| f64::from(part.contains(&i)))
+            .collect(),
+    });
+    roots(&elastic.chain(creeping).collect::<Vec<Modal>>())
 }
 
 /// α or β with its error.
 fn known(value: DoubleDouble) -> Ball<DoubleDouble> {
-    let radius = value.to_f64().abs() * 2f64.powi(-97);
-    Ball::new(middle(value), Magnitude::from(radius))
-}
-
-fn middle(re: DoubleDouble) -> WideComplex<DoubleDouble> {
-    WideComplex {
-        re,
-        im: DoubleDouble::ZERO,
-    }
-}
-
-/// A ball that holds every σ of a group.
-fn around(squares: &Squares, group: &std::ops::Range<usize>) -> Ball<DoubleDouble> {
-    let centre = squares.values[(group.start + group.end) / 2];
-    let reach = group.clone().map(|i| {
-        let value = squares.values[i];
-        (value - centre).to_f64().abs() + squares.spread * value.to_f64()
-    });
-    let radius = reach.fold(0.0, f64::max) * (1.0 + 1e-9);
-    Ball::new(middle(centre), Magnitude::from(radius))
-}
-
-/// The roots of λ² + γλ + σ with Im ≥ 0, each with bounds of its error and of that of its real
-/// part; `None` where they are not told apart.
-fn roots(
-    gamma: Ball<DoubleDouble>,
-    sigma: Ball<DoubleDouble>,
-) -> Option<Vec<(Complex<f64>, f64, f64)>> {
-    let (half, square) = (gamma.middle().re * 0.5, sigma.middle().re);
-    let discriminant = half * half - square;
-    let (z, w) = if discriminant < DoubleDouble::ZERO {
-        let im = (-discriminant).sqrt();
-        (exact(-half, im), exact(-half, -im))
-    } else {
-        let root = discriminant.sqrt();
-        let large = if half > DoubleDouble::ZERO {
-            -half - root
-        } else {
-            root - half
-        };
-        let zero = DoubleDouble::ZERO;
-        (exact(large, zero), exact(square / large, zero))
-    };
-    let reach = |at: Ball<DoubleDouble>| {
-        let value = (at + gamma) * at + sigma;
-        Some(2.0 * upper(value.checked_div(z - w)?) * (1.0 + 1e-9))
-    };
-    let (first, second) = (reach(z)?, reach(w)?);
-    let apart = (first + second) * (1.0 + 1e-9) < lower(z - w);
-    let found = if z.middle().im > DoubleDouble::ZERO {
-        vec![rounded(z, first)]
-    } else {
-        vec![rounded(z, first), rounded(w, second)]
-    };
-    apart.then_some(found)
-}
-
-/// The double nearest to the centre of a disc, with what lies between it and the root.
-fn rounded(centre: Ball<DoubleDouble>, reach: f64) -> (Complex<f64>, f64, f64) {
-    let middle = centre.middle();
-    let value = Complex::new(middle.re.to_f64(), middle.im.to_f64());
-    let reach = reach + centre.radius().to_f64();
-    let off =
-        |part: DoubleDouble, double: f64| upper(real(double) - exact(part, DoubleDouble::ZERO));
-    let (re, im) = (off(middle.re, value.re), off(middle.im, value.im));
-    let least = f64::from_bits(1);
-    let bound = ((re.hypot(im) + reach) * (1.0 + 1e-9)).max(least);
-    let real_bound = ((re + reach) * (1.0 + 1e-9)).max(least);
-    (value, bound, real_bound)
+    around(value, value.to_f64().abs() * 2f64.powi(-97))
 }
 
 #[cfg(test)]
@@ -152,6 +56,7 @@ mod tests {
     use super::*;
     use crate::{Bounds, GROUND, MatrixKind, Modes};
     use faer::Mat;
+    use num_complex::Complex;
 
     /// n masses of 2 kg, each joined to every other by a spring of ⅛ N/m and to the ground by one
     /// of `ground`: σ = ground/2 once, and (n/8 + ground)/2 for the rest. C = αM + βK.
@@ -258,9 +163,38 @@ mod tests {
     }
 
     #[test]
-    fn no_proof_at_critical_damping_or_without_proportion() {
-        // σ = 1 and γ = 2.
-        assert!(proven(&complete(14, 2.0, 2.0, 0.0)).is_none());
+    fn a_critically_damped_mode_is_one_entry() {
+        // σ = 1 and γ = 2: −1 twice, beside 13 modes with σ = 15/8.
+        let found = proven(&complete(14, 2.0, 2.0, 0.0)).unwrap();
+        let double: Vec<&Damped> = found.iter().filter(|root| root.defective).collect();
+        assert_eq!((double.len(), found.len()), (1, 14));
+        assert_eq!(
+            (double[0].value, double[0].multiplicity),
+            (Complex::from(-1.0), 2)
+        );
+        assert!(double[0].bound <= 1e-12);
+        // An ulp beside it the roots differ by 2√(2u), which double-doubles show.
+        for (alpha, real) in [(2f64.next_up(), 2), (2f64.next_down(), 0)] {
+            let found = proven(&complete(14, 2.0, alpha, 0.0)).unwrap();
+            assert!(found.iter().all(|root| !root.defective));
+            let near = found.iter().filter(|root| root.value.im == 0.0);
+            assert_eq!(near.count(), real);
+            let expected = truth(alpha, 1.0);
+            for [re, im] in expected {
+                let off = |part: DoubleDouble, value: f64| {
+                    (part - DoubleDouble::from(value)).to_f64().abs()
+                };
+                let met = found.iter().filter(|root| {
+                    off(re, root.value.re).hypot(off(im, root.value.im)) <= root.bound
+                        && off(re, root.value.re) <= root.real_bound
+                });
+                assert_eq!(met.count(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn no_proof_without_proportion() {
         let system = System::builder()
             .mass("a", 1.0)
             .mass("b", 1.0)

@@ -38,7 +38,7 @@ pub(crate) fn certify(
             value: -value,
             bound: bound.max(f64::from_bits(1)),
             multiplicity: group.len(),
-            shape: squares.shapes[i].clone(),
+            shape: squares.shape(i),
         }));
     }
     Some(found)

@@ -5,17 +5,20 @@
 //! *J. ACM* 17; Börsch-Supan 1963). Gershgorin's theorem, with the rows of a group of m points
 //! scaled by t, puts exactly m of them into discs about z_i − W_i of radius
 //! |W_i|(m − 1 + (N − m)/t) as long as those avoid the other rows' discs.
+//!
+//! N is the exact degree. ℓ is a product of determinants where the masses, or dampers and springs in
+//! place of those that vanish, determine every acceleration; where they do not, one more point tells.
 
 use eigentone_digits::{Ball, Magnitude, Real};
 
 use super::exactly::{lower, middle, radius, real, upper};
 use super::pencil::{PencilIn, Scaled};
 
-/// The polynomial P(μ)/μ^zeros with its leading coefficient.
+/// The polynomial P(μ)/μ^zeros with its leading coefficient, where that is known beforehand.
 pub(crate) struct Polynomial<T> {
     pub(crate) pencil: PencilIn<T>,
     pub(crate) zeros: usize,
-    pub(crate) leading: Scaled<T>,
+    pub(crate) leading: Option<Scaled<T>>,
 }
 
 /// Points and what is known of P there.
@@ -23,6 +26,8 @@ pub(crate) struct Points<T> {
     pub(crate) z: Vec<Ball<T>>,
     values: Vec<Option<Scaled<T>>>,
     pub(crate) corrections: Vec<Ball<T>>,
+    /// A point far beyond all others, and P there.
+    beyond: Option<(Ball<T>, Scaled<T>)>,
 }
 
 /// A group of points whose discs hold exactly as many roots: disc of all, about `centre`.
@@ -39,6 +44,7 @@ impl<T: Real> Points<T> {
             z,
             values: vec![None; n],
             corrections: vec![Ball::ZERO; n],
+            beyond: None,
         }
     }
 
@@ -70,8 +76,10 @@ impl<T: Real> Points<T> {
             };
             self.values[i] = Some(value);
         }
+        let known = polynomial.leading.unwrap_or_else(Scaled::one);
+        let mut shares = Vec::with_capacity(n);
         for i in 0..n {
-            let mut below = polynomial.leading;
+            let mut below = known;
             for j in (0..n).filter(|j| *j != i) {
                 below = below.times(self.z[i] - self.z[j]);
             }
@@ -79,12 +87,49 @@ impl<T: Real> Points<T> {
                 below = below.times(self.z[i]);
             }
             let value = self.values[i].expect("computed above");
-            self.corrections[i] = value.divided_by(below)?.value()?;
-            if !upper(self.corrections[i]).is_finite() {
+            shares.push(value.divided_by(below)?);
+        }
+        let leading = match polynomial.leading {
+            Some(_) => None,
+            None => Some(self.leading(polynomial, &shares)?),
+        };
+        for (correction, share) in self.corrections.iter_mut().zip(shares) {
+            *correction = match leading {
+                Some(leading) => share.divided_by(leading)?.value()?,
+                None => share.value()?,
+            };
+            if !upper(*correction).is_finite() {
                 return None;
             }
         }
         Some(())
+    }
+
+    /// ℓ, from w_i = ℓ·W_i: interpolating P at the points and at one more, z_0,
+    ///
+    /// P(z_0)/Π(z_0 − z_i) = ℓ + Σ w_i/(z_0 − z_i).
+    fn leading(&mut self, polynomial: &Polynomial<T>, shares: &[Scaled<T>]) -> Option<Scaled<T>> {
+        /// Far out the sum is small even where the points are not yet near their roots.
+        const FAR: i32 = 6;
+        let largest = self.z.iter().map(|z| upper(*z)).fold(0.0, f64::max);
+        let (far, value) = *self.beyond.get_or_insert_with(|| {
+            let far = real(2f64.powi(largest.log2().ceil() as i32 + FAR));
+            (far, polynomial.pencil.determinant(far))
+        });
+        let mut below = Scaled::one();
+        for factor in self.z.iter().map(|z| far - *z) {
+            below = below.times(factor);
+        }
+        for _ in 0..polynomial.zeros {
+            below = below.times(far);
+        }
+        let whole = value.divided_by(below)?;
+        let mut rest = real(1.0);
+        for (share, z) in shares.iter().zip(&self.z) {
+            let part = share.divided_by(whole)?.value()?;
+            rest = rest - part.checked_div(far - *z)?;
+        }
+        Some(whole.times(rest))
     }
 
     /// z_i − W_i.

@@ -2,7 +2,10 @@
 
 use num_complex::Complex;
 
-use crate::inclusion::{certify, congruence, rayleigh, springless};
+use crate::inclusion::quadratic::Damped;
+use crate::inclusion::{
+    certify, classical as classically, congruence, pairs, rayleigh, springless,
+};
 use crate::modes::{Bounds, Mode, Modes};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -15,6 +18,9 @@ use super::{ModeSolver, classical, rigid};
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
 const LARGEST: usize = 64;
 
+/// Below this many it is as quick as what takes O(n³).
+const SMALLEST: usize = 24;
+
 /// The same modes with eigenvalues that carry proven bounds, or the modes as they are, with the
 /// reason in their plan.
 pub(crate) fn certified(
@@ -26,14 +32,15 @@ pub(crate) fn certified(
 ) -> Modes {
     let n = system.len();
     let at_once = at_once(system, structure, modes.as_slice())
-        .or_else(|| with_proportion(solver, system, structure))
-        .or_else(|| without_springs(solver, system, structure));
+        .or_else(|| by_undamped_shapes(solver, system, structure))
+        .or_else(|| without_springs(solver, system, structure))
+        .or_else(|| {
+            let many = n >= SMALLEST;
+            many.then(|| by_pairs(system, structure, modes.as_slice()))?
+        });
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
-        None if n > LARGEST => {
-            let reason = format!("{n} coordinates are more than the {LARGEST} it is meant for");
-            return without_proof(modes, reason);
-        }
+        None if n > LARGEST => None,
         coarse => prove(system, structure, modes.as_slice(), tolerance)
             .or_else(|| {
                 let modes = uncoupled(solver, system, structure)?;
@@ -50,7 +57,14 @@ pub(crate) fn certified(
         mut claim,
     }) = attempt
     else {
-        let reason = "no separate discs were reached with the digits at hand".to_owned();
+        let reason = if n > LARGEST {
+            format!(
+                "no separate discs from roots and shapes in 32 digits; {n} coordinates are more than \
+                 the {LARGEST} for which there are more"
+            )
+        } else {
+            "no separate discs were reached with the digits at hand".to_owned()
+        };
         return without_proof(modes, reason);
     };
     if roots.is_empty() {
@@ -115,30 +129,40 @@ fn at_once(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Pro
     })
 }
 
-/// Of a system whose damping is in proportion to its masses and springs, by its undamped shapes.
-fn with_proportion(
+/// Of a classically damped system, by its undamped shapes.
+fn by_undamped_shapes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
 ) -> Option<Proof> {
-    structure.proportion()?;
+    if !structure.is_classical() || structure.is_undamped() {
+        return None;
+    }
     let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
-    let shapes = elastic.map(|mode| mode.shape).collect();
-    let root = |found: rayleigh::Damped| Root {
+    let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
+    let root = |found: Damped| Root {
         count: found.multiplicity,
+        defective: found.defective,
         error: Some((found.bound, found.real_bound)),
         ..Root::simple(
             found.value,
             found.shape.into_iter().map(Complex::from).collect(),
         )
     };
-    let found = rayleigh::certify(system, structure, shapes)?;
-    Some(Proof {
+    let proof = |found: Vec<Damped>, claim: &str| Proof {
         roots: found.into_iter().map(root).collect(),
-        claim: "what the undamped shapes leave of K and M off the diagonal, with 32 digits; the \
-                damping follows exactly"
-            .to_owned(),
+        claim: claim.to_owned(),
+    };
+    let in_proportion = rayleigh::certify(system, structure, shapes.clone()).map(|found| {
+        let claim = "what the undamped shapes leave of K and M off the diagonal, with 32 digits; \
+                     the damping follows exactly";
+        proof(found, claim)
+    });
+    in_proportion.or_else(|| {
+        let found = classically::certify(system, structure, shapes)?;
+        let claim = "what the undamped shapes leave of K, C and M off the diagonal, with 32 digits";
+        Some(proof(found, claim))
     })
 }
 
@@ -166,6 +190,28 @@ fn without_springs(
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
+            .to_owned(),
+    })
+}
+
+/// Of any symmetric system without massless nodes, by its roots and shapes.
+fn by_pairs(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+    let mut roots = Vec::new();
+    for found in pairs::certify(system, structure, modes)? {
+        let count = found.members.len();
+        for member in found.members {
+            let shape = || modes[member].shape().to_vec();
+            roots.push(Root {
+                count,
+                error: Some((found.bound, found.real_bound)),
+                ..Root::simple(found.value, found.shape.clone().unwrap_or_else(shape))
+            });
+        }
+    }
+    Some(Proof {
+        roots,
+        claim: "what roots and shapes leave of M, C and K off the diagonal of the states, with 32 \
+                digits"
             .to_owned(),
     })
 }

@@ -4,12 +4,12 @@ use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::modal_damping::modal_damping;
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
 use super::{ModeSolver, ModesError, admit, rigid, spring_factor, springless, symmetric};
@@ -291,18 +291,13 @@ fn uncouple(
         .iter()
         .map(|mode| mode.clone().mass_normalised().shape);
     let mut shapes: Vec<Vec<f64>> = normalised.collect();
+    let mut gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
     let mut rotated = false;
     for _ in 0..SWEEPS {
         let mut again = false;
         for q in 1..shapes.len() {
-            let (before, rest) = shapes.split_at_mut(q);
-            let y = &mut rest[0];
-            for (p, x) in before.iter_mut().enumerate() {
-                if !near(&modes[p], &modes[q]) {
-                    continue;
-                }
-                let damping = |a: &[f64], b: &[f64]| damping_form(system, a, b);
-                let (a, b, g) = (damping(x, x), damping(y, y), damping(x, y));
+            for p in (0..q).filter(|p| near(&modes[*p], &modes[q])) {
+                let (a, b, g) = (gamma[(p, p)], gamma[(q, q)], gamma[(p, q)]);
                 if g.abs() <= COUPLED * (a.abs() + b.abs()) {
                     continue;
                 }
@@ -311,8 +306,21 @@ fn uncouple(
                 let t = zeta.signum() / (zeta.abs() + 1f64.hypot(zeta));
                 let cosine = 1.0 / 1f64.hypot(t);
                 let sine = cosine * t;
-                for (x, y) in x.iter_mut().zip(y.iter_mut()) {
+                let turn = |x: &mut f64, y: &mut f64| {
                     (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+                };
+                let (before, rest) = shapes.split_at_mut(q);
+                let both = before[p].iter_mut().zip(rest[0].iter_mut());
+                both.for_each(|(x, y)| turn(x, y));
+                for i in 0..gamma.nrows() {
+                    let (mut x, mut y) = (gamma[(i, p)], gamma[(i, q)]);
+                    turn(&mut x, &mut y);
+                    (gamma[(i, p)], gamma[(i, q)]) = (x, y);
+                }
+                for i in 0..gamma.nrows() {
+                    let (mut x, mut y) = (gamma[(p, i)], gamma[(q, i)]);
+                    turn(&mut x, &mut y);
+                    (gamma[(p, i)], gamma[(q, i)]) = (x, y);
                 }
             }
         }
@@ -320,27 +328,14 @@ fn uncouple(
         if !again {
             break;
         }
+        // From the shapes anew, so that rounding does not build up.
+        gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
     }
     if rotated {
         for (mode, (shape, forms)) in modes.iter_mut().zip(unit_shapes(system, shapes, entries)) {
             (mode.shape, mode.forms) = (shape, forms);
         }
     }
-}
-
-/// xᵀCy.
-fn damping_form(system: &System, x: &[f64], y: &[f64]) -> f64 {
-    let stretch = |shape: &[f64], damper: &Element| {
-        let at = |node: Node| node.coordinate().map_or(0.0, |i| shape[i]);
-        at(damper.first) - at(damper.second)
-    };
-    let dampers = system.dampers().iter();
-    let each = dampers.map(|damper| damper.coefficient * stretch(x, damper) * stretch(y, damper));
-    let added = system.added(MatrixKind::Damping).map_or(0.0, |matrix| {
-        let column = |j: usize| matrix.col(j).iter().zip(x).map(|(c, x)| c * x).sum::<f64>();
-        y.iter().enumerate().map(|(j, y)| column(j) * y).sum()
-    });
-    each.sum::<f64>() + added
 }
 
 /// The nonzero roots of mλ² + cλ + k with Im ≥ 0, where m or c is positive.

@@ -6,14 +6,15 @@ mod classical;
 mod cluster;
 mod jacobi;
 mod low_rank;
+mod modal_damping;
 mod modal_matrix;
 mod newton;
 mod parts;
 mod real_mode;
-mod reversed;
 mod rigid;
 mod roots;
 mod secular;
+mod shifted;
 mod spring_factor;
 mod springless;
 mod star_mesh;
@@ -39,6 +40,7 @@ use crate::modes::{Modes, Precision};
 use crate::plan::ModePlan;
 use crate::structure::Structure;
 use crate::system::System;
+use shifted::Shifted;
 
 /// A way to solve the quadratic eigenproblem, as a value, so that solvers can be looped over.
 pub trait ModeSolver: Sync {
@@ -141,11 +143,12 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
 }
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
-    if reversed::is_needed(system) {
-        return reversed::solve(system, precision);
-    }
     let structure = system.structure();
-    let (solver, modes) = in_doubles(system, structure)?;
+    let (solver, modes): (&dyn ModeSolver, Modes) = if shifted::is_needed(system) {
+        (&Shifted, Shifted.solve(system, structure)?)
+    } else {
+        in_doubles(system, structure)?
+    };
     let answer = match precision {
         Precision::Double => doubles(modes),
         Precision::Certified { tolerance } => {

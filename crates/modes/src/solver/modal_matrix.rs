@@ -3,12 +3,12 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::{MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::modal_damping::modal_damping;
 use super::real_mode::RealMode;
 use super::roots::collect;
 use super::spring_factor::{self, undamped_roots};
@@ -58,7 +58,7 @@ impl ModeSolver for ModalMatrix {
         modes.sort_by_key(|mode| mode.rigid);
         let r = modes.len();
         let elastic = modes.iter().filter(|mode| !mode.rigid).count();
-        let gamma = modal_damping(system, &modes);
+        let gamma = modal_damping(system, modes.iter().map(|mode| mode.shape.as_slice()));
         let mut a = Mat::<f64>::zeros(elastic + r, elastic + r);
         for (j, mode) in modes.iter().take(elastic).enumerate() {
             a[(j, elastic + j)] = mode.square.sqrt();
@@ -117,25 +117,6 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
     let rest = rated.split_off(count.min(rated.len()));
     let bare = |rated: Vec<(f64, RealMode)>| rated.into_iter().map(|(_, mode)| mode).collect();
     (bare(rated), bare(rest))
-}
-
-/// Γ = ΦᵀCΦ, summed over the dampers.
-fn modal_damping(system: &System, modes: &[RealMode]) -> Mat<f64> {
-    let r = modes.len();
-    let dampers = system.dampers();
-    let at = |node: Node, j: usize| node.coordinate().map_or(0.0, |i| modes[j].shape[i]);
-    let stretches = Mat::from_fn(dampers.len(), r, |e, j| {
-        at(dampers[e].first, j) - at(dampers[e].second, j)
-    });
-    let forces = Mat::from_fn(dampers.len(), r, |e, j| {
-        dampers[e].coefficient * stretches[(e, j)]
-    });
-    let mut gamma = stretches.transpose() * forces;
-    if let Some(added) = system.added(MatrixKind::Damping) {
-        let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
-        gamma += shapes.transpose() * (added * &shapes);
-    }
-    gamma
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ use rayleigh::Proportion;
 
 use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
+use crate::exact::rank::rank;
 use crate::system::System;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
@@ -209,6 +210,13 @@ impl Structure {
     pub(crate) fn rigid_motions(&self) -> Option<usize> {
         let stiffness = &self.coefficients.stiffness;
         Some(stiffness.matrix.len() - stiffness.semidefinite_rank()?)
+    }
+
+    /// How many independent shapes K lets move without any force, where that was proved for any K.
+    pub(crate) fn rigid_motions_counted(&self) -> Option<usize> {
+        let stiffness = &self.coefficients.stiffness.matrix;
+        self.rigid_motions()
+            .or_else(|| Some(stiffness.len() - rank(stiffness)?))
     }
 
     /// How many of the 2n roots are finite: the degree of det(λ²M + λC + K). `None` where it was

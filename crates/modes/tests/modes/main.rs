@@ -3,6 +3,7 @@
 //! - `closed_form`: frequencies and damping that formulas give, in twice a double's digits.
 //! - `planted`: systems built from chosen poles and shapes.
 //! - `estimated`: bounds in doubles cover what proven answers show.
+//! - `singular_mass`: infinite roots beyond those of massless nodes, beside roots from FLINT.
 //! - `law`: what does not depend on numbers: units, order, conjugates, signs, counts.
 
 mod closed_form;
@@ -11,3 +12,4 @@ mod law;
 mod networks;
 mod planted;
 mod root;
+mod singular_mass;

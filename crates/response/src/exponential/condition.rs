@@ -81,7 +81,13 @@ impl Derivative<'_> {
             derivative: Aligned::from(e),
         };
         let (a2, a3) = (None, None);
-        let less_one = evaluate(&mut algebra, Degree::TwentyOne, Powers { a, a2, a3 });
+        let powers = Powers {
+            a,
+            a2,
+            a3,
+            factor: 1.0,
+        };
+        let less_one = evaluate(&mut algebra, Degree::TwentyOne, powers);
         let result = square(&mut algebra, less_one, self.squarings, || {
             Growth::of(self.a)
         });

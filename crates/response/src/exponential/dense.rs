@@ -177,13 +177,35 @@ impl Explicit for Dense {
 
     fn twice(&mut self, x: &Aligned, s: &[f64]) -> Aligned {
         let mut out = self.take();
-        let columns = x.chunks_exact(self.n).zip(s);
-        for (out, (x, right)) in out.chunks_exact_mut(self.n).zip(columns) {
-            for ((out, x), left) in out.iter_mut().zip(x).zip(s) {
+        run(Twice {
+            n: self.n,
+            out: &mut out,
+            x,
+            s,
+        });
+        out
+    }
+}
+
+/// out = SX + XS.
+struct Twice<'a> {
+    n: usize,
+    out: &'a mut [f64],
+    x: &'a [f64],
+    s: &'a [f64],
+}
+
+impl WithSimd for Twice<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let columns = self.x.chunks_exact(self.n).zip(self.s);
+        for (out, (x, right)) in self.out.chunks_exact_mut(self.n).zip(columns) {
+            for ((out, x), left) in out.iter_mut().zip(x).zip(self.s) {
                 *out = (left + right) * x;
             }
         }
-        out
     }
 }
 

@@ -105,6 +105,8 @@ pub(super) struct Powers<E> {
     pub(super) a: E,
     pub(super) a2: Option<E>,
     pub(super) a3: Option<E>,
+    /// What A is to be multiplied by, a power of two; all three are known, unless it is 1.
+    pub(super) factor: f64,
 }
 
 /// p(A) − I.
@@ -133,7 +135,7 @@ pub(super) fn evaluate<G: Algebra>(
                 Some(a3) => a3,
                 None => algebra.multiply(&a2, &powers.a),
             };
-            let result = twenty_one(algebra, &powers.a, &a2, &a3);
+            let result = twenty_one(algebra, powers.factor, [&powers.a, &a2, &a3]);
             algebra.recycle(a3);
             result
         }
@@ -186,33 +188,40 @@ fn fifteen<G: Algebra>(algebra: &mut G, a: &G::Element, a2: &G::Element) -> G::E
     finish(algebra, sum, [left, right, y0])
 }
 
-fn twenty_one<G: Algebra>(
-    algebra: &mut G,
-    a: &G::Element,
-    a2: &G::Element,
-    a3: &G::Element,
-) -> G::Element {
+/// For f·A, f a factor that coefficients take up, as do those of the one sum that A³ is multiplied by.
+fn twenty_one<G: Algebra>(algebra: &mut G, f: f64, [a, a2, a3]: [&G::Element; 3]) -> G::Element {
     let c = TWENTY_ONE;
-    let [inner] = algebra.combine([&[(c[0], a3), (c[1], a2), (c[2], a)]]);
+    let [f1, f2, f3] = [f, f * f, f * f * f];
+    let inner = [
+        (c[0] * f3 * f3, a3),
+        (c[1] * f2 * f3, a2),
+        (c[2] * f1 * f3, a),
+    ];
+    let [inner] = algebra.combine([&inner]);
     let y0 = algebra.multiply(a3, &inner);
     algebra.recycle(inner);
     let [left, right, sum] = algebra.combine([
-        &[(1.0, &y0), (c[3], a3), (c[4], a2), (c[5], a)],
-        &[(1.0, &y0), (c[6], a3), (c[7], a2)],
-        &[(c[8], &y0), (c[9], a3), (c[10], a2)],
+        &[(1.0, &y0), (c[3] * f3, a3), (c[4] * f2, a2), (c[5] * f1, a)],
+        &[(1.0, &y0), (c[6] * f3, a3), (c[7] * f2, a2)],
+        &[(c[8], &y0), (c[9] * f3, a3), (c[10] * f2, a2)],
     ]);
     let y1 = algebra.multiply_add(sum, &left, &right);
     algebra.recycle(left);
     algebra.recycle(right);
     let [left, right, sum] = algebra.combine([
-        &[(1.0, &y1), (c[11], a3), (c[12], a2), (c[13], a)],
-        &[(1.0, &y1), (c[14], &y0), (c[15], a)],
+        &[
+            (1.0, &y1),
+            (c[11] * f3, a3),
+            (c[12] * f2, a2),
+            (c[13] * f1, a),
+        ],
+        &[(1.0, &y1), (c[14], &y0), (c[15] * f1, a)],
         &[
             (c[16], &y1),
             (c[17], &y0),
-            (c[18], a3),
-            (c[19], a2),
-            (1.0, a),
+            (c[18] * f3, a3),
+            (c[19] * f2, a2),
+            (f1, a),
         ],
     ]);
     algebra.recycle(y1);
@@ -299,6 +308,7 @@ mod tests {
             a: vec![Exact::ZERO, Exact::ONE],
             a2: None,
             a3: None,
+            factor: 1.0,
         };
         evaluate(&mut Coefficients, degree, powers)
     }

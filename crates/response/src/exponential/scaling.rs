@@ -32,7 +32,7 @@ pub(super) fn scale(algebra: &mut Dense, n: usize, a: Aligned) -> Scaled {
     for degree in [Degree::One, Degree::Two] {
         if norm <= degree.theta() {
             let (a2, a3) = (None, None);
-            return done(degree, Powers { a, a2, a3 });
+            return done(degree, unscaled(a, a2, a3));
         }
     }
 
@@ -44,14 +44,12 @@ pub(super) fn scale(algebra: &mut Dense, n: usize, a: Aligned) -> Scaled {
     for degree in [Degree::Four, Degree::Eight, Degree::Fifteen] {
         if alpha <= degree.theta() && guard(n, &a, norm, degree, 0) == 0 {
             let (a2, a3) = (Some(a2), None);
-            return done(degree, Powers { a, a2, a3 });
+            return done(degree, unscaled(a, a2, a3));
         }
     }
 
     let degree = Degree::TwentyOne;
-    let mut a = a;
-    let mut a2 = a2;
-    let mut a3 = algebra.multiply(&a2, &a);
+    let a3 = algebra.multiply(&a2, &a);
     let [cubed, fourth, fifth] = weighted_sums(n, &a3, [None, Some(&sums), Some(&second)]);
     let d3 = largest(&cubed).min(third).cbrt();
     let mut alpha = norm.min(d2.max(d3));
@@ -67,24 +65,22 @@ pub(super) fn scale(algebra: &mut Dense, n: usize, a: Aligned) -> Scaled {
     }
     let mut squarings = needed(alpha);
     squarings = (squarings + guard(n, &a, norm, degree, squarings)).min(needed(norm));
-    if squarings > 0 {
-        let factor = 2f64.powi(-squarings);
-        for (power, factor) in [
-            (&mut a, factor),
-            (&mut a2, factor.powi(2)),
-            (&mut a3, factor.powi(3)),
-        ] {
-            power.iter_mut().for_each(|entry| *entry *= factor);
-        }
-    }
     Scaled {
         degree,
         powers: Powers {
-            a,
-            a2: Some(a2),
-            a3: Some(a3),
+            factor: 2f64.powi(-squarings),
+            ..unscaled(a, Some(a2), Some(a3))
         },
         squarings: squarings as u32,
+    }
+}
+
+fn unscaled<E>(a: E, a2: Option<E>, a3: Option<E>) -> Powers<E> {
+    Powers {
+        a,
+        a2,
+        a3,
+        factor: 1.0,
     }
 }
 

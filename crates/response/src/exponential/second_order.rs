@@ -4,6 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::contiguous::with_columns;
 use super::few_masses::FewMasses;
+use super::norm::largest;
 use super::sparse_system::SparseSystem;
 use super::taylor::first_shift;
 use super::{Exponential, Taylor};
@@ -36,7 +37,7 @@ impl Exponential for SecondOrder {
 
 fn structured(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
     let n = a.nrows();
-    if n % 2 == 1 || first_shift(a) > 0 {
+    if n % 2 == 1 {
         return None;
     }
     match n / 2 {
@@ -48,6 +49,7 @@ fn structured(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
         6 => FewMasses::<6, 8>::of(a)?.exponential(a),
         7 => FewMasses::<7, 8>::of(a)?.exponential(a),
         8 => FewMasses::<8, 8>::of(a)?.exponential(a),
+        _ if first_shift(a) > 0 => return None,
         _ => with_columns(a, SparseSystem::of)?.exponential(a),
     }
     .into()
@@ -73,10 +75,19 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    /// For a matrix of this size as [`size`] bounds it, and this largest diagonal entry of C; `None`
-    /// where so many squarings are due that [`Taylor`] must watch over their growth.
-    pub(super) fn of(size: f64, damping: f64) -> Option<Choice> {
+    /// For a matrix of this size, and this largest diagonal entry of C; `None` where so many squarings are due
+    /// that [`Taylor`] must watch over their growth.
+    pub(super) fn of(size: &Size, damping: f64) -> Option<Choice> {
         const MOST: i32 = 45;
+        if damping <= 1.0
+            && let Some((degree, _)) = DEGREES.iter().find(|(_, theta)| size.is_within(*theta))
+        {
+            return Some(Choice {
+                degree: *degree,
+                squarings: 0,
+            });
+        }
+        let size = size.bound();
         if !size.is_finite() {
             return None;
         }
@@ -98,42 +109,71 @@ impl Choice {
     }
 }
 
-/// A bound of ‖A^k‖^{1/k} for all k ≥ 12, from the column sums of the first powers of |A| (Al-Mohy &
-/// Higham 2009, SIAM J. Matrix Anal. 31, theorem 4.2), in the unit of time in which both halves of A are
-/// alike. `weighted` takes w to wᵀ|K| and wᵀ|C|; `scratch` has room for four columns.
-pub(super) fn size(
-    g: &[f64],
-    stiffness: f64,
-    scratch: [&mut [f64]; 4],
-    mut weighted: impl FnMut(&[f64], &mut [f64], &mut [f64]),
-) -> f64 {
-    let top = |values: &[f64]| super::norm::largest(values);
-    let unit = match stiffness > 0.0 {
-        true => (0.5 * (stiffness / top(g)).log2()).round().exp2(),
-        false => 1.0,
-    };
-    let [mut x, mut v, mut by_k, mut by_c] = scratch;
-    x.fill(1.0);
-    v.fill(1.0);
-    let mut sums = [0.0; 5];
-    for sum in &mut sums {
-        weighted(v, by_k, by_c);
-        for (((k, c), x), g) in by_k.iter_mut().zip(&mut *by_c).zip(&*x).zip(g) {
-            *k /= unit;
-            *c += unit * x * g;
+/// The column sums of the first powers of |A|, the largest of each, in the unit of time in which both halves
+/// of A are alike.
+pub(super) struct Size([f64; 5]);
+
+impl Size {
+    /// The powers themselves: `weighted` takes w to wᵀ|K| and wᵀ|C|; `scratch` has room for four columns.
+    #[inline(always)]
+    pub(super) fn of(
+        g: &[f64],
+        stiffness: f64,
+        scratch: [&mut [f64]; 4],
+        mut weighted: impl FnMut(&[f64], &mut [f64], &mut [f64]),
+    ) -> Size {
+        let unit = match stiffness > 0.0 {
+            true => root(stiffness / largest(g)),
+            false => 1.0,
+        };
+        let inverse = 1.0 / unit;
+        let [mut x, mut v, mut by_k, mut by_c] = scratch;
+        x.fill(1.0);
+        v.fill(1.0);
+        let mut sums = [0.0; 5];
+        for sum in &mut sums {
+            weighted(v, by_k, by_c);
+            for (((k, c), x), g) in by_k.iter_mut().zip(&mut *by_c).zip(&*x).zip(g) {
+                *k *= inverse;
+                *c += unit * x * g;
+            }
+            std::mem::swap(&mut x, &mut by_k);
+            std::mem::swap(&mut v, &mut by_c);
+            *sum = largest(&[largest(x), largest(v)]);
         }
-        std::mem::swap(&mut x, &mut by_k);
-        std::mem::swap(&mut v, &mut by_c);
-        *sum = top(&[top(x), top(v)]);
+        Size(sums)
     }
-    let third = sums[2].cbrt();
-    let fourth = sums[3].sqrt().sqrt();
-    let fifth = sums[4].powf(0.2);
-    // A NaN is to be found.
-    if sums.iter().any(|sum| sum.is_nan()) {
-        return f64::NAN;
+
+    /// A bound of ‖A^k‖^{1/k} for all k ≥ 12 (Al-Mohy & Higham 2009, SIAM J. Matrix Anal. 31, theorem 4.2).
+    pub(super) fn bound(&self) -> f64 {
+        let Size(sums) = self;
+        // A NaN is to be found.
+        if sums.iter().any(|sum| sum.is_nan()) {
+            return f64::NAN;
+        }
+        let third = sums[2].cbrt();
+        let fourth = sums[3].sqrt().sqrt();
+        let fifth = sums[4].powf(0.2);
+        sums[0].min(third.max(fourth)).min(fourth.max(fifth))
     }
-    sums[0].min(third.max(fourth)).min(fourth.max(fifth))
+
+    /// Whether the bound is at most `theta`, by powers instead of roots.
+    pub(super) fn is_within(&self, theta: f64) -> bool {
+        let Size([first, _, third, fourth, fifth]) = *self;
+        let square = theta * theta;
+        let by_fourth = fourth <= square * square;
+        first <= theta
+            || (by_fourth && (third <= square * theta || fifth <= square * square * theta))
+    }
+}
+
+/// A power of two within a factor of two of the root of a positive number.
+fn root(square: f64) -> f64 {
+    const BIAS: i32 = 1023;
+    // Below normal numbers this is not so, but only time is lost.
+    let exponent = ((square.to_bits() >> 52) & 0x7ff) as i32 - BIAS;
+    let half = (exponent + 1).div_euclid(2);
+    f64::from_bits(((half + BIAS) as u64) << 52)
 }
 
 /// Whether column j of the upper half is that of [0 G].

@@ -8,7 +8,7 @@ use super::algebra::Algebra;
 use super::contiguous::Columns;
 use super::dense::Dense;
 use super::growth::Growth;
-use super::second_order::{Choice, THETA, is_upper, size};
+use super::second_order::{Choice, Size, THETA, is_upper};
 use super::series::Series;
 use super::sparse::{LANES, LowerHalf, Panel, accumulate};
 use super::squaring::square;
@@ -48,16 +48,16 @@ impl SparseSystem {
         let (v, rest) = rest.split_at_mut(m);
         let (by_k, by_c) = rest.split_at_mut(m);
         let stiffness = lower.stiffness_norm();
-        let size = size(&g, stiffness, [x, v, by_k, by_c], |w, by_k, by_c| {
+        let size = Size::of(&g, stiffness, [x, v, by_k, by_c], |w, by_k, by_c| {
             for ([k, c], (by_k, by_c)) in lower.weighted(w).zip(by_k.iter_mut().zip(by_c)) {
                 (*by_k, *by_c) = (k, c);
             }
         });
         let damping = lower.largest_damping();
-        let choice = Choice::of(size, damping)?;
+        let choice = Choice::of(&size, damping)?;
         let even = g.iter().all(|entry| *entry == g[0]);
         let halves = choice.squarings > 0
-            && size <= LARGEST
+            && size.is_within(LARGEST)
             && damping <= 1.0
             && even
             && lower.is_symmetric();

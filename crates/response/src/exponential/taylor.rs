@@ -58,7 +58,8 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
 pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
     const ROOM: f64 = 150.0;
     let size = a.norm_max();
-    if size.is_finite() && size > 1.0 {
+    let fits = size * (a.nrows() as f64) < 2f64.powi(ROOM as i32);
+    if size.is_finite() && !fits {
         (size.log2() + (a.nrows() as f64).log2() - ROOM)
             .ceil()
             .max(0.0) as i32

@@ -4,6 +4,7 @@ use crate::hold::Laws;
 use crate::march::Inputs;
 use crate::problem::Problem;
 use crate::timeline::{Instant, Piece};
+use crate::walk::{Leg, Walk};
 
 /// The way from t = 0 through all instants that are asked for. It does not depend on the parameters of the
 /// system.
@@ -43,29 +44,22 @@ impl Course {
             moves: Vec::new(),
             instants: 0,
         };
-        let (grid, pieces) = (problem.grid(), problem.timeline().pieces());
+        let grid = problem.grid();
         let mut values = inputs.empty_signals();
-        let (mut piece, mut now) = (0, Instant::on_grid(grid, 0));
-        course.strike(&pieces[0]);
+        let mut walk = Walk::of(problem);
+        course.strike(walk.piece());
         for index in 0..=grid.last() {
             let target = Instant::on_grid(grid, index);
-            loop {
-                let next = pieces.get(piece + 1).map(|next| next.start);
-                let stop = next.filter(|start| start.order(&target).is_le());
-                let end = stop.unwrap_or(target);
-                if now.order(&end).is_lt() {
-                    let h = end.elapsed(&now, grid).to_f64();
-                    inputs.signals(&now, &pieces[piece], h, &mut values);
-                    let length = place(&mut course.lengths, h);
-                    let signal = place(&mut course.signals, values.values.concat());
-                    course.moves.push(Move::Step { length, signal });
-                }
-                now = end;
-                if stop.is_none() {
-                    break;
-                }
-                piece += 1;
-                course.strike(&pieces[piece]);
+            while let Some(leg) = walk.towards(&target) {
+                let Leg::Pass { from, to } = leg else {
+                    course.strike(walk.piece());
+                    continue;
+                };
+                let h = to.elapsed(&from, grid).to_f64();
+                inputs.signals(&from, walk.piece(), h, &mut values);
+                let length = place(&mut course.lengths, h);
+                let signal = place(&mut course.signals, values.values.concat());
+                course.moves.push(Move::Step { length, signal });
             }
             course.moves.push(Move::Record);
             course.instants += 1;

@@ -20,6 +20,6 @@ fuzz_target!(|bytes: &[u8]| {
     let text = scene::text(&mut choices::Choices::of(bytes));
     if let Ok(scene) = Scene::parse(&text, Path::new("scene.json")) {
         let answers = examine::examined(&scene, examine::Proven::All);
-        examine::agree_with_estimates(&answers);
+        examine::agree_with_estimates(&scene, &answers);
     }
 });

@@ -414,7 +414,10 @@ fn moved(system: &System, structure: &Structure, mut root: Root, radius: f64) ->
         Forms::<f64>::of(system, &left, &root.shape).root(root.value)
     };
     let mut value = root.value;
+    // Across the real axis lies the conjugate, which is another root.
+    let same_side = |better: Complex<f64>| root.value.im == 0.0 || better.im * root.value.im > 0.0;
     if let Some(better) = better
+        && same_side(better)
         && (better - root.value).norm() <= radius.max(1e-12 * root.value.norm())
     {
         value = better;

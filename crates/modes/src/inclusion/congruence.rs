@@ -894,6 +894,7 @@ mod tests {
     fn a_ball_about_several_squares_holds_what_is_open_of_each() {
         let squares = Squares {
             values: vec![DoubleDouble::from(2.0), DoubleDouble::from(2.5)],
+            shapes: Vec::new(),
             columns: Vec::new(),
             spread: 0.125,
         };

@@ -120,7 +120,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             }
         }
         let trajectory = collector.finish(method).after(self.operations);
-        Ok(Attempt::Found(trajectory))
+        Ok(Attempt::Found(Box::new(trajectory)))
     }
 
     /// The state and the loads.

@@ -132,20 +132,34 @@ impl<'a, 'b> Course<'a, 'b> {
             let asked = (last - first).min(every as u64);
             // The last ones may go on beyond the end, where nothing is asked.
             let steps = (asked as usize).next_multiple_of(multiple);
-            let loads = &mut loads[..(steps + 1) * signals];
-            deviates = deviates || at_rest.as_ref().is_some_and(|rest| strides.deviate(rest));
-            match deviates {
-                true => loads.fill(0.0),
-                false => self.loads.fill(first, loads),
-            }
             let (known, later) = rest.split_at_mut(steps * width);
-            strides.advance(loads, known, steps);
-            if deviates {
-                for values in known.chunks_exact_mut(width.max(1)) {
-                    for (value, offset) in values.iter_mut().zip(&offsets) {
-                        *value += offset;
+            let mut done = 0;
+            while done < steps {
+                deviates = deviates || at_rest.as_ref().is_some_and(|rest| strides.deviate(rest));
+                let left = steps - done;
+                let part = match at_rest {
+                    // Time after time, so that little of what decays is lost before.
+                    Some(_) if !deviates => {
+                        let soon = ((first as usize + done) / 8).max(16);
+                        soon.next_multiple_of(multiple).min(left)
+                    }
+                    _ => left,
+                };
+                let loads = &mut loads[..(part + 1) * signals];
+                match deviates {
+                    true => loads.fill(0.0),
+                    false => self.loads.fill(first + done as u64, loads),
+                }
+                let values = &mut known[done * width..(done + part) * width];
+                strides.advance(loads, values, part);
+                if deviates {
+                    for values in values.chunks_exact_mut(width.max(1)) {
+                        for (value, offset) in values.iter_mut().zip(&offsets) {
+                            *value += offset;
+                        }
                     }
                 }
+                done += part;
             }
             first += asked;
             let finite = strides.is_finite() || first == last;

@@ -74,10 +74,11 @@ pub(crate) fn certify(
     if distance.is_nan() || distance > 1e-3 {
         return None;
     }
+    let largest = grams.largest() / (1.0 - distance) * UPWARD;
     let mut modes = Vec::with_capacity(columns.len());
     for group in groups {
         let sigma = squares.around(&group);
-        let gammas = grams.gammas(&group, grams.outside(&group, distance)?, distance)?;
+        let gammas = grams.gammas(&group, grams.outside(&group, distance)?, largest)?;
         modes.extend(gammas.into_iter().map(|(i, gamma)| Modal {
             gamma,
             sigma: Some(sigma),
@@ -98,7 +99,7 @@ pub(crate) fn certify(
             .for_each(|mode| mode.gamma = Ball::ZERO);
     }
     let drifting = structure.zero_roots()?.checked_sub(rigid.len())?;
-    let mut creeping = grams.gammas(&rigid, 0.0, distance)?;
+    let mut creeping = grams.gammas(&rigid, 0.0, largest)?;
     creeping.retain(|(_, gamma)| !gamma.contains_zero());
     if creeping.len() + drifting != rigid.len() {
         return None;
@@ -214,26 +215,32 @@ impl Grams<'_> {
         (sum * UPWARD <= 1e-3).then_some(sum * UPWARD)
     }
 
-    /// Enclosures of the γ of a group with the given bound of ‖B‖², each with a shape of it.
+    /// A bound of |x_iᵀAx_j| for shapes of modal mass 1.
+    fn share(&self, gram: &Gram, i: usize, j: usize) -> f64 {
+        gram.upper(i, j) / self.norm(i) / self.norm(j)
+    }
+
+    /// (1 − ‖E_G‖)‖Γ‖, of all shapes, or more.
+    fn largest(&self) -> f64 {
+        let all = 0..self.mass.size;
+        let row = |i: usize| -> f64 { all.clone().map(|j| self.share(&self.damping, i, j)).sum() };
+        all.clone().map(row).fold(0.0, f64::max) * UPWARD
+    }
+
+    /// Enclosures of the γ of a group with the given bounds of ‖B‖² and ‖Γ‖, each with a shape of it.
     fn gammas(
         &self,
         group: &Range<usize>,
         outside: f64,
-        distance: f64,
+        largest: f64,
     ) -> Option<Vec<(usize, Ball<DoubleDouble>)>> {
-        let all = 0..self.mass.size;
-        let share =
-            |gram: &Gram, i: usize, j: usize| gram.upper(i, j) / self.norm(i) / self.norm(j);
-        // ‖Γ‖, of all shapes.
-        let row = |i: usize| all.clone().map(|j| share(&self.damping, i, j)).sum::<f64>();
-        let largest = all.clone().map(row).fold(0.0, f64::max) / (1.0 - distance) * UPWARD;
         // What is left of both forms beside their diagonals, over the group.
         let beside = |gram: &Gram, i: usize| {
             let entry = |j: usize| {
                 if i == j {
                     gram.error(i, i) / self.norm(i).powi(2)
                 } else {
-                    share(gram, i, j)
+                    self.share(gram, i, j)
                 }
             };
             group.clone().map(entry).sum::<f64>()

@@ -32,8 +32,8 @@ pub(crate) fn certified(
 ) -> Modes {
     let n = system.len();
     let at_once = at_once(system, structure, modes.as_slice(), tolerance)
-        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| without_springs(solver, system, structure, tolerance))
+        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| {
             let many = n >= SMALLEST;
             many.then(|| by_pairs(system, structure, modes.as_slice()))?

@@ -174,6 +174,7 @@ fn check_mode(text: &str, mode: &Value, n: usize, values: &[(f64, f64)]) -> usiz
         "multiplicity",
         "defective",
         "shape",
+        "shape_bound",
         "backward_error",
         "condition",
     ];
@@ -650,4 +651,144 @@ fn harmonic_loads_have_a_steady_state() {
     assert!(resonance.contains("none: 2.0 rad/s is a natural frequency"));
     let free = printed(&["analyze", &scene("three-mass-1")]);
     assert!(!free.contains("Steady state"));
+}
+
+/// What is in a directory, which may not exist.
+fn listed(directory: &Path) -> Vec<String> {
+    let entries = fs::read_dir(directory).into_iter().flatten();
+    let name = |entry: std::io::Result<fs::DirEntry>| entry.expect("an entry").file_name();
+    entries
+        .map(|entry| name(entry).to_string_lossy().into_owned())
+        .collect()
+}
+
+#[test]
+fn few_of_many_steps_take_no_time() {
+    let directory = fresh("few_of_many_steps_take_no_time");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("scene.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1}],
+        "springs": [{"between": ["ground", "m"], "stiffness": 4}],
+        "initial": {"m": {"displacement": 1}}, "time": {"end": 2.5e8, "step": 0.25}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let file = file.to_str().expect("UTF-8");
+    let began = std::time::Instant::now();
+    let steps = "1000000000,0,999999999,500000000";
+    let json = parsed(&["response", file, "--json", "--steps", steps]);
+    assert!(began.elapsed().as_secs() < 20);
+    let found = numbers(&json["displacement"]["m"]);
+    let bounds = numbers(&json["displacement_bound"]);
+    // cos 2t, of t = 2.5e8, 0, 2.5e8 − 1/4 and 1.25e8, from 30 digits.
+    let known = [
+        -0.958_615_455_061_074_6,
+        1.0,
+        -0.977_758_610_574_923_3,
+        0.143_848_088_167_562,
+    ];
+    for ((found, bound), known) in found.iter().zip(bounds).zip(known) {
+        assert!(
+            (found - known).abs() <= bound + 1e-16 && bound < 1e-15,
+            "{found} {known}"
+        );
+    }
+    refused(&["response", file, "--memory-limit", "0.5"], 2);
+}
+
+#[test]
+fn memory_is_refused_before_it_is_taken() {
+    let file = scene("three-mass-1");
+    for command in ["analyze", "modes", "response", "check"] {
+        let error = refused(&[command, &file, "--memory-limit", "1e-7"], 2);
+        assert!(error.contains("GB of memory, more than the"), "{error}");
+        for limit in ["0", "-1", "NaN", "much"] {
+            refused(&[command, &file, &format!("--memory-limit={limit}")], 2);
+        }
+    }
+    printed(&["modes", &file, "--memory-limit", "0.001"]);
+}
+
+#[test]
+fn results_replace_results_and_never_the_scene() {
+    let directory = fresh("results_replace_results_and_never_the_scene");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let text = fs::read_to_string(scene("two-mass-free")).expect("a scene");
+    let out = directory.to_str().expect("UTF-8");
+    for (command, name) in [
+        ("analyze", "modes.json"),
+        ("check", "check.json"),
+        ("tables", "own.json"),
+    ] {
+        let file = directory.join(name);
+        fs::write(&file, &text).expect("it can be written");
+        let file = file.to_str().expect("UTF-8");
+        let error = refused(&[command, file, "--out", out], 2);
+        assert!(error.contains("would replace the scene itself"), "{error}");
+        assert_eq!(fs::read_to_string(file).expect("it is there"), text);
+        assert_eq!(listed(&directory), [name]);
+        fs::remove_file(file).expect("it can be removed");
+    }
+    // Twice into one place: the second results stand, and nothing else does.
+    let file = scene("two-mass-free");
+    for _ in 0..2 {
+        printed(&["analyze", &file, "--out", out]);
+    }
+    assert!(listed(&directory).iter().all(|name| !name.starts_with('.')));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_one_error() {
+    let file = scene("two-mass-free");
+    let full = fs::File::options().write(true).open("/dev/full");
+    let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(["response", &file])
+        .stdout(full.expect("Linux has it"))
+        .output()
+        .expect("the binary runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(
+        error.starts_with("error: standard output cannot be written: "),
+        "{error}"
+    );
+    assert_eq!(error.lines().count(), 1);
+    // Where no directory can be made.
+    let error = refused(&["analyze", &file, "--out", "/dev/null/results"], 1);
+    assert!(
+        error.contains("/dev/null/results: cannot be written"),
+        "{error}"
+    );
+}
+
+/// Interrupted at any moment: all results are there, or none, and no temporary file.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_nothing_half_done() {
+    for (round, wait) in [2, 5, 10, 20, 50, 100, 200, 400, 800]
+        .into_iter()
+        .enumerate()
+    {
+        let directory = fresh(&format!("an_interrupt_leaves_nothing_half_done_{round}"));
+        let mut child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+            .args(["tables", "--out"])
+            .arg(&directory)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary runs");
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(kill.expect("every Unix has it").success());
+        let status = child.wait().expect("it ends");
+        let left = listed(&directory);
+        match status.code() {
+            Some(0) => assert!(left.contains(&"README.md".to_owned())),
+            // Before the handler is there, the signal itself ends it.
+            Some(130) | None => assert!(left.is_empty(), "{wait} ms: {left:?}"),
+            other => panic!("{other:?}"),
+        }
+        assert!(left.iter().all(|name| !name.ends_with(".tmp")));
+    }
 }

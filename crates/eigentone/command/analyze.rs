@@ -1,6 +1,6 @@
 //! `eigentone analyze SCENE [--out DIR]`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use eigentone::modes::{Modes, Participation};
@@ -15,14 +15,14 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, print};
+use super::{Failure, Question, memory, print};
 
 /// Prints structure, plan, modes, response and error bounds
 #[derive(Debug, Args)]
 pub struct Analyze {
     #[command(flatten)]
     question: Question,
-    /// Write tables, data and plots into this directory
+    /// Write tables, data and plots into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -32,6 +32,9 @@ impl Analyze {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
         let system = scene.system();
+        self.question.admit_modes(&scene)?;
+        let motion = memory::of_motion(&scene, memory::instants(&scene));
+        self.question.admit(motion)?;
         let progress = Progress::of("structure");
         let structure = system.structure();
         progress.say("modes");
@@ -63,7 +66,7 @@ impl Analyze {
         };
         if let Some(directory) = &self.out {
             progress.say("report");
-            write(&analysis, &scene, directory)?;
+            write(&analysis, &scene, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
         print(|out| out.write_all(analysis.text().as_bytes()))
@@ -95,8 +98,7 @@ fn solve(
     })
 }
 
-fn write(analysis: &Analysis<'_>, scene: &Scene, directory: &Path) -> Result<(), Failure> {
-    let mut files = Files::into(directory)?;
+fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, analysis.names);
     let problem = scene.problem().and_then(Result::ok);

@@ -1,6 +1,6 @@
 //! `eigentone check SCENE [--out DIR]`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use eigentone::check::{
@@ -11,14 +11,14 @@ use eigentone::response::methods;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, print};
+use super::{Failure, Question, memory, print};
 
 /// Compares every solver and method that applies: error, run time, work
 #[derive(Debug, Args)]
 pub struct Check {
     #[command(flatten)]
     question: Question,
-    /// Write the tables and the work-precision diagram into this directory
+    /// Write the tables and the work-precision diagram into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -27,6 +27,9 @@ impl Check {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
+        self.question.admit_modes(&scene)?;
+        let motion = memory::of_motion(&scene, memory::instants(&scene));
+        self.question.admit(motion)?;
         let progress = Progress::of("check");
         let mut tell = |row: Row| progress.say(&message(&row));
         let modes = ModeComparison::measure(scene.system(), &mut tell);
@@ -52,7 +55,7 @@ impl Check {
             response: response.as_ref(),
         };
         if let Some(directory) = &self.out {
-            write(&report, directory)?;
+            write(&report, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
         print(|out| out.write_all(report.text().as_bytes()))
@@ -65,8 +68,7 @@ fn message(row: &Row) -> String {
     format!("{} of {}: {}{setting}", row.done + 1, row.total, row.method)
 }
 
-fn write(report: &CheckReport<'_>, directory: &Path) -> Result<(), Failure> {
-    let mut files = Files::into(directory)?;
+fn write(report: &CheckReport<'_>, mut files: Files) -> Result<(), Failure> {
     files.write("check.json", |out| report.json(out))?;
     files.write("check.md", |out| {
         out.write_all(report.markdown().as_bytes())

@@ -32,6 +32,15 @@ pub enum Failure {
         coordinates: usize,
         gigabytes: f64,
     },
+    #[error(
+        "{}: it may take {needed:.1} GB of memory, more than the {allowed:.1} GB allowed: ask for fewer instants or modes, or allow more with --memory-limit",
+        scene.display()
+    )]
+    Memory {
+        scene: PathBuf,
+        needed: f64,
+        allowed: f64,
+    },
     #[error("{}: {error}", scene.display())]
     Sparse { scene: PathBuf, error: SparseError },
     #[error("{}: {error}", scene.display())]
@@ -43,6 +52,8 @@ pub enum Failure {
     },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
+    #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
+    OverScene { file: PathBuf },
     #[error("{}: cannot be written: {error}", file.display())]
     Write { file: PathBuf, error: io::Error },
     #[error("standard output cannot be written: {0}")]
@@ -96,6 +107,8 @@ impl Failure {
             Failure::Scene(_)
             | Failure::NoTime { .. }
             | Failure::ToleranceInDoubles
+            | Failure::OverScene { .. }
+            | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
             Failure::Sparse { error, .. } => match error {
                 SparseError::NoConvergence | SparseError::OutOfRange => 1,
@@ -104,6 +117,7 @@ impl Failure {
             Failure::Response { error, .. } => match error {
                 ResponseError::NotApplicable { .. }
                 | ResponseError::Overflow { .. }
+                | ResponseError::Lost { .. }
                 | ResponseError::Stopped { .. }
                 | ResponseError::Modes(_)
                 | ResponseError::Sparse(SparseError::NoConvergence | SparseError::OutOfRange) => 1,

@@ -1,26 +1,44 @@
 //! Files that appear together, and only when all of them are complete.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::Failure;
+use super::{Failure, interrupt};
 
-/// Files written under temporary names in their directory. Dropped, they are gone.
+/// Files written under temporary names in their directory. Dropped, they are gone, and so is the directory if it
+/// was made for them.
 #[derive(Debug)]
 pub struct Files {
     directory: PathBuf,
+    /// Directories that did not exist before, the outermost first.
+    made: Vec<PathBuf>,
     staged: Vec<(PathBuf, PathBuf)>,
+    /// What must not be replaced, without links.
+    input: Option<PathBuf>,
 }
 
 impl Files {
     /// Creates the directory if it does not exist.
     pub fn into(directory: &Path) -> Result<Files, Failure> {
-        fs::create_dir_all(directory).map_err(|error| failure(directory, error))?;
-        Ok(Files {
+        let ancestors = directory.ancestors();
+        let missing = ancestors.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
+        let mut made: Vec<PathBuf> = missing.map(Path::to_owned).collect();
+        made.reverse();
+        let files = Files {
             directory: directory.to_owned(),
+            made,
             staged: Vec::new(),
-        })
+            input: None,
+        };
+        fs::create_dir_all(directory).map_err(|error| failure(directory, error))?;
+        Ok(files)
+    }
+
+    /// The same files, none of which may take the place of the scene that they are made from.
+    pub fn beside(mut self, scene: &Path) -> Files {
+        self.input = fs::canonicalize(scene).ok();
+        self
     }
 
     /// Writes one file, not yet under its name.
@@ -30,11 +48,15 @@ impl Files {
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
         let file = self.directory.join(name);
+        if self.input.is_some() && fs::canonicalize(&file).ok() == self.input {
+            return Err(Failure::OverScene { file });
+        }
         let temporary = format!(".{name}.{}.tmp", std::process::id());
         let temporary = self.directory.join(temporary);
         self.staged.push((temporary.clone(), file.clone()));
         let write = || {
-            let mut out = BufWriter::with_capacity(1 << 16, File::create(&temporary)?);
+            let open = interrupt::create(&temporary)?;
+            let mut out = BufWriter::with_capacity(1 << 16, open);
             content(&mut out)?;
             out.flush()
         };
@@ -43,12 +65,16 @@ impl Files {
 
     /// Gives every file its name.
     pub fn keep(mut self) -> Result<(), Failure> {
+        let mut temporaries = interrupt::hold();
         while let Some((temporary, file)) = self.staged.pop() {
             if let Err(error) = fs::rename(&temporary, &file) {
                 self.staged.push((temporary, file.clone()));
+                drop(temporaries);
                 return Err(failure(&file, error));
             }
+            temporaries.retain(|known| *known != temporary);
         }
+        self.made.clear();
         Ok(())
     }
 }
@@ -56,7 +82,10 @@ impl Files {
 impl Drop for Files {
     fn drop(&mut self) {
         for (temporary, _) in &self.staged {
-            let _ = fs::remove_file(temporary); // it may not have come to exist
+            interrupt::remove(temporary);
+        }
+        for directory in self.made.iter().rev() {
+            let _ = fs::remove_dir(directory); // it may not have come to exist, or hold more by now
         }
     }
 }

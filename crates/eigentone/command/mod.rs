@@ -4,6 +4,8 @@ mod analyze;
 mod check;
 mod failure;
 mod files;
+mod interrupt;
+mod memory;
 mod modes;
 mod progress;
 mod response;
@@ -40,6 +42,7 @@ enum Command {
 impl Cli {
     /// Runs the command and prints its result on standard output, or nothing if it fails.
     pub fn run(self) -> Result<(), Failure> {
+        interrupt::watch();
         match self.command {
             Command::Analyze(command) => command.run(),
             Command::Modes(command) => command.run(),
@@ -62,6 +65,9 @@ struct Question {
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
+    /// Refuse what would take more memory than this, in 1e9 bytes
+    #[arg(long, value_name = "GB", value_parser = gigabytes, default_value_t = memory::DEFAULT)]
+    memory_limit: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -89,6 +95,27 @@ impl Question {
         }
     }
 
+    /// Refuses what would take more memory than is allowed, before any is taken.
+    fn admit(&self, bytes: f64) -> Result<(), Failure> {
+        let (needed, allowed) = (bytes / 1e9, self.memory_limit);
+        if needed <= allowed {
+            return Ok(());
+        }
+        Err(Failure::Memory {
+            scene: self.scene.clone(),
+            needed,
+            allowed,
+        })
+    }
+
+    /// The same for all modes; systems that are too large for dense matrices are told apart later.
+    fn admit_modes(&self, scene: &Scene) -> Result<(), Failure> {
+        match scene.system().is_large() {
+            true => Ok(()),
+            false => self.admit(memory::of_modes(scene.system())),
+        }
+    }
+
     /// What a scene without a title is called.
     fn name(&self) -> String {
         let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
@@ -101,6 +128,14 @@ fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= LEAST => Ok(value),
         Ok(_) => Err("it must be finite and at least 2^-53 = 1.11e-16".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn gigabytes(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        Ok(_) => Err("it must be finite and greater than 0".to_owned()),
         Err(error) => Err(error.to_string()),
     }
 }

@@ -26,6 +26,9 @@ impl Modes {
         let file = &self.question.scene;
         let names = scene.system().names();
         let precision = self.question.precision();
+        if self.selection.takes_all(scene.system()) {
+            self.question.admit_modes(&scene)?;
+        }
         let all = || scene.system().modes_to(precision);
         if let Some(modes) = self.selection.among_all(scene.system(), all) {
             drop(progress);

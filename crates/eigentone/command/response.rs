@@ -5,7 +5,7 @@ use eigentone::report::ResponseReport;
 use eigentone::response::{ModalTruncation, ResponsePlan, SteadyState};
 
 use super::progress::Progress;
-use super::{Failure, Question, print};
+use super::{Failure, Question, memory, print};
 
 /// Prints the motion at every sample instant
 #[derive(Debug, Args)]
@@ -28,6 +28,14 @@ impl Response {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
+        if self.modes.is_none() {
+            self.question.admit_modes(&scene)?;
+        }
+        let instants = match &self.steps {
+            Some(steps) => steps.len() as u64,
+            None => memory::instants(&scene),
+        };
+        self.question.admit(memory::of_motion(&scene, instants))?;
         let no_time = || Failure::NoTime {
             scene: file.clone(),
         };

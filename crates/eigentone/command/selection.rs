@@ -34,6 +34,11 @@ impl Selection {
         small.then(|| modes().map(|modes| modes.nearest(target, count)))
     }
 
+    /// Whether all modes of the system are found, be it to choose among them.
+    pub fn takes_all(&self, system: &System) -> bool {
+        self.wanted().is_none() || system.len() <= ALL
+    }
+
     /// What frequency they are to be near, and how many; the lowest are near 0.
     fn wanted(&self) -> Option<(Frequency, usize)> {
         const DEFAULT: u32 = 10;

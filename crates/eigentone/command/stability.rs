@@ -16,7 +16,7 @@ pub struct Stability {
     /// Study only these families: stiffness, damping, mass, step, horizon, size
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = family)]
     only: Vec<String>,
-    /// Write the tables, the data and the heat maps into this directory
+    /// Write the tables, the data and the heat maps into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

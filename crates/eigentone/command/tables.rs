@@ -16,7 +16,7 @@ use super::progress::Progress;
 pub struct Tables {
     /// The scene file; without one, every scene of the gallery
     scene: Option<PathBuf>,
-    /// Write the tables into this directory
+    /// Write the tables into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Show the motion at these sample indices, in this order [default: eleven evenly spread ones]
@@ -38,7 +38,7 @@ impl Tables {
                 let name = name.to_string_lossy().into_owned();
                 let _progress = Progress::of("tables");
                 let tables = tables_of(file, &name, &scene, self.steps.as_deref())?;
-                let mut files = Files::into(&self.out)?;
+                let mut files = Files::into(&self.out)?.beside(file);
                 write(&mut files, &name, &tables)?;
                 files.keep()
             }

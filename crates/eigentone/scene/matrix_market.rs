@@ -16,6 +16,13 @@ use super::error::excerpt;
 /// The largest matrix file that is read, in bytes.
 pub const MAX_MATRIX_BYTES: u64 = 4 << 30;
 
+/// The most memory that reading a matrix may take, in bytes.
+pub const MAX_MATRIX_MEMORY: u64 = 8 << 30;
+
+/// What an entry takes while the matrix is put together, at most: as it was read with its line, sorted, with its
+/// mirror image, and in the matrix itself.
+const BYTES_AN_ENTRY: u64 = 160;
+
 /// What is wrong with a Matrix Market file: the file, the line in it, what is wrong and what would be right.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -39,6 +46,23 @@ pub enum MatrixMarketError {
     TooLarge {
         /// The file.
         file: PathBuf,
+    },
+    /// It announces more entries than fit into [`MAX_MATRIX_MEMORY`].
+    #[error(
+        "{}:{line}: {entries} entries would take {:.1} GB of memory, more than the {:.1} GB allowed",
+        file.display(), *needed as f64 / 1e9, *allowed as f64 / 1e9
+    )]
+    Memory {
+        /// The file.
+        file: PathBuf,
+        /// The line with its size, from 1.
+        line: usize,
+        /// How many entries it announces.
+        entries: usize,
+        /// What they would take, in bytes.
+        needed: u64,
+        /// What is allowed, in bytes.
+        allowed: u64,
     },
     /// A line is wrong.
     #[error("{}:{line}: {problem}", file.display())]
@@ -79,6 +103,13 @@ pub(super) fn read(path: &Path) -> Result<SparseColMat<usize, f64>, MatrixMarket
             line,
             problem,
         },
+        Refusal::Memory(line, entries, needed) => MatrixMarketError::Memory {
+            file: path.to_owned(),
+            line,
+            entries,
+            needed,
+            allowed: MAX_MATRIX_MEMORY,
+        },
     })
 }
 
@@ -87,6 +118,8 @@ pub(super) fn read(path: &Path) -> Result<SparseColMat<usize, f64>, MatrixMarket
 enum Refusal {
     Read(std::io::Error),
     Line(usize, String),
+    /// The line, how many entries, and the bytes that they would take.
+    Memory(usize, usize, u64),
 }
 
 /// A file line by line.
@@ -270,6 +303,10 @@ fn size<R: BufRead>(
         return lines.refuse(format!(
             "{entries} entries do not fit into a file of {bytes} bytes: is it cut off?"
         ));
+    }
+    let needed = (entries as u64).saturating_mul(BYTES_AN_ENTRY);
+    if needed > MAX_MATRIX_MEMORY {
+        return Err(Refusal::Memory(lines.number, entries, needed));
     }
     Ok((rows, entries))
 }

@@ -18,7 +18,7 @@ use eigentone_modes::System;
 use eigentone_response::{AppliedLoad, Problem, ResponseError, State, TimeGrid};
 
 pub use error::SceneError;
-pub use matrix_market::{MAX_MATRIX_BYTES, MatrixMarketError};
+pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
 pub use text::MAX_BYTES;
 

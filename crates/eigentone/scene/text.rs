@@ -141,7 +141,9 @@ fn steps(path: &serde_path_to_error::Path) -> Vec<Step> {
 fn word_around(text: &str, offset: usize) -> &str {
     let part = |byte: &u8| byte.is_ascii_alphanumeric() || b"+-.".contains(byte);
     let bytes = text.as_bytes();
-    let offset = offset.min(bytes.len());
+    let is_between = |at: &usize| text.is_char_boundary(*at);
+    // The reader stops at a byte, which may lie within a letter.
+    let offset = (0..=offset.min(bytes.len())).rfind(is_between).unwrap_or(0);
     let before = bytes[..offset].iter().rev().take_while(|b| part(b)).count();
     let after = bytes[offset..].iter().take_while(|b| part(b)).count();
     &text[offset - before..offset + after]

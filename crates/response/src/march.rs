@@ -156,8 +156,8 @@ pub(crate) fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f
 pub(crate) struct Outputs {
     /// X, X A and X A² (n × N).
     maps: [Mat<f64>; 3],
-    /// D, and X B; absent where they vanish.
-    feed: Option<(Mat<f64>, Mat<f64>)>,
+    /// D and X B, by which loads act on massless nodes at once; each absent where it vanishes.
+    feed: [Option<Mat<f64>>; 2],
     /// X A B.
     acceleration_feed: Mat<f64>,
 }
@@ -168,7 +168,11 @@ impl Outputs {
         let x = form.x().to_owned();
         let v = &x * form.a();
         let a = &v * form.a();
-        let feed = form.d().map(|d| (d.to_owned(), &x * form.b()));
+        let pushed = &x * form.b();
+        let feed = [
+            form.d().map(|d| d.to_owned()),
+            (pushed.norm_max() != 0.0).then_some(pushed),
+        ];
         let acceleration_feed = &v * form.b();
         let into = |map: Mat<f64>| match t {
             Some(t) => map * t,
@@ -261,10 +265,9 @@ fn strike(
     z: &mut [f64],
 ) -> Result<(), ResponseError> {
     for &(coordinate, magnitude) in piece.impulses() {
-        let moves_at_once = |(d, _): &(Mat<f64>, Mat<f64>)| {
-            (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0)
-        };
-        if outputs.feed.as_ref().is_some_and(moves_at_once) {
+        let moves_at_once =
+            |d: &Mat<f64>| (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0);
+        if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
             let name = problem.system().names()[coordinate].clone();
             let is_it = |applied: &crate::problem::AppliedLoad| {
                 applied.coordinate == coordinate
@@ -310,7 +313,8 @@ impl Recorder<'_, '_> {
             }
         }
         let [x, v, a] = &mut self.collector.values;
-        if self.outputs.feed.is_some() || a.ncols() > 0 {
+        let [d, pushed] = &self.outputs.feed;
+        if d.is_some() || pushed.is_some() || a.ncols() > 0 {
             inputs.forces(now, piece, rest.is_some(), &mut self.forces);
             let [f, rate, curvature] = &self.forces;
             let add = |to: &mut Mat<f64>, map: &Mat<f64>, force: &[f64]| {
@@ -320,13 +324,17 @@ impl Recorder<'_, '_> {
                     }
                 }
             };
-            if let Some((d, xb)) = &self.outputs.feed {
+            if let Some(d) = d {
                 add(x, d, f);
                 add(v, d, rate);
-                add(v, xb, f);
                 if a.ncols() > 0 {
                     add(a, d, curvature);
-                    add(a, xb, rate);
+                }
+            }
+            if let Some(pushed) = pushed {
+                add(v, pushed, f);
+                if a.ncols() > 0 {
+                    add(a, pushed, rate);
                 }
             }
             if a.ncols() > 0 {

@@ -301,6 +301,16 @@ pub enum ResponseError {
         /// The first step index affected.
         index: u64,
     },
+    /// Every digit is lost on the way: errors grow faster than the digits in reach can make up for.
+    #[error(
+        "nothing is left to be known of the motion at step {index} with {digits} digits: errors grow faster along it than more digits can make up for: ask for an earlier end, or for plain doubles without proof"
+    )]
+    Lost {
+        /// The first step index affected.
+        index: u64,
+        /// The decimal digits that were taken.
+        digits: usize,
+    },
     /// A method that is not exact did not reach the end.
     #[error("{method} stopped before the end: {reason}")]
     Stopped {

@@ -207,3 +207,31 @@ fn what_cannot_be_swept_is_refused() {
     let long = Problem::new(&system, &start(), vec![], TimeGrid::new(1e-9, 1.0).unwrap()).unwrap();
     assert!(matches!(Sweep::of(&long), Err(SweepError::TooLarge { .. })));
 }
+
+/// The same bits by one thread and by several, and one design after another.
+#[cfg(feature = "rayon")]
+#[test]
+fn threads_change_no_bit() {
+    let system = chain(&MASSES, &SPRINGS, &DAMPERS);
+    let grid = TimeGrid::new(0.25, 10.0).expect("a grid");
+    let problem = Problem::new(&system, &start(), loads(), grid).expect("a problem");
+    let mut sweep = Sweep::of(&problem).expect("it can be swept");
+    let designs: Vec<f64> = (1..=40).map(|k| 0.3 * f64::from(k)).collect();
+    let set = |sweep: &mut Sweep, value: f64| sweep.set(Parameter::Spring(0), value);
+    let bits = |answer: eigentone_response::Answer<'_>| {
+        let motion = answer.displacement();
+        let columns = (0..motion.ncols()).flat_map(|j| (0..motion.nrows()).map(move |i| (i, j)));
+        let motion = columns.map(|at| motion[at].to_bits());
+        let roots = answer.eigenvalues().iter();
+        let roots = roots.flat_map(|root| [root.re.to_bits(), root.im.to_bits()]);
+        motion.chain(roots).collect::<Vec<u64>>()
+    };
+    let one_by_one: Vec<_> = sweep.each(designs.clone(), set, bits).collect();
+    assert!(one_by_one.iter().all(Result::is_ok));
+    for threads in [1, 2, 3, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.expect("threads can be had");
+        let together = pool.install(|| sweep.each_in_parallel(designs.clone(), set, bits));
+        assert_eq!(together, one_by_one, "{threads} threads");
+    }
+}

@@ -8,6 +8,7 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
+use super::congruence::Shape;
 use super::exactly::{exact, lower, real, upper};
 
 /// A mode that moves by itself.
@@ -16,7 +17,7 @@ pub(super) struct Modal {
     pub(super) gamma: Ball<DoubleDouble>,
     /// `None` where it is 0: then the only other root is −γ.
     pub(super) sigma: Option<Ball<DoubleDouble>>,
-    pub(super) shape: Vec<f64>,
+    pub(super) shape: Shape,
 }
 
 /// A root, or several that the bounds do not tell apart, with Im ≥ 0, and its shape.
@@ -29,7 +30,7 @@ pub(crate) struct Damped {
     pub(crate) multiplicity: usize,
     /// Whether this one entry stands for all of them: two may belong to one shape.
     pub(crate) defective: bool,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
 }
 
 /// The real number, exactly.
@@ -200,7 +201,12 @@ fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
         real_bound: enlarged(real_bound),
         multiplicity,
         defective,
-        shape: modes[*owner].shape.clone(),
+        // What shares a root with others has no shape of its own.
+        shape: if cluster.len() == 1 {
+            modes[*owner].shape.clone()
+        } else {
+            modes[*owner].shape.clone().without_bounds()
+        },
     };
     Some(cluster[..entries].iter().map(entry).collect())
 }

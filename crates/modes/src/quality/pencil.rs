@@ -122,10 +122,13 @@ impl Pencil {
         };
         let condition = scale * size * left_size / (lambda.norm() * slope.norm());
         Quality {
+            // The residual is no larger than its scale: 1 where their sizes leave the doubles.
             backward_error: if residual == 0.0 {
                 0.0
             } else {
-                residual / (scale * size)
+                Some(residual / (scale * size))
+                    .filter(|quotient| quotient.is_finite())
+                    .unwrap_or(1.0)
             },
             condition: condition.is_finite().then_some(condition),
         }

@@ -1,6 +1,6 @@
 //! Classically damped modes: real shapes, and one scalar quadratic for each.
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
@@ -385,9 +385,19 @@ impl Quadratic {
     fn roots(&self, exact: bool) -> Vec<ScalarRoot> {
         const HIDDEN: f64 = 1e-28;
         let Quadratic { m, c, k } = *self;
-        let discriminant = c * c - m * k * 4.0;
+        // In units in which the larger of c and √(mk) is about 1 and m too: squares stay within the doubles.
+        let log2 = |x: DoubleDouble| x.to_f64().abs().log2();
+        let unit = log2(c).max(0.5 * (log2(m) + log2(k))).round();
+        let unit = if unit.is_finite() { unit as i64 } else { 0 };
+        let of_mass = log2(m).round() as i64;
+        let (c1, m1, k1) = (
+            c.scale(-unit),
+            m.scale(-of_mass),
+            k.scale(of_mass - 2 * unit),
+        );
+        let discriminant = c1 * c1 - m1 * k1 * 4.0;
         let hidden = if exact { 0.0 } else { HIDDEN };
-        let size = (c * c).to_f64().max((m * k).to_f64().abs());
+        let size = (c1 * c1).to_f64().max((m1 * k1).to_f64().abs());
         let ulp = 4.0 * f64::EPSILON;
         if discriminant.to_f64().abs() <= hidden * size {
             let value = (-c / (m * 2.0)).to_f64();
@@ -400,7 +410,7 @@ impl Quadratic {
         }
         if discriminant.to_f64() < 0.0 {
             let re = (-c / (m * 2.0)).to_f64();
-            let im = ((-discriminant).sqrt() / (m * 2.0)).to_f64();
+            let im = ((-discriminant).sqrt().scale(unit) / (m * 2.0)).to_f64();
             let value = Complex::new(re, im);
             let error = (ulp * value.norm(), ulp * re.abs());
             return vec![ScalarRoot {
@@ -409,7 +419,7 @@ impl Quadratic {
                 error,
             }];
         }
-        let root = discriminant.sqrt();
+        let root = discriminant.sqrt().scale(unit);
         let sum = if c.to_f64() < 0.0 {
             root - c
         } else {

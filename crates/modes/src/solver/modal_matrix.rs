@@ -87,8 +87,7 @@ impl ModeSolver for ModalMatrix {
         let rigid_count = r - elastic;
         if rigid_count > 0 {
             let zeros = structure.zero_roots().unwrap_or(rigid_count);
-            found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
-            found.drain(..zeros.saturating_sub(rigid_count).min(found.len()));
+            rigid::removed(&mut found, zeros.saturating_sub(rigid_count));
             let shapes = modes[elastic..].iter().map(RealMode::complex_shape);
             roots.extend(rigid::roots(shapes.collect(), zeros));
         }

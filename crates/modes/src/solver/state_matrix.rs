@@ -46,8 +46,7 @@ impl ModeSolver for StateMatrix {
         let mut found = eigen(self, form.a(), form.x(), &|_, z| z, left)?;
         let mut roots = Vec::new();
         if let Some(zeros) = structure.zero_roots().filter(|zeros| *zeros > 0) {
-            found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
-            let removed: Vec<Root> = found.drain(..zeros.min(found.len())).collect();
+            let removed = rigid::removed(&mut found, zeros);
             let mut shapes = rigid::shapes(system, structure);
             if shapes.is_empty() {
                 shapes = removed.into_iter().map(|root| root.shape).collect();
@@ -114,7 +113,7 @@ pub(crate) fn eigen(
         let vector = |(j, _, pair): &(usize, Complex<f64>, bool)| {
             let im = |i| if *pair { vectors[(i, j + 1)] } else { 0.0 };
             let entry = |i| Complex::new(vectors[(i, *j)], im(i)) * scale(i);
-            (0..n).map(entry).collect()
+            of_size_one((0..n).map(entry).collect())
         };
         found.iter().map(vector).collect()
     };
@@ -125,7 +124,19 @@ pub(crate) fn eigen(
         .map(|((_, value, _), z)| amplitudes(*value, z))
         .collect();
     let right: Vec<&[Complex<f64>]> = right.iter().map(Vec::as_slice).collect();
-    let shapes = products(basis, &right);
+    let shapes: Vec<Vec<Complex<f64>>> = products(basis, &right)
+        .into_iter()
+        .map(of_size_one)
+        .collect();
+    let is_shape = |shape: &Vec<Complex<f64>>| {
+        let size: f64 = shape.iter().map(Complex::l1_norm).sum();
+        size.is_finite() && size > 0.0
+    };
+    // Motions at rest need none: their shapes are known.
+    let mut moving = found.iter().zip(&shapes);
+    if moving.any(|((_, value, _), shape)| *value != Complex::ZERO && !is_shape(shape)) {
+        return Err(ModesError::OutOfRange { method });
+    }
     let lefts = b.map(|b| {
         let left = vectors(&left, &|i| 1.0 / balanced.scale[i]);
         let left: Vec<&[Complex<f64>]> = left.iter().map(Vec::as_slice).collect();
@@ -151,6 +162,21 @@ pub(crate) fn eigen(
         roots.push(root);
     }
     Ok(roots)
+}
+
+/// The vector times the power of two that brings its largest entry to about 1: components in units far
+/// apart, squared or multiplied, would leave the doubles.
+fn of_size_one(mut vector: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    let sizes = vector.iter().map(Complex::l1_norm);
+    let largest = sizes.fold(0.0, f64::max);
+    if largest > 0.0 && largest.is_finite() {
+        // In two factors, of which neither leaves the doubles.
+        let half = (-0.5 * largest.log2()).round().exp2();
+        vector
+            .iter_mut()
+            .for_each(|entry| *entry = *entry * half * half);
+    }
+    vector
 }
 
 /// Improves simple roots by their Rayleigh functional and replaces groups that belong to one
@@ -388,7 +414,10 @@ fn moved(system: &System, structure: &Structure, mut root: Root, radius: f64) ->
         Forms::<f64>::of(system, &left, &root.shape).root(root.value)
     };
     let mut value = root.value;
+    // Across the real axis lies the conjugate, which is another root.
+    let same_side = |better: Complex<f64>| root.value.im == 0.0 || better.im * root.value.im > 0.0;
     if let Some(better) = better
+        && same_side(better)
         && (better - root.value).norm() <= radius.max(1e-12 * root.value.norm())
     {
         value = better;

@@ -21,10 +21,26 @@ pub(super) fn counted<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> (
     }
     let plan = Plan::of(size.log2(), T::UNIT_LOG2);
     let mut power = polynomial(&scaled.scaled(-plan.squarings), &plan);
+    let mut products = plan.products() as u64;
     for _ in 0..plan.squarings {
         power = power.times(&power);
+        products += 1;
+        if is_lost(&power) {
+            return (power.with_more_error(Magnitude::INFINITY), products);
+        }
     }
-    (power, plan.products() as u64 + plan.squarings as u64)
+    (power, products)
+}
+
+/// Whether nothing is known of a matrix, nor of any power of it: an error of at least 1 and at least what is
+/// kept of the matrix only grows in a square, in proportion too.
+fn is_lost<T: Real>(power: &Normed<T>) -> bool {
+    Magnitude::from(1.0) <= power.error() && power.frobenius() <= power.error()
+}
+
+/// How often τW is halved before the polynomial, at most.
+pub(super) fn squarings<T: Real>(w: &Normed<T>, tau: f64) -> f64 {
+    (w.true_norm().log2() + tau.log2()).max(0.0)
 }
 
 /// How e^X is taken: degree = width·height of the polynomial, and how often X is halved first.

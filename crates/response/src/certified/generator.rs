@@ -388,7 +388,7 @@ mod tests {
             .load("b", Impulse::of(0.3));
         let problem = asked.every(0.1).until(1.0).problem().expect("well posed");
         let generator = Generator::<DoubleDouble>::of(&problem).expect("a generator");
-        let given = [0.1, 0.7, 0.3, -0.9].map(|part| Exact::from(part));
+        let given = [0.1, 0.7, 0.3, -0.9].map(Exact::from);
         let n = generator.states;
 
         let (mut zeta, error) = generator.start(&problem);

@@ -7,28 +7,31 @@ use super::exponential::counted;
 use super::generator::Generator;
 use super::judge::Judge;
 use super::normed::{Normed, growth};
+use super::{Attempt, too_dear};
 use crate::collector::{Collector, Wanted};
 use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
 use crate::timeline::{Fraction, Instant, Law};
-use crate::trajectory::Trajectory;
 
-/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. `None` where T cannot set
-/// out at all, and at the first instant that misses the tolerance unless this is the `last` attempt.
+/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the
+/// `last` attempt, it ends at the first instant that misses the tolerance.
 ///
 /// # Errors
-/// [`ResponseError::TooLarge`], and [`ResponseError::Overflow`] where the motion leaves the range
-/// of doubles.
+/// [`ResponseError::TooLarge`], [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
+/// [`ResponseError::Lost`] where nothing is left to be known of it.
 pub(crate) fn march<T: Real>(
     problem: &Problem<'_>,
     wanted: Wanted<'_>,
     method: &'static str,
     tolerance: f64,
     last: bool,
-) -> Result<Option<Trajectory>, ResponseError> {
+) -> Result<Attempt, ResponseError> {
     match Generator::<T>::of(problem) {
+        None => Ok(Attempt::Stuck),
+        Some(generator) if !last && too_dear(problem, &wanted, &generator.w) => {
+            Ok(Attempt::TooDear)
+        }
         Some(generator) => Walker::new(problem, generator).walk(wanted, method, tolerance, last),
-        None => Ok(None),
     }
 }
 
@@ -88,7 +91,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         method: &'static str,
         tolerance: f64,
         last: bool,
-    ) -> Result<Option<Trajectory>, ResponseError> {
+    ) -> Result<Attempt, ResponseError> {
         let mut collector = Collector::new(self.problem, wanted)?;
         let problem = self.problem;
         let end = problem.grid().time(problem.grid().last());
@@ -113,10 +116,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 self.begin(piece);
             }
             if !self.record(&mut collector, &mut judge, &target, last)? && !last {
-                return Ok(None);
+                return Ok(Attempt::Missed);
             }
         }
-        Ok(Some(collector.finish(method).after(self.operations)))
+        let trajectory = collector.finish(method).after(self.operations);
+        Ok(Attempt::Found(Box::new(trajectory)))
     }
 
     /// The state and the loads.
@@ -307,7 +311,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 motion[kind] = (top, worst);
             }
             if last && !bound.is_finite() {
-                return Err(ResponseError::Overflow { index });
+                let digits = (f64::from(-T::UNIT_LOG2) * std::f64::consts::LOG10_2) as usize;
+                return Err(ResponseError::Lost { index, digits });
             }
         }
         let [displacement, velocity] = bounds;

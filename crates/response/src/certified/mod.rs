@@ -11,7 +11,7 @@ mod judge;
 mod march;
 mod normed;
 
-use eigentone_digits::{DoubleDouble, Wide};
+use eigentone_digits::{DoubleDouble, Real, Wide};
 use eigentone_modes::{FirstOrder, Precision};
 
 pub(crate) use energy::Energy;
@@ -46,13 +46,18 @@ struct Rung {
     run: Run,
 }
 
-type Run = fn(
-    &Problem<'_>,
-    Wanted<'_>,
-    &'static str,
-    f64,
-    bool,
-) -> Result<Option<Trajectory>, ResponseError>;
+type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attempt, ResponseError>;
+
+/// What came of an attempt.
+pub(crate) enum Attempt {
+    Found(Box<Trajectory>),
+    /// An instant missed the tolerance.
+    Missed,
+    /// With so few digits a matrix to be divided by cannot be told from a singular one.
+    Stuck,
+    /// So many halvings of the step, and as many squarings, would take too long with so many digits.
+    TooDear,
+}
 
 const LADDER: [Rung; 6] = [
     Rung {
@@ -133,18 +138,29 @@ impl ByCertifiedExponential {
         };
         let affordable = LADDER
             .iter()
-            .filter(|rung| work(problem, &wanted, rung) <= MOST_WORK);
+            .filter(|rung| work(problem, &wanted, rung.limbs, 0.0) <= MOST_WORK);
+        let run = |rung: &Rung, last| (rung.run)(problem, wanted, self.name(), tolerance, last);
         let last = affordable.clone().count() - 1;
+        let mut missed = None;
         for (at, rung) in affordable.enumerate() {
-            let answer = (rung.run)(problem, wanted, self.name(), tolerance, at == last)?;
-            if let Some(trajectory) = answer {
-                return Ok(trajectory.proven(rung.digits));
+            match run(rung, at == last)? {
+                Attempt::Found(trajectory) => return Ok(trajectory.proven(rung.digits)),
+                Attempt::Missed => missed = Some(rung),
+                Attempt::Stuck => {}
+                Attempt::TooDear => break,
             }
+        }
+        // As good as can be afforded.
+        if let Some(rung) = missed
+            && let Attempt::Found(trajectory) = run(rung, true)?
+        {
+            return Ok(trajectory.proven(rung.digits));
         }
         Err(ResponseError::NotApplicable {
             method: self.name(),
-            reason: "no number of digits tells a matrix to be divided by from a singular one"
-                .to_owned(),
+            reason:
+                "no number of digits in reach tells a matrix to be divided by from a singular one"
+                    .to_owned(),
         })
     }
 }
@@ -167,7 +183,7 @@ fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
     if let Err(error) = FirstOrder::of(problem.system()) {
         return Some(error.to_string());
     }
-    let work = work(problem, wanted, &LADDER[0]);
+    let work = work(problem, wanted, LADDER[0].limbs, 0.0);
     (work > MOST_WORK).then(|| {
         format!("it would take {work:.0e} operations with 32 digits, more than {MOST_WORK:.0e}")
     })
@@ -176,8 +192,12 @@ fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
 /// The most operations, in units of one with 32 digits.
 const MOST_WORK: f64 = 1e10;
 
-/// About how many operations a rung takes, in units of one with 32 digits.
-fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, rung: &Rung) -> f64 {
+/// The most that an attempt with more digits may add: such an attempt may fail too.
+const MOST_MORE: f64 = 2e9;
+
+/// About how many operations it takes with so many limbs, in units of one with 32 digits. The exponential of a step
+/// that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
+fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, limbs: usize, squarings: f64) -> f64 {
     let states = 2.0 * problem.system().len() as f64 + problem.loads().len() as f64;
     let instants = wanted.count(problem.grid()) as f64;
     let pieces = problem.timeline().pieces();
@@ -192,10 +212,18 @@ fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, rung: &Rung) -> f64 {
             _ => 0.0,
         };
     let steps = instants + pieces.len() as f64;
-    let one = if rung.limbs == 1 {
+    let one = if limbs == 1 {
         1.0
     } else {
-        4.0 + (rung.limbs * rung.limbs) as f64 / 8.0
+        4.0 + (limbs * limbs) as f64 / 8.0
     };
-    (60.0 * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
+    let products = 60.0 + (squarings - 20.0).max(0.0);
+    (products * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
+}
+
+/// Whether the halvings that its matrix asks for make an attempt too dear. The first one never is.
+pub(super) fn too_dear<T: Real>(problem: &Problem<'_>, wanted: &Wanted<'_>, w: &Normed<T>) -> bool {
+    let limbs = ((1 - T::UNIT_LOG2) / 64) as usize;
+    let squarings = exponential::squarings(w, problem.grid().step());
+    limbs > LADDER[0].limbs && work(problem, wanted, limbs, squarings) > MOST_MORE
 }

@@ -56,7 +56,9 @@ pub(super) fn square<G: Explicit>(
         exponent = exponent.saturating_mul(2);
         if let Some(growth) = growth {
             let time = 0.5f64.powi((squarings - done) as i32);
+            // It may be infinite, where the exponential is 0 beyond any doubt.
             let excess = growth.excess(G::value(&element), &ones, exponent, time);
+            let excess = excess.min(1e18);
             if excess > 0.0 {
                 give_up::<G>(&mut element, &mut ones, |_, _| true);
                 G::rescale(&mut element, (-excess.fract()).exp2());

@@ -119,6 +119,54 @@ fn a_node_without_mass_follows_its_force_at_once() {
     }
 }
 
+/// A damper of 2 and a spring of 4 without a mass under 5 sin t, 2r′ + 4r = 5 sin t, beside a spring of 6 under 3 N that nothing slows:
+/// r = sin t − ½ cos t + ½ e^(−2t), whose velocity follows the force at once.
+#[test]
+fn a_damped_node_without_mass_moves_as_fast_as_its_force_says() {
+    let system = System::builder()
+        .mass("r", 0.0)
+        .mass("p", 0.0)
+        .damper(GROUND, "r", 2.0)
+        .spring(GROUND, "r", 4.0)
+        .spring(GROUND, "p", 6.0)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system)
+        .load("r", Harmonic::of(5.0, 1.0))
+        .load("p", Step::of(3.0));
+    let problem = asked.every(0.3).until(9.0).with_acceleration();
+    let problem = problem.problem().expect("well posed");
+    let mut answered = Vec::new();
+    for method in methods() {
+        if method.refuses(&problem).is_some() {
+            continue;
+        }
+        answered.push(method.name());
+        let found = method.run(&problem).expect("it does not refuse");
+        let acceleration = found.acceleration().expect("asked for");
+        let kinds = [found.displacement(), found.velocity(), acceleration];
+        for j in 0..found.len() {
+            let t = 0.3 * found.steps()[j] as f64;
+            let (sine, cosine) = t.sin_cos();
+            let fading = 0.5 * (-2.0 * t).exp();
+            let relaxing = [
+                sine - 0.5 * cosine + fading,
+                cosine + 0.5 * sine - 2.0 * fading,
+                -sine + 0.5 * cosine + 4.0 * fading,
+            ];
+            let still = [0.5, 0.0, 0.0];
+            for (kind, values) in kinds.iter().enumerate() {
+                for (i, wanted) in [relaxing[kind], still[kind]].into_iter().enumerate() {
+                    let off = (values[(i, j)] - wanted).abs();
+                    let name = method.name();
+                    assert!(off < 1e-13, "{name}: {kind} of {i} at {t}: {off:e}");
+                }
+            }
+        }
+    }
+    assert!(answered.contains(&"exponential"), "only {answered:?}");
+}
+
 /// x″ + 2x′ + x = sin t ends in −½ cos t: after a million seconds, 159155 turns, the angle must still be
 /// right to the last digit. cos 1e6 = 0.93675212753314478693…
 #[test]

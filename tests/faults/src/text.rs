@@ -55,7 +55,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn new(&mut self, text: &str) {
+    fn write(&mut self, text: &str) {
         self.line += text.matches('\n').count();
         self.done.text.push_str(text);
     }
@@ -66,7 +66,7 @@ impl Writer<'_> {
         let mut at = range.start;
         for (index, site) in sites.iter().enumerate().skip(from) {
             if site.old.start >= at && site.old.end <= range.end {
-                self.new(&source[at..site.old.start]);
+                self.write(&source[at..site.old.start]);
                 let first = self.line;
                 self.pieces(&site.pieces, index + 1);
                 self.done
@@ -78,19 +78,19 @@ impl Writer<'_> {
                 break;
             }
         }
-        self.new(&source[at..range.end]);
+        self.write(&source[at..range.end]);
     }
 
     fn pieces(&mut self, pieces: &[Piece], from: usize) {
         for piece in pieces {
             match piece {
-                Piece::New(text) => self.new(text),
+                Piece::New(text) => self.write(text),
                 Piece::Old(range) => self.old(range.clone(), from),
                 Piece::Arm(id, pieces) => {
-                    self.new("\n");
+                    self.write("\n");
                     self.done.arms.push((self.line, *id));
                     self.pieces(pieces, from);
-                    self.new("\n");
+                    self.write("\n");
                 }
             }
         }

@@ -147,7 +147,7 @@ fn eigen(a: MatRef<'_, f64>) -> Diag<f64> {
 fn doubles(c: &mut Criterion) {
     let mut group = c.benchmark_group("double");
     group.sample_size(10);
-    for n in [20, 100, 200] {
+    for n in [3, 6, 12, 20, 50, 100, 200] {
         let form = FirstOrder::of(&uneven(n)).expect("every mass is positive");
         let balanced = balance(form.a());
         group.bench_function(BenchmarkId::new("faer eigen", n), |bencher| {

@@ -54,7 +54,7 @@ fn change(bytes: &mut Vec<u8>, choices: &mut Choices<'_>) {
             }
         }
         3 => {
-            let deep = choices.pick(&[b'[', b'{', b'"', b'1', b'9', b' ']);
+            let deep = choices.pick(b"[{\"19 ");
             let many = choices.pick(&[2, 200, 20_000]);
             bytes.splice(start..start, std::iter::repeat_n(deep, many));
         }

@@ -70,22 +70,17 @@ fn matrices(choices: &mut Choices<'_>, n: usize, spread: Spread) -> String {
         }
         let form = choices.below(4);
         let mut rows = vec![vec![0.0; n]; n];
-        for i in 0..n {
-            for j in 0..=i {
-                let entry = match (form, i == j) {
-                    (_, true) => 4.0 * spread.positive(choices).min(1e307),
-                    (0, _) => 0.0,
-                    _ => spread.signed(choices),
-                };
-                rows[i][j] = entry;
-                rows[j][i] = match form {
-                    1 | 2 => entry,
-                    _ => spread.signed(choices),
-                };
-                if i == j {
-                    rows[i][i] = entry;
-                }
-            }
+        for (i, j) in (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let entry = match (form, i == j) {
+                (_, true) => 4.0 * spread.positive(choices).min(1e307),
+                (0, _) => 0.0,
+                _ => spread.signed(choices),
+            };
+            rows[j][i] = match form {
+                1 | 2 => entry,
+                _ => spread.signed(choices),
+            };
+            rows[i][j] = entry;
         }
         let rows: Vec<String> = rows.iter().map(|row| format!("{row:?}")).collect();
         members.push(format!("\"{kind}\": [{}]", rows.join(", ")));

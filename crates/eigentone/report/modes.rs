@@ -260,6 +260,7 @@ struct ModeJson {
     multiplicity: usize,
     defective: bool,
     shape: Vec<ComplexJson>,
+    shape_bound: Option<Vec<f64>>,
     backward_error: f64,
     condition: Option<f64>,
 }
@@ -308,6 +309,7 @@ impl ModeJson {
             multiplicity: mode.multiplicity(),
             defective: mode.is_defective(),
             shape: shape.map(|x| ComplexJson { re: x.re, im: x.im }).collect(),
+            shape_bound: mode.shape_bound().map(<[f64]>::to_vec),
             backward_error: mode.backward_error(),
             condition: mode.condition(),
         }

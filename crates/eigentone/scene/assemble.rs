@@ -108,7 +108,10 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
                 Matrix::File(path) => {
                     let matrix = matrix_market::read(&source.beside(path)).map_err(|error| {
                         let at = source.place(steps!["matrices", kind.to_string().as_str()]);
-                        SceneError::Matrix { at, source: error }
+                        SceneError::Matrix {
+                            at,
+                            source: Box::new(error),
+                        }
                     })?;
                     order = matrix.nrows();
                     builder = builder.sparse_matrix(kind, matrix);

@@ -104,7 +104,7 @@ pub enum SceneError {
         /// The matrix.
         at: Place,
         /// What is wrong with its file.
-        source: MatrixMarketError,
+        source: Box<MatrixMarketError>,
     },
     /// A row of a matrix has another length than the first one.
     #[error(

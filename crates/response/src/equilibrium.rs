@@ -211,4 +211,21 @@ mod tests {
         let free = Floating::of(&system, system.structure(), true);
         assert_eq!(free.right.ncols(), 1);
     }
+
+    /// The same pair given by its matrix: what floats comes from singular vectors then.
+    #[test]
+    fn what_floats_by_its_matrix_is_still_stretched() {
+        let stiffness = faer::mat![[5.0, -5.0], [-5.0, 5.0]];
+        let system = System::builder()
+            .mass("a", 1.0)
+            .mass("b", 2.0)
+            .matrix(MatrixKind::Stiffness, stiffness.as_ref())
+            .build()
+            .expect("a system");
+        let free = Floating::of(&system, system.structure(), true);
+        assert_eq!((free.right.ncols(), free.left.ncols()), (1, 1));
+        assert!((free.right[(0, 0)] - free.right[(1, 0)]).abs() < 1e-15);
+        let x = equilibrium(&system, &free, &[-10.0, 10.0]);
+        assert!((x[1] - x[0] - 2.0).abs() < 1e-14);
+    }
 }

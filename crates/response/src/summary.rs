@@ -258,8 +258,8 @@ fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
     }
 }
 
-/// The constant forces in N, and the growth of forces in N/s, once every load has begun and every
-/// sample has passed.
+/// The forces in N, as of t = 0, and their growth in N/s, once every load has begun and every sample has
+/// passed.
 fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
     let n = problem.system().len();
     let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
@@ -267,7 +267,11 @@ fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
         let i = applied.coordinate;
         match &applied.load {
             Load::Step(step) => force[i] += step.force,
-            Load::Ramp(ramp) => rate[i] += ramp.rate,
+            // Forces that grow and stop growing leave what they have grown to.
+            Load::Ramp(ramp) => {
+                rate[i] += ramp.rate;
+                force[i] -= ramp.rate * ramp.start;
+            }
             Load::Samples(samples) => force[i] += samples.values.last().copied().unwrap_or(0.0),
             Load::Harmonic(load) if load.frequency == 0.0 => {
                 force[i] += load.amplitude * load.phase.sin();
@@ -666,6 +670,17 @@ mod tests {
         };
         assert_eq!(destinations(&driven(2.0)), [Destination::Growth]);
         assert_eq!(destinations(&driven(2.1)), [Destination::Oscillation]);
+    }
+
+    /// A load that grows for 2 s and then holds is two ramps: 8 N on 8 N/m.
+    #[test]
+    fn ramps_that_stop_leave_a_constant_force() {
+        let summary = summary(one().damper(GROUND, "m", 4.0), |response| {
+            let response = response.load("m", Ramp::of(4.0).starting_at(1.0));
+            let response = response.load("m", Ramp::of(-4.0).starting_at(3.0));
+            response.every(0.1).until(60.0)
+        });
+        assert_rests(destinations(&summary)[0], 1.0);
     }
 
     #[test]

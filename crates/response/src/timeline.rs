@@ -475,3 +475,58 @@ fn straight_at(start: &Instant, now: &BTreeMap<usize, Change>, grid: &TimeGrid) 
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_digits::Wide;
+
+    /// Forces of 106 bits against those of 1024: what is rounded is within the errors stated, in units
+    /// small and large.
+    #[test]
+    fn rounding_of_loads_is_counted() {
+        let grid = TimeGrid::new(0.1, 1.0).expect("a grid");
+        let time = DoubleDouble::from(1.0) / DoubleDouble::from(7.0);
+        let mut rounded = 0;
+        for unit in [1e-12, 1.0, 1e12] {
+            for run in [
+                Run::Growing {
+                    rate: 0.3 * unit,
+                    lead: 0.7,
+                },
+                Run::Towards {
+                    from: 0.1 * unit,
+                    to: 0.7 * unit,
+                    steps: Fraction::of(1, 3),
+                    step: 0.1,
+                },
+            ] {
+                let law = Law {
+                    load: 0,
+                    coordinate: 0,
+                    since: Instant::on_grid(&grid, 0),
+                    run,
+                };
+                let coarse = law.at::<DoubleDouble>(time, Magnitude::ZERO);
+                let exact = law.at::<Wide<16>>(Wide::from(time), Magnitude::ZERO);
+                let (value, error) = coarse.value;
+                let off = (exact.value.0 - Wide::from(value)).to_f64().abs();
+                assert!(
+                    off <= error.to_f64(),
+                    "{run:?}: {off:e} {:e}",
+                    error.to_f64()
+                );
+                assert!(error.to_f64() <= 1e-29 * exact.value.0.to_f64());
+                rounded += usize::from(off > 0.0);
+                let (slope, error) = coarse.slope;
+                let off = (exact.slope.0 - Wide::from(slope)).to_f64().abs();
+                assert!(
+                    off <= error.to_f64(),
+                    "{run:?}: {off:e} {:e}",
+                    error.to_f64()
+                );
+            }
+        }
+        assert!(rounded >= 4, "these are to be rounded");
+    }
+}

@@ -27,8 +27,16 @@ fn most(energy: &Energy) -> f64 {
 fn assert_balance(energy: &Energy, tolerance: f64) {
     let most = most(energy);
     assert!(most > 0.0 && most.is_finite(), "nothing happens");
-    for (k, off) in energy.imbalance().into_iter().enumerate() {
-        assert!(off.abs() <= tolerance * most, "{k}: {off:e} of {most:e}");
+    let imbalance = energy.imbalance();
+    assert_eq!(imbalance.len(), energy.work().len());
+    for (k, off) in imbalance.into_iter().enumerate() {
+        let stored = energy.kinetic()[k] + energy.potential()[k] - energy.initial();
+        let missing = stored + energy.dissipated()[k] - energy.work()[k];
+        assert!(missing.abs() <= tolerance * most, "{k}: {missing:e}");
+        assert!(
+            (off - missing).abs() <= 4.0 * f64::EPSILON * most,
+            "{k}: {off:e} {missing:e}"
+        );
     }
 }
 
@@ -202,6 +210,29 @@ fn the_balance_holds_for_all_loads() {
             .into_iter()
             .fold(asked, |asked, (on, load)| asked.load(on, load));
         assert_balance(&energy(asked.every(0.5).until(10.0)), 1e-12);
+    }
+}
+
+/// ½xᵀKx of K = [2 −1; −1 2] and x = (1, 0) is 1, and ½vᵀMv of M = [2 1; 1 3] and v = (1, −1) is 1.5: what
+/// is stored in matrices counts as what elements store, and nothing takes it.
+#[test]
+fn matrices_store_energy() {
+    let mass = mat![[2.0, 1.0], [1.0, 3.0]];
+    let stiffness = mat![[2.0, -1.0], [-1.0, 2.0]];
+    let system = System::builder()
+        .mass("a", 0.0)
+        .mass("b", 0.0)
+        .matrix(MatrixKind::Mass, mass.as_ref())
+        .matrix(MatrixKind::Stiffness, stiffness.as_ref())
+        .build()
+        .expect("a system");
+    let start = State::at_rest().displace("a", 1.0);
+    let start = start.push("a", 1.0).push("b", -1.0);
+    let energy = energy(Response::of(&system).from(start).every(0.25).until(10.0));
+    assert_eq!(energy.initial(), 2.5);
+    assert_eq!((energy.kinetic()[0], energy.potential()[0]), (1.5, 1.0));
+    for (kinetic, potential) in energy.kinetic().iter().zip(energy.potential()) {
+        assert_near(kinetic + potential, 2.5, 1e-13);
     }
 }
 

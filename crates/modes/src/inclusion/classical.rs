@@ -24,7 +24,7 @@ use std::ops::Range;
 use eigentone_digits::{Ball, DoubleDouble};
 use faer::Mat;
 
-use super::congruence::{Basis, Goal, Squares, squares};
+use super::congruence::{Basis, Goal, Shape, Squares, squares};
 use super::gram::{Form, Gram, UPWARD};
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::element::MatrixKind;
@@ -41,11 +41,12 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    tolerance: f64,
 ) -> Option<Vec<Damped>> {
     if !structure.is_classical() || structure.is_undamped() {
         return None;
     }
-    let squares = squares(system, structure, shapes, Goal::always(1e-27))?;
+    let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
     let groups = groups(&squares);
     let rigid = squares.values.len()..squares.columns.len();
     let mut columns = squares.columns.clone();
@@ -74,7 +75,6 @@ pub(crate) fn certify(
         return None;
     }
     let largest = grams.largest() / (1.0 - distance) * UPWARD;
-    let shape = |i: usize| columns[i].iter().map(|x| x.to_f64()).collect();
     let mut modes = Vec::with_capacity(columns.len());
     for group in groups {
         let sigma = squares.around(&group);
@@ -82,7 +82,11 @@ pub(crate) fn certify(
         modes.extend(gammas.into_iter().map(|(i, gamma)| Modal {
             gamma,
             sigma: Some(sigma),
-            shape: shape(i),
+            shape: if group.len() == 1 {
+                squares.shape(i)
+            } else {
+                Shape::plain(&columns[i])
+            },
         }));
     }
     // What moves no damper is counted exactly.
@@ -103,7 +107,10 @@ pub(crate) fn certify(
     modes.extend(creeping.into_iter().map(|(i, gamma)| Modal {
         gamma,
         sigma: None,
-        shape: shape(i),
+        shape: match structure.spring_floating() {
+            [part] => Shape::whole(system.len(), part, true),
+            _ => Shape::plain(&columns[i]),
+        },
     }));
     roots(&modes)
 }
@@ -513,6 +520,6 @@ mod tests {
             System::from_matrices(identity(6, 1.0).as_ref(), damping.as_ref(), chain.as_ref());
         let system = system.unwrap();
         let shapes = (0..6).map(|i| (0..6).map(|j| f64::from(u8::from(i == j))).collect());
-        assert!(certify(&system, system.structure(), shapes.collect()).is_none());
+        assert!(certify(&system, system.structure(), shapes.collect(), 1e-15).is_none());
     }
 }

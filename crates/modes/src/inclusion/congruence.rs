@@ -25,18 +25,27 @@
 //! X, so X is first refined to double-double by the iteration of Ogita & Aishima 2018, *Jpn. J. Ind.
 //! Appl. Math.* 35, for a pencil: X ← X(I + Ẽ) with ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i).
 //! Shapes too close for that are first replaced by the Ritz vectors of their span.
+//!
+//! What S and G leave off the diagonal also bounds how much the shapes are still mixed (`mixing`).
+
+mod mixing;
 
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use eigentone_digits::{Ball, DoubleDouble};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 use faer::{Mat, Side};
+use num_complex::Complex;
 
 use super::gram::{Form, Gram, UPWARD};
 use super::quadratic::around;
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
+
+use super::exactly::exact;
+use super::pencil::Pencil;
+use super::shape::{self, Disc, Enclosed, Kind, Shaper};
 
 /// One elastic mode: ω with a proven bound, and its shape.
 #[derive(Clone, Debug)]
@@ -46,7 +55,53 @@ pub(crate) struct Elastic {
     pub(crate) bound: f64,
     /// How many frequencies the bounds do not tell apart.
     pub(crate) multiplicity: usize,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
+}
+
+/// A real shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    pub(crate) components: Vec<Complex<f64>>,
+    /// How far each may be off where the largest is 1; `None` where that is not proved.
+    pub(crate) bounds: Option<Vec<f64>>,
+}
+
+impl Shape {
+    /// An approximate one.
+    pub(crate) fn plain(column: &[DoubleDouble]) -> Shape {
+        Shape {
+            components: column.iter().map(|x| Complex::from(x.to_f64())).collect(),
+            bounds: None,
+        }
+    }
+
+    /// Some of n coordinates move as a whole, and nothing else; bounded where that is the only such motion.
+    pub(crate) fn whole(n: usize, part: &[usize], is_alone: bool) -> Shape {
+        let moves = |i: usize| Complex::from(f64::from(part.contains(&i)));
+        let shape = Shape::from(Enclosed::exactly((0..n).map(moves).collect()));
+        if is_alone {
+            shape
+        } else {
+            shape.without_bounds()
+        }
+    }
+
+    /// The same where another root is at the same place.
+    pub(crate) fn without_bounds(self) -> Shape {
+        Shape {
+            bounds: None,
+            ..self
+        }
+    }
+}
+
+impl From<Enclosed> for Shape {
+    fn from(enclosed: Enclosed) -> Shape {
+        Shape {
+            components: enclosed.shape,
+            bounds: Some(enclosed.bounds),
+        }
+    }
 }
 
 /// Proves a bound for every nonzero frequency of an undamped system with M and K symmetric and no
@@ -56,6 +111,7 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
+    tolerance: f64,
 ) -> Option<Vec<Elastic>> {
     let elastic = || {
         modes
@@ -70,7 +126,7 @@ pub(crate) fn certify(
         spread: 1e-24,
         where_apart: 1e-20,
     };
-    let found = squares(system, structure, shapes.collect(), goal)?;
+    let found = squares(system, structure, shapes.collect(), goal, tolerance)?;
     Some(elastic_modes(&found))
 }
 
@@ -96,6 +152,7 @@ impl Goal {
 /// The nonzero eigenvalues σ = ω² of (K, M), rising, with their shapes.
 pub(crate) struct Squares {
     pub(crate) values: Vec<DoubleDouble>,
+    pub(crate) shapes: Vec<Shape>,
     /// In the same order; after them the rigid-body motions, which are exact.
     pub(crate) columns: Vec<Vec<DoubleDouble>>,
     /// A bound of the relative error of every value.
@@ -104,8 +161,8 @@ pub(crate) struct Squares {
 
 impl Squares {
     /// The shape of one of them.
-    pub(crate) fn shape(&self, i: usize) -> Vec<f64> {
-        self.columns[i].iter().map(|x| x.to_f64()).collect()
+    pub(crate) fn shape(&self, i: usize) -> Shape {
+        self.shapes[i].clone()
     }
 
     /// A ball that holds all true values of a group.
@@ -133,14 +190,15 @@ impl Squares {
     }
 }
 
-/// The same for (K, M) of any system with M and K symmetric and no massless nodes, given its
-/// elastic shapes approximately: as many as there are coordinates, less the parts that no spring
+/// The same for (K, M) of any system with M and K symmetric and no massless nodes, and its shapes with
+/// components within a relative tolerance where digits allow, given its elastic shapes approximately: as many as there are coordinates, less the parts that no spring
 /// ties to the ground.
 pub(crate) fn squares(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
     goal: Goal,
+    tolerance: f64,
 ) -> Option<Squares> {
     let rigid = structure.spring_floating();
     let n = system.len();
@@ -168,22 +226,90 @@ pub(crate) fn squares(
         elastic,
     };
     let forms = basis.refine(goal)?;
+    let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
     let mut order: Vec<usize> = (0..elastic).collect();
     let value = |i: usize| forms.squares[i];
     order.sort_by(|a, b| {
         let order = value(*a).partial_cmp(&value(*b));
         order.unwrap_or(Ordering::Equal)
     });
-    let values = order.iter().map(|i| value(*i)).collect();
-    order.extend(elastic..n);
-    let mut columns = basis.columns;
-    let column = |i: &usize| std::mem::take(&mut columns[*i]);
-    Some(Squares {
-        values,
-        columns: order.iter().map(column).collect(),
-        // The quotient s/g itself rounds.
-        spread: forms.spread + 2f64.powi(-100),
-    })
+    let rest: Vec<usize> = (elastic..n).collect();
+    let mut found = Squares {
+        values: order.iter().map(|i| value(*i)).collect(),
+        shapes: Vec::with_capacity(elastic),
+        columns: order
+            .iter()
+            .chain(&rest)
+            .map(|i| basis.columns[*i].clone())
+            .collect(),
+        spread: forms.full_spread(),
+    };
+    let mut alone = vec![false; elastic];
+    for group in found.groups().into_iter().filter(|group| group.len() == 1) {
+        alone[group.start] = true;
+    }
+    let closer = Closer::of(system, &found, tolerance);
+    for (at, i) in order.into_iter().enumerate() {
+        let proven = alone[at].then(|| closer.shape(found.values[at], enclosed[i].take()));
+        let shape = proven.flatten().map(Shape::from);
+        let shape = shape.unwrap_or_else(|| Shape::plain(&basis.columns[i]));
+        found.shapes.push(shape);
+    }
+    Some(found)
+}
+
+/// Finds single shapes with more digits where those of all at once do not do.
+struct Closer {
+    unit: i32,
+    spread: f64,
+    goal: shape::Goal,
+    /// Few enough coordinates for an elimination at every root.
+    pencil: Option<Pencil>,
+}
+
+impl Closer {
+    fn of(system: &System, squares: &Squares, tolerance: f64) -> Closer {
+        const LARGEST: usize = 64;
+        let largest = squares.values.last().map_or(1.0, |top| top.to_f64());
+        Closer {
+            unit: (largest.log2() / 2.0).round() as i32,
+            spread: squares.spread,
+            goal: shape::Goal {
+                tolerance,
+                symmetric: true,
+                roots: squares.values.len(),
+            },
+            pencil: (system.len() <= LARGEST).then(|| Pencil::of(system, true)),
+        }
+    }
+
+    /// The shape of the only root at σ, as found already or better.
+    fn shape(&self, sigma: DoubleDouble, found: Option<Enclosed>) -> Option<Enclosed> {
+        let good = |shape: &Enclosed| shape.meets(self.goal.tolerance);
+        let enough = found.as_ref().is_some_and(good);
+        let Some(pencil) = self.pencil.as_ref().filter(|_| !enough) else {
+            return found;
+        };
+        let kind = Kind {
+            is_simple: true,
+            is_real: true,
+        };
+        // λ² = −σ = 4^unit·μ.
+        let scale = -2 * i64::from(self.unit);
+        let centre = exact(-sigma.scale(scale), DoubleDouble::ZERO).middle();
+        let reach = (self.spread * UPWARD * sigma.scale(scale).to_f64()).max(f64::MIN_POSITIVE);
+        let disc = Disc::of(Ball::new(centre, Magnitude::from(reach)));
+        let closer = Shaper::of(pencil, self.unit, self.goal).shapes(disc, kind);
+        let closer = closer.map(|shapes| shapes.right);
+        match (found, closer) {
+            (Some(found), Some(closer))
+                if !good(&closer) && found.looseness() < closer.looseness() =>
+            {
+                Some(found)
+            }
+            (found, closer) => closer.or(found),
+        }
+    }
 }
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
@@ -204,6 +330,11 @@ pub(super) struct Forms {
 }
 
 impl Forms {
+    /// With the rounding of the quotients s/g.
+    fn full_spread(&self) -> f64 {
+        self.spread + 2f64.powi(-100)
+    }
+
     fn meet(&self, goal: Goal) -> bool {
         self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
     }
@@ -238,29 +369,84 @@ impl Basis<'_> {
             if forms.meet(goal) {
                 break;
             }
-            let before = self.columns.clone();
-            let step = self.step(&forms);
-            let last = forms.spread;
-            match &step {
-                Step::Correct(change) => self.correct(change),
-                Step::Rotate(groups) => {
-                    for group in groups {
-                        self.rotate(&forms, group)?;
-                    }
-                }
-            }
-            let next = self.forms()?;
-            if matches!(step, Step::Correct(_)) && next.spread >= last {
-                self.columns = before;
+            let Some((next, slow)) = self.advanced(&forms) else {
                 break;
-            }
+            };
             forms = next;
-            if matches!(step, Step::Correct(_)) && forms.spread > 0.5 * last {
+            if slow {
                 break;
             }
         }
         // Spreads beyond this tell nothing.
         (forms.spread <= 1e-6).then_some(forms)
+    }
+
+    /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the
+    /// step gained nothing.
+    fn advanced(&mut self, forms: &Forms) -> Option<(Forms, bool)> {
+        let before = self.columns.clone();
+        let step = self.step(forms);
+        let done = match &step {
+            Step::Correct(change) => {
+                self.correct(change);
+                Some(())
+            }
+            Step::Rotate(groups) => groups
+                .iter()
+                .try_for_each(|group| self.rotate(forms, group)),
+        };
+        let corrected = matches!(step, Step::Correct(_));
+        let next = done.and_then(|()| self.forms());
+        let better = next.filter(|next| !corrected || next.spread < forms.spread);
+        if better.is_none() {
+            self.columns = before;
+        }
+        better.map(|next| {
+            let slow = corrected && next.spread > 0.5 * forms.spread;
+            (next, slow)
+        })
+    }
+
+    /// The elastic shapes with bounds, where these are proved, after as many more steps as help, and the forms
+    /// then.
+    fn enclosed(&mut self, mut forms: Forms, tolerance: f64) -> (Forms, Vec<Option<Enclosed>>) {
+        const STEPS: usize = 1;
+        /// Little is gained below.
+        const LEAST: f64 = 1e-25;
+        let good = |shape: &Option<Enclosed>| {
+            let shape = shape.as_ref();
+            shape.is_none_or(|shape| shape.meets(tolerance))
+        };
+        let mut shapes = self.shapes(&forms);
+        for _ in 0..STEPS {
+            if forms.spread <= LEAST || shapes.iter().all(good) {
+                break;
+            }
+            let Some((next, slow)) = self.advanced(&forms) else {
+                break;
+            };
+            forms = next;
+            shapes = self.shapes(&forms);
+            if slow {
+                break;
+            }
+        }
+        (forms, shapes)
+    }
+
+    fn shapes(&self, forms: &Forms) -> Vec<Option<Enclosed>> {
+        let errors = mixing::errors(forms, &self.columns, forms.full_spread());
+        let shape = |(column, errors): (&Vec<DoubleDouble>, Option<Vec<f64>>)| {
+            let errors = errors?;
+            let each = column.iter().zip(&errors);
+            let ball = |(x, error): (&DoubleDouble, &f64)| {
+                let middle = exact(*x, DoubleDouble::ZERO).middle();
+                Ball::new(middle, Magnitude::from(*error))
+            };
+            let balls: Vec<Ball<DoubleDouble>> = each.map(ball).collect();
+            Enclosed::of(&balls, true)
+        };
+        self.columns.iter().zip(errors).map(shape).collect()
     }
 
     /// `None` where a shape has no frequency or a number leaves its range.
@@ -474,7 +660,12 @@ mod tests {
     }
 
     fn certified(system: &System) -> Option<Vec<Elastic>> {
-        certify(system, system.structure(), approximate(system).as_slice())
+        certify(
+            system,
+            system.structure(),
+            approximate(system).as_slice(),
+            4.0 * UNIT,
+        )
     }
 
     /// sin x by its series.
@@ -615,9 +806,9 @@ mod tests {
         let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0]);
         let modes = approximate(&system).as_slice().to_vec();
         let structure = system.structure();
-        assert!(certify(&system, structure, &modes[..1]).is_none());
+        assert!(certify(&system, structure, &modes[..1], 4.0 * UNIT).is_none());
         let twice = [modes[0].clone(), modes[0].clone()];
-        assert!(certify(&system, structure, &twice).is_none());
+        assert!(certify(&system, structure, &twice, 4.0 * UNIT).is_none());
     }
 
     /// What Weierstrass corrections prove of the same frequencies.
@@ -690,11 +881,29 @@ mod tests {
         let found: Vec<Vec<f64>> = undamped
             .map(|solver| {
                 let modes = solver.solve(&system, structure).unwrap();
-                let found = certify(&system, structure, modes.as_slice()).unwrap();
+                let found = certify(&system, structure, modes.as_slice(), 4.0 * UNIT).unwrap();
                 found.iter().map(|mode| mode.frequency).collect()
             })
             .collect();
         assert!(found.len() > 1);
         assert!(found.iter().all(|list| *list == found[0]));
+    }
+
+    /// 2 and 2.5, each to an eighth, lie between 1.75 and 2.8125.
+    #[test]
+    fn a_ball_about_several_squares_holds_what_is_open_of_each() {
+        let squares = Squares {
+            values: vec![DoubleDouble::from(2.0), DoubleDouble::from(2.5)],
+            shapes: Vec::new(),
+            columns: Vec::new(),
+            spread: 0.125,
+        };
+        let ball = squares.around(&(0..2));
+        let (centre, reach) = (ball.middle().re.to_f64(), ball.radius().to_f64());
+        assert!(
+            centre - reach <= 1.75 && centre + reach >= 2.8125,
+            "{centre} {reach}"
+        );
+        assert!(reach < 1.0);
     }
 }

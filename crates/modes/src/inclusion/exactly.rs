@@ -26,6 +26,18 @@ pub(crate) fn scaled<T: Real>(ball: Ball<T>, power: i64) -> Ball<T> {
     Ball::new(ball.middle().scale(power), radius)
 }
 
+/// A number as a sum of doubles, to be carried from one precision to another.
+pub(crate) type Terms = [f64; 4];
+
+/// The leading terms of a number: all of it in up to 200 bits.
+pub(crate) fn terms<T: Real>(mut value: T) -> Terms {
+    [(); 4].map(|()| {
+        let term = value.to_f64();
+        value = value - T::from(term);
+        term
+    })
+}
+
 /// Whether it is exactly 0.
 pub(crate) fn is_zero<T: Real>(ball: Ball<T>) -> bool {
     ball.upper().is_zero()

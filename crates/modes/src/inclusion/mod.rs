@@ -9,6 +9,7 @@ mod pencil;
 pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
+pub(crate) mod shape;
 pub(crate) mod springless;
 mod weierstrass;
 
@@ -20,9 +21,10 @@ use crate::first_order::Massless;
 use crate::structure::Structure;
 use crate::system::System;
 
-use exactly::{exact, lower, radius, size, upper};
-use pencil::{Eliminated, Pencil, PencilIn, Scaled};
+use exactly::{Terms, exact, lower, radius, size, terms, upper};
+use pencil::{Eliminated, Pencil, Scaled};
 use refine::{Goal, Level, refine};
+use shape::{Disc, Kind, Shaper, Shapes};
 use weierstrass::{Inclusion, Points, Polynomial};
 
 /// Where digits end, relative to |λ|.
@@ -37,10 +39,10 @@ pub(crate) struct Certified {
     pub(crate) value: Complex<f64>,
     pub(crate) bound: f64,
     pub(crate) real_bound: f64,
-    /// x and y at a simple root; `None` where it is not simple or the digits do not tell, and y
-    /// where it follows from x by symmetry.
-    pub(crate) shape: Option<Vec<Complex<f64>>>,
-    pub(crate) left: Option<Vec<Complex<f64>>>,
+    /// x and y with bounds, for each root of the disc; `None` where they are not proved to be one each.
+    pub(crate) shapes: Option<Shapes>,
+    /// Of μ, or of its square.
+    disc: Disc,
 }
 
 /// Proves a disc for each of the nonzero finite roots, given approximations of all of them
@@ -98,7 +100,9 @@ pub(crate) fn certify(
     let mut best = None;
     let mut digits = 0;
     for level in LEVELS {
-        if level.limbs > 2 && (level.limbs < job.wanted(&best) || !job.affords(level.limbs)) {
+        if level.limbs > 2
+            && (level.limbs < job.wanted(&best) || !job.pencil.affords(level.limbs, job.degree))
+        {
             continue;
         }
         let outcome = (level.run)(&job, unit, &points);
@@ -113,6 +117,7 @@ pub(crate) fn certify(
         }
     }
     let mut found = best?;
+    job.shape(unit, &mut found);
     for disc in &mut found {
         for member in &mut disc.members {
             *member = chosen[*member];
@@ -121,8 +126,54 @@ pub(crate) fn certify(
     Some((found, digits))
 }
 
-/// A number as a sum of doubles, to be carried from one precision to the next.
-type Terms = [f64; 4];
+/// The shapes at simple roots, each given within a bound; `None` where they are not proved to be one each.
+pub(crate) fn shapes_at(
+    system: &System,
+    structure: &Structure,
+    discs: &[(Complex<f64>, f64)],
+    tolerance: f64,
+) -> Vec<Option<Shapes>> {
+    let sizes = discs.iter().map(|(value, _)| value.norm());
+    let size = sizes.fold(0.0, f64::max);
+    if !(size > 0.0 && size.is_finite()) {
+        return vec![None; discs.len()];
+    }
+    let unit = size.log2().round() as i32;
+    let pencil = Pencil::of(system, false);
+    let goal = shape::Goal {
+        tolerance,
+        symmetric: structure.is_symmetric(),
+        roots: 2 * discs.len(),
+    };
+    let shaper = Shaper::of(&pencil, unit, goal);
+    let kind = Kind {
+        is_simple: true,
+        is_real: structure.is_classical(),
+    };
+    let shapes = |(value, bound): &(Complex<f64>, f64)| {
+        let part = |part: f64| DoubleDouble::from(part).scale(-i64::from(unit));
+        let centre = exact(part(value.re), part(value.im)).middle();
+        let reach = Magnitude::from(*bound) * Magnitude::power_of_two(-i64::from(unit));
+        let disc = Disc::of(Ball::new(centre, reach + DoubleDouble::floor()));
+        shaper.shapes(disc, kind)
+    };
+    discs.iter().map(shapes).collect()
+}
+
+/// The shapes at λ = 0 of a system with det K = 0; `None` where K is not proved to annul one alone.
+pub(crate) fn at_rest(system: &System, structure: &Structure, tolerance: f64) -> Option<Shapes> {
+    let pencil = Pencil::of(system, false);
+    let goal = shape::Goal {
+        tolerance,
+        symmetric: structure.is_symmetric(),
+        roots: 1,
+    };
+    let kind = Kind {
+        is_simple: true,
+        is_real: true,
+    };
+    Shaper::of(&pencil, 0, goal).shapes(Disc::of(Ball::<DoubleDouble>::ZERO), kind)
+}
 
 /// A precision, and the work of one level in it.
 struct Rung {
@@ -210,16 +261,6 @@ impl Job<'_> {
         }
     }
 
-    /// Whether a sweep with so many limbs stays within a stated count of operations.
-    fn affords(&self, limbs: usize) -> bool {
-        const LARGEST: f64 = 1e9;
-        let n = self.system.len() as f64;
-        let filled = self.pencil.entry_count() as f64 / n;
-        let elimination = (n * n * n / 3.0).min(4.0 * n * filled * filled);
-        let product = (limbs * limbs + 20) as f64;
-        elimination * self.degree as f64 * product <= LARGEST
-    }
-
     /// One level: the polynomial in the precision of T, refined from the given points.
     fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]]) -> Outcome {
         let (precise, total) = self.pencil.precise::<T>(unit);
@@ -256,11 +297,9 @@ impl Job<'_> {
         };
         let proven = discs.filter(|discs| useful(discs)).and_then(|discs| {
             if self.in_square {
-                let root =
-                    |disc| Some(self.shaped(&polynomial.pencil, disc, square_root(disc, unit)?));
-                discs.iter().map(root).collect()
+                discs.iter().map(|disc| square_root(disc, unit)).collect()
             } else {
-                let found = self.in_plane(&polynomial.pencil, &discs, unit);
+                let found = self.in_plane(&discs, unit);
                 let pairs = |root: &Certified| if root.value.im == 0.0 { 1 } else { 2 };
                 let count: usize = found
                     .iter()
@@ -269,13 +308,6 @@ impl Job<'_> {
                 (count == self.degree - self.zeros).then_some(found)
             }
         });
-        let terms = |mut value: T| {
-            [(); 4].map(|()| {
-                let term = value.to_f64();
-                value = value - T::from(term);
-                term
-            })
-        };
         let points = points
             .z
             .iter()
@@ -289,12 +321,7 @@ impl Job<'_> {
     }
 
     /// Discs in λ as doubles with bounds; of conjugate discs the upper one.
-    fn in_plane<T: Real>(
-        &self,
-        pencil: &PencilIn<T>,
-        discs: &[Inclusion<T>],
-        unit: i32,
-    ) -> Vec<Certified> {
+    fn in_plane<T: Real>(&self, discs: &[Inclusion<T>], unit: i32) -> Vec<Certified> {
         let mut found = Vec::new();
         for (at, disc) in discs.iter().enumerate() {
             let ball = disc.centre;
@@ -314,36 +341,44 @@ impl Job<'_> {
                 .enumerate()
                 .all(|(other, disc)| other == at || lower(disc.centre - around) > 0.0);
             if height <= radius(ball) && alone {
-                let root = self.rounded(&disc.members, around, unit, true);
-                found.push(self.shaped(pencil, disc, root));
+                found.push(self.rounded(&disc.members, around, unit, true));
             } else if ball.middle().im.to_f64() > 0.0 {
-                let root = self.rounded(&disc.members, ball, unit, false);
-                found.push(self.shaped(pencil, disc, root));
+                found.push(self.rounded(&disc.members, ball, unit, false));
             }
         }
         found
     }
 
-    /// The root with its shapes, where it is simple.
-    fn shaped<T: Real>(
-        &self,
-        pencil: &PencilIn<T>,
-        disc: &Inclusion<T>,
-        mut root: Certified,
-    ) -> Certified {
-        if disc.members.len() == 1 {
-            let mut centre = disc.centre.middle();
-            if root.value.im == 0.0 {
-                centre.im = T::ZERO;
-            }
-            root.shape = pencil.null_vector(centre, false);
-            if !self.structure.is_symmetric() {
-                // y*Q = 0 is Qᵀ ȳ = 0.
-                let conjugate = |v: Vec<Complex<f64>>| v.iter().map(|z| z.conj()).collect();
-                root.left = pencil.null_vector(centre, true).map(conjugate);
-            }
+    /// Gives each root its shapes.
+    fn shape(&self, unit: i32, found: &mut [Certified]) {
+        let goal = shape::Goal {
+            tolerance: self.tolerance,
+            symmetric: self.structure.is_symmetric(),
+            roots: self.degree,
+        };
+        let shaper = Shaper::of(&self.pencil, unit, goal);
+        let still = self.undamped_ones_are_known(found);
+        for root in found {
+            let is_simple = root.members.len() == 1;
+            // A simple real root of real matrices, or of what one set of real shapes diagonalises.
+            let is_real = is_simple
+                && (root.value.im == 0.0
+                    || self.in_square
+                    || self.structure.is_classical()
+                    || (still && root.value.re == 0.0));
+            root.shapes = shaper.shapes(root.disc, Kind { is_simple, is_real });
         }
-        root
+    }
+
+    /// Whether the roots given as imaginary are all undamped modes, K x = ω²M x with C x = 0: as many as there
+    /// are.
+    fn undamped_ones_are_known(&self, found: &[Certified]) -> bool {
+        let still = |root: &&Certified| root.value.re == 0.0 && root.value.im != 0.0;
+        let count = found.iter().filter(still).map(|root| root.members.len());
+        let count: usize = count.sum();
+        count > 0
+            && !self.structure.is_gyroscopic()
+            && self.structure.undamped_modes() == Some(count)
     }
 
     /// The double nearest to a disc's centre, and how far its roots may lie from that.
@@ -368,8 +403,8 @@ impl Job<'_> {
             value: Complex::new(times_power(re, unit), times_power(im, unit)),
             bound: enlarged(radius(ball) + re_error.hypot(im_error), unit),
             real_bound: enlarged(radius(ball) + re_error, unit),
-            shape: None,
-            left: None,
+            shapes: None,
+            disc: Disc::of(ball),
         }
     }
 }
@@ -413,8 +448,8 @@ fn square_root<T: Real>(disc: &Inclusion<T>, unit: i32) -> Option<Certified> {
         value: Complex::new(0.0, times_power(omega, unit)),
         bound: enlarged(defect / omega, unit),
         real_bound: 0.0,
-        shape: None,
-        left: None,
+        shapes: None,
+        disc: Disc::of(disc.centre),
     })
 }
 

@@ -29,7 +29,6 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::{Mat, c64};
 use num_complex::Complex;
 
-use super::Certified;
 use super::gram::{Form, Gram, UPWARD};
 use crate::modes::Mode;
 use crate::structure::Structure;
@@ -38,13 +37,25 @@ use crate::system::System;
 /// What a few operations on double-doubles err by, of the sizes that they begin with.
 const ROUNDING: f64 = 2.5e-29;
 
+/// One root with Im ≥ 0, or several that are not told apart.
+#[derive(Clone, Debug)]
+pub(crate) struct Paired {
+    /// The modes that it comes from.
+    pub(crate) members: Vec<usize>,
+    pub(crate) value: Complex<f64>,
+    pub(crate) bound: f64,
+    pub(crate) real_bound: f64,
+    /// x at a single root.
+    pub(crate) shape: Option<Vec<Complex<f64>>>,
+}
+
 /// Proves a disc for every nonzero root of a symmetric system without massless nodes, given all
 /// its modes approximately. `None` where no proof was reached, as for defective roots.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
-) -> Option<Vec<Certified>> {
+) -> Option<Vec<Paired>> {
     let mut pairs = Pairs::of(system, structure, modes)?;
     let rows = pairs.refine()?;
     let discs = rows.discs()?;
@@ -557,7 +568,7 @@ impl<'a> Pairs<'a> {
     }
 
     /// The discs as doubles with bounds.
-    fn found(&self, structure: &Structure, discs: Vec<Disc>) -> Option<Vec<Certified>> {
+    fn found(&self, structure: &Structure, discs: Vec<Disc>) -> Option<Vec<Paired>> {
         let off_axis = |disc: &Disc| {
             let each = disc.centres.iter().zip(&disc.radii);
             each.map(|(centre, radius)| centre.re.to_f64().abs() - radius)
@@ -609,7 +620,7 @@ impl<'a> Pairs<'a> {
                 };
                 (0..self.system.len()).map(entry).collect()
             };
-            found.push(Certified {
+            found.push(Paired {
                 members: members?,
                 value,
                 bound: bound.max(f64::from_bits(1)),
@@ -619,7 +630,6 @@ impl<'a> Pairs<'a> {
                     0.0
                 },
                 shape: (disc.members.len() == 1).then(|| shape(disc.members[0])),
-                left: None,
             });
         }
         Some(found)
@@ -850,7 +860,7 @@ mod tests {
         system.modes_to(Precision::Double).unwrap()
     }
 
-    fn proven(system: &System) -> Option<Vec<Certified>> {
+    fn proven(system: &System) -> Option<Vec<Paired>> {
         certify(system, system.structure(), approximate(system).as_slice())
     }
 

@@ -1,13 +1,11 @@
 //! det(λ²M + λC + K) in ball arithmetic, from the elements.
 
-use num_complex::Complex;
-
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
 
 use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
 
-use super::exactly::{is_zero, lower, real, scaled, upper};
+use super::exactly::{is_zero, lower, middle, real, scaled, upper};
 
 /// A number with a power of two apart, so that long products stay within range.
 #[derive(Clone, Copy, Debug)]
@@ -79,8 +77,7 @@ struct Entry {
     terms: [Vec<f64>; 3],
 }
 
-/// The matrix polynomial of a system, as sums of doubles: in λ, or for undamped systems in σ = λ²
-/// as σM + K.
+/// The matrix polynomial of a system, as sums of doubles: in λ, or without C in σ = λ² as σM + K.
 #[derive(Clone, Debug)]
 pub(crate) struct Pencil {
     n: usize,
@@ -137,7 +134,9 @@ impl Pencil {
             }
         };
         network(system.springs(), 0);
-        network(system.dampers(), 1);
+        if !in_square {
+            network(system.dampers(), 1);
+        }
         for (kind, power) in [
             (MatrixKind::Stiffness, 0),
             (MatrixKind::Damping, 1),
@@ -146,6 +145,9 @@ impl Pencil {
             let Some(matrix) = system.added(kind) else {
                 continue;
             };
+            if in_square && kind == MatrixKind::Damping {
+                continue;
+            }
             for i in 0..n {
                 for j in 0..n {
                     add(i, j, power, matrix[(i, j)]);
@@ -159,9 +161,19 @@ impl Pencil {
         }
     }
 
-    /// How many entries are not always zero.
-    pub(crate) fn entry_count(&self) -> usize {
-        self.entries.len()
+    /// n.
+    pub(crate) fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Whether so many eliminations with so many limbs stay within a stated count of operations.
+    pub(crate) fn affords(&self, limbs: usize, times: usize) -> bool {
+        const LARGEST: f64 = 1e9;
+        let n = self.n as f64;
+        let filled = self.entries.len() as f64 / n;
+        let elimination = (n * n * n / 3.0).min(4.0 * n * filled * filled);
+        let product = (limbs * limbs + 20) as f64;
+        elimination * times as f64 * product <= LARGEST
     }
 
     /// The coefficient of one power, with rows and columns added up over the given parts; by rows.
@@ -240,6 +252,11 @@ impl Pencil {
 }
 
 impl<T: Real> PencilIn<T> {
+    /// The units of a vector's entries: powers of two by which its columns were divided.
+    pub(crate) fn exponents(&self) -> &[i32] {
+        &self.exponents
+    }
+
     /// The matrix at μ, by rows.
     fn at(&self, mu: Ball<T>) -> Vec<Ball<T>> {
         let n = self.n;
@@ -260,40 +277,75 @@ impl<T: Real> PencilIn<T> {
         Eliminated::of(self.at(mu), self.n).determinant
     }
 
-    /// The vector x that Q(μ) annuls, for μ at a simple root, to the precision of T and rounded to
-    /// doubles; with `transposed`, that of Q(μ)ᵀ. `None` where more than one pivot vanishes.
-    pub(crate) fn null_vector(
-        &self,
-        mu: WideComplex<T>,
-        transposed: bool,
-    ) -> Option<Vec<Complex<f64>>> {
+    /// Balls about the vector x that Q(μ) annuls at every root μ in the disc, up to a factor and with x_i in
+    /// units of the scaled columns; with `transposed`, about that of Q(μ)ᵀ. `None` where the rank of Q(μ) is not
+    /// proved to be n − 1 there.
+    pub(crate) fn null_vector(&self, disc: Ball<T>, transposed: bool) -> Option<Vec<Ball<T>>> {
         let n = self.n;
-        let mut matrix = self.at(Ball::from(mu));
+        let mut matrix = self.at(disc);
         if transposed {
             matrix = (0..n * n).map(|at| matrix[at % n * n + at / n]).collect();
         }
         let factors = Eliminated::of(matrix, n);
-        if factors.pivots + 1 < n {
+        if factors.pivots + 1 != n {
             return None;
         }
-        let at =
-            |i: usize, j: usize| factors.matrix[factors.rows[i] * n + factors.columns[j]].middle();
-        let mut x = vec![WideComplex::<T>::ZERO; n];
-        x[n - 1] = WideComplex::new(T::ONE, T::ZERO);
+        let at = |i: usize, j: usize| factors.matrix[factors.rows[i] * n + factors.columns[j]];
+        // By pivots, then by columns.
+        let mut ordered = vec![Ball::<T>::ZERO; n];
+        ordered[n - 1] = real(1.0);
         for i in (0..n - 1).rev() {
-            let mut sum = WideComplex::ZERO;
-            for (j, entry) in x.iter().enumerate().skip(i + 1) {
-                sum += at(i, j) * *entry;
+            let mut sum = Ball::ZERO;
+            for (j, entry) in ordered.iter().enumerate().skip(i + 1) {
+                let factor = at(i, j);
+                if !is_zero(factor) {
+                    sum = sum + factor * *entry;
+                }
             }
-            x[i] = -sum / at(i, i);
+            ordered[i] = (-sum).checked_div(at(i, i))?;
         }
-        let mut shape = vec![Complex::ZERO; n];
-        for (j, entry) in x.into_iter().enumerate() {
-            let coordinate = factors.columns[j];
-            let entry = entry.scale(-i64::from(self.exponents[coordinate]));
-            shape[coordinate] = Complex::new(entry.re.to_f64(), entry.im.to_f64());
+        let mut x = vec![Ball::ZERO; n];
+        for (entry, column) in ordered.into_iter().zip(&factors.columns) {
+            x[*column] = entry;
         }
-        shape.iter().all(|entry| entry.is_finite()).then_some(shape)
+        Some(x)
+    }
+
+    /// A [null vector](Self::null_vector) in the coordinates of the system, up to a factor.
+    pub(crate) fn in_coordinates(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
+        let power = |(x, exponent): (&Ball<T>, &i32)| x.upper().exponent() - i64::from(*exponent);
+        let sized = x.iter().zip(&self.exponents);
+        let sized = sized.filter(|(x, _)| !is_zero(**x));
+        let largest = sized.map(power).max().unwrap_or(0);
+        let each = x.iter().zip(&self.exponents);
+        each.map(|(x, exponent)| scaled(*x, -largest - i64::from(*exponent)))
+            .collect()
+    }
+
+    /// A disc that holds every root that `disc` holds, given its shapes as [`null_vector`](Self::null_vector)
+    /// gives them and vectors near the left ones; `None` where nothing follows.
+    pub(crate) fn narrowed(
+        &self,
+        disc: Ball<T>,
+        x: &[Ball<T>],
+        left: &[Ball<T>],
+    ) -> Option<Ball<T>> {
+        let z = middle(disc);
+        let sum = z + disc;
+        let (mut rest, mut slope) = (vec![Ball::ZERO; self.n], Ball::ZERO);
+        for (row, column, [zero, one, two]) in &self.entries {
+            let w = middle(left[*row]);
+            let (value, steep) = if is_zero(*two) {
+                (*zero + *one * z, *one)
+            } else {
+                (*zero + (*one + *two * z) * z, *one + *two * sum)
+            };
+            rest[*column] = rest[*column] + w * value;
+            slope = slope + steep * (w * x[*column]);
+        }
+        let products = rest.iter().zip(x).map(|(rest, x)| *rest * *x);
+        let value = products.fold(Ball::ZERO, |sum, product| sum + product);
+        Some(z - value.checked_div(slope)?)
     }
 }
 

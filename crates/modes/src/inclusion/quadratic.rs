@@ -8,6 +8,7 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
+use super::congruence::Shape;
 use super::exactly::{exact, lower, real, upper};
 
 /// A mode that moves by itself.
@@ -16,7 +17,7 @@ pub(super) struct Modal {
     pub(super) gamma: Ball<DoubleDouble>,
     /// `None` where it is 0: then the only other root is −γ.
     pub(super) sigma: Option<Ball<DoubleDouble>>,
-    pub(super) shape: Vec<f64>,
+    pub(super) shape: Shape,
 }
 
 /// A root, or several that the bounds do not tell apart, with Im ≥ 0, and its shape.
@@ -29,7 +30,7 @@ pub(crate) struct Damped {
     pub(crate) multiplicity: usize,
     /// Whether this one entry stands for all of them: two may belong to one shape.
     pub(crate) defective: bool,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
 }
 
 /// The real number, exactly.
@@ -200,7 +201,55 @@ fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
         real_bound: enlarged(real_bound),
         multiplicity,
         defective,
-        shape: modes[*owner].shape.clone(),
+        // What shares a root with others has no shape of its own.
+        shape: if cluster.len() == 1 {
+            modes[*owner].shape.clone()
+        } else {
+            modes[*owner].shape.clone().without_bounds()
+        },
     };
     Some(cluster[..entries].iter().map(entry).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// γ and σ known to within a reach, and the ends of what that leaves open: each root there lies in the
+    /// disc that is near it.
+    #[test]
+    fn what_is_known_of_the_coefficients_widens_the_discs() {
+        for (gamma, sigma) in [
+            ((0.0, 0.0), (1.0, 0.1)),
+            ((1.0, 0.1), (1.0, 0.0)),
+            ((1.0, 0.05), (2.0, 0.1)),
+            ((5.0, 0.0), (4.0, 0.2)),
+            ((-5.0, 0.1), (4.0, 0.1)),
+            ((2.0, 0.0), (1.0, 0.01)),
+        ] {
+            let ball = |(value, reach): (f64, f64)| around(DoubleDouble::from(value), reach);
+            let discs = pair(ball(gamma), ball(sigma)).unwrap();
+            assert_eq!(discs[0].count == 2, gamma == (2.0, 0.0));
+            for (up, over) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                let half = Complex::from((gamma.0 + up * gamma.1) / 2.0);
+                let root = (half * half - (sigma.0 + over * sigma.1)).sqrt();
+                for value in [-half - root, root - half] {
+                    // Discs below the real axis are not listed.
+                    let value = Complex::new(value.re, value.im.abs());
+                    let inside = discs.iter().filter(|disc| {
+                        let (re, im) = (disc.centre.re.to_f64(), disc.centre.im.to_f64());
+                        let off = (value - Complex::new(re, im)).norm();
+                        let slack = 1e-15;
+                        off <= disc.reach + slack
+                            && (value.re - re).abs() <= disc.real_reach + slack
+                    });
+                    assert_eq!(
+                        inside.count(),
+                        1,
+                        "{value} of {gamma:?}, {sigma:?}: {discs:?}"
+                    );
+                }
+            }
+        }
+    }
 }

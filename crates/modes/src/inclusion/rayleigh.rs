@@ -5,7 +5,7 @@
 
 use eigentone_digits::{Ball, DoubleDouble};
 
-use super::congruence::{Goal, squares};
+use super::congruence::{Goal, Shape, squares};
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::structure::Structure;
 use crate::system::System;
@@ -16,6 +16,7 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    tolerance: f64,
 ) -> Option<Vec<Damped>> {
     let proportion = structure.proportion()?;
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
@@ -26,7 +27,7 @@ pub(crate) fn certify(
         return None;
     }
     // Of a lightly damped root the real part is small against the whole.
-    let squares = squares(system, structure, shapes, Goal::always(1e-27))?;
+    let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
     let elastic = (0..squares.values.len()).map(|i| {
         let sigma = squares.around(&(i..i + 1));
         Modal {
@@ -39,9 +40,7 @@ pub(crate) fn certify(
     let creeping = floating.iter().filter(|_| !drifts).map(|part| Modal {
         gamma: alpha,
         sigma: None,
-        shape: (0..system.len())
-            .map(|i| f64::from(part.contains(&i)))
-            .collect(),
+        shape: Shape::whole(system.len(), part, floating.len() == 1),
     });
     roots(&elastic.chain(creeping).collect::<Vec<Modal>>())
 }
@@ -82,7 +81,12 @@ mod tests {
         let modes = crate::ClassicalModes::of(system).unwrap().unwrap();
         let elastic = (0..system.len()).filter(|j| modes.stiffness()[*j] != 0.0);
         let shape = |j: usize| modes.shapes().col(j).iter().copied().collect();
-        certify(system, system.structure(), elastic.map(shape).collect())
+        certify(
+            system,
+            system.structure(),
+            elastic.map(shape).collect(),
+            2.0 * f64::EPSILON,
+        )
     }
 
     /// λ = −γ/2 ± √(γ²/4 − σ) for exact γ and σ, the first with Im ≥ 0.
@@ -204,6 +208,6 @@ mod tests {
             .build()
             .unwrap();
         let shapes = vec![vec![1.0, 0.5], vec![0.5, -1.0]];
-        assert!(certify(&system, system.structure(), shapes).is_none());
+        assert!(certify(&system, system.structure(), shapes, 1e-15).is_none());
     }
 }

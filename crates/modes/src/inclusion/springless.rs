@@ -3,7 +3,7 @@
 
 use eigentone_digits::DoubleDouble;
 
-use super::congruence::{Goal, squares};
+use super::congruence::{Goal, Shape, squares};
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -14,7 +14,7 @@ pub(crate) struct Relaxing {
     pub(crate) bound: f64,
     /// How many roots the bounds do not tell apart.
     pub(crate) multiplicity: usize,
-    pub(crate) shape: Vec<f64>,
+    pub(crate) shape: Shape,
 }
 
 /// Proves a bound for every nonzero root, given the undamped system and its elastic shapes
@@ -23,8 +23,9 @@ pub(crate) fn certify(
     undamped: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    tolerance: f64,
 ) -> Option<Vec<Relaxing>> {
-    let squares = squares(undamped, structure, shapes, Goal::always(1e-24))?;
+    let squares = squares(undamped, structure, shapes, Goal::always(1e-24), tolerance)?;
     let mut found = Vec::new();
     for group in squares.groups() {
         let value = squares.values[(group.start + group.end) / 2].to_f64();

@@ -225,3 +225,80 @@ impl<T: Real> Points<T> {
         Some(discs)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::exactly::exact;
+    use super::*;
+    use eigentone_digits::DoubleDouble;
+
+    /// Points with given corrections, each known to within a radius.
+    fn points(given: &[(f64, f64, f64)]) -> Points<DoubleDouble> {
+        let at = |x: f64| exact(DoubleDouble::from(x), DoubleDouble::from(0.0));
+        let mut points = Points::new(given.iter().map(|(z, ..)| at(*z)).collect());
+        let corrections = given
+            .iter()
+            .map(|(_, w, radius)| Ball::new(at(*w).middle(), Magnitude::from(*radius)));
+        points.corrections = corrections.collect();
+        points
+    }
+
+    /// What a correction leaves open the disc must hold.
+    #[test]
+    fn uncertain_corrections_widen_the_disc() {
+        let discs = points(&[(1.0, 0.1, 0.05)]).include(&[vec![0]]).unwrap();
+        assert!((discs[0].centre.middle().re.to_f64() - 0.9).abs() < 1e-15);
+        let reach = radius(discs[0].centre);
+        assert!((0.05..0.0501).contains(&reach), "{reach}");
+    }
+
+    /// Approximations of 1, 2 and 4 with the corrections that their polynomial gives: each root in its
+    /// disc, which is not on its centre.
+    #[test]
+    fn discs_hold_the_roots() {
+        let roots = [1.0, 2.0, 4.0];
+        for off in [1e-2, 3e-3, -1e-2] {
+            let z = [1.0 + off, 2.0 - 0.7 * off, 4.0 + 1.3 * off];
+            let value = |x: f64| roots.iter().map(|root| x - root).product::<f64>();
+            let given: Vec<(f64, f64, f64)> = (0..3)
+                .map(|i| {
+                    let others = (0..3).filter(|j| *j != i).map(|j| z[i] - z[j]);
+                    (z[i], value(z[i]) / others.product::<f64>(), 0.0)
+                })
+                .collect();
+            let discs = points(&given)
+                .include(&[vec![0], vec![1], vec![2]])
+                .unwrap();
+            for (disc, root) in discs.iter().zip(roots) {
+                let distance = (disc.centre.middle().re.to_f64() - root).abs();
+                assert!(
+                    distance > 1e-8,
+                    "the corrections are too good for this test"
+                );
+                assert!(distance <= radius(disc.centre), "{root}: {distance:e}");
+                assert!(radius(disc.centre) < 1e-2);
+            }
+        }
+    }
+
+    /// 1 ± 10⁻³ in one disc, from points that are off by a tenth of that, beside 3.
+    #[test]
+    fn a_disc_of_several_holds_them_all() {
+        let roots = [1.0 - 1e-3, 1.0 + 1e-3, 3.0];
+        let z = [1.0 - 1.1e-3, 1.0 + 0.9e-3, 3.001];
+        let value = |x: f64| roots.iter().map(|root| x - root).product::<f64>();
+        let given: Vec<(f64, f64, f64)> = (0..3)
+            .map(|i| {
+                let others = (0..3).filter(|j| *j != i).map(|j| z[i] - z[j]);
+                (z[i], value(z[i]) / others.product::<f64>(), 0.0)
+            })
+            .collect();
+        let discs = points(&given).include(&[vec![0, 1], vec![2]]).unwrap();
+        for root in &roots[..2] {
+            let distance = (discs[0].centre.middle().re.to_f64() - root).abs();
+            assert!(distance <= radius(discs[0].centre), "{root}: {distance:e}");
+        }
+        assert_eq!(discs[0].members, [0, 1]);
+        assert!(radius(discs[0].centre) < 1e-2);
+    }
+}

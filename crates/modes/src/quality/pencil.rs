@@ -391,3 +391,70 @@ fn norm_of(x: impl Iterator<Item = Complex<f64>> + Clone) -> f64 {
     let square: f64 = scaled.map(|entry| entry.norm_sqr()).sum();
     square.sqrt() / half / half
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::GROUND;
+
+    /// λ = 2i where ±i is right: |1 − 4| of 4 + 1, and a condition of 5/(2·|2·2i|) (Tisseur 2000).
+    #[test]
+    fn one_mass_far_off() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let pencil = Pencil::of(&system.build().unwrap());
+        let near = Approximate {
+            value: Complex::new(0.0, 2.0),
+            shape: &[Complex::ONE],
+            left: None,
+        };
+        let quality = pencil.qualities(&[near])[0];
+        assert!((quality.backward_error - 0.6).abs() < 1e-15);
+        assert!((quality.condition.unwrap() - 0.625).abs() < 1e-15);
+    }
+
+    /// Both measures by their definitions, entry by entry, for matrices without any symmetry.
+    #[test]
+    fn matrices_without_symmetry() {
+        let m = [[2.0, 0.5], [-0.25, 1.0]];
+        let c = [[1.0, 2.0], [0.0, 0.5]];
+        let k = [[3.0, -1.0], [1.5, 2.0]];
+        let matrix = |entries: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| entries[i][j]);
+        let mut builder = System::builder().mass("a", 0.0).mass("b", 0.0);
+        for (kind, entries) in [
+            (MatrixKind::Mass, m),
+            (MatrixKind::Damping, c),
+            (MatrixKind::Stiffness, k),
+        ] {
+            builder = builder.matrix(kind, matrix(entries).as_ref());
+        }
+        let pencil = Pencil::of(&builder.build().unwrap());
+        let lambda = Complex::new(-0.5, 1.5);
+        let x = [Complex::ONE, Complex::new(0.5, -0.25)];
+        let y = [Complex::new(0.3, 0.7), Complex::new(-0.2, 1.0)];
+        let near = Approximate {
+            value: lambda,
+            shape: &x,
+            left: Some(&y),
+        };
+        let quality = pencil.qualities(&[near])[0];
+
+        let square = |entries: [[f64; 2]; 2]| entries.iter().flatten().map(|e| e * e).sum::<f64>();
+        let length = |v: &[Complex<f64>]| v.iter().map(|e| e.norm_sqr()).sum::<f64>().sqrt();
+        let scale = lambda.norm_sqr() * square(m).sqrt()
+            + lambda.norm() * square(c).sqrt()
+            + square(k).sqrt();
+        let row = |i: usize, j: usize| lambda * lambda * m[i][j] + lambda * c[i][j] + k[i][j];
+        let residual = [0, 1].map(|i| row(i, 0) * x[0] + row(i, 1) * x[1]);
+        let expected = length(&residual) / (scale * length(&x));
+        assert!((quality.backward_error / expected - 1.0).abs() < 1e-14);
+
+        let mut product = Complex::<f64>::ZERO;
+        for i in 0..2 {
+            for j in 0..2 {
+                product += y[i].conj() * (lambda * 2.0 * m[i][j] + c[i][j]) * x[j];
+            }
+        }
+        let expected = scale * length(&x) * length(&y) / (lambda.norm() * product.norm());
+        assert!((quality.condition.unwrap() / expected - 1.0).abs() < 1e-14);
+    }
+}

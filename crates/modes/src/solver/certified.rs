@@ -4,7 +4,7 @@ use num_complex::Complex;
 
 use crate::inclusion::quadratic::Damped;
 use crate::inclusion::{
-    certify, classical as classically, congruence, pairs, rayleigh, springless,
+    at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
 use crate::modes::{Bounds, Mode, Modes};
 use crate::quality::real_forms::Entries;
@@ -31,9 +31,9 @@ pub(crate) fn certified(
     tolerance: f64,
 ) -> Modes {
     let n = system.len();
-    let at_once = at_once(system, structure, modes.as_slice())
-        .or_else(|| by_undamped_shapes(solver, system, structure))
-        .or_else(|| without_springs(solver, system, structure))
+    let at_once = at_once(system, structure, modes.as_slice(), tolerance)
+        .or_else(|| without_springs(solver, system, structure, tolerance))
+        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| {
             let many = n >= SMALLEST;
             many.then(|| by_pairs(system, structure, modes.as_slice()))?
@@ -84,8 +84,15 @@ pub(crate) fn certified(
             floating
         }
     };
+    if n <= LARGEST {
+        enclose_shapes(system, structure, &mut roots, tolerance);
+    }
     if zeros > 0 {
-        roots.extend(rigid::roots(shapes(), zeros));
+        let mut still = rigid::roots(shapes(), zeros);
+        if let [root] = still.as_mut_slice() {
+            enclose_at_rest(system, structure, root, tolerance);
+        }
+        roots.extend(still);
     }
     let mut plan = modes.plan;
     plan.bounds = format!("proven: {claim}");
@@ -93,6 +100,43 @@ pub(crate) fn certified(
         bounds: Bounds::Proven,
         plan,
         ..collect(solver, system, roots)
+    }
+}
+
+/// Bounds the shapes of simple roots whose proof left them without.
+fn enclose_shapes(system: &System, structure: &Structure, roots: &mut [Root], tolerance: f64) {
+    let open = |root: &&mut Root| root.count == 1 && root.shape_bound.is_none();
+    let mut open: Vec<&mut Root> = roots.iter_mut().filter(open).collect();
+    let discs: Vec<(Complex<f64>, f64)> = open
+        .iter()
+        .map(|root| {
+            (
+                root.value,
+                root.error.map_or(f64::INFINITY, |(bound, _)| bound),
+            )
+        })
+        .collect();
+    let found = shapes_at(system, structure, &discs, tolerance);
+    for (root, shapes) in open.iter_mut().zip(found) {
+        if let Some(shapes) = shapes {
+            root.enclose(shapes);
+        }
+    }
+}
+
+/// Bounds the shape at λ = 0, where there is one alone.
+fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tolerance: f64) {
+    let moves_whole = structure.spring_floating().len() == 1;
+    // What proved the other roots at once found as many elastic shapes as leave one for λ = 0.
+    let counted = system.len() > LARGEST && moves_whole;
+    let found = (system.len() <= LARGEST)
+        .then(|| at_rest(system, structure, tolerance))
+        .flatten();
+    if moves_whole && (counted || found.is_some()) {
+        root.shape_bound = Some(vec![0.0; system.len()]);
+    } else if let Some(found) = found {
+        root.shape = found.right.shape;
+        root.shape_bound = Some(found.right.bounds);
     }
 }
 
@@ -113,16 +157,18 @@ impl Proof {
 }
 
 /// Of an undamped system, by its shapes.
-fn at_once(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+fn at_once(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+    tolerance: f64,
+) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         count: mode.multiplicity,
         error: Some((mode.bound, 0.0)),
-        ..Root::simple(
-            Complex::new(0.0, mode.frequency),
-            mode.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(Complex::new(0.0, mode.frequency), mode.shape)
     };
-    let found = congruence::certify(system, structure, modes)?;
+    let found = congruence::certify(system, structure, modes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes leave of K and M off the diagonal, with 32 digits".to_owned(),
@@ -134,6 +180,7 @@ fn by_undamped_shapes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    tolerance: f64,
 ) -> Option<Proof> {
     if !structure.is_classical() || structure.is_undamped() {
         return None;
@@ -145,22 +192,19 @@ fn by_undamped_shapes(
         count: found.multiplicity,
         defective: found.defective,
         error: Some((found.bound, found.real_bound)),
-        ..Root::simple(
-            found.value,
-            found.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(found.value, found.shape)
     };
     let proof = |found: Vec<Damped>, claim: &str| Proof {
         roots: found.into_iter().map(root).collect(),
         claim: claim.to_owned(),
     };
-    let in_proportion = rayleigh::certify(system, structure, shapes.clone()).map(|found| {
+    let in_proportion = rayleigh::certify(system, structure, shapes.clone(), tolerance).map(|found| {
         let claim = "what the undamped shapes leave of K and M off the diagonal, with 32 digits; \
                      the damping follows exactly";
         proof(found, claim)
     });
     in_proportion.or_else(|| {
-        let found = classically::certify(system, structure, shapes)?;
+        let found = classically::certify(system, structure, shapes, tolerance)?;
         let claim = "what the undamped shapes leave of K, C and M off the diagonal, with 32 digits";
         Some(proof(found, claim))
     })
@@ -172,6 +216,7 @@ fn without_springs(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
+    tolerance: f64,
 ) -> Option<Proof> {
     let undamped = with_dampers_for_springs(system, structure)?;
     let structure = undamped.structure();
@@ -181,12 +226,9 @@ fn without_springs(
     let root = |found: springless::Relaxing| Root {
         count: found.multiplicity,
         error: Some((found.bound, found.bound)),
-        ..Root::simple(
-            Complex::from(found.value),
-            found.shape.into_iter().map(Complex::from).collect(),
-        )
+        ..with_shape(Complex::from(found.value), found.shape)
     };
-    let found = springless::certify(&undamped, structure, shapes)?;
+    let found = springless::certify(&undamped, structure, shapes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
@@ -269,9 +311,8 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
             let mut found = root(&modes[owner], certificate.value, count, !complete);
-            if let Some(shape) = &certificate.shape {
-                found.shape = shape.clone();
-                found.left = certificate.left.clone();
+            if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
+                found.enclose(shapes.clone());
             }
             roots.push(Root {
                 error: Some((certificate.bound, certificate.real_bound)),
@@ -315,6 +356,13 @@ fn lone_roots(system: &System) -> Vec<Root> {
         );
     }
     roots
+}
+
+fn with_shape(value: Complex<f64>, shape: congruence::Shape) -> Root {
+    Root {
+        shape_bound: shape.bounds,
+        ..Root::simple(value, shape.components)
+    }
 }
 
 fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {

@@ -87,6 +87,7 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
     let mut eigenvalues = Vec::new();
     let (mut infinite, mut proven) = (0, true);
     let mut plan = None;
+    let mut ends = Vec::new();
     let count = solved.len();
     for (coordinates, part) in solved {
         infinite += part.infinite;
@@ -99,13 +100,24 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
             }
             shape
         };
+        let spread_bound = |bounds: Vec<f64>| {
+            let mut bound = vec![0.0; system.len()];
+            for (&i, entry) in coordinates.iter().zip(bounds) {
+                bound[i] = entry;
+            }
+            bound
+        };
         modes.extend(part.modes.into_iter().map(|mode| Mode {
             shape: spread(&mode.shape),
+            shape_bound: mode.shape_bound.map(spread_bound),
             left_shape: mode.left_shape.as_deref().map(spread),
+            left_shape_bound: mode.left_shape_bound.map(spread_bound),
             ..mode
         }));
+        ends.push(modes.len());
         plan = plan.or(Some(part.plan));
     }
+    forget_shared(&mut modes, &ends, proven);
     let mut plan = plan.expect("a system has a coordinate");
     plan.reason = format!(
         "{}; {count} parts that nothing joins are solved apart",
@@ -140,5 +152,30 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         infinite,
         bounds,
         plan,
+    }
+}
+
+/// Shapes of roots that may be roots of other parts as well are not determined. The modes of each part end where
+/// `ends` says.
+fn forget_shared(modes: &mut [Mode], ends: &[usize], proven: bool) {
+    let disc = |mode: &Mode| (mode.eigenvalue.value, mode.eigenvalue.bound);
+    let discs: Vec<_> = modes.iter().map(disc).collect();
+    let part = |mode: usize| ends.partition_point(|end| *end <= mode);
+    for (i, mode) in modes.iter_mut().enumerate() {
+        let (value, bound) = discs[i];
+        let mut others = discs
+            .iter()
+            .enumerate()
+            .filter(|(j, _)| part(*j) != part(i));
+        let shared = others.any(|(_, (other, reach))| {
+            let (Some(bound), Some(reach)) = (bound, reach) else {
+                return true;
+            };
+            (value - other).norm() <= (bound + reach) * (1.0 + 8.0 * f64::EPSILON)
+        });
+        if shared || !proven {
+            mode.shape_bound = None;
+            mode.left_shape_bound = None;
+        }
     }
 }

@@ -13,13 +13,10 @@ use super::roots::{Root, normalised};
 pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
     let defective = count > shapes.len();
     let root = |shape, count| Root {
-        value: Complex::ZERO,
-        shape,
-        left: None,
         count,
         defective,
         error: Some((0.0, 0.0)),
-        quality: None,
+        ..Root::simple(Complex::ZERO, shape)
     };
     let listed = if defective { 1 } else { count };
     let each = if defective { count } else { 1 };

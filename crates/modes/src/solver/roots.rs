@@ -2,6 +2,7 @@
 
 use num_complex::Complex;
 
+use crate::inclusion::shape::Shapes;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, listed, order};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
@@ -27,6 +28,10 @@ pub(crate) struct Root {
     pub(crate) error: Option<(f64, f64)>,
     /// Where it was computed already.
     pub(crate) quality: Option<Quality>,
+    /// How far each component of x may be off, where that is proved: x has its largest component 1 then.
+    pub(crate) shape_bound: Option<Vec<f64>>,
+    /// The same of y where it is given.
+    pub(crate) left_bound: Option<Vec<f64>>,
 }
 
 impl Root {
@@ -40,7 +45,16 @@ impl Root {
             defective: false,
             error: None,
             quality: None,
+            shape_bound: None,
+            left_bound: None,
         }
+    }
+
+    /// Gives it shapes with bounds.
+    pub(crate) fn enclose(&mut self, shapes: Shapes) {
+        self.shape = shapes.right.shape;
+        self.shape_bound = Some(shapes.right.bounds);
+        (self.left, self.left_bound) = shapes.left.map(|y| (y.shape, y.bounds)).unzip();
     }
 
     /// What its quality is judged by.
@@ -113,6 +127,9 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
 }
 
 fn normalised_root(root: Root) -> Root {
+    if root.shape_bound.is_some() {
+        return root;
+    }
     Root {
         shape: normalised(&root.shape),
         left: root.left.as_deref().map(normalised),
@@ -138,9 +155,12 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
     // Beyond that first-order theory says nothing.
     let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
     let error = root.error.or(estimate).filter(small);
-    let left_shape = match root.left {
-        None if symmetric => Some(root.shape.iter().map(|entry| entry.conj()).collect()),
-        left => left,
+    let (left_shape, left_shape_bound) = match root.left {
+        None if symmetric => (
+            Some(root.shape.iter().map(|entry| entry.conj()).collect()),
+            root.shape_bound.clone(),
+        ),
+        left => (left, root.left_bound),
     };
     Mode {
         eigenvalue: Eigenvalue {
@@ -151,7 +171,9 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
         multiplicity: root.count,
         defective: root.defective,
         shape: root.shape,
+        shape_bound: root.shape_bound,
         left_shape,
+        left_shape_bound,
         backward_error,
         condition,
     }

@@ -294,7 +294,9 @@ impl<'a> Judge<'a> {
             multiplicity,
             defective,
             left_shape: Some(shape.iter().map(|entry| entry.conj()).collect()),
+            left_shape_bound: None,
             shape,
+            shape_bound: None,
             backward_error,
             condition: condition.filter(|condition| condition.is_finite()),
         }

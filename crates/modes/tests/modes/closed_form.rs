@@ -1,7 +1,7 @@
 //! Uniform chains, two masses on very different springs, and a gyroscopic pair.
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Bounds, MatrixKind, System};
+use eigentone_modes::{Bounds, MatrixKind, Precision, System};
 use faer::mat;
 
 use crate::root::{Join, Root, assert_roots, network, quadratic};
@@ -198,6 +198,35 @@ fn a_gyroscopic_pair_turns_for_ever() {
         let modes = system.modes().expect("modes");
         assert_eq!(modes.bounds(), Bounds::Proven);
         assert_roots(&roots, &modes, 4.0, &format!("g = {g}, k = {k}"));
+    }
+}
+
+/// Two masses of one frequency, 2 rad/s, joined by a damper alone: C = [2 −2; −2 5] has the eigenvalues 1 and 6, thus
+/// λ² + λ + 4 and λ² + 6λ + 4, whose shapes only C tells.
+#[test]
+fn equal_frequencies_with_unlike_damping() {
+    let system = network(
+        &[1.0, 1.0],
+        &[(0, 1, 4.0), (0, 2, 4.0)],
+        &[(1, 2, 2.0), (0, 2, 3.0)],
+    );
+    let roots = [0.25, 1.5].map(|zeta| quadratic(2.0.into(), zeta.into()));
+    for precision in [Precision::default(), Precision::Double] {
+        let modes = system.modes_to(precision).expect("modes");
+        assert_roots(&roots.concat(), &modes, 8.0, &format!("{precision:?}"));
+        // (2, 1) belongs to the damping of 1, and (1, −2) to that of 6.
+        for mode in modes.iter() {
+            let ratio = (mode.shape()[1] / mode.shape()[0]).re;
+            let wanted = if mode.eigenvalue().value.im == 0.0 {
+                -2.0
+            } else {
+                0.5
+            };
+            assert!(
+                (ratio - wanted).abs() < 1e-13,
+                "{precision:?}: {ratio} {wanted}"
+            );
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 //! - `closed_form`: frequencies and damping that formulas give, in twice a double's digits.
 //! - `planted`: systems built from chosen poles and shapes.
 //! - `estimated`: bounds in doubles cover what proven answers show.
+//! - `shapes`: shapes that formulas give, with their bounds.
 //! - `singular_mass`: infinite roots beyond those of massless nodes, beside roots from FLINT.
 //! - `law`: what does not depend on numbers: units, order, conjugates, signs, counts.
 
@@ -12,4 +13,5 @@ mod law;
 mod networks;
 mod planted;
 mod root;
+mod shapes;
 mod singular_mass;

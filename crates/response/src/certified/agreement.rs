@@ -140,7 +140,7 @@ impl Asked {
 fn certified<T: Real>(problem: &Problem<'_>) -> Trajectory {
     let found = march::<T>(problem, Wanted::Grid, "test", f64::EPSILON, true);
     match found.expect("nothing grows") {
-        Attempt::Found(trajectory) => trajectory,
+        Attempt::Found(trajectory) => *trajectory,
         _ => panic!("no mass is 0"),
     }
 }

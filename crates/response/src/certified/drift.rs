@@ -98,4 +98,17 @@ mod tests {
         drift.step(8, Magnitude::ZERO);
         assert!((drift.total().to_f64() - 2.0 / 256.0).abs() < 1e-9);
     }
+
+    /// Norms of more steps than are known are squares of what is: eight steps of ½ leave 2⁻⁸.
+    #[test]
+    fn many_steps_at_once_are_bounded_by_fewer() {
+        let mut drift = Drift::new(Magnitude::from(1.0));
+        drift.know(0, Magnitude::from(0.5));
+        drift.step(8, Magnitude::ZERO);
+        assert!((drift.total().to_f64() * 256.0 - 1.0).abs() < 1e-9);
+        let mut drift = Drift::new(Magnitude::from(1.0));
+        drift.know(0, Magnitude::from(2.0));
+        drift.step(5, Magnitude::from(3.0));
+        assert!((drift.total().to_f64() - 35.0).abs() < 1e-6);
+    }
 }

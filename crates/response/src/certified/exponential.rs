@@ -196,4 +196,43 @@ mod tests {
         let one = c * c + s * s - DoubleDouble::from(1.0);
         assert!(one.to_f64().abs() < 1e-22);
     }
+
+    /// Four terms of e^x at ½ are off by ½⁵/5! and more.
+    #[test]
+    fn what_the_series_leaves_out_is_counted() {
+        for size in [-0.5f64, 0.5, 1.0] {
+            let x = Normed::new(1, 1, vec![DoubleDouble::from(size)], Magnitude::ZERO);
+            let plan = Plan {
+                width: 2,
+                height: 2,
+                squarings: 0,
+            };
+            let sum = polynomial(&x, &plan);
+            let off = (sum.entries()[0].to_f64() - size.exp()).abs();
+            assert!(off > 2e-4, "the series is longer than it was told to be");
+            assert!(
+                off <= sum.error().to_f64(),
+                "{off:e} {}",
+                sum.error().to_f64()
+            );
+            assert!(sum.error().to_f64() <= 3.0 * off);
+        }
+    }
+
+    /// e^{x + δ} − e^x is more than δ for x > 0; times that are known to δ leave that open.
+    #[test]
+    fn errors_of_the_argument_are_counted() {
+        let of = |error: f64, tau_error: f64| {
+            let w = vec![DoubleDouble::from(0.75)];
+            let w = Normed::new(1, 1, w, Magnitude::from(error));
+            exponential(&w, DoubleDouble::from(4.0), Magnitude::from(tau_error))
+        };
+        let (exact, delta) = (3f64.exp(), 1e-9);
+        for (power, change) in [(of(delta, 0.0), 4.0 * delta), (of(0.0, delta), 3.0 * delta)] {
+            let worst = exact * change.exp_m1();
+            let bound = power.error().to_f64();
+            assert!(bound >= worst, "{bound:e} {worst:e}");
+            assert!(bound <= 10.0 * worst, "{bound:e} {worst:e}");
+        }
+    }
 }

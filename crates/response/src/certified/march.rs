@@ -120,7 +120,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             }
         }
         let trajectory = collector.finish(method).after(self.operations);
-        Ok(Attempt::Found(trajectory))
+        Ok(Attempt::Found(Box::new(trajectory)))
     }
 
     /// The state and the loads.
@@ -489,4 +489,49 @@ fn exactly<T: Real>(whole: u64) -> T {
 
 fn common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { common_divisor(b, a % b) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_digits::{DoubleDouble, Wide};
+
+    /// Instants of 106 bits against those of 1024: k·step and parts of it are rounded, and that counts.
+    #[test]
+    fn instants_are_within_their_bounds() {
+        let clock = Clock {
+            step: 0.1,
+            division: 3,
+        };
+        let part = |numerator, denominator| {
+            Moment::Part(Fraction {
+                numerator,
+                denominator,
+            })
+        };
+        let spans = [
+            (Moment::Units(0), Moment::Units(1)),
+            (Moment::Units(2), Moment::Units(1_000_000_000_003)),
+            (part(1, 7), part(22, 7)),
+            (part(5, 11), Moment::Event(0.3)),
+            (Moment::Event(1e-20), Moment::Units(4)),
+        ];
+        let mut rounded = 0;
+        for (from, to) in spans {
+            let (exact, least) = clock.seconds::<Wide<16>>(from, to);
+            let (coarse, bound) = clock.seconds::<DoubleDouble>(from, to);
+            let off = (exact - Wide::from(coarse)).to_f64().abs();
+            let bound = bound.to_f64();
+            assert!(
+                off <= bound + least.to_f64(),
+                "{from:?} {to:?}: {off:e} {bound:e}"
+            );
+            assert!(
+                bound <= 1e-30 * exact.to_f64(),
+                "{from:?} {to:?}: {bound:e}"
+            );
+            rounded += usize::from(off > 0.0);
+        }
+        assert!(rounded >= 4, "these are to be rounded");
+    }
 }

@@ -50,7 +50,7 @@ type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attem
 
 /// What came of an attempt.
 pub(crate) enum Attempt {
-    Found(Trajectory),
+    Found(Box<Trajectory>),
     /// An instant missed the tolerance.
     Missed,
     /// With so few digits a matrix to be divided by cannot be told from a singular one.

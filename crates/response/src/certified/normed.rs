@@ -236,4 +236,79 @@ mod tests {
             3.0 + 12.0 + 21.0
         );
     }
+
+    /// 3 ± 1e-10 times 5 ± 1e-11: the worst of the products is what the bound must reach, in every one
+    /// of its terms.
+    #[test]
+    fn errors_of_both_factors_and_of_both_together_count() {
+        let one = |value: f64, error: f64| {
+            Normed::new(
+                1,
+                1,
+                vec![DoubleDouble::from(value)],
+                Magnitude::from(error),
+            )
+        };
+        let product = one(3.0, 1e-10).times(&one(5.0, 1e-11));
+        let worst = 3.0 * 1e-11 + 1e-10 * 5.0 + 1e-10 * 1e-11;
+        let bound = product.error().to_f64();
+        assert!(bound >= worst * (1.0 - 1e-15), "{bound:e} {worst:e}");
+        assert!(bound <= worst * (1.0 + 1e-9), "{bound:e} {worst:e}");
+        // A factor of 7 ± 1e-12, relative to it.
+        let scaled = one(3.0, 1e-10).times_scalar(DoubleDouble::from(7.0), Magnitude::from(1e-12));
+        let worst = 7.0 * 1e-10 * (1.0 + 1e-12) + 7.0 * 1e-12 * 3.0;
+        let bound = scaled.error().to_f64();
+        assert!(bound >= worst * (1.0 - 1e-15), "{bound:e} {worst:e}");
+        assert!(bound <= worst * (1.0 + 1e-9), "{bound:e} {worst:e}");
+        // What a matrix may be is as large as it is and its error.
+        assert!(one(3.0, 1e-10).true_norm().to_f64() >= 3.0 + 1e-10);
+    }
+
+    /// Products of 106 bits against products of 1024, whose entries have no pattern.
+    #[test]
+    fn rounding_of_products_is_counted() {
+        let n = 7;
+        let third = DoubleDouble::from(1.0) / DoubleDouble::from(3.0);
+        let entry = |at: usize| {
+            let turned = third * DoubleDouble::from((at * at % 41) as f64 - 20.0);
+            turned + DoubleDouble::from(1.0 / (at as f64 + 0.3))
+        };
+        let entries: Vec<DoubleDouble> = (0..n * n).map(entry).collect();
+        let exact = entries.iter().map(|x| Wide::<16>::from(*x)).collect();
+        let exact = Normed::new(n, n, exact, Magnitude::ZERO);
+        let coarse = Normed::new(n, n, entries, Magnitude::ZERO);
+        let factor = third + DoubleDouble::from(1.0);
+        let products = [
+            (exact.times(&exact), coarse.times(&coarse)),
+            (
+                exact.times_scalar(Wide::from(factor), Magnitude::ZERO),
+                coarse.times_scalar(factor, Magnitude::ZERO),
+            ),
+        ];
+        for (exact, coarse) in products {
+            let pairs = exact.entries().iter().zip(coarse.entries());
+            let off = pairs.map(|(exact, coarse)| (*exact - Wide::from(*coarse)).to_f64().abs());
+            let off = off.fold(0.0, f64::max);
+            let bound = coarse.error().to_f64();
+            assert!(off > 0.0, "nothing was rounded");
+            // No entry of a matrix exceeds its 2-norm.
+            assert!(off <= bound, "{off:e} {bound:e}");
+            assert!(bound <= 1e-29 * exact.true_norm().to_f64());
+        }
+    }
+
+    /// Of n ones in a row the norm is √n, of n × n ones n: more than any one entry.
+    #[test]
+    fn the_two_norm_is_that_of_all_entries() {
+        for n in [2usize, 5, 12] {
+            let ones = normed::<DoubleDouble>(n, &vec![1.0; n * n])
+                .true_norm()
+                .to_f64();
+            assert!(ones >= n as f64 && ones <= 1.01 * n as f64, "{ones}");
+            let row: Vec<f64> = (0..n * n).map(|at| f64::from(at < n)).collect();
+            let row = normed::<DoubleDouble>(n, &row).true_norm().to_f64();
+            let exact = (n as f64).sqrt();
+            assert!(row >= exact * (1.0 - 1e-15) && row <= 1.01 * exact, "{row}");
+        }
+    }
 }

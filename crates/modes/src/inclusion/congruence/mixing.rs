@@ -1,0 +1,105 @@
+//! How much of the other approximate shapes each true shape holds.
+//!
+//! With y_i = x_i/√g_i the shape of a simple eigenvalue σ near d_k is Σ c_i y_i with c_k = 1 and, for i ≠ k,
+//!
+//! (d_i − σ) c_i = Σ_j (σ E_G,ij − √(d_i d_j) E_S,ij) c_j.
+//!
+//! With a_ij ≥ σ|E_G,ij| + √(d_i d_j)|E_S,ij|, B_ij = a_ij/|d_i − σ| for j ≠ k and δ_i = a_ik/|d_i − σ| this is
+//! c = Tc + t with |T| ≤ B and |t| ≤ δ. If δ + Bb < b for some b > 0, the spectral radius of B is below 1, so
+//! that there is one solution, |c_i| ≤ b_i, and no shape has c_k = 0 (Collatz 1942, *Math. Z.* 48).
+
+use eigentone_digits::DoubleDouble;
+use faer::Mat;
+
+use super::Forms;
+use crate::inclusion::gram::{Gram, UPWARD};
+use crate::vector::settle;
+
+/// More than products that underflow take from a sum, for squares within `RANGE`.
+const TINY: f64 = 1e-120;
+
+const RANGE: std::ops::Range<f64> = 1e-150..1e150;
+
+/// For each elastic column, how far each of its entries may be from a multiple of the true shape; `None` where
+/// that is not proved. Without meaning for values that `spread` does not tell apart.
+pub(super) fn errors(
+    forms: &Forms,
+    columns: &[Vec<DoubleDouble>],
+    spread: f64,
+) -> Vec<Option<Vec<f64>>> {
+    let (all, elastic) = (columns.len(), forms.squares.len());
+    let n = columns.first().map_or(0, Vec::len);
+    let squares: Vec<f64> = forms.squares.iter().map(|square| square.to_f64()).collect();
+    if !squares.iter().all(|square| RANGE.contains(square)) {
+        return vec![None; elastic];
+    }
+    let norms: Vec<f64> = (0..all)
+        .map(|i| forms.mass.at(i, i).to_f64().sqrt())
+        .collect();
+    let couplings = |gram: &Gram| {
+        Mat::from_fn(all, all, |i, j| {
+            // Springs do not feel rigid motions.
+            if i.max(j) >= gram.size {
+                return 0.0;
+            }
+            let off = if i == j {
+                gram.error(i, j)
+            } else {
+                gram.upper(i, j)
+            };
+            off / (norms[i] * norms[j]) * UPWARD
+        })
+    };
+    let (stiffness, mass) = (couplings(&forms.stiffness), couplings(&forms.mass));
+    // The least |d_i − σ|; NaN or not positive where there is none.
+    let gap = |i: usize, k: usize| {
+        let doubt = spread * squares[k];
+        let apart = match forms.squares.get(i) {
+            None => squares[k],
+            Some(square) => {
+                let apart = (*square - forms.squares[k]).to_f64().abs();
+                apart - 2f64.powi(-98) * squares[i]
+            }
+        };
+        (apart - doubt * UPWARD) / UPWARD
+    };
+    let gaps = Mat::from_fn(all, elastic, gap);
+    let largest = |k: usize| squares[k] * (1.0 + spread) * UPWARD;
+    let coupled = |i: usize, k: usize, by_mass: f64, by_stiffness: f64| {
+        (largest(k) * by_mass + by_stiffness) / gaps[(i, k)] * UPWARD + TINY
+    };
+    let first = Mat::from_fn(all, elastic, |i, k| {
+        if i == k {
+            0.0
+        } else {
+            coupled(i, k, mass[(i, k)], stiffness[(i, k)])
+        }
+    });
+    let next = |shares: &Mat<f64>| {
+        let (by_mass, by_stiffness) = (&mass * shares, &stiffness * shares);
+        settle();
+        Mat::from_fn(all, elastic, |i, k| {
+            if i == k {
+                0.0
+            } else {
+                (first[(i, k)] + coupled(i, k, by_mass[(i, k)], by_stiffness[(i, k)])) * UPWARD
+            }
+        })
+    };
+    let shares = next(&first) * faer::Scale(2.0);
+    let mapped = next(&shares);
+    let sizes = Mat::from_fn(n, all, |p, i| columns[i][p].to_f64().abs() / norms[i]);
+    let errors = sizes * &shares;
+    settle();
+    let proven = |k: usize| {
+        let inside = |i: usize| i == k || (gaps[(i, k)] > 0.0 && mapped[(i, k)] < shares[(i, k)]);
+        (0..all).all(inside)
+    };
+    let of = |k: usize| {
+        let each = errors.col(k).iter();
+        let each: Vec<f64> = each.map(|e| (e * norms[k] + TINY) * UPWARD).collect();
+        let finite = each.iter().all(|error| error.is_finite());
+        (finite && proven(k)).then_some(each)
+    };
+    (0..elastic).map(of).collect()
+}

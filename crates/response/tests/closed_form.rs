@@ -1,0 +1,191 @@
+//! Motions that formulas give, by every method that takes them: displacement, velocity and acceleration, of
+//! a mass and of a node without one.
+
+use eigentone_modes::{GROUND, System};
+use eigentone_response::{
+    ByExponential, Extrema, Harmonic, Impulse, Ramp, Response, State, Step, methods,
+};
+
+/// A value with its first two derivatives.
+type Course = [f64; 3];
+
+fn sum(parts: &[Course]) -> Course {
+    [0, 1, 2].map(|k| parts.iter().map(|part| part[k]).sum())
+}
+
+fn times(factor: f64, [x, v, a]: Course) -> Course {
+    [factor * x, factor * v, factor * a]
+}
+
+/// sin(ωt + φ).
+fn sine(omega: f64, t: f64, phase: f64) -> Course {
+    let (sine, cosine) = (omega * t + phase).sin_cos();
+    [sine, omega * cosine, -omega * omega * sine]
+}
+
+/// Of the time since `start`, which has passed or not.
+fn since(start: f64, t: f64, course: impl Fn(f64) -> Course) -> Course {
+    if t > start {
+        course(t - start)
+    } else {
+        [0.0; 3]
+    }
+}
+
+/// 2 kg on 3 N/m to a node without mass, and that on 6 N/m to the ground: ω = 1/s, and a force f on the
+/// node moves the mass as f/3 would. The node itself is at (3x + f)/9.
+#[test]
+fn a_node_without_mass_follows_its_force_at_once() {
+    let system = System::builder()
+        .mass("m", 2.0)
+        .mass("p", 0.0)
+        .spring("m", "p", 3.0)
+        .spring("p", GROUND, 6.0)
+        .build()
+        .expect("a system");
+    let (omega, phase) = (0.5, 0.3);
+    let (step, ramp, blow) = (0.75, 1.5, 2.25);
+    let asked = Response::of(&system)
+        .from(State::at_rest().displace("m", 0.25).push("m", -0.5))
+        .load("p", Harmonic::of(9.0, omega).with_phase(phase))
+        .load("p", Step::of(9.0).starting_at(step))
+        .load("p", Ramp::of(9.0).starting_at(ramp))
+        .load("m", Impulse::of(4.0))
+        .load("m", Impulse::of(-3.0).at(blow))
+        .every(0.4)
+        .until(40.0)
+        .with_acceleration();
+    let swing = |t: f64| sine(1.0, t, 0.0);
+    let motion = |t: f64| {
+        // x″ + x = 3/2 sin(t/2 + φ): twice the sine, and what brings the start to rest.
+        let forced = sum(&[
+            times(2.0, sine(omega, t, phase)),
+            times(
+                -2.0 * phase.sin(),
+                sine(1.0, t, std::f64::consts::FRAC_PI_2),
+            ),
+            times(-2.0 * omega * phase.cos(), swing(t)),
+        ]);
+        let stepped = since(step, t, |s| {
+            [1.5 * (1.0 - s.cos()), 1.5 * s.sin(), 1.5 * s.cos()]
+        });
+        let pulled = since(ramp, t, |s| {
+            [1.5 * (s - s.sin()), 1.5 * (1.0 - s.cos()), 1.5 * s.sin()]
+        });
+        let struck = since(blow, t, |s| times(-1.5, swing(s)));
+        let begun = sum(&[
+            times(0.25, sine(1.0, t, std::f64::consts::FRAC_PI_2)),
+            times(-0.5 + 2.0, swing(t)),
+        ]);
+        sum(&[forced, stepped, pulled, struck, begun])
+    };
+    let force = |t: f64| {
+        sum(&[
+            times(9.0, sine(omega, t, phase)),
+            since(step, t, |_| [9.0, 0.0, 0.0]),
+            since(ramp, t, |s| [9.0 * s, 9.0, 0.0]),
+        ])
+    };
+    let problem = asked.problem().expect("well posed");
+    let mut answered = Vec::new();
+    for method in methods() {
+        if method.refuses(&problem).is_some() {
+            continue;
+        }
+        answered.push(method.name());
+        let found = method.run(&problem).expect("it does not refuse");
+        let acceleration = found.acceleration().expect("asked for");
+        let kinds = [found.displacement(), found.velocity(), acceleration];
+        assert_eq!(found.len(), 101);
+        for j in 0..found.len() {
+            let t = 0.4 * found.steps()[j] as f64;
+            let mass = motion(t);
+            let node = times(1.0 / 9.0, sum(&[times(3.0, mass), force(t)]));
+            for (kind, values) in kinds.iter().enumerate() {
+                for (i, wanted) in [mass[kind], node[kind]].into_iter().enumerate() {
+                    let off = (values[(i, j)] - wanted).abs();
+                    // The ramp ends at 350 N and the mass at 60 m.
+                    assert!(
+                        off < 1e-12,
+                        "{}: {kind} of {i} at {t}: {off:e}",
+                        method.name()
+                    );
+                }
+            }
+        }
+    }
+    for name in ["exponential", "superposition"] {
+        assert!(answered.contains(&name), "only {answered:?}");
+    }
+}
+
+/// x″ + 2x′ + x = sin t ends in −½ cos t: after a million seconds, 159155 turns, the angle must still be
+/// right to the last digit. cos 1e6 = 0.93675212753314478693…
+#[test]
+fn angles_are_right_after_a_million_seconds() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .damper(GROUND, "m", 2.0)
+        .spring(GROUND, "m", 1.0)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system).load("m", Harmonic::of(1.0, 1.0));
+    let found = asked.every(10.0).until(1e6).run_by(&ByExponential);
+    let found = found.expect("it takes every system");
+    let off = found.displacement()[(0, found.len() - 1)] + 0.5 * 0.936_752_127_533_144_8;
+    assert!(off.abs() < 1e-14, "{off:e}");
+}
+
+/// Two unit masses on 1 N/m each and 1.5 N/m between them: ω = 1 and 2. Released from (1, 0) they move as
+/// (cos t ± cos 2t)/2, which turn where cos t = ∓1/4, at ∓9/16, and at π.
+#[test]
+fn extrema_of_every_coordinate_lie_between_the_instants() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 1.0)
+        .spring("a", "b", 1.5)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system).from(State::at_rest().displace("a", 1.0));
+    let asked = asked.every(0.7).until(5.6);
+    let trajectory = asked.clone().run().expect("a response");
+    let problem = asked.problem().expect("well posed");
+    let found = Extrema::of(&problem, &trajectory).expect("few enough");
+    let turn = 0.25f64.acos();
+    let (high, low) = (found.highest(), found.lowest());
+    for (extremum, value, time) in [
+        (high[0], 1.0, 0.0),
+        (low[0], -0.5625, std::f64::consts::PI - turn),
+        (high[1], 0.5625, turn),
+        (low[1], -1.0, std::f64::consts::PI),
+    ] {
+        let off = (extremum.displacement - value).abs();
+        assert!(off < 1e-12, "{extremum:?} for {value}");
+        assert!(
+            (extremum.time - time).abs() < 1e-6,
+            "{extremum:?} at {time}"
+        );
+    }
+}
+
+/// 6 N on 4 N/m move what has no mass to 1.5 at once, and there it stays: it never is at 0.
+#[test]
+fn what_has_no_mass_begins_where_it_is_moved_to() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .mass("p", 0.0)
+        .spring(GROUND, "m", 1.0)
+        .spring(GROUND, "p", 4.0)
+        .build()
+        .expect("a system");
+    let asked = Response::of(&system).load("p", Step::of(6.0));
+    let asked = asked.every(0.5).until(2.0);
+    let trajectory = asked.clone().run().expect("a response");
+    let problem = asked.problem().expect("well posed");
+    let found = Extrema::of(&problem, &trajectory).expect("few enough");
+    assert_eq!(found.lowest()[1].displacement, 1.5);
+    assert_eq!(found.highest()[1].displacement, 1.5);
+    assert_eq!(found.lowest()[0].displacement, 0.0);
+}

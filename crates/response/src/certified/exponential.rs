@@ -5,13 +5,24 @@ use eigentone_digits::{Magnitude, Real};
 
 use super::normed::{Normed, growth};
 
-/// e^{τW}, for a `tau` known to a relative `tau_error`.
+/// e^{τW}, for a `tau` known to a relative `tau_error`. Where entries are of unlike sizes they may have many digits
+/// of which the bound, one for the whole matrix, knows nothing.
 pub(crate) fn exponential<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> Normed<T> {
-    counted(w, tau, tau_error).0
+    until(w, tau, tau_error, |_| false).0
 }
 
-/// The same, and how many products it took.
+/// The same for those who need the bound, which is infinite once nothing is left of it, and how many products it took.
 pub(super) fn counted<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> (Normed<T>, u64) {
+    until(w, tau, tau_error, is_lost)
+}
+
+/// The exponential, given up as soon as a square is `lost`.
+fn until<T: Real>(
+    w: &Normed<T>,
+    tau: T,
+    tau_error: Magnitude,
+    lost: impl Fn(&Normed<T>) -> bool,
+) -> (Normed<T>, u64) {
     let scaled = w.times_scalar(tau, tau_error);
     let size = scaled.true_norm();
     if !size.is_finite() {
@@ -25,7 +36,7 @@ pub(super) fn counted<T: Real>(w: &Normed<T>, tau: T, tau_error: Magnitude) -> (
     for _ in 0..plan.squarings {
         power = power.times(&power);
         products += 1;
-        if is_lost(&power) {
+        if lost(&power) {
             return (power.with_more_error(Magnitude::INFINITY), products);
         }
     }

@@ -4,6 +4,7 @@ use eigentone_digits::DoubleDouble;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd;
+use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
@@ -117,7 +118,14 @@ pub(crate) fn eigen(
         };
         found.iter().map(vector).collect()
     };
-    let right = vectors(&right, &|i| balanced.scale[i]);
+    let mut right = vectors(&right, &|i| balanced.scale[i]);
+    for ((_, value, _), z) in found.iter().zip(&mut right) {
+        if !is_direction(z) {
+            let z_balanced = by_inverse_iteration(balanced.matrix.as_ref(), *value);
+            let entries = z_balanced.iter().zip(&balanced.scale);
+            *z = of_size_one(entries.map(|(z, scale)| z * scale).collect());
+        }
+    }
     let right: Vec<Vec<Complex<f64>>> = found
         .iter()
         .zip(right)
@@ -128,13 +136,9 @@ pub(crate) fn eigen(
         .into_iter()
         .map(of_size_one)
         .collect();
-    let is_shape = |shape: &Vec<Complex<f64>>| {
-        let size: f64 = shape.iter().map(Complex::l1_norm).sum();
-        size.is_finite() && size > 0.0
-    };
     // Motions at rest need none: their shapes are known.
     let mut moving = found.iter().zip(&shapes);
-    if moving.any(|((_, value, _), shape)| *value != Complex::ZERO && !is_shape(shape)) {
+    if moving.any(|((_, value, _), shape)| *value != Complex::ZERO && !is_direction(shape)) {
         return Err(ModesError::OutOfRange { method });
     }
     let lefts = b.map(|b| {
@@ -162,6 +166,34 @@ pub(crate) fn eigen(
         roots.push(root);
     }
     Ok(roots)
+}
+
+/// Whether a vector is finite and not 0.
+fn is_direction(vector: &[Complex<f64>]) -> bool {
+    let size: f64 = vector.iter().map(Complex::l1_norm).sum();
+    size.is_finite() && size > 0.0
+}
+
+/// The vector of a root, by inverse iteration: where roots coincide, the substitution that follows the QR algorithm
+/// may divide by 0. Half of the digits away from the root no pivot vanishes, not even that of a Jordan block, whose
+/// vector is known to no more.
+fn by_inverse_iteration(a: MatRef<'_, f64>, value: Complex<f64>) -> Vec<Complex<f64>> {
+    let n = a.nrows();
+    let shift = value + Complex::from(f64::EPSILON.sqrt() * a.norm_l2());
+    let shifted = Mat::from_fn(n, n, |i, j| {
+        let own = if i == j { shift } else { Complex::ZERO };
+        Complex::from(a[(i, j)]) - own
+    });
+    let factors = shifted.partial_piv_lu();
+    settle();
+    let mut z = Mat::from_fn(n, 1, |_, _| Complex::from(1.0));
+    for _ in 0..3 {
+        let next = factors.solve(&z);
+        settle();
+        let largest = next.norm_max();
+        z = Mat::from_fn(n, 1, |i, _| next[(i, 0)] / largest);
+    }
+    (0..n).map(|i| z[(i, 0)]).collect()
 }
 
 /// The vector times the power of two that brings its largest entry to about 1: components in units far

@@ -221,7 +221,7 @@ impl Pencil {
         let exponents: Vec<i32> = scale
             .iter()
             .map(|size| {
-                if *size > 0.0 {
+                if *size > 0.0 && size.is_finite() {
                     (size.log2() / 2.0).round() as i32
                 } else {
                     0

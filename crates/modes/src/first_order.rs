@@ -77,6 +77,9 @@ impl FirstOrder {
         if system.is_large() {
             return Err(FirstOrderError::TooLarge { coordinates: n });
         }
+        if is_lumped(system) {
+            return Ok(FirstOrder::lumped(system));
+        }
         let (m, c, k) = (
             system.mass_matrix(),
             system.damping_matrix(),
@@ -212,6 +215,44 @@ impl FirstOrder {
         })
     }
 
+    /// Of a system with a mass on every coordinate and no other inertia.
+    fn lumped(system: &System) -> FirstOrder {
+        let n = system.len();
+        let masses = system.masses();
+        let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
+        for (block, matrix) in [system.stiffness_matrix(), system.damping_matrix()]
+            .iter()
+            .enumerate()
+        {
+            for j in 0..n {
+                for i in 0..n {
+                    a[(n + i, n * block + j)] = -matrix[(i, j)] / masses[i];
+                }
+            }
+        }
+        let mut b = Mat::<f64>::zeros(2 * n, n);
+        let (mut x, mut initial) = (Mat::<f64>::zeros(n, 2 * n), Mat::<f64>::zeros(n, n));
+        for i in 0..n {
+            a[(i, n + i)] = 1.0;
+            b[(n + i, i)] = 1.0 / masses[i];
+            x[(i, i)] = 1.0;
+            initial[(i, i)] = 1.0;
+        }
+        FirstOrder {
+            massive: (0..n).collect(),
+            a,
+            b,
+            x,
+            d: None,
+            initial,
+        }
+    }
+
+    /// Whether a system certainly has this form.
+    pub(crate) fn is_certain(system: &System) -> bool {
+        !system.is_large() && is_lumped(system)
+    }
+
     /// The number N of states.
     pub fn states(&self) -> usize {
         self.a.nrows()
@@ -259,6 +300,11 @@ impl FirstOrder {
         }
         z
     }
+}
+
+/// Whether every coordinate has a lumped mass, and there is no other inertia.
+fn is_lumped(system: &System) -> bool {
+    system.added(MatrixKind::Mass).is_none() && system.masses().iter().all(|mass| *mass > 0.0)
 }
 
 impl Massless {

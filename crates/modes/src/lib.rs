@@ -56,6 +56,7 @@ mod participation;
 mod plan;
 mod quality;
 mod sensitivity;
+mod small;
 mod solver;
 mod sparse;
 mod structure;

@@ -19,7 +19,7 @@ use eigentone_digits::DoubleDouble;
 /// masses themselves; solvers therefore work from the elements where they can.
 #[derive(Clone, Debug)]
 pub struct System {
-    names: Vec<String>,
+    names: Arc<[String]>,
     masses: Vec<f64>,
     springs: Vec<Element>,
     dampers: Vec<Element>,
@@ -76,7 +76,7 @@ impl System {
         added: impl Into<Added>,
     ) -> System {
         System {
-            names,
+            names: names.into(),
             masses,
             springs,
             dampers,
@@ -90,6 +90,10 @@ impl System {
     #[allow(clippy::len_without_is_empty)] // a system is never empty
     pub fn len(&self) -> usize {
         self.names.len()
+    }
+
+    pub(crate) fn shared_names(&self) -> &Arc<[String]> {
+        &self.names
     }
 
     /// The names of the coordinates, in order.

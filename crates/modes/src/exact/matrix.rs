@@ -25,7 +25,12 @@ pub(crate) struct ExactMatrix {
 impl ExactMatrix {
     /// The matrix of this kind: elements and added matrix together.
     pub(crate) fn of(system: &System, kind: MatrixKind) -> ExactMatrix {
-        let mut parts = Vec::new();
+        let elements = match kind {
+            MatrixKind::Mass => &[],
+            MatrixKind::Damping => system.dampers(),
+            MatrixKind::Stiffness => system.springs(),
+        };
+        let mut parts = Vec::with_capacity(system.len().max(4 * elements.len()));
         if let Some(added) = system.added(kind) {
             for i in 0..system.len() {
                 parts.extend(
@@ -52,16 +57,10 @@ impl ExactMatrix {
                 }
             }
         };
-        match kind {
-            MatrixKind::Mass => parts.extend(
-                system
-                    .masses()
-                    .iter()
-                    .enumerate()
-                    .map(|(i, &mass)| (i, i, mass)),
-            ),
-            MatrixKind::Damping => system.dampers().iter().for_each(&mut join),
-            MatrixKind::Stiffness => system.springs().iter().for_each(&mut join),
+        elements.iter().for_each(&mut join);
+        if kind == MatrixKind::Mass {
+            let masses = system.masses().iter().enumerate();
+            parts.extend(masses.map(|(i, &mass)| (i, i, mass)));
         }
         ExactMatrix::from_parts(system.len(), parts)
     }
@@ -73,13 +72,14 @@ impl ExactMatrix {
         let mut matrix = ExactMatrix {
             rows: vec![0; n + 1],
             columns: Vec::with_capacity(parts.len()),
-            starts: vec![0],
+            starts: Vec::with_capacity(parts.len() + 1),
             terms: Vec::with_capacity(parts.len()),
         };
+        matrix.starts.push(0);
         for entry in parts.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             let start = matrix.terms.len();
             matrix.terms.extend(entry.iter().map(|part| part.2));
-            if entry.len() > 1 && ExactSum::of(&matrix.terms[start..]).sign() == Ordering::Equal {
+            if entry.len() > 1 && ExactSum::sign_of(&matrix.terms[start..]) == Ordering::Equal {
                 matrix.terms.truncate(start);
                 continue;
             }
@@ -145,6 +145,11 @@ impl ExactMatrix {
     /// The columns of row `i`, rising, each with the terms of its entry.
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, &[f64])> {
         (self.rows[i]..self.rows[i + 1]).map(|at| (self.columns[at], self.terms_at(at)))
+    }
+
+    /// The terms of all entries of row `i`.
+    pub(crate) fn row_terms(&self, i: usize) -> &[f64] {
+        &self.terms[self.starts[self.rows[i]]..self.starts[self.rows[i + 1]]]
     }
 
     /// The terms of entry (i, j); none for one that is 0.

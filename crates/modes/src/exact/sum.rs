@@ -34,6 +34,24 @@ impl ExactSum {
         sum
     }
 
+    /// The sign of a sum: of the sum in doubles where rounding leaves no doubt of it.
+    pub(crate) fn sign_of(terms: &[f64]) -> Ordering {
+        let (mut sum, mut size) = (0.0, 0.0);
+        for term in terms {
+            sum += term;
+            size += term.abs();
+        }
+        // Each addition rounds by half a unit of what has been added so far; none of them underflows.
+        let doubt = f64::EPSILON * terms.len() as f64 * size;
+        if sum > doubt {
+            Ordering::Greater
+        } else if sum < -doubt {
+            Ordering::Less
+        } else {
+            ExactSum::of(terms).sign()
+        }
+    }
+
     /// Adds a finite double.
     pub(crate) fn add(&mut self, term: f64) {
         let parts = Parts::of(term);
@@ -286,6 +304,16 @@ mod tests {
             prop_assert_eq!(ExactSum::of(&terms).sign(), Ordering::Equal);
             terms.insert(terms.len() / 3, extra);
             prop_assert_eq!(ExactSum::of(&terms).sign(), extra.partial_cmp(&0.0).unwrap());
+        }
+
+        /// Also of sums that nearly or wholly cancel, where doubles do not tell.
+        #[test]
+        fn the_quick_sign_is_the_sign(terms in prop::collection::vec(finite(), 0..6), near in any::<bool>()) {
+            let negative = terms.iter().rev().map(|x| if near { -x.next_up() } else { -x });
+            let both: Vec<f64> = terms.iter().copied().chain(negative).collect();
+            for terms in [&terms, &both] {
+                prop_assert_eq!(ExactSum::sign_of(terms), ExactSum::of(terms).sign());
+            }
         }
 
         #[test]

@@ -266,24 +266,15 @@ impl Coefficient {
 impl Sparse {
     /// Of masses, springs or dampers, each entry summed in double-double and rounded once.
     fn of_elements(system: &System, kind: MatrixKind) -> Sparse {
-        let mut columns: Vec<Vec<(usize, DoubleDouble)>> = vec![Vec::new(); system.len()];
-        let mut add = |i: usize, j: usize, value: f64| {
-            let known = columns[j].iter_mut().find(|entry| entry.0 == i);
-            match known {
-                Some((_, sum)) => *sum += DoubleDouble::from(value),
-                None => columns[j].push((i, DoubleDouble::from(value))),
-            }
-        };
         let elements = match kind {
             MatrixKind::Mass => {
-                for (i, mass) in system.masses().iter().enumerate() {
-                    add(i, i, *mass);
-                }
-                &[]
+                return Sparse::diagonal(system.masses());
             }
             MatrixKind::Damping => system.dampers(),
             MatrixKind::Stiffness => system.springs(),
         };
+        // Column, row and value of every share.
+        let mut shares: Vec<(usize, usize, f64)> = Vec::with_capacity(4 * elements.len());
         for Element {
             first,
             second,
@@ -292,24 +283,42 @@ impl Sparse {
         {
             for (end, other) in [(first, second), (second, first)] {
                 let Some(i) = end.coordinate() else { continue };
-                add(i, i, *coefficient);
+                shares.push((i, i, *coefficient));
                 if let Some(j) = other.coordinate() {
-                    add(i, j, -*coefficient);
+                    shares.push((j, i, -*coefficient));
                 }
             }
         }
-        let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
-        for column in columns {
-            for (i, sum) in column.into_iter().filter(|(_, sum)| sum.to_f64() != 0.0) {
-                rows.push(i);
-                entries.push(sum.to_f64());
+        shares.sort_by_key(|(j, i, _)| (*j, *i));
+        let mut starts = vec![0; system.len() + 1];
+        let mut rows = Vec::with_capacity(shares.len());
+        let mut entries = Vec::with_capacity(shares.len());
+        for same in shares.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let values = same.iter().map(|share| DoubleDouble::from(share.2));
+            let sum = values
+                .fold(DoubleDouble::ZERO, |sum, value| sum + value)
+                .to_f64();
+            if sum != 0.0 {
+                rows.push(same[0].1);
+                entries.push(sum);
+                starts[same[0].0 + 1] += 1;
             }
-            starts.push(entries.len());
+        }
+        for j in 0..system.len() {
+            starts[j + 1] += starts[j];
         }
         Sparse {
             starts,
             rows,
             entries,
+        }
+    }
+
+    fn diagonal(values: &[f64]) -> Sparse {
+        Sparse {
+            starts: (0..=values.len()).collect(),
+            rows: (0..values.len()).collect(),
+            entries: values.to_vec(),
         }
     }
 
@@ -355,7 +364,11 @@ pub(crate) fn products(
     matrix: MatRef<'_, f64>,
     shapes: &[&[Complex<f64>]],
 ) -> Vec<Vec<Complex<f64>>> {
+    const FEW: usize = 2048;
     let n = matrix.ncols();
+    if n * matrix.nrows() <= FEW {
+        return shapes.iter().map(|x| product(matrix, x)).collect();
+    }
     let parts = Mat::from_fn(n, 2 * shapes.len(), |i, j| {
         let entry = shapes[j / 2][i];
         if j % 2 == 0 { entry.re } else { entry.im }
@@ -368,6 +381,17 @@ pub(crate) fn products(
         parts.map(|(re, im)| Complex::new(*re, *im)).collect()
     };
     (0..shapes.len()).map(column).collect()
+}
+
+/// A small real matrix times a complex vector.
+fn product(matrix: MatRef<'_, f64>, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let mut product = vec![Complex::ZERO; matrix.nrows()];
+    for (column, x) in matrix.col_iter().zip(x) {
+        for (sum, entry) in product.iter_mut().zip(column.iter()) {
+            *sum += x * entry;
+        }
+    }
+    product
 }
 
 /// ‖x‖, without overflow on the way.

@@ -5,8 +5,9 @@
 //! vibrating systems*, §5.5). A spring contributes k·(y_a − y_b)*(x_a − x_b), which keeps soft
 //! springs beside stiff ones, as the assembled K does not.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Real, WideComplex};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Lanes, Real, WideComplex};
 use num_complex::Complex;
+use pulp::Arch;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
@@ -82,6 +83,71 @@ impl<T: Real> Forms<T> {
         }
         Some(plain(lambda))
     }
+}
+
+/// Shapes that are taken at a time.
+const LANES: usize = 4;
+
+/// Real and imaginary parts of one component of so many shapes.
+type Component = [[f64; LANES]; 2];
+
+impl Forms<DoubleDouble> {
+    /// xᵀMx, xᵀCx and xᵀKx of many shapes, together: those of y = x̄. Of elements alone.
+    pub(crate) fn of_elements(system: &System, shapes: &[&[Complex<f64>]]) -> Vec<Forms> {
+        let by_itself = |x: &[Complex<f64>]| {
+            let y: Vec<Complex<f64>> = x.iter().map(|entry| entry.conj()).collect();
+            Forms::of(system, &y, x)
+        };
+        let mut components: Vec<Component> = vec![[[0.0; LANES]; 2]; system.len()];
+        let mut all = Vec::with_capacity(shapes.len());
+        for block in shapes.chunks(LANES) {
+            for (lane, x) in block.iter().enumerate() {
+                for (component, x) in components.iter_mut().zip(*x) {
+                    component[0][lane] = x.re;
+                    component[1][lane] = x.im;
+                }
+            }
+            let [m, c, k] = Arch::new().dispatch(|| element_sums(system, &components));
+            all.extend(block.iter().enumerate().map(|(lane, x)| {
+                let form = |[re, im]: &[Lanes<LANES>; 2]| WideComplex {
+                    re: re.get(lane),
+                    im: im.get(lane),
+                };
+                let forms = Forms {
+                    m: form(&m),
+                    c: form(&c),
+                    k: form(&k),
+                };
+                let parts = [forms.m, forms.c, forms.k].map(|z| z.re + z.im);
+                if parts.iter().all(|part| part.to_f64().is_finite()) {
+                    forms
+                } else {
+                    by_itself(x)
+                }
+            }));
+        }
+        all
+    }
+}
+
+/// The elements' shares of the three forms, real parts before imaginary ones.
+#[inline(always)]
+fn element_sums(system: &System, components: &[Component]) -> [[Lanes<LANES>; 2]; 3] {
+    const GROUND: Component = [[0.0; LANES]; 2];
+    let at = |node: Node| node.coordinate().map_or(&GROUND, |i| &components[i]);
+    let sum = |elements: &[Element]| {
+        let [mut re, mut im] = [Lanes::ZERO; 2];
+        for element in elements {
+            let (first, second) = (at(element.first), at(element.second));
+            re.add_complex_square(&mut im, element.coefficient, first, second);
+        }
+        [re, im]
+    };
+    let [mut re, mut im] = [Lanes::ZERO; 2];
+    for (mass, component) in system.masses().iter().zip(components) {
+        re.add_complex_square(&mut im, *mass, component, &GROUND);
+    }
+    [[re, im], sum(system.dampers()), sum(system.springs())]
 }
 
 fn wide<T: Real>(z: Complex<f64>) -> WideComplex<T> {

@@ -25,6 +25,12 @@ pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> 
     groups
 }
 
+/// Whether no two of the discs touch.
+pub(crate) fn are_apart(values: &[Complex<f64>], radii: &[f64]) -> bool {
+    let touch = |i: usize| (0..i).any(|j| within(values[i] - values[j], radii[i] + radii[j]));
+    !(0..values.len()).any(touch)
+}
+
 /// Whether |z| ≤ reach, mostly without a root.
 pub(crate) fn within(z: Complex<f64>, reach: f64) -> bool {
     z.re.abs() <= reach && z.im.abs() <= reach && z.norm() <= reach

@@ -10,12 +10,13 @@ use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::improvement::refine_simple;
 use super::modal_matrix::set_apart;
 use super::real_mode::RealMode;
 use super::roots::{Root, collect};
 use super::secular::Secular;
 use super::spring_factor::undamped_roots;
-use super::{ModalMatrix, ModeSolver, ModesError, admit, classical, state_matrix};
+use super::{ModalMatrix, ModeSolver, ModesError, admit, classical};
 
 /// Roots of det(I + λUᵀ(λ² + Ω²)⁻¹U), with the undamped frequencies Ω and C = UUᵀ of low rank in
 /// the coordinates of their shapes, by simultaneous iteration: O(n²r²) for all 2n, beside the O(n³)
@@ -83,7 +84,7 @@ impl ModeSolver for LowRank {
         let simple = found.iter().zip(shapes);
         let simple = simple.map(|(root, shape)| Root::simple(root.value, shape));
         let radii: Vec<f64> = found.iter().map(|root| root.radius).collect();
-        let mut roots = state_matrix::refine_simple(system, structure, simple.collect(), &radii);
+        let mut roots = refine_simple(system, structure, simple.collect(), &radii);
         roots.extend(undamped_roots(apart));
         Ok(collect(self, system, roots))
     }

@@ -4,6 +4,8 @@
 mod certified;
 mod classical;
 mod cluster;
+mod eigenpairs;
+mod improvement;
 mod jacobi;
 mod low_rank;
 mod modal_damping;
@@ -50,6 +52,11 @@ pub trait ModeSolver: Sync {
     /// Why it cannot solve this system, or `None` if it can.
     fn refuses(&self, system: &System, structure: &Structure) -> Option<String>;
 
+    /// Why a system that it could solve does not need it, or `None` if nothing simpler does as well.
+    fn needless(&self, _system: &System, _structure: &Structure) -> Option<String> {
+        None
+    }
+
     /// Why it is the right choice where it applies, as a clause for the plan.
     fn reason(&self) -> &'static str;
 
@@ -95,7 +102,7 @@ pub fn solvers() -> &'static [&'static dyn ModeSolver] {
     ]
 }
 
-/// Picks the first solver that does not refuse.
+/// Picks the first solver that does not refuse and is not needless.
 pub(crate) fn plan(
     system: &System,
     structure: &Structure,
@@ -107,7 +114,10 @@ pub(crate) fn plan(
             left_out.push((solver.name(), "not needed".to_owned()));
             continue;
         }
-        match solver.refuses(system, structure) {
+        let reason = solver
+            .refuses(system, structure)
+            .or_else(|| solver.needless(system, structure));
+        match reason {
             None => chosen = Some(solver),
             Some(reason) => left_out.push((solver.name(), reason)),
         }
@@ -183,11 +193,8 @@ fn in_doubles(
         return Ok((solver, modes));
     }
     let count = modes.eigenvalues.len();
-    let others = solvers()
-        .iter()
-        .skip_while(|other| other.name() != solver.name());
-    for other in others.skip(1) {
-        if other.refuses(system, structure).is_some() {
+    for other in solvers() {
+        if other.name() == solver.name() || other.refuses(system, structure).is_some() {
             continue;
         }
         let Ok(found) = other.solve(system, structure) else {

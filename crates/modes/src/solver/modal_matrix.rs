@@ -3,16 +3,22 @@
 use faer::Mat;
 use num_complex::Complex;
 
+use crate::element::{Element, MatrixKind};
+use crate::first_order::FirstOrder;
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::improvement::refine;
 use super::modal_damping::modal_damping;
 use super::real_mode::RealMode;
 use super::roots::collect;
 use super::spring_factor::{self, undamped_roots};
 use super::{ModeSolver, ModesError, admit, classical, rigid, state_matrix, symmetric};
+
+/// Up to so many coordinates an even system is solved without its undamped modes.
+const FEW: usize = 64;
 
 /// Eigenvalues of [0 Ω; −Ω −Γ], with the undamped frequencies Ω and the modal damping matrix
 /// Γ = ΦᵀCΦ: for symmetric passive systems without massless nodes.
@@ -40,6 +46,15 @@ impl ModeSolver for ModalMatrix {
         }
         spring_factor::refuses_springs(system)
             .and_then(|_| symmetric::refuses_matrices(system, structure))
+    }
+
+    fn needless(&self, system: &System, structure: &Structure) -> Option<String> {
+        let is_plain = system.len() <= FEW
+            && FirstOrder::is_certain(system)
+            && is_even(system)
+            && structure.zero_roots() == Some(0)
+            && structure.undamped_modes() == Some(0);
+        is_plain.then(|| "not needed: nothing is stiff".to_owned())
     }
 
     fn reason(&self) -> &'static str {
@@ -91,9 +106,32 @@ impl ModeSolver for ModalMatrix {
             let shapes = modes[elastic..].iter().map(RealMode::complex_shape);
             roots.extend(rigid::roots(shapes.collect(), zeros));
         }
-        roots.extend(state_matrix::refine(system, structure, found));
+        roots.extend(refine(system, structure, found));
         Ok(collect(self, system, roots))
     }
+}
+
+/// Whether masses and springs lie within three orders of magnitude each, and no damper is far stronger than either: then
+/// the state matrix loses no more in doubles than its eigenvalues' vectors make good.
+fn is_even(system: &System) -> bool {
+    const RANGE: f64 = 1e3;
+    if system.added(MatrixKind::Stiffness).is_some() || system.added(MatrixKind::Damping).is_some()
+    {
+        return false;
+    }
+    let span = |values: &mut dyn Iterator<Item = f64>| {
+        let set = values.filter(|value| *value != 0.0).map(f64::abs);
+        set.fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    let coefficients =
+        |elements: &[Element]| span(&mut elements.iter().map(|element| element.coefficient));
+    let masses = span(&mut system.masses().iter().copied());
+    let springs = coefficients(system.springs());
+    let (_, damper) = coefficients(system.dampers());
+    let is_narrow = |(low, high): (f64, f64)| high <= RANGE * low;
+    is_narrow(masses) && is_narrow(springs) && damper / masses.1 <= RANGE * (springs.1 / damper)
 }
 
 /// The given number of elastic modes that C resists least, relative to their frequency, and the

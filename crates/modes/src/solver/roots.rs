@@ -50,6 +50,11 @@ impl Root {
         }
     }
 
+    /// The root, leaving one without a shape in its place.
+    pub(crate) fn take(&mut self) -> Root {
+        std::mem::replace(self, Root::simple(Complex::ZERO, Vec::new()))
+    }
+
     /// Gives it shapes with bounds.
     pub(crate) fn enclose(&mut self, shapes: Shapes) {
         self.shape = shapes.right.shape;

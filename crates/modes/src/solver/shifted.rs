@@ -16,6 +16,7 @@ use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::improvement::refine;
 use super::roots::{Root, collect};
 use super::{ModeSolver, ModesError, rigid, solvers, state_matrix};
 
@@ -70,7 +71,7 @@ impl ModeSolver for Shifted {
         }
         if finite > zeros {
             nearest_apart(&mut found, zeros);
-            roots.extend(state_matrix::refine(system, structure, found));
+            roots.extend(refine(system, structure, found));
         }
         let mut modes = collect(self, system, roots);
         modes.plan.reason = self.reason().to_owned();

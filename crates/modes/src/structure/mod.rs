@@ -62,7 +62,7 @@ use crate::system::System;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
-    names: Vec<String>,
+    names: Arc<[String]>,
     coefficients: Arc<Coefficients>,
     undamped: bool,
     gyroscopic: bool,
@@ -89,7 +89,7 @@ impl Structure {
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
         };
         Structure {
-            names: system.names().to_vec(),
+            names: Arc::clone(system.shared_names()),
             undamped: undamped::is_undamped(&coefficients),
             gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
             passive: passive::passive(system, &coefficients),

@@ -25,15 +25,13 @@ impl Network {
             non_negative: true,
         };
         for i in 0..n {
-            let mut ground = ExactSum::new();
             for (j, terms) in matrix.row(i) {
-                terms.iter().for_each(|&term| ground.add(term));
                 if j > i {
                     network.joins.push((i, j));
-                    network.non_negative &= ExactSum::of(terms).sign() == Ordering::Less;
+                    network.non_negative &= ExactSum::sign_of(terms) == Ordering::Less;
                 }
             }
-            let ground = ground.sign();
+            let ground = ExactSum::sign_of(matrix.row_terms(i));
             network.grounded[i] = ground != Ordering::Equal;
             network.non_negative &= ground != Ordering::Less;
         }

@@ -9,6 +9,9 @@ use super::network::Network;
 /// The floating parts of networks laid over each other: their nodes, rising.
 pub(crate) fn floating(networks: &[&Network]) -> Vec<Vec<usize>> {
     let n = networks.first().map_or(0, |network| network.len());
+    if (0..n).all(|i| networks.iter().any(|network| network.is_grounded(i))) {
+        return Vec::new();
+    }
     let mut parts = Parts::new(n + 1);
     for network in networks {
         network.joins().iter().for_each(|&(i, j)| parts.unite(i, j));
@@ -17,6 +20,9 @@ pub(crate) fn floating(networks: &[&Network]) -> Vec<Vec<usize>> {
             .for_each(|i| parts.unite(i, n));
     }
     let ground = parts.root(n);
+    if (0..n).all(|i| parts.root(i) == ground) {
+        return Vec::new();
+    }
     let mut place = vec![usize::MAX; n];
     let mut list: Vec<Vec<usize>> = Vec::new();
     for i in 0..n {

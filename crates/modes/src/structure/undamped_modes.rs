@@ -29,6 +29,9 @@ pub(crate) fn undamped_modes(coefficients: &Coefficients, massless: &[usize]) ->
     if mass.semidefinite_rank()? < massive {
         return None;
     }
+    if damped == n {
+        return Some(0);
+    }
     let rigid = n - damping.plus(stiffness).semidefinite_rank()?;
     if damped == n - rigid {
         return Some(0);

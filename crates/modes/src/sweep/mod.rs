@@ -1,7 +1,6 @@
 //! The modes of many small systems that differ in their parameters alone, without allocating.
 
 mod design;
-mod francis;
 mod shape;
 mod workspace;
 

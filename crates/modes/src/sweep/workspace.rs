@@ -3,8 +3,8 @@
 use num_complex::Complex;
 
 use super::design::{Design, DesignError};
-use super::francis;
 use super::shape::{Shifted, improved};
+use crate::small;
 use crate::vector::settle;
 
 /// The modes of one [`Design`] after another, in doubles, without allocating after the first.
@@ -88,7 +88,7 @@ impl ModesWorkspace {
         design.stiffness_matrix(&mut self.stiffness);
         design.damping_matrix(&mut self.damping);
         self.fill_state(design);
-        francis::eigenvalues(&mut self.state, 2 * n, &mut self.roots)
+        small::eigenvalues(&mut self.state, 2 * n, &mut self.roots)
             .ok_or(DesignError::OutOfRange)?;
         let is_undamped = design
             .dampers()

@@ -1,89 +1,15 @@
-//! Eigenvalues of a small real matrix, in place.
-//!
-//! Balancing by powers of two (Parlett & Reinsch 1969, *Numer. Math.* 13), Householder's reduction to
-//! Hessenberg form, and the QR algorithm with Francis's implicit double shift (Golub & Van Loan,
-//! *Matrix Computations*, §7.4–7.5), on rows and columns of the active block alone.
+//! The QR algorithm with Francis's implicit double shift (Golub & Van Loan, *Matrix Computations*, §7.5), on rows
+//! and columns of the active block alone.
 
 use num_complex::Complex;
 
 /// Steps for one eigenvalue after which the iteration is given up.
 const PATIENCE: usize = 60;
 
-/// All eigenvalues of `a` (n × n, column by column), which is overwritten; `None` where the iteration
-/// does not converge.
-pub(super) fn eigenvalues(a: &mut [f64], n: usize, roots: &mut [Complex<f64>]) -> Option<()> {
-    balance(a, n);
-    hessenberg(a, n);
-    francis(a, n, roots)
-}
-
-/// Makes the norms of each row and column nearly equal, off the diagonal.
-fn balance(a: &mut [f64], n: usize) {
-    const ROUNDS: usize = 30;
-    for _ in 0..ROUNDS {
-        let mut settled = true;
-        for i in 0..n {
-            let (mut column, mut row) = (0.0, 0.0);
-            for j in (0..n).filter(|j| *j != i) {
-                column += a[j + n * i].abs();
-                row += a[i + n * j].abs();
-            }
-            let ratio: f64 = row / column;
-            if !(ratio > 0.0 && ratio.is_finite()) {
-                continue;
-            }
-            // The nearest power of two to √ratio.
-            let exponent = (0.5 * ratio.log2()).round();
-            let factor = exponent.exp2();
-            if exponent != 0.0 && column * factor + row / factor < 0.95 * (column + row) {
-                settled = false;
-                for j in 0..n {
-                    a[j + n * i] *= factor;
-                    a[i + n * j] /= factor;
-                }
-            }
-        }
-        if settled {
-            return;
-        }
-    }
-}
-
-fn hessenberg(a: &mut [f64], n: usize) {
-    for k in 0..n.saturating_sub(2) {
-        let below = k + 2 + n * k..n + n * k;
-        let rest = a[below].iter().fold(0.0, |sum: f64, x| sum + x * x);
-        if rest == 0.0 {
-            continue;
-        }
-        let head = a[k + 1 + n * k];
-        let size = (head * head + rest).sqrt().copysign(head);
-        let first = head + size;
-        // v is kept where it makes zeros; its first entry is `first`.
-        let scale = 1.0 / (size * first);
-        a[k + 1 + n * k] = first;
-        let (done, right) = a.split_at_mut(n * (k + 1));
-        let v = &done[k + 1 + n * k..n * (k + 1)];
-        for column in right.chunks_exact_mut(n) {
-            let column = &mut column[k + 1..];
-            let product: f64 = column.iter().zip(v).map(|(x, v)| x * v).sum();
-            for (x, v) in column.iter_mut().zip(v) {
-                *x -= scale * product * v;
-            }
-        }
-        for i in 0..n {
-            let columns = || right.chunks_exact(n).zip(v);
-            let product: f64 = columns().map(|(column, v)| column[i] * v).sum();
-            for (column, v) in right.chunks_exact_mut(n).zip(v) {
-                column[i] -= scale * product * v;
-            }
-        }
-        done[k + 1 + n * k] = -size;
-        done[k + 2 + n * k..].fill(0.0);
-    }
-}
-
-fn francis(a: &mut [f64], n: usize, roots: &mut [Complex<f64>]) -> Option<()> {
+/// All eigenvalues of `a` (n × n, column by column, upper Hessenberg), which is overwritten; `None` where
+/// the iteration does not converge.
+#[inline(always)]
+pub(crate) fn francis(a: &mut [f64], n: usize, roots: &mut [Complex<f64>]) -> Option<()> {
     let at = |i: usize, j: usize| i + n * j;
     let norm = a.iter().fold(0.0, |top: f64, x| top.max(x.abs()));
     if !a.iter().all(|x| x.is_finite()) {
@@ -143,6 +69,7 @@ fn francis(a: &mut [f64], n: usize, roots: &mut [Complex<f64>]) -> Option<()> {
 }
 
 /// One implicit double step on rows and columns start … last.
+#[inline(always)]
 fn sweep(a: &mut [f64], n: usize, start: usize, last: usize, trace: f64, determinant: f64) {
     let at = |i: usize, j: usize| i + n * j;
     let s = start;
@@ -162,22 +89,39 @@ fn sweep(a: &mut [f64], n: usize, start: usize, last: usize, trace: f64, determi
             let (v0, v1, v2) = (x + length, y, z);
             let scale = 1.0 / (length * v0);
             let first = k.saturating_sub(1).max(start);
-            for j in first..=last {
-                let third = if three { a[at(k + 2, j)] } else { 0.0 };
-                let sum = scale * (v0 * a[at(k, j)] + v1 * a[at(k + 1, j)] + v2 * third);
-                a[at(k, j)] -= sum * v0;
-                a[at(k + 1, j)] -= sum * v1;
-                if three {
-                    a[at(k + 2, j)] -= sum * v2;
+            let columns = a[n * first..n * (last + 1)].chunks_exact_mut(n);
+            if three {
+                for column in columns {
+                    let column = &mut column[k..k + 3];
+                    let sum = scale * (v0 * column[0] + v1 * column[1] + v2 * column[2]);
+                    column[0] -= sum * v0;
+                    column[1] -= sum * v1;
+                    column[2] -= sum * v2;
+                }
+            } else {
+                for column in columns {
+                    let column = &mut column[k..k + 2];
+                    let sum = scale * (v0 * column[0] + v1 * column[1]);
+                    column[0] -= sum * v0;
+                    column[1] -= sum * v1;
                 }
             }
-            for i in start..=last.min(k + 3) {
-                let third = if three { a[at(i, k + 2)] } else { 0.0 };
-                let sum = scale * (v0 * a[at(i, k)] + v1 * a[at(i, k + 1)] + v2 * third);
-                a[at(i, k)] -= sum * v0;
-                a[at(i, k + 1)] -= sum * v1;
-                if three {
-                    a[at(i, k + 2)] -= sum * v2;
+            let rows = start..(last.min(k + 3) + 1);
+            let (one, rest) = a[n * k..].split_at_mut(n);
+            let (two, rest) = rest.split_at_mut(n);
+            let (one, two) = (&mut one[rows.clone()], &mut two[rows.clone()]);
+            if three {
+                for ((x, y), z) in one.iter_mut().zip(two).zip(&mut rest[rows]) {
+                    let sum = scale * (v0 * *x + v1 * *y + v2 * *z);
+                    *x -= sum * v0;
+                    *y -= sum * v1;
+                    *z -= sum * v2;
+                }
+            } else {
+                for (x, y) in one.iter_mut().zip(two) {
+                    let sum = scale * (v0 * *x + v1 * *y);
+                    *x -= sum * v0;
+                    *y -= sum * v1;
                 }
             }
             if k > start {

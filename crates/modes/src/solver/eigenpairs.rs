@@ -1,0 +1,113 @@
+//! Eigenvalues of a balanced real matrix with right and left vectors.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, Par};
+use num_complex::Complex;
+
+use crate::balance::Balanced;
+use crate::small::{self, Eigenpairs};
+use crate::vector::settle;
+
+use super::state_matrix::is_direction;
+
+/// Up to so many states the routines for small matrices are the quicker ones.
+const SMALL: usize = 48;
+
+/// The eigenvalues, one of each conjugate pair, with their vectors; `None` where the iteration does not converge.
+pub(super) fn eigenpairs(balanced: &Balanced, with_left: bool) -> Option<Eigenpairs> {
+    let matrix = balanced.matrix.as_ref();
+    let n = matrix.nrows();
+    let quick = || {
+        let entries: Vec<f64> = matrix
+            .col_iter()
+            .flat_map(|column| column.iter().copied())
+            .collect();
+        small::eigenpairs(&entries, n, with_left)
+    };
+    (n <= SMALL)
+        .then(quick)
+        .flatten()
+        .or_else(|| by_schur_form(matrix, with_left))
+}
+
+/// By the QR algorithm and substitution in the Schur form.
+fn by_schur_form(a: MatRef<'_, f64>, with_left: bool) -> Option<Eigenpairs> {
+    let n = a.nrows();
+    let (mut right, mut left) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
+    let wanted = evd::ComputeEigenvectors::Yes;
+    let wanted_left = if with_left {
+        wanted
+    } else {
+        evd::ComputeEigenvectors::No
+    };
+    let scratch = evd::evd_scratch::<f64>(n, wanted_left, wanted, Par::Seq, Default::default());
+    evd::evd_real(
+        a,
+        re.as_mut(),
+        im.as_mut(),
+        with_left.then_some(left.as_mut()),
+        Some(right.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        Default::default(),
+    )
+    .ok()?;
+    settle();
+
+    // The columns that begin a pair, or are real.
+    let mut firsts = Vec::with_capacity(n);
+    let mut j = 0;
+    while j < n {
+        let pair = im[j] != 0.0 && j + 1 < n;
+        firsts.push((j, pair));
+        j += if pair { 2 } else { 1 };
+    }
+    let vectors = |vectors: &Mat<f64>| -> Vec<Vec<Complex<f64>>> {
+        let vector = |(j, pair): &(usize, bool)| {
+            let im = |i| if *pair { vectors[(i, j + 1)] } else { 0.0 };
+            (0..n)
+                .map(|i| Complex::new(vectors[(i, *j)], im(i)))
+                .collect()
+        };
+        firsts.iter().map(vector).collect()
+    };
+    let value = |(j, _): &(usize, bool)| Complex::new(re[*j], im[*j]);
+    let values: Vec<Complex<f64>> = firsts.iter().map(value).collect();
+    let mut right = vectors(&right);
+    for (value, z) in values.iter().zip(&mut right) {
+        if !is_direction(z) {
+            *z = by_inverse_iteration(a, *value);
+        }
+    }
+    Some(Eigenpairs {
+        values,
+        right,
+        left: with_left.then(|| vectors(&left)),
+    })
+}
+
+/// The vector of a root, by inverse iteration: where roots coincide, the substitution that follows the QR algorithm
+/// may divide by 0. Half of the digits away from the root no pivot vanishes, not even that of a Jordan block, whose
+/// vector is known to no more.
+fn by_inverse_iteration(a: MatRef<'_, f64>, value: Complex<f64>) -> Vec<Complex<f64>> {
+    let n = a.nrows();
+    let shift = value + Complex::from(f64::EPSILON.sqrt() * a.norm_l2());
+    let shifted = Mat::from_fn(n, n, |i, j| {
+        let own = if i == j { shift } else { Complex::ZERO };
+        Complex::from(a[(i, j)]) - own
+    });
+    let factors = shifted.partial_piv_lu();
+    settle();
+    let mut z = Mat::from_fn(n, 1, |_, _| Complex::from(1.0));
+    for _ in 0..3 {
+        let next = factors.solve(&z);
+        settle();
+        let largest = next.norm_max();
+        z = Mat::from_fn(n, 1, |i, _| next[(i, 0)] / largest);
+    }
+    (0..n).map(|i| z[(i, 0)]).collect()
+}

@@ -235,7 +235,7 @@ mod tests {
                 let b: f64 = b * 2f64.powi(*q);
                 // Nearly real or nearly imaginary, nearly as much of both, and nearly nothing.
                 let first = [[a, 1.0, 1.0 + b * f64::EPSILON], [b, 1.0 + a * f64::EPSILON, a]];
-                let second = [[*factor, 0.0, 1.0], [0.0, 0.0, a * 3.0]];
+                let second = [[factor, 0.0, 1.0], [0.0, 0.0, a * 3.0]];
                 re.add_complex_square(&mut im, factor, &first, &second);
                 for lane in 0..3 {
                     let [x, y] = [0, 1].map(|part| exact(first[part][lane]) - exact(second[part][lane]));

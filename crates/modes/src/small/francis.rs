@@ -153,7 +153,8 @@ fn pair([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::eigenvalues;
+    use num_complex::Complex;
     use proptest::prelude::*;
 
     proptest! {

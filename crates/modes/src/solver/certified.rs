@@ -6,12 +6,12 @@ use crate::inclusion::quadratic::Damped;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
-use crate::modes::{Bounds, Mode, Modes};
+use crate::modes::{Mode, Modes};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::roots::{Root, collect, count_equal};
+use super::roots::{Root, collect, collect_proven, count_equal};
 use super::springless::with_dampers_for_springs;
 use super::{ModeSolver, classical, rigid};
 
@@ -97,9 +97,8 @@ pub(crate) fn certified(
     let mut plan = modes.plan;
     plan.bounds = format!("proven: {claim}");
     Modes {
-        bounds: Bounds::Proven,
         plan,
-        ..collect(solver, system, roots)
+        ..collect_proven(solver, system, roots)
     }
 }
 

@@ -171,18 +171,27 @@ impl Row {
             }
             lambda = lambda - now[0] / now[1];
         }
-        let mut shape = vec![real(1.0)];
-        for i in 0..n - 1 {
-            let force = if i == 0 {
-                Fine::ZERO
-            } else {
-                join(i, lambda) * shape[i - 1]
-            };
-            let next = (entry(i, lambda) * shape[i] - force) / join(i + 1, lambda);
-            shape.push(next);
+        // Towards the largest component from both ends, along which errors do not grow.
+        let next = |i: usize, own: Fine, before: (usize, Option<Fine>), beyond: usize| {
+            let (join_before, value) = before;
+            let force = value.map_or(Fine::ZERO, |value| join(join_before, lambda) * value);
+            (entry(i, lambda) * own - force) / join(beyond, lambda)
+        };
+        let mut shape = vec![real(1.0); n];
+        for i in 0..pivot {
+            let before = (i > 0).then(|| shape[i - 1]);
+            shape[i + 1] = next(i, shape[i], (i, before), i + 1);
         }
-        let divisor = shape[pivot];
-        shape.into_iter().map(|x| x / divisor).collect()
+        let at_pivot = shape[pivot];
+        (0..pivot).for_each(|i| shape[i] = shape[i] / at_pivot);
+        shape[n - 1] = real(1.0);
+        for i in (pivot + 1..n).rev() {
+            let before = (i + 1 < n).then(|| shape[i + 1]);
+            shape[i - 1] = next(i, shape[i], (i + 1, before), i);
+        }
+        let at_pivot = shape[pivot];
+        (pivot..n).for_each(|i| shape[i] = shape[i] / at_pivot);
+        shape
     }
 }
 

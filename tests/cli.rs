@@ -705,6 +705,23 @@ fn memory_is_refused_before_it_is_taken() {
         }
     }
     printed(&["modes", &file, "--memory-limit", "0.001"]);
+    // Tables of one scene, and of all, which are none where one is refused.
+    let directory = fresh("memory_is_refused_before_it_is_taken");
+    let out = directory.to_str().expect("UTF-8");
+    for scene in [&[][..], &[file.as_str()]] {
+        let limited = [&["tables", "--out", out, "--memory-limit", "1e-7"], scene].concat();
+        let error = refused(&limited, 2);
+        assert!(error.contains("GB of memory, more than the"), "{error}");
+        assert!(!directory.exists());
+    }
+    // Each instant asked for counts.
+    let asked = |count: usize| {
+        let steps = vec!["7"; count].join(",");
+        let asked = ["tables", &file, "--out", out, "--steps", &steps];
+        eigentone(&[&asked[..], &["--memory-limit", "0.002"]].concat())
+    };
+    assert!(asked(2).status.success());
+    assert_eq!(asked(2000).status.code(), Some(2));
 }
 
 #[test]

@@ -33,7 +33,12 @@ fn read(name: &str, file: &[u8]) -> Result<System, String> {
 fn every_layout_gives_the_same_matrix() {
     let symmetric = mat![[4.0, -1.5, 0.0], [-1.5, 3.0, -1.0], [0.0, -1.0, 2.0]];
     let skew = mat![[0.0, -2.0, 0.0], [2.0, 0.0, 7.0], [0.0, -7.0, 0.0]];
-    let cases: [(&str, &str, &Mat<f64>); 8] = [
+    let cases: [(&str, &str, &Mat<f64>); 9] = [
+        (
+            "windows-with-comments",
+            "%%MatrixMarket matrix coordinate real general\r\n% a comment\r\n%\r\n\r\n3 3 7\r\n1 1 4\r\n2 1 -1.5\r\n1 2 -1.5\r\n2 2 3\r\n3 2 -1\r\n2 3 -1\r\n3 3 2",
+            &symmetric,
+        ),
         (
             "coordinate-general",
             "%%MatrixMarket matrix coordinate real general\n% a comment\n\n3 3 7\n1 1 4\n2 1 -1.5\n1 2 -15e-1\n2 2 3.\n3 2 -1\n2 3 -1\n3 3 +2\n",
@@ -231,6 +236,64 @@ fn what_is_wrong_is_named_with_its_line() {
         ("row-0", head("3 3 1\n0 1 1\n"), 3, "from 1 to 3"),
         ("row-4", head("3 3 1\n4 1 1\n"), 3, "from 1 to 3"),
         ("row-half", head("3 3 1\n1.5 1 1\n"), 3, "from 1 to 3"),
+        ("column-0", head("3 3 1\n1 0 1\n"), 3, "from 1 to 3"),
+        ("column-4", head("3 3 1\n3 4 1\n"), 3, "from 1 to 3"),
+        ("column-negative", head("3 3 1\n3 -1 1\n"), 3, "from 1 to 3"),
+        ("entries-negative", head("3 3 -1\n"), 2, "is not the size"),
+        (
+            "entries-huge",
+            head("3 3 99999999999999999999999\n"),
+            2,
+            "is not the size",
+        ),
+        (
+            "array-ends",
+            format!("{ARRAY}3 3\n1\n2\n"),
+            5,
+            "ends after 2 of 9 entries",
+        ),
+        (
+            "array-more",
+            format!("{ARRAY}3 3\n{}", "1\n".repeat(10)),
+            12,
+            "more after the 9 entries",
+        ),
+        (
+            "array-nan",
+            format!("{ARRAY}3 3\n1\nnan\n1\n1\n1\n1\n1\n1\n1\n"),
+            4,
+            "\"nan\" is not a number",
+        ),
+        (
+            "minus-infinity",
+            head("3 3 1\n1 1 -inf\n"),
+            3,
+            "\"-inf\" is not a number",
+        ),
+        (
+            "minus-beyond",
+            head("3 3 1\n1 1 -1e999\n"),
+            3,
+            "is too large",
+        ),
+        (
+            "skew-upper",
+            "%%MatrixMarket matrix coordinate real skew-symmetric\n3 3 1\n1 2 1\n".into(),
+            3,
+            "lies above the diagonal",
+        ),
+        (
+            "twice-by-its-mirror",
+            head("3 3 2\n2 1 1\n1 2 1\n"),
+            4,
+            "lies above the diagonal",
+        ),
+        (
+            "twice-in-windows",
+            head("3 3 2\n2 1 1\n2 1 1\n").replace('\n', "\r\n"),
+            4,
+            "given before, in line 3",
+        ),
         ("two-words", head("3 3 1\n1 1\n"), 3, "2 words"),
         ("four-words", head("3 3 1\n1 1 1 1\n"), 3, "4 words"),
         (

@@ -1,4 +1,5 @@
-//! Scenes that keep to the format, of every size of numbers: what the random tests hold them to, in all precisions.
+//! Scenes that keep to the format, of every size of numbers: answered in all precisions, and no two proofs contradict each
+//! other. Estimates are not compared.
 
 #![no_main]
 
@@ -19,7 +20,6 @@ use libfuzzer_sys::fuzz_target;
 fuzz_target!(|bytes: &[u8]| {
     let text = scene::text(&mut choices::Choices::of(bytes));
     if let Ok(scene) = Scene::parse(&text, Path::new("scene.json")) {
-        let answers = examine::examined(&scene, examine::Proven::All);
-        examine::agree_with_estimates(&scene, &answers);
+        examine::examined(&scene, examine::Proven::All);
     }
 });

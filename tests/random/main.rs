@@ -4,6 +4,7 @@
 
 mod choices;
 mod damage;
+mod estimates;
 mod examine;
 mod number;
 mod scene;
@@ -17,7 +18,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use choices::Choices;
-use examine::{Proven, agree_with_estimates, examined};
+use estimates::agree_with_estimates;
+use examine::{Proven, examined};
 
 fn parse(text: &str) -> Result<Scene, SceneError> {
     Scene::parse(text, Path::new("scene.json"))

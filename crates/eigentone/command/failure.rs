@@ -33,8 +33,8 @@ pub enum Failure {
         gigabytes: f64,
     },
     #[error(
-        "{}: it may take {needed:.1} GB of memory, more than the {allowed:.1} GB allowed: ask for fewer instants or modes, or allow more with --memory-limit",
-        scene.display()
+        "{}: it may take {} GB of memory, more than the {} GB allowed: ask for fewer instants or modes, or allow more with --memory-limit",
+        scene.display(), gigabytes(*needed), gigabytes(*allowed)
     )]
     Memory {
         scene: PathBuf,
@@ -58,6 +58,14 @@ pub enum Failure {
     Write { file: PathBuf, error: io::Error },
     #[error("standard output cannot be written: {0}")]
     Output(io::Error),
+}
+
+/// To a digit after the point, or what there is of it.
+fn gigabytes(size: f64) -> String {
+    match size {
+        0.1.. => format!("{size:.1}"),
+        size => format!("{size:.1e}"),
+    }
 }
 
 impl Failure {

@@ -21,6 +21,10 @@ pub struct Files {
 impl Files {
     /// Creates the directory if it does not exist.
     pub fn into(directory: &Path) -> Result<Files, Failure> {
+        if directory.is_file() {
+            let reason = io::Error::other("it is a file: name a directory");
+            return Err(failure(directory, reason));
+        }
         let ancestors = directory.ancestors();
         let missing = ancestors.take_while(|path| !path.as_os_str().is_empty() && !path.exists());
         let mut made: Vec<PathBuf> = missing.map(Path::to_owned).collect();

@@ -65,9 +65,8 @@ struct Question {
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
-    /// Refuse what would take more memory than this, in 1e9 bytes
-    #[arg(long, value_name = "GB", value_parser = gigabytes, default_value_t = memory::DEFAULT)]
-    memory_limit: f64,
+    #[command(flatten)]
+    memory: memory::Limit,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -97,15 +96,7 @@ impl Question {
 
     /// Refuses what would take more memory than is allowed, before any is taken.
     fn admit(&self, bytes: f64) -> Result<(), Failure> {
-        let (needed, allowed) = (bytes / 1e9, self.memory_limit);
-        if needed <= allowed {
-            return Ok(());
-        }
-        Err(Failure::Memory {
-            scene: self.scene.clone(),
-            needed,
-            allowed,
-        })
+        self.memory.admit(&self.scene, bytes)
     }
 
     /// The same for all modes; systems that are too large for dense matrices are told apart later.
@@ -127,17 +118,14 @@ fn tolerance(text: &str) -> Result<f64, String> {
     const LEAST: f64 = f64::EPSILON / 2.0;
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= LEAST => Ok(value),
-        Ok(_) => Err("it must be finite and at least 2^-53 = 1.11e-16".to_owned()),
-        Err(error) => Err(error.to_string()),
+        _ => Err("it must be a number, finite and at least 2^-53 = 1.11e-16".to_owned()),
     }
 }
 
-fn gigabytes(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        Ok(_) => Err("it must be finite and greater than 0".to_owned()),
-        Err(error) => Err(error.to_string()),
-    }
+/// The index of a sample.
+fn index(text: &str) -> Result<u64, String> {
+    let right = "it must be whole numbers from 0 on, with commas between them, as 0,10,400";
+    text.parse().map_err(|_| right.to_owned())
 }
 
 /// Writes to standard output. Who stops reading early has seen enough.

@@ -5,7 +5,7 @@ use eigentone::report::ResponseReport;
 use eigentone::response::{ModalTruncation, ResponsePlan, SteadyState};
 
 use super::progress::Progress;
-use super::{Failure, Question, memory, print};
+use super::{Failure, Question, index, memory, print};
 
 /// Prints the motion at every sample instant
 #[derive(Debug, Args)]
@@ -16,7 +16,7 @@ pub struct Response {
     #[arg(long)]
     json: bool,
     /// Print only these sample indices, in this order
-    #[arg(long, value_name = "INDICES", value_delimiter = ',')]
+    #[arg(long, value_name = "INDICES", value_delimiter = ',', value_parser = index)]
     steps: Option<Vec<u64>>,
     /// By so many modes of the smallest frequencies alone, the others following without inertia;
     /// needs no dense matrices

@@ -62,7 +62,6 @@ impl Selection {
 fn frequency(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        Ok(_) => Err("it must be a finite number of rad/s, 0 or more".to_owned()),
-        Err(error) => Err(error.to_string()),
+        _ => Err("it must be a finite number of rad/s, 0 or more".to_owned()),
     }
 }

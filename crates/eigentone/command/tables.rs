@@ -7,9 +7,9 @@ use eigentone::gallery::{Case, cases};
 use eigentone::scene::Scene;
 use eigentone::tables::SceneTables;
 
-use super::Failure;
 use super::files::Files;
 use super::progress::Progress;
+use super::{Failure, index, memory};
 
 /// Writes reference tables: modes and motion to 15 digits that are all right
 #[derive(Debug, Args)]
@@ -24,10 +24,16 @@ pub struct Tables {
         long,
         value_name = "INDICES",
         value_delimiter = ',',
+        value_parser = index,
         requires = "scene"
     )]
     steps: Option<Vec<u64>>,
+    #[command(flatten)]
+    memory: memory::Limit,
 }
+
+/// How many instants are shown where none are asked for.
+const SPREAD: u64 = 11;
 
 impl Tables {
     pub fn run(self) -> Result<(), Failure> {
@@ -36,18 +42,24 @@ impl Tables {
                 let scene = Scene::read(file)?;
                 let name = file.file_stem().unwrap_or(file.as_os_str());
                 let name = name.to_string_lossy().into_owned();
+                let instants = match &self.steps {
+                    Some(steps) => steps.len() as u64,
+                    None => memory::instants(&scene).min(SPREAD),
+                };
+                let needed = memory::of_tables(&scene, instants);
+                self.memory.admit(file, needed)?;
                 let _progress = Progress::of("tables");
                 let tables = tables_of(file, &name, &scene, self.steps.as_deref())?;
                 let mut files = Files::into(&self.out)?.beside(file);
                 write(&mut files, &name, &tables)?;
                 files.keep()
             }
-            None => gallery(&self.out),
+            None => gallery(&self.out, self.memory),
         }
     }
 }
 
-fn gallery(directory: &Path) -> Result<(), Failure> {
+fn gallery(directory: &Path, limit: memory::Limit) -> Result<(), Failure> {
     let mut files = Files::into(directory)?;
     let progress = Progress::of("tables");
     let mut index = String::from(INDEX);
@@ -55,7 +67,9 @@ fn gallery(directory: &Path) -> Result<(), Failure> {
         let name = case.name();
         progress.say(&format!("{} of {}: {name}", k + 1, cases().len()));
         let steps: Vec<u64> = instants(case);
-        let tables = tables_of(Path::new(name), name, &case.scene(), Some(&steps))?;
+        let (file, scene) = (Path::new(name), case.scene());
+        limit.admit(file, memory::of_tables(&scene, steps.len() as u64))?;
+        let tables = tables_of(file, name, &scene, Some(&steps))?;
         write(&mut files, name, &tables)?;
         let motion = match tables.response() {
             Some(_) => format!("[csv]({name}-response.csv)"),

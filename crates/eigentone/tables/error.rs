@@ -14,9 +14,9 @@ pub enum TableError {
     /// The instants asked for do not fit.
     #[error(transparent)]
     Response(#[from] ResponseError),
-    /// A number lies so close to a rounding boundary that its digits stay open.
+    /// A number lies so close to a rounding boundary, or to 0, that its digits stay open.
     #[error(
-        "{quantity} lies within 1e-{digits} of halfway between two decimals of {} digits: its last digit cannot be told",
+        "{quantity} cannot be told to {} digits, even from {digits}: it lies too near to halfway between two decimals, or is too small beside the largest",
         super::DIGITS
     )]
     Undecided {

@@ -47,7 +47,9 @@ pub enum FirstOrderError {
     )]
     SingularDamping,
     /// The system is [large](System::is_large).
-    #[error("a dense state matrix of {coordinates} coordinates is too large")]
+    #[error(
+        "a dense state matrix of {coordinates} coordinates is too large: look at some of its modes, as SparseModes"
+    )]
     TooLarge {
         /// How many coordinates there are.
         coordinates: usize,

@@ -7,7 +7,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum ReferenceError {
     /// More work than a reference is worth.
-    #[error("it would take about {work:.0e} multiplications, more than the {limit:.0e} allowed")]
+    #[error(
+        "it would take about {work:.0e} multiplications, more than the {limit:.0e} allowed: ask for fewer coordinates, instants or digits"
+    )]
     TooMuchWork {
         /// An estimate of the multiplications of whole numbers.
         work: f64,

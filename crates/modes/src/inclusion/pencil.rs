@@ -53,10 +53,14 @@ impl<T: Real> Scaled<T> {
         }
     }
 
-    /// The ball itself, or `None` out of range.
+    /// The ball itself, or `None` out of range or where nothing is known of it.
     pub(crate) fn value(self) -> Option<Ball<T>> {
         if is_zero(self.ball) {
             return Some(self.ball);
+        }
+        // However small its power of two, it may be anything.
+        if !self.ball.upper().is_finite() {
+            return None;
         }
         const LARGEST: i64 = 900;
         let this = self.normalised();
@@ -209,19 +213,19 @@ impl Pencil {
                 (entry.row, entry.column, coefficients)
             })
             .collect();
-        let mut scale = vec![0f64; self.n];
+        let mut scale = vec![Magnitude::ZERO; self.n];
+        let larger = |a: Magnitude, b: Magnitude| if b > a { b } else { a };
         for (row, column, coefficients) in &entries {
-            let size = coefficients
-                .iter()
-                .map(|ball| upper(*ball))
-                .fold(0.0, f64::max);
-            scale[*row] = scale[*row].max(size);
-            scale[*column] = scale[*column].max(size);
+            let sizes = coefficients.iter().map(|ball| ball.upper());
+            let size = sizes.fold(Magnitude::ZERO, larger);
+            scale[*row] = larger(scale[*row], size);
+            scale[*column] = larger(scale[*column], size);
         }
+        // Beyond the range of doubles too, which that of T may exceed.
         let exponents: Vec<i32> = scale
             .iter()
             .map(|size| {
-                if *size > 0.0 && size.is_finite() {
+                if !size.is_zero() && size.is_finite() {
                     (size.log2() / 2.0).round() as i32
                 } else {
                     0
@@ -428,6 +432,81 @@ impl<T: Real> Eliminated<T> {
             rows,
             columns,
             pivots: n,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_digits::Wide;
+
+    use super::*;
+    use crate::structure::Structure;
+
+    /// What is unknown is not small because it is written with a small power of two.
+    #[test]
+    fn what_is_unknown_has_no_value() {
+        let ball = |radius: Magnitude| Ball::<Wide<4>>::new(WideComplex::ZERO, radius);
+        for exponent in [-5000, -901, 0, 901] {
+            let unknown = Scaled {
+                ball: ball(Magnitude::INFINITY),
+                exponent,
+            };
+            assert!(unknown.value().is_none());
+        }
+        let small = Scaled {
+            ball: ball(Magnitude::from(1.0)),
+            exponent: -5000,
+        };
+        assert!(
+            small
+                .value()
+                .is_some_and(|value| value.radius() > Magnitude::ZERO)
+        );
+    }
+
+    /// λ²M reaches 1e373, for which no double stands. The roots are from 200 digits.
+    #[test]
+    fn terms_beyond_the_doubles_are_scaled() {
+        let matrix = |m: [[f64; 2]; 2]| faer::Mat::from_fn(2, 2, |i, j| m[i][j]);
+        let mass = 1.6298896544521524e211;
+        let m = matrix([
+            [4e-300, -3.7983683188454224e133],
+            [-3.7983683188454224e133, 8.900295434028806e-308],
+        ]);
+        let c = matrix([
+            [4e160, 4.356725084943691e292],
+            [4.356725084943691e292, 9.089748238990291e-64],
+        ]);
+        let k = matrix([
+            [4e-300, -9.511467065569227e292],
+            [1.0316539430681957e234, 2.9122672152026616e122],
+        ]);
+        let system = System::builder()
+            .mass("a", mass)
+            .mass("b", mass)
+            .spring("a", "b", 7.031466280492861e-117)
+            .damper("ground", "a", 4.0)
+            .damper("a", "b", 4.0)
+            .matrix(MatrixKind::Mass, m.as_ref())
+            .matrix(MatrixKind::Damping, c.as_ref())
+            .matrix(MatrixKind::Stiffness, k.as_ref())
+            .build()
+            .expect("a system");
+        assert_eq!(Structure::of(&system).finite_roots(), Some(4));
+        let modes = system.modes().expect("they are found");
+        let known = [
+            -2.3679574059732746e-59,
+            2.183168981315735,
+            -2.673018429832354e81,
+            2.673018429832354e81,
+        ];
+        assert_eq!(modes.bounds(), crate::Bounds::Proven, "{}", modes.plan());
+        for (root, known) in modes.eigenvalues().iter().zip(known) {
+            let bound = root.bound.expect("it is proven");
+            assert_eq!(root.value.im, 0.0);
+            assert!((root.value.re - known).abs() <= bound.max(f64::EPSILON * known.abs()));
+            assert!(bound <= f64::EPSILON * known.abs());
         }
     }
 }

@@ -93,8 +93,17 @@ pub(crate) fn count_equal(modes: &mut [Mode]) {
     }
 }
 
-/// Sorts the roots, normalises the shapes and adds the quality of each.
+/// Sorts the roots, normalises the shapes and adds the quality of each. Errors are estimates.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
+    collected(solver, system, roots, Bounds::Estimated)
+}
+
+/// The same of roots whose errors are proven, and stand however large they are.
+pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
+    collected(solver, system, roots, Bounds::Proven)
+}
+
+fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds: Bounds) -> Modes {
     let symmetric = all_symmetric(system);
     let roots: Vec<Root> = roots.into_iter().map(normalised_root).collect();
     let unknown = roots.iter().filter(|root| root.quality.is_none());
@@ -111,7 +120,7 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         .collect();
     let with_quality = roots.into_iter().zip(qualities);
     let mut modes: Vec<Mode> = with_quality
-        .map(|(root, quality)| mode(root, quality, symmetric))
+        .map(|(root, quality)| mode(root, quality, symmetric, bounds))
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     let eigenvalues = listed(&modes);
@@ -126,7 +135,7 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
         modes,
         eigenvalues,
         infinite,
-        bounds: Bounds::Estimated,
+        bounds,
         plan,
     }
 }
@@ -147,7 +156,7 @@ pub(crate) const SMALL: f64 = 1e-3;
 
 /// A root with its quality; twice the first-order error leaves room for the second order where the
 /// first is small.
-fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
+fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
     let Quality {
         backward_error,
         condition,
@@ -157,9 +166,12 @@ fn mode(root: Root, quality: Quality, symmetric: bool) -> Mode {
         let error = 2.0 * quality.first_order() * root.value.norm();
         (error, error)
     });
-    // Beyond that first-order theory says nothing.
+    // Beyond that first-order theory says nothing, which proofs do not rest on.
     let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
-    let error = root.error.or(estimate).filter(small);
+    let error = match bounds {
+        Bounds::Proven => root.error,
+        Bounds::Estimated => root.error.or(estimate).filter(small),
+    };
     let (left_shape, left_shape_bound) = match root.left {
         None if symmetric => (
             Some(root.shape.iter().map(|entry| entry.conj()).collect()),
@@ -218,4 +230,31 @@ pub(crate) fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     };
     result[pivot] = Complex::ONE;
     result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::StateMatrix;
+    use super::*;
+    use crate::element::GROUND;
+
+    /// Large errors are no estimates, but they are bounds.
+    #[test]
+    fn proven_errors_stand_however_large() {
+        let system = System::builder().mass("a", 1.0).spring(GROUND, "a", 4.0);
+        let system = system.build().expect("a system");
+        let known = |error| Root {
+            error: Some((error, 0.5 * error)),
+            ..Root::simple(Complex::new(0.0, 2.0), vec![Complex::ONE])
+        };
+        for (error, estimated) in [(1e-4, Some(1e-4)), (0.1, None)] {
+            let modes = collect(&StateMatrix, &system, vec![known(error)]);
+            assert_eq!(modes.bounds(), Bounds::Estimated);
+            assert_eq!(modes.eigenvalues()[0].bound, estimated);
+            let modes = collect_proven(&StateMatrix, &system, vec![known(error)]);
+            assert_eq!(modes.bounds(), Bounds::Proven);
+            assert_eq!(modes.eigenvalues()[1].bound, Some(error));
+            assert_eq!(modes.eigenvalues()[1].real_bound, Some(0.5 * error));
+        }
+    }
 }

@@ -1,0 +1,416 @@
+//! Every error that a call of the library can return, with a call that returns it.
+
+use eigentone::check::{
+    ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
+    UniformChain,
+};
+use eigentone::modes::{
+    Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace, Parameter,
+    Participation, Precision, Sensitivity, SparseModes, SpringFactor, System, modal_assurance,
+    phase_collinearity,
+};
+use eigentone::response::{
+    ByCertifiedExponential, BySuperposition, Hold, Impulse, ModalTruncation, Output, Problem,
+    Response, Samples, State, Step, Sweep, expm, receptance,
+};
+use eigentone::tables::{ModeTable, ResponseTable};
+use faer::sparse::SparseColMat;
+use faer::{Mat, mat};
+use num_complex::Complex;
+
+use super::listing::Listing;
+
+pub const ENUMS: [(&str, &str); 17] = [
+    ("crates/modes/src/builder.rs", "BuildError"),
+    ("crates/modes/src/solver/mod.rs", "ModesError"),
+    ("crates/modes/src/first_order.rs", "FirstOrderError"),
+    ("crates/modes/src/sparse/mod.rs", "SparseError"),
+    ("crates/modes/src/participation.rs", "ParticipationError"),
+    ("crates/modes/src/assurance.rs", "AssuranceError"),
+    ("crates/modes/src/sensitivity.rs", "SensitivityError"),
+    ("crates/modes/src/sweep/design.rs", "DesignError"),
+    ("crates/response/src/problem.rs", "ResponseError"),
+    ("crates/response/src/steady_state.rs", "SteadyStateError"),
+    ("crates/response/src/sweep/mod.rs", "SweepError"),
+    ("crates/response/src/exponential/expm.rs", "ExpmError"),
+    ("crates/check/src/reference/error.rs", "ReferenceError"),
+    ("crates/check/src/closed_form/digits.rs", "ClosedFormError"),
+    (
+        "crates/check/src/closed_form/mass_spring_damper.rs",
+        "OneMassError",
+    ),
+    ("crates/eigentone/tables/error.rs", "TableError"),
+    ("crates/response/src/load.rs", "LoadError"),
+];
+
+const LEFT_OUT: [(&str, &str); 11] = [
+    (
+        "ModesError::NoConvergence",
+        "no system is known whose iteration does not converge",
+    ),
+    (
+        "ModesError::FirstOrder",
+        "passes on a `FirstOrderError`, all of which are shown",
+    ),
+    (
+        "SparseError::TooDense",
+        "takes a factor of hundreds of millions of entries",
+    ),
+    (
+        "SparseError::TooManyParts",
+        "takes hundreds of loose parts beside a mass matrix that is not diagonal",
+    ),
+    (
+        "SparseError::Projected",
+        "passes on a `ModesError` of the small equation between the shapes found",
+    ),
+    (
+        "SparseError::NoConvergence",
+        "no system is known whose iteration does not converge",
+    ),
+    (
+        "SparseError::OutOfRange",
+        "takes stiffnesses whose factors leave the range of doubles",
+    ),
+    (
+        "SteadyStateError::Undecided",
+        "takes a frequency that agrees with a natural one to hundreds of digits and is none",
+    ),
+    (
+        "ResponseError::Lost",
+        "takes a motion that no digits in reach follow",
+    ),
+    (
+        "ReferenceError::TooManyBits",
+        "takes roots nearer to each other than 2^-16384",
+    ),
+    (
+        "ReferenceError::UnknownLoad",
+        "every load that there is now is known",
+    ),
+];
+
+/// Masses in a row, each on a spring of 1 N/m to the one before, the first one to the ground.
+fn row(masses: &[f64]) -> System {
+    let mut builder = System::builder();
+    for (i, mass) in masses.iter().enumerate() {
+        builder = builder.mass(format!("m{i}"), *mass);
+    }
+    for i in 1..masses.len() {
+        builder = builder.spring(format!("m{}", i - 1), format!("m{i}"), 1.0);
+    }
+    builder.spring(GROUND, "m0", 1.0).build().expect("a system")
+}
+
+/// One mass called m0.
+fn single(mass: f64, damping: f64, stiffness: f64) -> System {
+    let builder = System::builder().mass("m0", mass);
+    let builder = builder.damper(GROUND, "m0", damping);
+    let builder = builder.spring(GROUND, "m0", stiffness);
+    builder.build().expect("a system")
+}
+
+/// M, C, K.
+fn matrices(m: [[f64; 2]; 2], c: [[f64; 2]; 2], k: [[f64; 2]; 2]) -> System {
+    let dense = |m: [[f64; 2]; 2]| Mat::from_fn(2, 2, |i, j| m[i][j]);
+    let (m, c, k) = (dense(m), dense(c), dense(k));
+    System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system")
+}
+
+/// A force held between samples.
+fn samples(step: f64, values: Vec<f64>) -> Samples {
+    Samples {
+        step,
+        values,
+        hold: Hold::Zero,
+    }
+}
+
+macro_rules! list {
+    ($listing:ident: $($call:expr;)*) => {
+        $($listing.call(stringify!($call), $call);)*
+    };
+}
+
+#[test]
+fn every_error_of_the_library_is_listed() {
+    let mut listing = Listing::headed(["call", "message"]);
+    build_errors(&mut listing);
+    mode_errors(&mut listing);
+    response_errors(&mut listing);
+    sweep_errors(&mut listing);
+    check_errors(&mut listing);
+    let table = listing.finish(&ENUMS, &LEFT_OUT);
+    super::page::assert_shown("errors.md", "library", &table);
+}
+
+fn build_errors(listing: &mut Listing) {
+    let kind = MatrixKind::Stiffness;
+    let wide = mat![[1.0, 0.0]];
+    let infinite = mat![[f64::INFINITY]];
+    let vast = SparseColMat::<usize, f64>::try_new_from_triplets(10_000_001, 10_000_001, &[]);
+    let vast = vast.expect("it has no entries");
+    let one = System::builder().mass("m", 1.0);
+    let free = System::builder().mass("m", 0.0);
+    list! { listing:
+        System::builder().build();
+        System::builder().sparse_matrix(kind, vast).build();
+        System::builder().mass("", 1.0).build();
+        System::builder().mass(GROUND, 1.0).build();
+        one.clone().mass("m", 2.0).build();
+        System::builder().mass("m", f64::NAN).build();
+        one.clone().spring(GROUND, "m", f64::INFINITY).build();
+        one.clone().spring(GROUND, "n", 1.0).build();
+        one.clone().damper("m", "m", 1.0).build();
+        System::builder().matrix(kind, wide.as_ref()).build();
+        System::builder().matrix(kind, infinite.as_ref()).build();
+        one.clone().spring(GROUND, "m", f64::MAX).spring(GROUND, "m", f64::MAX).build();
+        free.build();
+    }
+}
+
+fn mode_errors(listing: &mut Listing) {
+    let unit = [[1.0, 0.0], [0.0, 1.0]];
+    let zero = [[0.0; 2]; 2];
+    let one = row(&[1.0]);
+    let pair = row(&[1.0, 1.0]);
+    let large = row(&[1.0; 5000]);
+    let far_apart = single(1e300, 0.0, 5e-324);
+    let critical = single(1.0, 2.0, 1.0);
+    let unsymmetric = matrices(unit, zero, [[2.0, -1.0], [1.0, 2.0]]);
+    let indefinite = matrices([[1.0, 2.0], [2.0, 1.0]], zero, unit);
+    let joint_mass = matrices([[1.0, 1.0], [1.0, 1.0]], zero, [[2.0, 0.0], [0.0, 3.0]]);
+    let node = [[1.0, 0.0], [0.0, 0.0]];
+    let constraint = matrices(node, zero, [[1.0, 1.0], [1.0, 0.0]]);
+    let one_way = matrices(node, [[0.0, 1.0], [1.0, 0.0]], unit);
+    let massless = single(0.0, 1.0, 1.0);
+    let twins = matrices(unit, zero, unit);
+    let below_zero = Frequency::from_radians_per_second(-1.0);
+    list! { listing:
+        large.modes();
+        far_apart.modes();
+        SpringFactor.solve(&critical, critical.structure());
+        FirstOrder::of(&joint_mass);
+        FirstOrder::of(&constraint);
+        FirstOrder::of(&one_way);
+        FirstOrder::of(&large);
+        SparseModes::lowest(&one, 0);
+        SparseModes::nearest(&one, below_zero, 1);
+        SparseModes::lowest(&unsymmetric, 1);
+        SparseModes::lowest(&massless, 1);
+        SparseModes::lowest(&indefinite, 1);
+        Participation::of(&unsymmetric);
+        Participation::along(&one, &[1.0, 1.0]);
+        Participation::along(&one, &[f64::NAN]);
+        Participation::of(&far_apart);
+    }
+    let shape = [Complex::ONE];
+    let longer = [Complex::ONE; 2];
+    list! { listing:
+        modal_assurance(&[&shape[..], &longer[..]], &[]);
+        phase_collinearity(&[Complex::ZERO]);
+    }
+    let modes = |system: &System| system.modes().expect("modes").as_slice().to_vec();
+    let (swing, both, same, defective) = (
+        modes(&one).remove(0),
+        modes(&pair).remove(0),
+        modes(&twins).remove(0),
+        modes(&critical).remove(0),
+    );
+    let stiffer = single(1.0, 0.0, 2.0);
+    let of_one = Sensitivity::of(&one, &swing).expect("it is simple");
+    list! { listing:
+        Sensitivity::of(&critical, &defective);
+        Sensitivity::of(&twins, &same);
+        Sensitivity::of(&stiffer, &swing);
+        Sensitivity::of(&one, &both);
+        of_one.to(Parameter::Spring(7));
+    }
+}
+
+fn response_errors(listing: &mut Listing) {
+    let one = row(&[1.0]);
+    let large = row(&[1.0; 5000]);
+    let node = row(&[1.0, 0.0]);
+    let dashpot = System::builder()
+        .mass("m0", 1.0)
+        .mass("m1", 0.0)
+        .damper("m0", "m1", 1.0)
+        .build()
+        .expect("a system");
+    let growing = single(1.0, 0.0, -400.0);
+    let far_apart = single(1e300, 0.0, 5e-324);
+    let soft = single(1.0, 0.0, 5e-324);
+    let free = System::builder().mass("m0", 1.0).build().expect("a system");
+    let problem = Response::of(&one)
+        .from(State::at_rest().displace("m0", 1.0))
+        .every(1.0)
+        .until(10.0)
+        .problem()
+        .expect("a problem");
+    let of = |system| Response::of(system).every(1.0).until(10.0);
+    let displaced = State::at_rest().displace("m1", 1.0);
+    let pushed = State::at_rest().push("m1", 1.0);
+    let unknown = State::at_rest().displace("m0", f64::NAN);
+    let away = State::at_rest().displace("m0", 1.0);
+    let early = Impulse::of(1.0).at(-1.0);
+    let empty = samples(1.0, vec![]);
+    let no_number = samples(1.0, vec![f64::NAN]);
+    let no_step = samples(0.0, vec![1.0]);
+    let uneven = samples(0.7, vec![1.0]);
+    let one_step = Limit {
+        steps: 1,
+        time: None,
+    };
+    let dopri = DormandPrince5 { tolerance: 1e-9 };
+    list! { listing:
+        Response::of(&one).every(0.0).until(10.0).run();
+        Response::of(&one).every(1.0).until(-1.0).run();
+        Response::of(&one).every(1.0).until(1e300).run();
+        Response::of(&one).run();
+        of(&one).load("n", Step::of(1.0)).run();
+        of(&one).follow(&[Output::Velocity(4)]);
+        of(&one).from(unknown).run();
+        of(&node).from(displaced).run();
+        of(&dashpot).from(pushed).run();
+        of(&node).load("m1", Impulse::of(1.0)).run();
+        problem.clone().at(&[11]);
+        ByCertifiedExponential.at(&problem, &[10.5]);
+        Response::of(&one).every(1e-3).until(1e9).to(Precision::Double).run();
+        of(&large).run();
+        ModalTruncation { modes: 1 }.run(&problem.clone().with_acceleration());
+        of(&far_apart).run_by(&BySuperposition);
+        ModalTruncation { modes: 0 }.run(&problem);
+        Response::of(&growing).every(1.0).until(100.0).from(away).run();
+        dopri.integrate(&problem, one_step);
+        receptance(&one, "m0", 1.0);
+        receptance(&free, "m0", 0.0);
+        receptance(&soft, "m0", 0.0);
+        receptance(&large, "m7", 0.5);
+        receptance(&one, "m0", f64::NAN);
+        receptance(&one, "n", 1.0);
+        expm(mat![[1.0, 2.0]].as_ref());
+        expm(mat![[f64::NAN]].as_ref());
+    }
+    let of_load = |load: eigentone::response::Load| match of(&one).load("m0", load).run() {
+        Err(error) => match error {
+            eigentone::response::ResponseError::Load { error, .. } => Err(error),
+            other => panic!("{other}"),
+        },
+        Ok(_) => Ok(()),
+    };
+    list! { listing:
+        of(&one).load("m0", Step::of(f64::NAN)).run();
+        of_load(Step::of(f64::NAN).into());
+        of_load(early.into());
+        of_load(empty.into());
+        of_load(no_number.into());
+        of_load(no_step.into());
+        of_load(uneven.into());
+    }
+}
+
+fn sweep_errors(listing: &mut Listing) {
+    let one = row(&[1.0]);
+    let pair = row(&[1.0, 1.0]);
+    let free = System::builder().mass("m0", 1.0).build().expect("a system");
+    let matrix = matrices(
+        [[1.0, 0.0], [0.0, 1.0]],
+        [[0.0; 2]; 2],
+        [[2.0, 0.0], [0.0, 2.0]],
+    );
+    let stiff = single(1e-300, 0.0, 1e308);
+    let problem = |step: f64, force: f64| -> Problem<'_> {
+        let asked = Response::of(&one).load("m0", Step::of(force));
+        asked.every(step).until(1.0).problem().expect("a problem")
+    };
+    let chosen = problem(0.1, 1.0).at(&[3]).expect("it is there");
+    let fine = problem(1e-9, 1.0);
+    let mut pushed = Sweep::of(&problem(0.1, 1e308)).expect("a sweep");
+    pushed
+        .set(Parameter::Mass(0), 1e-10)
+        .expect("it is positive");
+    let whole = Response::of(&matrix).every(0.1).until(1.0);
+    let whole = whole.problem().expect("a problem");
+    let mut design = Design::of(&one).expect("a design");
+    let design_of = |system| Design::of(system).expect("a design");
+    let mut workspace = ModesWorkspace::of(&design);
+    let (loose, of_pair, apart) = (design_of(&free), design_of(&pair), design_of(&stiff));
+    let mut of_loose = ModesWorkspace::of(&loose);
+    let mut of_apart = ModesWorkspace::of(&apart);
+    list! { listing:
+        Sweep::of(&whole);
+        Sweep::of(&chosen);
+        Sweep::of(&fine);
+        pushed.solve();
+        Design::of(&matrix);
+        design.set(Parameter::Spring(7), 1.0);
+        design.set(Parameter::Mass(0), 0.0);
+        of_loose.solve(&loose);
+        workspace.solve(&of_pair);
+        of_apart.solve(&apart);
+    }
+}
+
+fn check_errors(listing: &mut Listing) {
+    let zero = [[0.0; 2]; 2];
+    let unit = [[1.0, 0.0], [0.0, 1.0]];
+    let node = [[1.0, 0.0], [0.0, 0.0]];
+    let one = row(&[1.0]);
+    let pair = row(&[1.0, 1.0]);
+    let large = row(&[1.0; 400]);
+    let joint_mass = matrices([[1.0, 1.0], [1.0, 1.0]], zero, [[2.0, 0.0], [0.0, 3.0]]);
+    let constraint = matrices(node, zero, [[1.0, 1.0], [1.0, 0.0]]);
+    let one_way = matrices(node, [[0.0, 1.0], [1.0, 0.0]], unit);
+    let between = System::builder()
+        .mass("m", 1.0)
+        .mass("p", 0.0)
+        .mass("q", 0.0)
+        .spring("m", "p", 1.0)
+        .damper("p", "q", 1.0)
+        .spring("q", GROUND, 1.0)
+        .build()
+        .expect("a system");
+    let reference = Reference::default();
+    let problem = |system| -> Problem<'_> {
+        let problem = Response::of(system).every(1.0).until(10.0).problem();
+        problem.expect("a problem")
+    };
+    let blow = Response::of(&between).load("p", Impulse::of(1.0));
+    let blow = blow.every(1.0).until(10.0).problem().expect("a problem");
+    let of_one = one.modes().expect("modes");
+    let of_pair = reference.modes(&pair).expect("a reference");
+    list! { listing:
+        reference.modes(&large);
+        reference.response(&problem(&joint_mass));
+        reference.response(&problem(&one_way));
+        reference.response(&problem(&constraint));
+        reference.response(&blow);
+        of_pair.error_of(&of_one);
+        ExactMass::new(0.0, 1.0, 1.0);
+        ExactMass::new(1.0, -1.0, 1.0);
+    }
+    let chain = UniformChain::new(ChainEnds::BothGrounded, 2, 1.0, 1.0);
+    let chain = chain.expect("a chain");
+    list! { listing:
+        chain.free(&[1.0], &[0.0], 1.0);
+        MassSpringDamper::new(0.0, 1.0, 1.0);
+        MassSpringDamper::new(1.0, -1.0, 1.0);
+        MassSpringDamper::new(1.0, 1.0, 1e-71);
+    }
+    // After 1000 s its motion is smaller than 320 digits tell beside where it began.
+    let damped = single(0.5, 2.4, 2.6);
+    let late = Response::of(&damped).from(State::at_rest().displace("m0", 1.0));
+    let late = late.every(0.1).until(1000.0).problem().expect("a problem");
+    let late = late.at(&[1, 9999]).expect("both are there");
+    list! { listing:
+        ModeTable::of(&large);
+        ResponseTable::of(&late);
+    }
+    let scene = r#"{"masses": [{"name": "m", "mass": 1}], "time": {"end": 1, "step": 0.1}}"#;
+    let scene = eigentone::scene::Scene::parse(scene, std::path::Path::new("scene.json"));
+    let scene = scene.expect("a scene");
+    list! { listing:
+        eigentone::tables::SceneTables::of("title", &scene, Some(&[11]));
+    }
+}

@@ -1,4 +1,4 @@
-//! XᵀAX of a symmetric matrix A given by elements, in double-double, with bounds of its errors.
+//! XᵀAX and YᵀAX of a matrix A given by elements, in double-double, with bounds of their errors.
 
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
@@ -10,19 +10,20 @@ use crate::system::System;
 /// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
 pub(super) const UPWARD: f64 = 1.0 + 1e-9;
 
-/// A quadratic form Σ_e k_e (x_a − x_b)² + xᵀAx of elements e = (a, b) and a symmetric matrix A.
+/// A form Σ_e k_e (y_a − y_b)(x_a − x_b) + yᵀAx of elements e = (a, b) and a matrix A.
 pub(super) struct Form<'a> {
     n: usize,
     elements: Vec<Element>,
     matrix: Option<MatRef<'a, f64>>,
 }
 
-/// XᵀAX for a form and columns X, with how far its entries may be off.
+/// XᵀAX or YᵀAX for a form and columns X and Y, with how far its entries may be off.
 pub(super) struct Gram {
     pub(super) size: usize,
+    is_symmetric: bool,
     /// By rows.
     entries: Vec<DoubleDouble>,
-    /// Entry (i, j), i ≤ j, is off by at most unit·first_i·second_j + floor.
+    /// Entry (i, j), i ≤ j where symmetric, is off by at most unit·first_i·second_j + floor.
     first: Vec<f64>,
     second: Vec<f64>,
     unit: f64,
@@ -77,114 +78,58 @@ impl<'a> Form<'a> {
         }
     }
 
-    /// Entry (i, j), i ≤ j, is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
+    /// XᵀAX of a symmetric form.
+    pub(super) fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
+        self.products(columns, None)
+    }
+
+    /// YᵀAX with as many columns in Y as in X.
+    pub(super) fn between(&self, left: &[Vec<DoubleDouble>], right: &[Vec<DoubleDouble>]) -> Gram {
+        self.products(left, Some(right))
+    }
+
+    /// Entry (i, j) is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
     /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
-    /// force_i·x_j.
+    /// force_i·x_j. Without columns of their own on the right, the entries are those for i ≤ j.
     ///
     /// Each entry is a sum of products whose factors err by at most `count` roundings of 2^-102 one upon
     /// the other, and which [`Lanes::products`] sums: it errs by a `unit` of the sum of the absolute products. That
     /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
     /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
     /// Σ|A_ab||x_ai||x_bj|.
-    pub(super) fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
-        let (n, size) = (self.n, columns.len());
-        let by_stretch = self.elements.len() <= 4 * n;
-        let by_force = self.matrix.is_some() || !by_stretch;
-        // Per node, what a unit displacement meets in absolute terms, and how many terms it is.
-        let (mut load, mut terms) = (vec![0.0; n], vec![0usize; n]);
-        let ends = |element: &Element| [element.first, element.second].map(Node::coordinate);
-        if !by_stretch {
-            for element in &self.elements {
-                for i in ends(element).into_iter().flatten() {
-                    load[i] += element.coefficient.abs();
-                    terms[i] += 1;
-                }
-            }
-        }
-        let mut row_sums = vec![0.0; n];
-        // The entries of the matrix that are not 0, by columns.
-        let mut entries: Vec<Vec<(usize, f64)>> = Vec::new();
-        if let Some(matrix) = self.matrix {
-            for j in 0..n {
-                let column = matrix.col(j).iter().copied().enumerate();
-                let column: Vec<(usize, f64)> = column.filter(|entry| entry.1 != 0.0).collect();
-                for (i, entry) in &column {
-                    row_sums[*i] += entry.abs();
-                    terms[*i] += 1;
-                }
-                entries.push(column);
-            }
-        }
-        let (mut inner, mut outer) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let (mut first, mut second) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let mut largest = 0.0;
-        for x in columns {
-            let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
-            let stretches: Vec<DoubleDouble> = self
-                .elements
-                .iter()
-                .map(|element| at(element.first) - at(element.second))
-                .collect();
-            let forces = self.elements.iter().zip(&stretches);
-            let mut forces: Vec<DoubleDouble> = forces
-                .map(|(e, stretch)| *stretch * e.coefficient)
-                .collect();
-            let energy = self.elements.iter().zip(&stretches);
-            let energy: f64 = energy
-                .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
-                .sum();
-            let over = |weights: &[f64]| -> f64 {
-                let each = weights.iter().zip(x);
-                each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
-            };
-            let along = over(&row_sums);
-            if by_stretch {
-                first.push((energy + along).sqrt() * UPWARD);
-                second.push((energy + along).sqrt() * UPWARD);
-            } else {
-                first.push((2.0 * energy + along).sqrt() * UPWARD);
-                second.push((over(&load) + along).sqrt() * UPWARD);
-            }
-            let mut right = if by_stretch { stretches } else { Vec::new() };
-            if by_force {
-                let mut nodal = vec![DoubleDouble::ZERO; n];
-                if !by_stretch {
-                    for (element, force) in self.elements.iter().zip(&forces) {
-                        let [first, second] = ends(element);
-                        if let Some(i) = first {
-                            nodal[i] += *force;
-                        }
-                        if let Some(i) = second {
-                            nodal[i] -= *force;
-                        }
-                    }
-                    forces.clear();
-                }
-                for (x, column) in x.iter().zip(&entries) {
-                    for (i, entry) in column {
-                        nodal[*i] += *x * *entry;
-                    }
-                }
-                forces.extend(nodal);
-                right.extend(x);
-            }
-            largest = right
-                .iter()
-                .map(|x| x.to_f64().abs())
-                .fold(largest, f64::max);
-            inner.push(forces);
-            outer.push(right);
-        }
+    fn products(&self, left: &[Vec<DoubleDouble>], right: Option<&[Vec<DoubleDouble>]>) -> Gram {
+        let weights = Weights::of(self);
+        let sides = |columns: &[Vec<DoubleDouble>], on_left: bool| -> Vec<Side> {
+            let each = columns.iter();
+            each.map(|x| self.side(&weights, x, on_left)).collect()
+        };
+        let mut left = sides(left, true);
+        let right = right.map(|right| sides(right, false));
+        let is_symmetric = right.is_none();
+        let inner: Vec<Vec<DoubleDouble>> = left
+            .iter_mut()
+            .map(|side| std::mem::take(&mut side.forces))
+            .collect();
+        let first = left.iter().map(|side| side.first).collect();
+        let right = right.unwrap_or(left);
+        let second = right.iter().map(|side| side.second).collect();
+        let outer: Vec<Vec<DoubleDouble>> = right.into_iter().map(|side| side.stretches).collect();
+        let each = outer.iter().flatten().map(|x| x.to_f64().abs());
+        let largest = each.fold(0.0, f64::max);
+        let size = outer.len();
+        let terms = weights.terms.into_iter().max().unwrap_or(0);
         let length = outer.first().map_or(0, Vec::len);
         let entries = Arch::new().dispatch(Products {
             inner: &inner,
             outer: &outer,
+            is_symmetric,
         });
         // Both stretches, k·stretch and the sum of forces; then the sum of products.
-        let count = 4 + terms.into_iter().max().unwrap_or(0);
+        let count = 4 + terms;
         let summed = (length + 4) as f64;
         Gram {
             size,
+            is_symmetric,
             entries,
             first,
             second,
@@ -195,10 +140,154 @@ impl<'a> Form<'a> {
     }
 }
 
-/// All products of one set of columns with another that are the entries of a symmetric matrix, by rows.
+/// What a form has for each node.
+struct Weights {
+    /// Whether entries are summed over elements, and whether over nodes.
+    by_stretch: bool,
+    by_force: bool,
+    /// What a unit displacement meets in absolute terms in elements, rows and columns, and how many terms it is.
+    load: Vec<f64>,
+    rows: Vec<f64>,
+    columns: Vec<f64>,
+    terms: Vec<usize>,
+    /// The entries of the matrix that are not 0, by rows.
+    entries: Vec<Vec<(usize, f64)>>,
+}
+
+impl Weights {
+    fn of(form: &Form<'_>) -> Weights {
+        let n = form.n;
+        let by_stretch = form.elements.len() <= 4 * n;
+        let mut weights = Weights {
+            by_stretch,
+            by_force: form.matrix.is_some() || !by_stretch,
+            load: vec![0.0; n],
+            rows: vec![0.0; n],
+            columns: vec![0.0; n],
+            terms: vec![0; n],
+            entries: Vec::new(),
+        };
+        if !by_stretch {
+            for element in &form.elements {
+                for i in ends(element).into_iter().flatten() {
+                    weights.load[i] += element.coefficient.abs();
+                    weights.terms[i] += 1;
+                }
+            }
+        }
+        if let Some(matrix) = form.matrix {
+            for i in 0..n {
+                let row = matrix.row(i).iter().copied().enumerate();
+                let row: Vec<(usize, f64)> = row.filter(|entry| entry.1 != 0.0).collect();
+                for (j, entry) in &row {
+                    weights.rows[i] += entry.abs();
+                    weights.columns[*j] += entry.abs();
+                    weights.terms[*j] += 1;
+                }
+                weights.entries.push(row);
+            }
+        }
+        weights
+    }
+}
+
+fn ends(element: &Element) -> [Option<usize>; 2] {
+    [element.first, element.second].map(Node::coordinate)
+}
+
+/// What a column brings to its products.
+struct Side {
+    /// On the left.
+    forces: Vec<DoubleDouble>,
+    /// On the right.
+    stretches: Vec<DoubleDouble>,
+    /// Bounds of its part in the sums of absolute products, on the left and on the right.
+    first: f64,
+    second: f64,
+}
+
+impl Form<'_> {
+    fn side(&self, weights: &Weights, x: &[DoubleDouble], on_left: bool) -> Side {
+        let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
+        let elements = self.elements.iter();
+        let stretches: Vec<DoubleDouble> = elements
+            .map(|element| at(element.first) - at(element.second))
+            .collect();
+        let energy = self.elements.iter().zip(&stretches);
+        let energy: f64 = energy
+            .map(|(e, stretch)| square(e.coefficient, stretch.to_f64()))
+            .sum();
+        let over = |weights: &[f64]| -> f64 {
+            let each = weights.iter().zip(x);
+            each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
+        };
+        let (first, second) = if weights.by_stretch {
+            (energy, energy)
+        } else {
+            (2.0 * energy, over(&weights.load))
+        };
+        let forces = if on_left {
+            self.forces(weights, x, &stretches)
+        } else {
+            Vec::new()
+        };
+        let mut right = if weights.by_stretch {
+            stretches
+        } else {
+            Vec::new()
+        };
+        if weights.by_force {
+            right.extend(x);
+        }
+        Side {
+            forces,
+            stretches: right,
+            first: (first + over(&weights.rows)).sqrt() * UPWARD,
+            second: (second + over(&weights.columns)).sqrt() * UPWARD,
+        }
+    }
+
+    /// Of the elements, of Aᵀ on the nodes, or of both.
+    fn forces(
+        &self,
+        weights: &Weights,
+        x: &[DoubleDouble],
+        stretches: &[DoubleDouble],
+    ) -> Vec<DoubleDouble> {
+        let each = self.elements.iter().zip(stretches);
+        let mut forces: Vec<DoubleDouble> =
+            each.map(|(e, stretch)| *stretch * e.coefficient).collect();
+        if !weights.by_force {
+            return forces;
+        }
+        let mut nodal = vec![DoubleDouble::ZERO; self.n];
+        if !weights.by_stretch {
+            for (element, force) in self.elements.iter().zip(&forces) {
+                let [first, second] = ends(element);
+                if let Some(i) = first {
+                    nodal[i] += *force;
+                }
+                if let Some(i) = second {
+                    nodal[i] -= *force;
+                }
+            }
+            forces.clear();
+        }
+        for (x, row) in x.iter().zip(&weights.entries) {
+            for (j, entry) in row {
+                nodal[*j] += *x * *entry;
+            }
+        }
+        forces.extend(nodal);
+        forces
+    }
+}
+
+/// All products of one set of columns with another, by rows.
 struct Products<'a> {
     inner: &'a [Vec<DoubleDouble>],
     outer: &'a [Vec<DoubleDouble>],
+    is_symmetric: bool,
 }
 
 impl WithSimd for Products<'_> {
@@ -224,11 +313,19 @@ impl Products<'_> {
         for (block, columns) in self.outer.chunks(LANES).enumerate() {
             let side_by_side = interleaved(columns, length);
             let j = block * LANES;
-            for (i, row) in self.inner.iter().enumerate().take(j + columns.len()) {
+            let rows = if self.is_symmetric {
+                j + columns.len()
+            } else {
+                size
+            };
+            for (i, row) in self.inner.iter().enumerate().take(rows) {
                 let found = Lanes::products::<FUSED>(row, &side_by_side);
-                for (j, sum) in (j..j + columns.len()).zip(found).filter(|(j, _)| i <= *j) {
+                let found = (j..j + columns.len()).zip(found);
+                for (j, sum) in found.filter(|(j, _)| i <= *j || !self.is_symmetric) {
                     sums[i * size + j] = sum;
-                    sums[j * size + i] = sum;
+                    if self.is_symmetric {
+                        sums[j * size + i] = sum;
+                    }
                 }
             }
         }
@@ -268,7 +365,11 @@ impl Gram {
 
     /// How far entry (i, j) may be off.
     pub(super) fn error(&self, i: usize, j: usize) -> f64 {
-        let (a, b) = (i.min(j), i.max(j));
+        let (a, b) = if self.is_symmetric {
+            (i.min(j), i.max(j))
+        } else {
+            (i, j)
+        };
         (self.unit * self.first[a] * self.second[b] + self.floor) * UPWARD
     }
 

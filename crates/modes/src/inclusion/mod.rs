@@ -392,7 +392,7 @@ impl Job<'_> {
     ) -> Certified {
         let middle = ball.middle();
         let mut re = middle.re.to_f64();
-        let hidden = re.abs() <= radius(ball) || re.abs() <= LIMIT * size(ball);
+        let hidden = re.abs() <= radius(ball);
         if hidden && !real || (self.structure.is_passive() && re > 0.0) {
             re = 0.0;
         }

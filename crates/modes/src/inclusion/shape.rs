@@ -131,7 +131,7 @@ impl Enclosed {
         each.any(|(x, bound)| x.norm() == 0.0 && *bound > 0.0)
     }
 
-    fn conjugate(mut self) -> Enclosed {
+    pub(crate) fn conjugate(mut self) -> Enclosed {
         self.shape
             .iter_mut()
             .for_each(|x| *x = x.conj() + Complex::ZERO);
@@ -189,6 +189,11 @@ pub(crate) struct Shapes {
 impl Shapes {
     fn both(&self) -> impl Iterator<Item = &Enclosed> {
         std::iter::once(&self.right).chain(&self.left)
+    }
+
+    /// Whether every bound is within half of a relative tolerance.
+    pub(crate) fn meet(&self, tolerance: f64) -> bool {
+        self.both().all(|shape| shape.meets(tolerance))
     }
 }
 
@@ -284,7 +289,7 @@ impl<'a> Shaper<'a> {
     }
 
     fn is_good(&self, found: &Shapes) -> bool {
-        found.both().all(|shape| shape.meets(self.goal.tolerance))
+        found.meet(self.goal.tolerance)
     }
 
     fn search<T: Real>(

@@ -37,7 +37,7 @@ pub(crate) fn certified(
         .or_else(|| without_springs(solver, system, structure, tolerance))
         .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| {
-            let many = n >= SMALLEST;
+            let many = n > LARGEST || n >= SMALLEST && structure.is_symmetric();
             many.then(|| by_pairs(system, structure, modes.as_slice(), tolerance))?
         });
     let attempt = match at_once {
@@ -255,7 +255,7 @@ fn without_springs(
     })
 }
 
-/// Of any symmetric system without massless nodes, by its roots and shapes.
+/// Of a system that has mass wherever it moves, by its roots and shapes.
 fn by_pairs(
     system: &System,
     structure: &Structure,
@@ -270,9 +270,15 @@ fn by_pairs(
                 components: modes[member].shape().to_vec(),
                 bounds: None,
             };
+            let (left, left_bound) = match found.left.clone() {
+                Some(left) => (Some(left.components), left.bounds),
+                None => (None, None),
+            };
             roots.push(Root {
                 count,
                 error: Some((found.bound, found.real_bound)),
+                left,
+                left_bound,
                 ..with_shape(found.value, found.shape.clone().unwrap_or_else(shape))
             });
         }

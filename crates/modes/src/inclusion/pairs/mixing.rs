@@ -1,14 +1,15 @@
 //! How much of the other columns each true shape holds.
 //!
-//! A root λ that is alone in the disc about ρ_k belongs to z = Σ w_j z_j with ZᵀAZ w = λ ZᵀBZ w. Row j of that, divided by
+//! A root λ that is alone in the disc about ρ_k belongs to z = Σ c_j z_j with WᵀAZ c = λ WᵀBZ c. Row j of that, divided by
 //! (ρ_j − λ) b_jj, is
 //!
-//! w_j = −Σ_l (h_jl/(ρ_j − λ) + e_jl) w_l,
+//! c_j = −Σ_l (h_jl/(ρ_j − λ) + e_jl) c_l,
 //!
-//! and |ρ_j − λ| is no less than the gap |ρ_j − ρ_k| less the radius of the disc. So |w| ≤ T|w| + t for the rows
-//! j ≠ k, with w_k = 1, T_jl = |h_jl|/gap_j + |e_jl| for l ≠ k and t_j the same for l = k. If t + Ts < s for some s > 0, the
-//! spectral radius of T is below 1, so that there is one solution, |w| ≤ s, and no shape has w_k = 0 (Collatz 1942, *Math.
-//! Z.* 48). The upper halves of the columns are the shapes: x = x_k + Σ w_j x_j.
+//! and |ρ_j − λ| is no less than the gap |ρ_j − ρ_k| less the radius of the disc. So |c| ≤ T|c| + t for the rows
+//! j ≠ k, with c_k = 1, T_jl = |h_jl|/gap_j + |e_jl| for l ≠ k and t_j the same for l = k. If t + Ts < s for some s > 0, the
+//! spectral radius of T is below 1, so that there is one solution, |c| ≤ s, and no shape has c_k = 0 (Collatz 1942, *Math.
+//! Z.* 48). The upper halves of the columns are the shapes: x = x_k + Σ c_j x_j. Left shapes are those of the
+//! transposed pencil.
 
 use std::ops::Range;
 
@@ -27,10 +28,22 @@ const RANGE: Range<f64> = 1e-75..1e75;
 
 const LEAST_GAP: f64 = 1e-150;
 
+/// Whether bounds of x or of y are sought.
+#[derive(Clone, Copy)]
+pub(super) enum Side {
+    Right,
+    Left,
+}
+
 impl Rows {
     /// For each disc of one root, how far each component of its pair may be from a multiple of the true shape; `None`
     /// where that is not proved.
-    pub(super) fn shape_errors(&self, pairs: &[Pair], discs: &[Disc]) -> Vec<Option<Vec<f64>>> {
+    pub(super) fn shape_errors(
+        &self,
+        pairs: &[Pair],
+        discs: &[Disc],
+        side: Side,
+    ) -> Vec<Option<Vec<f64>>> {
         let sizes = self.rho.iter().map(|rho| rho.norm());
         let mut sizes = sizes.filter(|size| *size > 0.0).chain(self.tau.clone());
         if !sizes.all(|size| RANGE.contains(&size)) {
@@ -41,11 +54,14 @@ impl Rows {
             .iter()
             .filter(|disc| disc.members.len() == 1)
             .collect();
+        if alone.is_empty() {
+            return vec![None; discs.len()];
+        }
         let owners: Vec<usize> = alone
             .iter()
-            .map(|disc| self.place(disc.members[0]))
+            .map(|disc| self.place(disc.members[0], false))
             .collect();
-        let [reach, mixed] = self.couplings();
+        let [reach, mixed] = self.couplings(side);
         let gaps = Mat::from_fn(all, alone.len(), |j, at| {
             let disc = alone[at];
             let apart = self.rho_of(self.columns[j]) - self.rho[disc.members[0]];
@@ -69,9 +85,13 @@ impl Rows {
         };
         let shares = next(&first) * faer::Scale(2.0);
         let mapped = next(&shares);
-        let components = Mat::from_fn(pairs[0].re.len(), all, |row, j| {
+        let parts = match side {
+            Side::Right => Pair::right,
+            Side::Left => Pair::left,
+        };
+        let components = Mat::from_fn(pairs[0].right.re.len(), all, |row, j| {
             let column = self.columns[j].pair;
-            pairs[column].at(row).norm() * self.tau[column] * UPWARD
+            parts(&pairs[column]).at(row).norm() * self.tau[column] * UPWARD
         });
         let errors = components * &shares;
         settle();
@@ -103,28 +123,35 @@ impl Rows {
     }
 
     /// Bounds of |h_jl| and |e_jl| for all columns, each scaled by its τ.
-    fn couplings(&self) -> [Mat<f64>; 2] {
+    fn couplings(&self, side: Side) -> [Mat<f64>; 2] {
         let all = self.columns.len();
-        let places: Vec<usize> = (0..self.rows.len()).map(|pair| self.place(pair)).collect();
-        let place = |pair: usize, conjugate: bool| {
-            let own = places[pair];
-            let has_two = self
-                .columns
-                .get(own + 1)
-                .is_some_and(|next| next.pair == pair);
-            own + usize::from(conjugate && has_two)
+        // The rows of conjugates are conjugate.
+        let entry = |j: usize, l: usize| {
+            let (row, other) = (self.columns[j], self.columns[l]);
+            let at = self.place(other.pair, row.conjugate != other.conjugate);
+            let row = &self.rows[row.pair];
+            (row.reach[at], row.mixed[at])
         };
-        let entry = |of: &dyn Fn(usize, usize) -> f64| {
+        // Of ZᵀAZ transposed: a_lj − ρ_jb_lj is a_lj − ρ_lb_lj and (ρ_l − ρ_j)b_lj.
+        let turned = |j: usize, l: usize| {
+            let (reach, mixed) = entry(l, j);
+            let own = |at: usize| self.own_of(self.columns[at]).norm();
+            let apart = self.rho_of(self.columns[l]) - self.rho_of(self.columns[j]);
+            let ratio = own(l) / own(j) * UPWARD;
+            ((reach + apart.norm() * mixed) * ratio, mixed * ratio)
+        };
+        let scaled = |of: &dyn Fn(usize, usize) -> f64| {
             Mat::from_fn(all, all, |j, l| {
-                let (row, other) = (self.columns[j], self.columns[l]);
-                // The rows of conjugates are conjugate.
-                let at = place(other.pair, row.conjugate != other.conjugate);
-                of(row.pair, at) * (self.tau[other.pair] / self.tau[row.pair]) * UPWARD
+                let (row, other) = (self.columns[j].pair, self.columns[l].pair);
+                of(j, l) * (self.tau[other] / self.tau[row]) * UPWARD
             })
         };
-        [
-            entry(&|pair, at| self.rows[pair].reach[at]),
-            entry(&|pair, at| self.rows[pair].mixed[at]),
-        ]
+        match side {
+            Side::Right => [scaled(&|j, l| entry(j, l).0), scaled(&|j, l| entry(j, l).1)],
+            Side::Left => [
+                scaled(&|j, l| turned(j, l).0),
+                scaled(&|j, l| turned(j, l).1),
+            ],
+        }
     }
 }

@@ -1,13 +1,14 @@
-//! All roots of a symmetric system at once, from approximate roots and shapes, in O(n³).
+//! All roots of a system at once, from approximate roots and shapes, in O(n³).
 //!
 //! The pencil A − λB with A = diag(K, −M) and B = −[C M; M 0] has the roots of
-//! Q(λ) = λ²M + λC + K, with vectors z = (x, λx) (Tisseur & Meerbergen 2001, *SIAM Review* 43, §3.4).
-//! For 2n columns Z = [X; XΛ] it has those of ZᵀAZ − λZᵀBZ as well, of entries
+//! Q(λ) = λ²M + λC + K, with vectors z = (x, λx) on the right and w = (y, λy), yᵀQ = 0, on the left (Tisseur & Meerbergen
+//! 2001, *SIAM Review* 43, §3.4). For 2n columns Z = [X; XΛ] and W = [Y; YΛ] it has those of WᵀAZ − λWᵀBZ as well, of
+//! entries
 //!
-//! a_ij = x_iᵀKx_j − λ_iλ_j x_iᵀMx_j and b_ij = −(x_iᵀCx_j + (λ_i + λ_j) x_iᵀMx_j),
+//! a_ij = y_iᵀKx_j − λ_iλ_j y_iᵀMx_j and b_ij = −(y_iᵀCx_j + (λ_i + λ_j) y_iᵀMx_j),
 //!
-//! which good roots and shapes make nearly diagonal: M, C and K are needed in three products only.
-//! With ρ_i any numbers near a_ii/b_ii and scales τ, Gershgorin's theorem for row i divided by b_ii
+//! which good roots and shapes make nearly diagonal: M, C and K are needed in three products only. Of symmetric systems
+//! Y = X. With ρ_i any numbers near a_ii/b_ii and scales τ, Gershgorin's theorem for row i divided by b_ii
 //! says that a root λ has, for some i,
 //!
 //! |λ − ρ_i| ≤ Σ_j (|h_ij| + |λ − ρ_i||e_ij|) τ_j/τ_i, h_ij = (a_ij − ρ_ib_ij)/b_ii, e_ij = b_ij/b_ii − δ_ij,
@@ -19,11 +20,12 @@
 //! they stay apart makes the radius one of the second order in what is off the diagonal. What
 //! remains is the rounding of the row's own two sums.
 //!
-//! X and Λ are first refined to double-double ([`refine`]). What the rows leave off the diagonal also bounds how much the
-//! shapes are still mixed ([`mixing`]).
+//! Roots and shapes are first refined to double-double ([`refine`]). What the rows leave off the diagonal also bounds how
+//! much the shapes are still mixed ([`mixing`]).
 //!
-//! Motions that nothing holds, K x = C x = 0, are taken out exactly: the rest moves in the complement xᵀMy = 0. Those that
-//! only dampers hold are columns of their own with λ = 0, where h vanishes.
+//! Motions of symmetric systems that nothing holds, K x = C x = 0, are taken out exactly: the rest moves in the complement
+//! xᵀMy = 0. Those that only dampers hold are columns of their own with λ = 0, where h vanishes. Others with λ = 0 are
+//! refused.
 
 mod discs;
 mod enclose;
@@ -43,8 +45,8 @@ use crate::system::System;
 use pair::Pairs;
 pub(crate) use rounded::Paired;
 
-/// Proves a disc for every nonzero root of a symmetric system without massless nodes, given all
-/// its modes approximately, and bounds of the shapes of single roots, which more digits make relative to every component
+/// Proves a disc for every nonzero root of a system with a regular mass matrix, given all its modes
+/// approximately, and bounds of the shapes of single roots, which more digits make relative to every component
 /// as far as they reach. `None` where no proof was reached, as for defective roots.
 pub(crate) fn certify(
     system: &System,

@@ -9,26 +9,48 @@ use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
 
-/// An approximate root with Im ≥ 0, and its shape.
+/// A complex vector.
 #[derive(Clone)]
-pub(super) struct Pair {
-    pub(super) value: ComplexDoubleDouble,
+pub(super) struct Parts {
     pub(super) re: Vec<DoubleDouble>,
     /// Nothing for real roots.
     pub(super) im: Vec<DoubleDouble>,
-    /// Of which of the given modes; `None` for λ = 0 exactly, with an exact shape.
-    pub(super) mode: Option<usize>,
 }
 
-impl Pair {
-    pub(super) fn is_real(&self) -> bool {
-        self.im.is_empty()
+impl Parts {
+    fn real(re: Vec<DoubleDouble>) -> Parts {
+        Parts { re, im: Vec::new() }
     }
 
     /// A component in doubles.
     pub(super) fn at(&self, row: usize) -> Complex<f64> {
         let im = self.im.get(row).map_or(0.0, |im| im.to_f64());
         Complex::new(self.re[row].to_f64(), im)
+    }
+}
+
+/// An approximate root with Im ≥ 0, and its shapes.
+#[derive(Clone)]
+pub(super) struct Pair {
+    pub(super) value: ComplexDoubleDouble,
+    pub(super) right: Parts,
+    /// y with yᵀQ = 0, where that is not x by symmetry.
+    pub(super) left: Option<Parts>,
+    /// Of which of the given modes; `None` for λ = 0 exactly, with an exact shape.
+    pub(super) mode: Option<usize>,
+}
+
+impl Pair {
+    pub(super) fn is_real(&self) -> bool {
+        self.right.im.is_empty()
+    }
+
+    pub(super) fn right(&self) -> &Parts {
+        &self.right
+    }
+
+    pub(super) fn left(&self) -> &Parts {
+        self.left.as_ref().unwrap_or(&self.right)
     }
 }
 
@@ -58,9 +80,9 @@ impl<'a> Pairs<'a> {
         modes: &[Mode],
     ) -> Option<Pairs<'a>> {
         let n = system.len();
-        let applies = structure.is_symmetric()
-            && structure.massless().is_empty()
-            && structure.finite_roots() == Some(2 * n);
+        let is_symmetric = structure.is_symmetric();
+        let applies = structure.finite_roots() == Some(2 * n)
+            && (is_symmetric || structure.zero_roots() == Some(0));
         if !applies {
             return None;
         }
@@ -82,8 +104,8 @@ impl<'a> Pairs<'a> {
             .iter()
             .map(|part| Pair {
                 value: ComplexDoubleDouble::ZERO,
-                re: indicator(part),
-                im: Vec::new(),
+                right: Parts::real(indicator(part)),
+                left: None,
                 mode: None,
             })
             .collect();
@@ -95,18 +117,25 @@ impl<'a> Pairs<'a> {
             if mode.is_defective() {
                 return None;
             }
-            let part = |part: fn(&Complex<f64>) -> f64| {
-                let entries = mode.shape().iter().map(part);
-                entries.map(DoubleDouble::from).collect::<Vec<_>>()
+            let parts = |shape: &[Complex<f64>], sign: f64| {
+                let re = shape.iter().map(|z| DoubleDouble::from(z.re));
+                let im = shape.iter().map(|z| DoubleDouble::from(sign * z.im));
+                let is_real = value.im == 0.0;
+                Parts {
+                    re: re.collect(),
+                    im: im.filter(|_| !is_real).collect(),
+                }
+            };
+            let left = if is_symmetric {
+                None
+            } else {
+                // y*Q = 0 there.
+                Some(parts(mode.left_shape()?, -1.0))
             };
             pairs.push(Pair {
                 value: ComplexDoubleDouble::new(value.re, value.im),
-                re: part(|z| z.re),
-                im: if value.im == 0.0 {
-                    Vec::new()
-                } else {
-                    part(|z| z.im)
-                },
+                right: parts(mode.shape(), 1.0),
+                left,
                 mode: Some(index),
             });
         }
@@ -121,15 +150,18 @@ impl<'a> Pairs<'a> {
         })
     }
 
-    /// The real columns of all shapes, and where each pair has its own.
-    pub(super) fn real_columns(&self) -> (Vec<Vec<DoubleDouble>>, Vec<usize>) {
+    /// The real columns of all shapes on one side, and where each pair has its own.
+    pub(super) fn real_columns(
+        &self,
+        side: fn(&Pair) -> &Parts,
+    ) -> (Vec<Vec<DoubleDouble>>, Vec<usize>) {
         let mut columns = Vec::new();
         let mut places = Vec::with_capacity(self.pairs.len());
         for pair in &self.pairs {
             places.push(columns.len());
-            columns.push(pair.re.clone());
+            columns.push(side(pair).re.clone());
             if !pair.is_real() {
-                columns.push(pair.im.clone());
+                columns.push(side(pair).im.clone());
             }
         }
         (columns, places)
@@ -140,13 +172,16 @@ impl<'a> Pairs<'a> {
         let Some(drifting) = &self.drifting else {
             return Some(());
         };
-        let (mut columns, places) = self.real_columns();
+        let (mut columns, places) = self.real_columns(Pair::right);
         let last = columns.len();
         columns.push(drifting.clone());
         let mass = Form::mass(self.system).gram(&columns);
         let own = mass.at(last, last);
         for (pair, place) in self.pairs.iter_mut().zip(places) {
-            for (offset, column) in [&mut pair.re, &mut pair.im].into_iter().enumerate() {
+            for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
+                .into_iter()
+                .enumerate()
+            {
                 if column.is_empty() {
                     continue;
                 }
@@ -160,6 +195,10 @@ impl<'a> Pairs<'a> {
             }
         }
         Some(())
+    }
+
+    pub(super) fn has_left(&self) -> bool {
+        self.pairs.iter().any(|pair| pair.left.is_some())
     }
 
     /// All 2n columns, less those that drift.

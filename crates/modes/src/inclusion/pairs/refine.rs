@@ -1,12 +1,13 @@
 //! Refinement of roots and shapes to double-double.
 //!
-//! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j h_ij b_ii/(b_jj(ρ_i − ρ_j)) and
-//! λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35). Columns too close for that are first separated.
+//! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j (a_ji − ρ_i b_ji)/(b_jj(ρ_i − ρ_j)),
+//! y_i ← y_i + Σ_j y_j (a_ij − ρ_i b_ij)/(b_jj(ρ_i − ρ_j)) and λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35).
+//! Columns too close for that are first separated.
 
 use eigentone_digits::DoubleDouble;
 use faer::{Mat, c64};
 
-use super::pair::{Column, Pairs, plain};
+use super::pair::{Column, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
 
 impl Pairs<'_> {
@@ -58,28 +59,15 @@ impl Pairs<'_> {
     /// A step towards the roots and shapes, of the first order in what is off the diagonal; columns
     /// too close for that keep what mixes them.
     fn correct(&mut self, rows: &Rows) {
-        let n = self.system.len();
-        let (all, count) = (rows.columns.len(), self.pairs.len());
-        let mut change = Mat::<c64>::zeros(all, count);
-        for i in (0..count).filter(|i| self.pairs[*i].mode.is_some()) {
-            let row = &rows.rows[i];
-            for (at, other) in rows.columns.iter().enumerate() {
-                if other.pair == i && !other.conjugate {
-                    continue;
-                }
-                let gap = plain(rows.rho[i] - rows.rho_of(*other));
-                let share = row.h[at] / (rows.own_of(*other) * gap);
-                if !rows.mixes(i, *other, share) {
-                    change[(at, i)] = share;
-                }
-            }
-        }
-        let shapes = Mat::<c64>::from_fn(n, all, |row, at| {
-            let Column { pair, conjugate } = rows.columns[at];
-            let entry = self.pairs[pair].at(row);
-            if conjugate { entry.conj() } else { entry }
-        });
-        let product = shapes * change;
+        let along = |i: usize, at: usize| rows.rows[i].h[at];
+        let left = self
+            .has_left()
+            .then(|| self.change(rows, Pair::left, along));
+        let right = if left.is_some() {
+            self.change(rows, Pair::right, |i, at| rows.across(i, at))
+        } else {
+            self.change(rows, Pair::right, along)
+        };
         for (i, pair) in self.pairs.iter_mut().enumerate() {
             if pair.mode.is_none() {
                 continue;
@@ -88,17 +76,60 @@ impl Pairs<'_> {
             if pair.is_real() {
                 pair.value.im = DoubleDouble::ZERO;
             }
-            for (row, entry) in pair.re.iter_mut().enumerate() {
-                *entry = *entry + product[(row, i)].re;
-            }
-            for (row, entry) in pair.im.iter_mut().enumerate() {
-                *entry = *entry + product[(row, i)].im;
+            let left = pair.left.as_mut().zip(left.as_ref());
+            for (parts, change) in [(&mut pair.right, &right)].into_iter().chain(left) {
+                for (row, entry) in parts.re.iter_mut().enumerate() {
+                    *entry = *entry + change[(row, i)].re;
+                }
+                for (row, entry) in parts.im.iter_mut().enumerate() {
+                    *entry = *entry + change[(row, i)].im;
+                }
             }
         }
+    }
+
+    /// What is to be added to the shapes on one side, given the entries that couple pair i to each column.
+    fn change(
+        &self,
+        rows: &Rows,
+        side: fn(&Pair) -> &Parts,
+        coupling: impl Fn(usize, usize) -> c64,
+    ) -> Mat<c64> {
+        let n = self.system.len();
+        let (all, count) = (rows.columns.len(), self.pairs.len());
+        let mut change = Mat::<c64>::zeros(all, count);
+        for i in (0..count).filter(|i| self.pairs[*i].mode.is_some()) {
+            for (at, other) in rows.columns.iter().enumerate() {
+                if other.pair == i && !other.conjugate {
+                    continue;
+                }
+                let gap = plain(rows.rho[i] - rows.rho_of(*other));
+                let share = coupling(i, at) / (rows.own_of(*other) * gap);
+                if !rows.mixes(i, *other, share) {
+                    change[(at, i)] = share;
+                }
+            }
+        }
+        let shapes = Mat::<c64>::from_fn(n, all, |row, at| {
+            let Column { pair, conjugate } = rows.columns[at];
+            let entry = side(&self.pairs[pair]).at(row);
+            if conjugate { entry.conj() } else { entry }
+        });
+        shapes * change
     }
 }
 
 impl Rows {
+    /// a_ji − ρ_i b_ji for the column j.
+    fn across(&self, i: usize, at: usize) -> c64 {
+        let Column { pair, conjugate } = self.columns[at];
+        let row = &self.rows[pair];
+        let place = self.place(i, conjugate);
+        let turn = |z: c64| if conjugate { z.conj() } else { z };
+        let apart = plain(self.rho_of(self.columns[at]) - self.rho[i]);
+        turn(row.h[place]) + apart * turn(row.b[place])
+    }
+
     /// Whether so large a share of another column is more than a correction.
     fn mixes(&self, i: usize, other: Column, share: c64) -> bool {
         const SMALL: f64 = 1e-2;

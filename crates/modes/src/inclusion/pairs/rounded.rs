@@ -4,10 +4,10 @@ use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
 use super::discs::Disc;
-use super::pair::{Pairs, plain};
+use super::pair::{Pair, Pairs, Parts, plain};
 use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::UPWARD;
-use crate::inclusion::shape::Enclosed;
+use crate::inclusion::shape::Shapes;
 use crate::structure::Structure;
 
 /// One root with Im ≥ 0, or several that are not told apart.
@@ -20,6 +20,8 @@ pub(crate) struct Paired {
     pub(crate) real_bound: f64,
     /// x at a single root.
     pub(crate) shape: Option<Shape>,
+    /// y there, where that does not follow from x by symmetry.
+    pub(crate) left: Option<Shape>,
 }
 
 impl Pairs<'_> {
@@ -27,11 +29,11 @@ impl Pairs<'_> {
     pub(super) fn found(
         &self,
         structure: &Structure,
-        discs: Vec<(Disc, Option<Enclosed>)>,
+        discs: Vec<(Disc, Option<Shapes>)>,
     ) -> Option<Vec<Paired>> {
         let undamped = self.are_undamped(structure, discs.iter().map(|(disc, _)| disc));
         let mut found = Vec::new();
-        for (disc, enclosed) in discs {
+        for (disc, shapes) in discs {
             let real = self.pairs[disc.members[0]].is_real();
             if disc
                 .members
@@ -61,15 +63,9 @@ impl Pairs<'_> {
             if on_axis && undamped {
                 real_bound = 0.0;
             }
-            let plain = |i: usize| Shape {
-                components: (0..self.system.len())
-                    .map(|row| self.pairs[i].at(row))
-                    .collect(),
-                bounds: None,
-            };
-            let shape = match disc.members.as_slice() {
-                [alone] => Some(enclosed.map_or_else(|| plain(*alone), Shape::from)),
-                _ => None,
+            let (shape, left) = match disc.members.as_slice() {
+                [alone] => self.shapes(&self.pairs[*alone], shapes),
+                _ => (None, None),
             };
             found.push(Paired {
                 members: members?,
@@ -81,8 +77,25 @@ impl Pairs<'_> {
                     0.0
                 },
                 shape,
+                left,
             });
         }
         Some(found)
+    }
+
+    /// x and y as they are proved, or else as they are.
+    fn shapes(&self, pair: &Pair, proven: Option<Shapes>) -> (Option<Shape>, Option<Shape>) {
+        if let Some(Shapes { right, left }) = proven {
+            return (Some(right.into()), left.map(Shape::from));
+        }
+        let entries = |parts: &Parts| (0..self.system.len()).map(|row| parts.at(row)).collect();
+        let plain = |components: Vec<Complex<f64>>| Shape {
+            components,
+            bounds: None,
+        };
+        let conjugate = |z: Vec<Complex<f64>>| z.iter().map(Complex::conj).collect();
+        let left = pair.left.as_ref();
+        let left = left.map(|left| plain(conjugate(entries(left))));
+        (Some(plain(entries(&pair.right))), left)
     }
 }

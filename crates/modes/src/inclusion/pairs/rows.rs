@@ -18,6 +18,8 @@ pub(super) struct Rows {
     pub(super) tau: Vec<f64>,
     /// How much of the motion that drifts each shape holds at most, by a component that drifts.
     pub(super) drift: Vec<f64>,
+    /// Where the column of each pair stands.
+    places: Vec<usize>,
 }
 
 pub(super) struct Row {
@@ -34,13 +36,18 @@ pub(super) struct Row {
 impl Pairs<'_> {
     /// `None` where a shape has no root or a number leaves its range.
     pub(super) fn rows(&self) -> Option<Rows> {
-        let (mut columns, places) = self.real_columns();
+        let (mut columns, places) = self.real_columns(Pair::right);
         let count = columns.len();
         columns.extend(self.drifting.clone());
-        let mass = Form::mass(self.system).gram(&columns);
+        let left = self.has_left().then(|| self.real_columns(Pair::left).0);
+        let gram = |form: Form<'_>, columns: &[Vec<DoubleDouble>]| match &left {
+            None => form.gram(columns),
+            Some(left) => form.between(left, columns),
+        };
+        let mass = gram(Form::mass(self.system), &columns);
         columns.truncate(count);
-        let damping = Form::damping(self.system).gram(&columns);
-        let stiffness = Form::stiffness(self.system).gram(&columns);
+        let damping = gram(Form::damping(self.system), &columns);
+        let stiffness = gram(Form::stiffness(self.system), &columns);
         let forms = Products {
             pairs: &self.pairs,
             places: &places,
@@ -157,6 +164,7 @@ impl Pairs<'_> {
             rows,
             tau,
             drift,
+            places,
         })
     }
 }
@@ -177,7 +185,7 @@ struct Products<'a> {
 }
 
 impl Products<'_> {
-    /// x_iᵀAx_j, x_j perhaps conjugated, and a bound of its error.
+    /// y_iᵀAx_j, x_j perhaps conjugated, and a bound of its error.
     fn of(&self, gram: &Gram, i: usize, other: Column) -> (ComplexDoubleDouble, f64) {
         let j = other.pair;
         let (p, q) = (self.places[i], self.places[j]);
@@ -210,6 +218,14 @@ impl Rows {
     pub(super) fn rho_of(&self, column: Column) -> ComplexDoubleDouble {
         let rho = self.rho[column.pair];
         if column.conjugate { rho.conj() } else { rho }
+    }
+
+    /// Where the column of a pair or its conjugate stands; real ones have no other.
+    pub(super) fn place(&self, pair: usize, conjugate: bool) -> usize {
+        let own = self.places[pair];
+        let next = self.columns.get(own + 1);
+        let has_two = next.is_some_and(|next| next.pair == pair);
+        own + usize::from(conjugate && has_two)
     }
 
     pub(super) fn own_of(&self, column: Column) -> c64 {

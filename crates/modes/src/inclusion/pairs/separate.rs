@@ -3,20 +3,20 @@
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::{Mat, c64};
 
-use super::pair::{Column, Pair, Pairs, plain};
+use super::pair::{Pair, Pairs, plain};
 use super::rows::Rows;
 
 impl Pairs<'_> {
     /// Replaces columns that are mixed with each other by the eigenvectors of the pencil in their
     /// span: made orthogonal by B, then turned by complex rotations (Jacobi's) until A couples none.
-    /// `None` where that fails, as at defective roots.
+    /// `None` where that fails, as at defective roots, and where left shapes are not those on the right.
     pub(super) fn separate(&mut self, rows: &Rows, group: &[usize]) -> Option<()> {
         const SWEEPS: usize = 40;
         let k = group.len();
         let centre = rows.rho[group[0]];
         let real = self.pairs[group[0]].is_real();
         let alike = |i: &usize| self.pairs[*i].is_real() == real && self.pairs[*i].mode.is_some();
-        if !group.iter().all(alike) {
+        if self.has_left() || !group.iter().all(alike) {
             return None;
         }
         let entries = |part: &dyn Fn(usize, usize) -> c64| {
@@ -100,19 +100,19 @@ impl Pairs<'_> {
             let shift = a[(q, q)];
             pair.value = centre + ComplexDoubleDouble::new(shift.re, shift.im);
             let share = |p: usize| turned[(p, q)];
-            for (row, entry) in pair.re.iter_mut().enumerate() {
+            for (row, entry) in pair.right.re.iter_mut().enumerate() {
                 *entry = DoubleDouble::ZERO;
                 for (p, other) in before.iter().enumerate() {
-                    *entry += other.re[row] * share(p).re;
+                    *entry += other.right.re[row] * share(p).re;
                     if !real {
-                        *entry -= other.im[row] * share(p).im;
+                        *entry -= other.right.im[row] * share(p).im;
                     }
                 }
             }
-            for (row, entry) in pair.im.iter_mut().enumerate() {
+            for (row, entry) in pair.right.im.iter_mut().enumerate() {
                 *entry = DoubleDouble::ZERO;
                 for (p, other) in before.iter().enumerate() {
-                    *entry += other.re[row] * share(p).im + other.im[row] * share(p).re;
+                    *entry += other.right.re[row] * share(p).im + other.right.im[row] * share(p).re;
                 }
             }
         }
@@ -121,25 +121,13 @@ impl Pairs<'_> {
 }
 
 impl Rows {
-    /// Where the column of a pair stands.
-    pub(super) fn place(&self, pair: usize) -> usize {
-        let own = Column {
-            pair,
-            conjugate: false,
-        };
-        self.columns
-            .iter()
-            .position(|column| *column == own)
-            .unwrap_or(0)
-    }
-
     /// h_ij b_ii.
     fn h(&self, i: usize, j: usize) -> c64 {
-        self.rows[i].h[self.place(j)]
+        self.rows[i].h[self.place(j, false)]
     }
 
     /// b_ij.
     fn b(&self, i: usize, j: usize) -> c64 {
-        self.rows[i].b[self.place(j)]
+        self.rows[i].b[self.place(j, false)]
     }
 }

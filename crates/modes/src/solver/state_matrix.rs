@@ -495,4 +495,21 @@ mod tests {
             assert!(mode.backward_error() <= 8.0 * f64::EPSILON);
         }
     }
+
+    /// Substitution after the QR algorithm divides by the difference of two diagonal entries, which is 0 here.
+    #[test]
+    fn a_jordan_block_has_its_one_vector() {
+        let a = faer::mat![[-1.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -3.0]];
+        let basis = Mat::<f64>::identity(3, 3);
+        let roots = eigen(&StateMatrix, a.as_ref(), basis.as_ref(), &|_, z| z, None).unwrap();
+        assert_eq!(roots.len(), 3);
+        for root in roots {
+            let own = if root.value.re == -3.0 { 2 } else { 0 };
+            let size = root.shape[own].norm();
+            for (i, entry) in root.shape.iter().enumerate() {
+                let share = entry.norm() / size;
+                assert!(i == own || share < 1e-7, "{}: {share:e}", root.value);
+            }
+        }
+    }
 }

@@ -118,5 +118,9 @@ mod tests {
         let (displacement, velocity) = (first.0.expect("a bound"), first.1.expect("a bound"));
         let units = f64::from(STEPS) * f64::EPSILON;
         assert!(displacement >= 3.0 * units && velocity >= 2.0 * units);
+        // k off by half a unit turns it by a quarter of one for each second.
+        each.step(1e6);
+        let turned = 1e6 * f64::EPSILON / 4.0;
+        assert!(each.bounds(3.0, 3.0).0.expect("a bound") >= 3.0 * turned);
     }
 }

@@ -198,6 +198,25 @@ mod tests {
         }
     }
 
+    /// Of a matrix of ones xᵀAx is (Σx)², in doubles and with more digits.
+    #[test]
+    fn full_matrices_are_summed_by_products_too() {
+        let n = 40;
+        let ones = Mat::from_fn(n, n, |_, _| 1.0);
+        let system = (0..n)
+            .fold(System::builder(), |b, i| b.mass(format!("m{i}"), 1.0))
+            .matrix(MatrixKind::Stiffness, ones.as_ref())
+            .build()
+            .unwrap();
+        let rising: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        let alternating: Vec<f64> = (0..n).map(|i| [3.0, -2.0][i % 2]).collect();
+        for entries in [Entries::Plain, Entries::Exact] {
+            let found = RealForms::of(&system, &[&rising, &alternating], entries);
+            let k: Vec<f64> = found.iter().map(|forms| forms.k.to_f64()).collect();
+            assert_eq!(k, [780.0 * 780.0, 20.0 * 20.0], "{entries:?}");
+        }
+    }
+
     /// 12 N/m over 3 kg.
     #[test]
     fn the_quotient_is_the_square_of_the_frequency() {

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn digits_that_doubles_lose_are_brought_back() {
+    fn roots_beside_each_other_keep_their_digits() {
         for power in 16..=20 {
             let near = 2f64.powi(-power);
             let system = nearly_defective(near);

@@ -33,10 +33,18 @@ impl<const L: usize> Lanes<L> {
     /// & Oishi 2005, *Accurate sum and dot product*, SIAM J. Sci. Comput. 26, algorithm 5.3, with the
     /// low parts of the factors added). With u = 2^-53 and S the sum of absolute products, the small
     /// terms are at most u(S + 4|p_k|) each, so that their sum rounds by no more than (n²/2 + 5n + 12) u²S.
-    pub fn products(row: &[DoubleDouble], columns: &[Lanes<L>]) -> [DoubleDouble; L] {
+    ///
+    /// `FUSED` says how the error of a product is found: by a multiplication and an addition that are rounded once,
+    /// which is quick only in code that is compiled for processors with such an instruction, or by splitting the
+    /// factors. Both are exact, and as long as nothing under- or overflows the sums agree to the last bit.
+    #[inline(always)]
+    pub fn products<const FUSED: bool>(
+        row: &[DoubleDouble],
+        columns: &[Lanes<L>],
+    ) -> [DoubleDouble; L] {
         let mut sum = Lanes::<L>::ZERO;
         for (factor, entries) in row.iter().zip(columns) {
-            sum.add_product(*factor, entries);
+            sum.add_product::<FUSED>(*factor, entries);
         }
         if sum.high.iter().chain(&sum.low).all(|part| part.is_finite()) {
             return std::array::from_fn(|lane| DoubleDouble::new(sum.high[lane], sum.low[lane]));
@@ -82,15 +90,19 @@ impl<const L: usize> Lanes<L> {
         DoubleDouble::new(self.high[lane], self.low[lane])
     }
 
-    #[inline]
-    fn add_product(&mut self, factor: DoubleDouble, entries: &Lanes<L>) {
+    #[inline(always)]
+    fn add_product<const FUSED: bool>(&mut self, factor: DoubleDouble, entries: &Lanes<L>) {
         let (y, y_low) = (factor.high(), factor.low());
         let (y1, y2) = split(y);
         for lane in 0..L {
             let (x, x_low) = (entries.high[lane], entries.low[lane]);
             let product = y * x;
-            let (x1, x2) = split(x);
-            let error = ((y1 * x1 - product) + y1 * x2 + y2 * x1) + y2 * x2;
+            let error = if FUSED {
+                y.mul_add(x, -product)
+            } else {
+                let (x1, x2) = split(x);
+                ((y1 * x1 - product) + y1 * x2 + y2 * x1) + y2 * x2
+            };
             let small = error + (y * x_low + y_low * x);
             let (sum, rounding) = two_sum(self.high[lane], product);
             self.high[lane] = sum;
@@ -114,16 +126,21 @@ mod tests {
         })
     }
 
-    fn agree(row: &[DoubleDouble], columns: &[Vec<DoubleDouble>; 3]) {
+    /// Both ways to the errors of products lead to sums within their bound; returns these.
+    fn agree(row: &[DoubleDouble], columns: &[Vec<DoubleDouble>; 3]) -> [[DoubleDouble; 3]; 2] {
         let mut lanes = vec![Lanes::<3>::ZERO; row.len()];
         for (k, lanes) in lanes.iter_mut().enumerate() {
             for (lane, column) in columns.iter().enumerate() {
                 lanes.set(lane, column[k]);
             }
         }
-        let found = Lanes::products(row, &lanes);
+        let found = [
+            Lanes::products::<false>(row, &lanes),
+            Lanes::products::<true>(row, &lanes),
+        ];
         let n = row.len() as i64;
-        for (found, column) in found.iter().zip(columns) {
+        let each = found.iter().flat_map(|sums| sums.iter().zip(columns));
+        for (found, column) in each {
             let terms = || {
                 row.iter()
                     .zip(column)
@@ -137,6 +154,7 @@ mod tests {
             let share = BigRational::new(((n + 4) * (n + 4)).into(), BigInt::from(1) << 106);
             assert!(off <= size * share);
         }
+        found
     }
 
     fn rational(value: DoubleDouble) -> BigRational {
@@ -152,7 +170,8 @@ mod tests {
             b in prop::collection::vec(numbers(-200..200), 7),
             c in prop::collection::vec(numbers(-200..200), 7),
         ) {
-            agree(&row, &[a, b, c]);
+            let [split, fused] = agree(&row, &[a, b, c]);
+            prop_assert_eq!(split, fused);
         }
 
         #[test]

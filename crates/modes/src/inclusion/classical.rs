@@ -24,7 +24,8 @@ use std::ops::Range;
 use eigentone_digits::{Ball, DoubleDouble};
 use faer::Mat;
 
-use super::congruence::{Basis, Goal, Shape, Squares, squares};
+use super::bounded_shape::Shape;
+use super::congruence::{Basis, Goal, Squares, squares};
 use super::gram::{Form, Gram, UPWARD};
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::element::MatrixKind;

@@ -2,6 +2,7 @@
 
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
@@ -175,30 +176,63 @@ impl<'a> Form<'a> {
             outer.push(right);
         }
         let length = outer.first().map_or(0, Vec::len);
-        let mut products = vec![DoubleDouble::ZERO; size * size];
-        for (block, columns) in outer.chunks(LANES).enumerate() {
-            let side_by_side = interleaved(columns, length);
-            let j = block * LANES;
-            for (i, forces) in inner.iter().enumerate().take(j + columns.len()) {
-                let sums = Lanes::products(forces, &side_by_side);
-                for (j, sum) in (j..j + columns.len()).zip(sums).filter(|(j, _)| i <= *j) {
-                    products[i * size + j] = sum;
-                    products[j * size + i] = sum;
-                }
-            }
-        }
+        let entries = Arch::new().dispatch(Products {
+            inner: &inner,
+            outer: &outer,
+        });
         // Both stretches, k·stretch and the sum of forces; then the sum of products.
         let count = 4 + terms.into_iter().max().unwrap_or(0);
         let summed = (length + 4) as f64;
         Gram {
             size,
-            entries: products,
+            entries,
             first,
             second,
             unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),
             // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
             floor: 1e-300 * (1.0 + largest),
         }
+    }
+}
+
+/// All products of one set of columns with another that are the entries of a symmetric matrix, by rows.
+struct Products<'a> {
+    inner: &'a [Vec<DoubleDouble>],
+    outer: &'a [Vec<DoubleDouble>],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = Vec<DoubleDouble>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<DoubleDouble> {
+        // Processors with vectors of doubles fuse multiplications and additions.
+        if S::F64_LANES > 1 {
+            self.sums::<true>()
+        } else {
+            self.sums::<false>()
+        }
+    }
+}
+
+impl Products<'_> {
+    #[inline(always)]
+    fn sums<const FUSED: bool>(self) -> Vec<DoubleDouble> {
+        let size = self.outer.len();
+        let length = self.outer.first().map_or(0, Vec::len);
+        let mut sums = vec![DoubleDouble::ZERO; size * size];
+        for (block, columns) in self.outer.chunks(LANES).enumerate() {
+            let side_by_side = interleaved(columns, length);
+            let j = block * LANES;
+            for (i, row) in self.inner.iter().enumerate().take(j + columns.len()) {
+                let found = Lanes::products::<FUSED>(row, &side_by_side);
+                for (j, sum) in (j..j + columns.len()).zip(found).filter(|(j, _)| i <= *j) {
+                    sums[i * size + j] = sum;
+                    sums[j * size + i] = sum;
+                }
+            }
+        }
+        sums
     }
 }
 

@@ -1,5 +1,6 @@
 //! Proven discs for all roots of the quadratic eigenproblem.
 
+pub(crate) mod bounded_shape;
 pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;

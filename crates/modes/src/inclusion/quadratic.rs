@@ -8,7 +8,7 @@
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
-use super::congruence::Shape;
+use super::bounded_shape::Shape;
 use super::exactly::{exact, lower, real, upper};
 
 /// A mode that moves by itself.

@@ -5,7 +5,8 @@
 
 use eigentone_digits::{Ball, DoubleDouble};
 
-use super::congruence::{Goal, Shape, squares};
+use super::bounded_shape::Shape;
+use super::congruence::{Goal, squares};
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::structure::Structure;
 use crate::system::System;

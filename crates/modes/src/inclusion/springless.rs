@@ -3,7 +3,8 @@
 
 use eigentone_digits::DoubleDouble;
 
-use super::congruence::{Goal, Shape, squares};
+use super::bounded_shape::Shape;
+use super::congruence::{Goal, squares};
 use crate::structure::Structure;
 use crate::system::System;
 

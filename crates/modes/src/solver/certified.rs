@@ -2,7 +2,9 @@
 
 use num_complex::Complex;
 
+use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::quadratic::Damped;
+use crate::inclusion::shape::Enclosed;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
@@ -36,7 +38,7 @@ pub(crate) fn certified(
         .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| {
             let many = n >= SMALLEST;
-            many.then(|| by_pairs(system, structure, modes.as_slice()))?
+            many.then(|| by_pairs(system, structure, modes.as_slice(), tolerance))?
         });
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
@@ -55,6 +57,7 @@ pub(crate) fn certified(
     let Some(Proof {
         mut roots,
         mut claim,
+        shapes_may_gain,
     }) = attempt
     else {
         let reason = if n > LARGEST {
@@ -85,7 +88,16 @@ pub(crate) fn certified(
         }
     };
     if n <= LARGEST {
-        enclose_shapes(system, structure, &mut roots, tolerance);
+        let wanted = |root: &Root| {
+            if shapes_may_gain {
+                looseness(root) > 0.5 * tolerance
+            } else {
+                root.shape_bound.is_none()
+            }
+        };
+        let open = |root: &&mut Root| root.count == 1 && wanted(root);
+        let open = roots.iter_mut().filter(open).collect();
+        enclose_shapes(system, structure, open, tolerance);
     }
     if zeros > 0 {
         let mut still = rigid::roots(shapes(), zeros);
@@ -103,22 +115,25 @@ pub(crate) fn certified(
     }
 }
 
-/// Bounds the shapes of simple roots whose proof left them without.
-fn enclose_shapes(system: &System, structure: &Structure, roots: &mut [Root], tolerance: f64) {
-    let open = |root: &&mut Root| root.count == 1 && root.shape_bound.is_none();
-    let mut open: Vec<&mut Root> = roots.iter_mut().filter(open).collect();
-    let discs: Vec<(Complex<f64>, f64)> = open
-        .iter()
-        .map(|root| {
-            (
-                root.value,
-                root.error.map_or(f64::INFINITY, |(bound, _)| bound),
-            )
-        })
-        .collect();
+/// The largest relative bound of a component, or infinity where there are none.
+fn looseness(root: &Root) -> f64 {
+    let Some(bounds) = root.shape_bound.clone() else {
+        return f64::INFINITY;
+    };
+    let shape = root.shape.clone();
+    Enclosed { shape, bounds }.looseness()
+}
+
+/// Bounds the shapes of simple roots that their proof left without, or with wide ones.
+fn enclose_shapes(system: &System, structure: &Structure, open: Vec<&mut Root>, tolerance: f64) {
+    let bound = |root: &Root| root.error.map_or(f64::INFINITY, |(bound, _)| bound);
+    let discs: Vec<(Complex<f64>, f64)> =
+        open.iter().map(|root| (root.value, bound(root))).collect();
     let found = shapes_at(system, structure, &discs, tolerance);
-    for (root, shapes) in open.iter_mut().zip(found) {
-        if let Some(shapes) = shapes {
+    for (root, shapes) in open.into_iter().zip(found) {
+        if let Some(shapes) = shapes
+            && shapes.right.looseness() < looseness(root)
+        {
             root.enclose(shapes);
         }
     }
@@ -144,6 +159,8 @@ fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tole
 struct Proof {
     roots: Vec<Root>,
     claim: String,
+    /// Whether an elimination at every root may bound components of shapes that are bounded already better.
+    shapes_may_gain: bool,
 }
 
 impl Proof {
@@ -172,6 +189,7 @@ fn at_once(
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes leave of K and M off the diagonal, with 32 digits".to_owned(),
+        shapes_may_gain: false,
     })
 }
 
@@ -197,6 +215,7 @@ fn by_undamped_shapes(
     let proof = |found: Vec<Damped>, claim: &str| Proof {
         roots: found.into_iter().map(root).collect(),
         claim: claim.to_owned(),
+        shapes_may_gain: false,
     };
     let in_proportion = rayleigh::certify(system, structure, shapes.clone(), tolerance).map(|found| {
         let claim = "what the undamped shapes leave of K and M off the diagonal, with 32 digits; \
@@ -233,20 +252,29 @@ fn without_springs(
         roots: found.into_iter().map(root).collect(),
         claim: "what the shapes of λM + C leave of C and M off the diagonal, with 32 digits"
             .to_owned(),
+        shapes_may_gain: false,
     })
 }
 
 /// Of any symmetric system without massless nodes, by its roots and shapes.
-fn by_pairs(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Proof> {
+fn by_pairs(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+    tolerance: f64,
+) -> Option<Proof> {
     let mut roots = Vec::new();
-    for found in pairs::certify(system, structure, modes)? {
+    for found in pairs::certify(system, structure, modes, tolerance)? {
         let count = found.members.len();
         for member in found.members {
-            let shape = || modes[member].shape().to_vec();
+            let shape = || Shape {
+                components: modes[member].shape().to_vec(),
+                bounds: None,
+            };
             roots.push(Root {
                 count,
                 error: Some((found.bound, found.real_bound)),
-                ..Root::simple(found.value, found.shape.clone().unwrap_or_else(shape))
+                ..with_shape(found.value, found.shape.clone().unwrap_or_else(shape))
             });
         }
     }
@@ -255,6 +283,7 @@ fn by_pairs(system: &System, structure: &Structure, modes: &[Mode]) -> Option<Pr
         claim: "what roots and shapes leave of M, C and K off the diagonal of the states, with 32 \
                 digits"
             .to_owned(),
+        shapes_may_gain: true,
     })
 }
 
@@ -323,6 +352,7 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
     Some(Proof {
         roots,
         claim: format!("discs that hold all roots, with {digits} digits"),
+        shapes_may_gain: false,
     })
 }
 
@@ -358,7 +388,7 @@ fn lone_roots(system: &System) -> Vec<Root> {
     roots
 }
 
-fn with_shape(value: Complex<f64>, shape: congruence::Shape) -> Root {
+fn with_shape(value: Complex<f64>, shape: Shape) -> Root {
     Root {
         shape_bound: shape.bounds,
         ..Root::simple(value, shape.components)

@@ -11,7 +11,7 @@
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
-use super::Forms;
+use super::forms::Forms;
 use crate::inclusion::gram::{Gram, UPWARD};
 use crate::vector::settle;
 

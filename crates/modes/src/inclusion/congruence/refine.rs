@@ -1,0 +1,208 @@
+//! Refinement of approximate shapes to double-double.
+//!
+//! The bounds of [`forms`](super::forms) are of the first order in the errors of X. The iteration of Ogita & Aishima 2018,
+//! *Jpn. J. Ind. Appl. Math.* 35, for a pencil squares them: X ← X(I + Ẽ) with
+//! ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i). Shapes too close for that are first replaced by the Ritz vectors of their
+//! span.
+
+use std::cmp::Ordering;
+
+use eigentone_digits::DoubleDouble;
+use faer::{Mat, Side};
+
+use super::forms::{Basis, Forms};
+
+/// How small the bound of relative errors is to become.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// In any case, if double-double reaches it.
+    pub(crate) spread: f64,
+    /// Where all values and shapes are told apart by it.
+    pub(crate) where_apart: f64,
+}
+
+impl Goal {
+    /// The same whether values are apart or not.
+    pub(crate) fn always(spread: f64) -> Goal {
+        Goal {
+            spread,
+            where_apart: spread,
+        }
+    }
+}
+
+impl Forms {
+    fn meet(&self, goal: Goal) -> bool {
+        self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
+    }
+
+    /// Whether squares are so far apart that neither their bounds nor the mixing of shapes, which is about
+    /// the bound divided by the gap, shows in doubles.
+    fn are_apart(&self) -> bool {
+        const HIDDEN: f64 = 1e-17;
+        let mut rising: Vec<DoubleDouble> = self.squares.clone();
+        rising.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        rising.windows(2).all(|pair| {
+            let gap = (pair[1] - pair[0]).to_f64();
+            HIDDEN * gap > self.spread * pair[1].to_f64()
+        })
+    }
+}
+
+/// What is to be done to a basis.
+enum Step {
+    /// X ← X(I + Ẽ).
+    Correct(Mat<f64>),
+    /// Ritz vectors in place of each of these sets of columns.
+    Rotate(Vec<Vec<usize>>),
+}
+
+impl Basis<'_> {
+    /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
+    pub(in crate::inclusion) fn refine(&mut self, goal: Goal) -> Option<Forms> {
+        const STEPS: usize = 12;
+        let mut forms = self.forms()?;
+        for _ in 0..STEPS {
+            if forms.meet(goal) {
+                break;
+            }
+            let Some((next, slow)) = self.advanced(&forms) else {
+                break;
+            };
+            forms = next;
+            if slow {
+                break;
+            }
+        }
+        // Spreads beyond this tell nothing.
+        (forms.spread <= 1e-6).then_some(forms)
+    }
+
+    /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the
+    /// step gained nothing.
+    pub(super) fn advanced(&mut self, forms: &Forms) -> Option<(Forms, bool)> {
+        let before = self.columns.clone();
+        let step = self.step(forms);
+        let done = match &step {
+            Step::Correct(change) => {
+                self.correct(change);
+                Some(())
+            }
+            Step::Rotate(groups) => groups
+                .iter()
+                .try_for_each(|group| self.rotate(forms, group)),
+        };
+        let corrected = matches!(step, Step::Correct(_));
+        let next = done.and_then(|()| self.forms());
+        let better = next.filter(|next| !corrected || next.spread < forms.spread);
+        if better.is_none() {
+            self.columns = before;
+        }
+        better.map(|next| {
+            let slow = corrected && next.spread > 0.5 * forms.spread;
+            (next, slow)
+        })
+    }
+
+    fn step(&self, forms: &Forms) -> Step {
+        /// Gaps that may hide shapes which are still mixed.
+        const NEAR: f64 = 0.1;
+        /// Of a gap; beyond it one correction does not do.
+        const SMALL: f64 = 1e-2;
+        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal.
+        const NOTHING: f64 = 1e-27;
+        const EQUAL: f64 = 1e-14;
+        let Forms {
+            stiffness,
+            mass,
+            squares,
+            ..
+        } = forms;
+        let (all, elastic) = (self.columns.len(), self.elastic);
+        let mut change = Mat::<f64>::zeros(all, elastic);
+        let mut group: Vec<usize> = (0..elastic).collect();
+        let own = |i: usize| mass.at(i, i).to_f64();
+        for j in 0..elastic {
+            for i in elastic..all {
+                change[(i, j)] = -mass.at(i, j).to_f64() / own(i);
+            }
+            for i in 0..j {
+                let (s, g) = (stiffness.at(i, j), mass.at(i, j));
+                let gap = (squares[j] - squares[i]).to_f64();
+                let size = squares[i].to_f64().max(squares[j].to_f64());
+                let mean = (squares[i] + squares[j]) * 0.5;
+                let coupling = (s - mean * g).to_f64().abs() / (size * (own(i) * own(j)).sqrt());
+                if coupling <= NOTHING && gap.abs() <= EQUAL * size {
+                    change[(i, j)] = -0.5 * g.to_f64() / own(i);
+                    change[(j, i)] = -0.5 * g.to_f64() / own(j);
+                } else if gap.abs() <= NEAR * size && coupling * size > SMALL * gap.abs() {
+                    let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
+                    group
+                        .iter_mut()
+                        .filter(|label| **label == from)
+                        .for_each(|label| *label = to);
+                } else {
+                    change[(i, j)] = (s - squares[j] * g).to_f64() / (gap * own(i));
+                    change[(j, i)] = -(s - squares[i] * g).to_f64() / (gap * own(j));
+                }
+            }
+        }
+        let mut groups = vec![Vec::new(); elastic];
+        for (i, label) in group.into_iter().enumerate() {
+            groups[label].push(i);
+        }
+        groups.retain(|group| group.len() > 1);
+        if groups.is_empty() {
+            Step::Correct(change)
+        } else {
+            Step::Rotate(groups)
+        }
+    }
+
+    /// The product is small against X, and rounds in the same proportion.
+    fn correct(&mut self, change: &Mat<f64>) {
+        let n = self.columns[0].len();
+        let shapes = Mat::from_fn(n, self.columns.len(), |i, j| self.columns[j][i].to_f64());
+        let product = shapes * change;
+        for (j, column) in self.columns[..self.elastic].iter_mut().enumerate() {
+            for (i, entry) in column.iter_mut().enumerate() {
+                *entry = *entry + product[(i, j)];
+            }
+        }
+    }
+
+    /// The Ritz vectors of a set of columns, by the part of S that differs from a multiple of G.
+    fn rotate(&mut self, forms: &Forms, group: &[usize]) -> Option<()> {
+        let Forms {
+            stiffness,
+            mass,
+            squares,
+            ..
+        } = forms;
+        let centre = squares[group[group.len() / 2]];
+        let norms: Vec<f64> = group
+            .iter()
+            .map(|i| mass.at(*i, *i).to_f64().sqrt())
+            .collect();
+        let rest = Mat::from_fn(group.len(), group.len(), |a, b| {
+            let (i, j) = (group[a], group[b]);
+            (stiffness.at(i, j) - centre * mass.at(i, j)).to_f64() / norms[a] / norms[b]
+        });
+        let eigen = rest.self_adjoint_eigen(Side::Lower).ok()?;
+        let rotated = (0..group.len()).map(|b| {
+            let mut column = vec![DoubleDouble::ZERO; self.columns[0].len()];
+            for (a, i) in group.iter().enumerate() {
+                let share = eigen.U()[(a, b)] / norms[a];
+                for (entry, x) in column.iter_mut().zip(&self.columns[*i]) {
+                    *entry += *x * share;
+                }
+            }
+            column
+        });
+        let rotated: Vec<Vec<DoubleDouble>> = rotated.collect();
+        for (i, column) in group.iter().zip(rotated) {
+            self.columns[*i] = column;
+        }
+        Some(())
+    }
+}

@@ -1,0 +1,130 @@
+//! How much of the other columns each true shape holds.
+//!
+//! A root λ that is alone in the disc about ρ_k belongs to z = Σ w_j z_j with ZᵀAZ w = λ ZᵀBZ w. Row j of that, divided by
+//! (ρ_j − λ) b_jj, is
+//!
+//! w_j = −Σ_l (h_jl/(ρ_j − λ) + e_jl) w_l,
+//!
+//! and |ρ_j − λ| is no less than the gap |ρ_j − ρ_k| less the radius of the disc. So |w| ≤ T|w| + t for the rows
+//! j ≠ k, with w_k = 1, T_jl = |h_jl|/gap_j + |e_jl| for l ≠ k and t_j the same for l = k. If t + Ts < s for some s > 0, the
+//! spectral radius of T is below 1, so that there is one solution, |w| ≤ s, and no shape has w_k = 0 (Collatz 1942, *Math.
+//! Z.* 48). The upper halves of the columns are the shapes: x = x_k + Σ w_j x_j.
+
+use std::ops::Range;
+
+use faer::Mat;
+
+use super::discs::Disc;
+use super::pair::Pair;
+use super::rows::Rows;
+use crate::inclusion::gram::UPWARD;
+use crate::vector::settle;
+
+/// More than products that underflow take from a sum, for roots and scales within `RANGE` and gaps above `LEAST_GAP`.
+const TINY: f64 = 1e-120;
+
+const RANGE: Range<f64> = 1e-75..1e75;
+
+const LEAST_GAP: f64 = 1e-150;
+
+impl Rows {
+    /// For each disc of one root, how far each component of its pair may be from a multiple of the true shape; `None`
+    /// where that is not proved.
+    pub(super) fn shape_errors(&self, pairs: &[Pair], discs: &[Disc]) -> Vec<Option<Vec<f64>>> {
+        let sizes = self.rho.iter().map(|rho| rho.norm());
+        let mut sizes = sizes.filter(|size| *size > 0.0).chain(self.tau.clone());
+        if !sizes.all(|size| RANGE.contains(&size)) {
+            return vec![None; discs.len()];
+        }
+        let all = self.columns.len();
+        let alone: Vec<&Disc> = discs
+            .iter()
+            .filter(|disc| disc.members.len() == 1)
+            .collect();
+        let owners: Vec<usize> = alone
+            .iter()
+            .map(|disc| self.place(disc.members[0]))
+            .collect();
+        let [reach, mixed] = self.couplings();
+        let gaps = Mat::from_fn(all, alone.len(), |j, at| {
+            let disc = alone[at];
+            let apart = self.rho_of(self.columns[j]) - self.rho[disc.members[0]];
+            (apart.norm() / UPWARD - disc.radii[0] * UPWARD) / UPWARD
+        });
+        let row = |j: usize, at: usize, by_reach: f64, by_mixed: f64| {
+            (by_reach / gaps[(j, at)] + by_mixed) * UPWARD + TINY
+        };
+        let over_rows = |entry: &dyn Fn(usize, usize) -> f64| {
+            Mat::from_fn(all, alone.len(), |j, at| {
+                if j == owners[at] { 0.0 } else { entry(j, at) }
+            })
+        };
+        let first = over_rows(&|j, at| row(j, at, reach[(j, owners[at])], mixed[(j, owners[at])]));
+        let next = |shares: &Mat<f64>| {
+            let (by_reach, by_mixed) = (&reach * shares, &mixed * shares);
+            settle();
+            over_rows(&|j, at| {
+                (first[(j, at)] + row(j, at, by_reach[(j, at)], by_mixed[(j, at)])) * UPWARD
+            })
+        };
+        let shares = next(&first) * faer::Scale(2.0);
+        let mapped = next(&shares);
+        let components = Mat::from_fn(pairs[0].re.len(), all, |row, j| {
+            let column = self.columns[j].pair;
+            pairs[column].at(row).norm() * self.tau[column] * UPWARD
+        });
+        let errors = components * &shares;
+        settle();
+        let error = |at: usize| {
+            let inside = |j: usize| {
+                j == owners[at] || (gaps[(j, at)] > LEAST_GAP && mapped[(j, at)] < shares[(j, at)])
+            };
+            if !(0..all).all(inside) {
+                return None;
+            }
+            // In proportion to the pair's own column.
+            let own = alone[at].members[0];
+            let share = |j: usize| {
+                self.drift[self.columns[j].pair] * self.tau[self.columns[j].pair] * shares[(j, at)]
+            };
+            let drift = self.drift[own] + (0..all).map(share).sum::<f64>() / self.tau[own] * UPWARD;
+            let each = errors.col(at).iter();
+            let each: Vec<f64> = each
+                .map(|error| ((error + TINY) / self.tau[own] + drift) * UPWARD)
+                .collect();
+            each.iter().all(|error| error.is_finite()).then_some(each)
+        };
+        let mut proven = (0..alone.len()).map(error);
+        let each = discs.iter().map(|disc| match disc.members.len() {
+            1 => proven.next().flatten(),
+            _ => None,
+        });
+        each.collect()
+    }
+
+    /// Bounds of |h_jl| and |e_jl| for all columns, each scaled by its τ.
+    fn couplings(&self) -> [Mat<f64>; 2] {
+        let all = self.columns.len();
+        let places: Vec<usize> = (0..self.rows.len()).map(|pair| self.place(pair)).collect();
+        let place = |pair: usize, conjugate: bool| {
+            let own = places[pair];
+            let has_two = self
+                .columns
+                .get(own + 1)
+                .is_some_and(|next| next.pair == pair);
+            own + usize::from(conjugate && has_two)
+        };
+        let entry = |of: &dyn Fn(usize, usize) -> f64| {
+            Mat::from_fn(all, all, |j, l| {
+                let (row, other) = (self.columns[j], self.columns[l]);
+                // The rows of conjugates are conjugate.
+                let at = place(other.pair, row.conjugate != other.conjugate);
+                of(row.pair, at) * (self.tau[other.pair] / self.tau[row.pair]) * UPWARD
+            })
+        };
+        [
+            entry(&|pair, at| self.rows[pair].reach[at]),
+            entry(&|pair, at| self.rows[pair].mixed[at]),
+        ]
+    }
+}

@@ -1,0 +1,59 @@
+//! All roots of a symmetric system at once, from approximate roots and shapes, in O(n³).
+//!
+//! The pencil A − λB with A = diag(K, −M) and B = −[C M; M 0] has the roots of
+//! Q(λ) = λ²M + λC + K, with vectors z = (x, λx) (Tisseur & Meerbergen 2001, *SIAM Review* 43, §3.4).
+//! For 2n columns Z = [X; XΛ] it has those of ZᵀAZ − λZᵀBZ as well, of entries
+//!
+//! a_ij = x_iᵀKx_j − λ_iλ_j x_iᵀMx_j and b_ij = −(x_iᵀCx_j + (λ_i + λ_j) x_iᵀMx_j),
+//!
+//! which good roots and shapes make nearly diagonal: M, C and K are needed in three products only.
+//! With ρ_i any numbers near a_ii/b_ii and scales τ, Gershgorin's theorem for row i divided by b_ii
+//! says that a root λ has, for some i,
+//!
+//! |λ − ρ_i| ≤ Σ_j (|h_ij| + |λ − ρ_i||e_ij|) τ_j/τ_i, h_ij = (a_ij − ρ_ib_ij)/b_ii, e_ij = b_ij/b_ii − δ_ij,
+//!
+//! so that it lies in the disc about ρ_i of radius H_i/(1 − E_i), H and E being those sums. The sums
+//! only shrink as all that is off the diagonal is let go to 0; so as long as E_i < 1, k discs that
+//! touch no others hold k roots: all are accounted for. With τ_i made t times larger the disc of row i is
+//! nearly t times smaller, while no other grows by more than t·h_ji does; the largest t for which
+//! they stay apart makes the radius one of the second order in what is off the diagonal. What
+//! remains is the rounding of the row's own two sums.
+//!
+//! X and Λ are first refined to double-double ([`refine`]). What the rows leave off the diagonal also bounds how much the
+//! shapes are still mixed ([`mixing`]).
+//!
+//! Motions that nothing holds, K x = C x = 0, are taken out exactly: the rest moves in the complement xᵀMy = 0. Those that
+//! only dampers hold are columns of their own with λ = 0, where h vanishes.
+
+mod discs;
+mod enclose;
+mod mixing;
+mod pair;
+mod refine;
+mod rounded;
+mod rows;
+mod separate;
+#[cfg(test)]
+mod tests;
+
+use crate::modes::Mode;
+use crate::structure::Structure;
+use crate::system::System;
+
+use pair::Pairs;
+pub(crate) use rounded::Paired;
+
+/// Proves a disc for every nonzero root of a symmetric system without massless nodes, given all
+/// its modes approximately, and bounds of the shapes of single roots, which more digits make relative to every component
+/// as far as they reach. `None` where no proof was reached, as for defective roots.
+pub(crate) fn certify(
+    system: &System,
+    structure: &Structure,
+    modes: &[Mode],
+    tolerance: f64,
+) -> Option<Vec<Paired>> {
+    let mut pairs = Pairs::of(system, structure, modes)?;
+    let rows = pairs.refine()?;
+    let discs = pairs.enclosed(rows, structure, tolerance)?;
+    pairs.found(structure, discs)
+}

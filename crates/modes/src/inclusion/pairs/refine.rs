@@ -1,0 +1,137 @@
+//! Refinement of roots and shapes to double-double.
+//!
+//! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j h_ij b_ii/(b_jj(ρ_i − ρ_j)) and
+//! λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35). Columns too close for that are first separated.
+
+use eigentone_digits::DoubleDouble;
+use faer::{Mat, c64};
+
+use super::pair::{Column, Pairs, plain};
+use super::rows::Rows;
+
+impl Pairs<'_> {
+    /// Refines roots and shapes until their discs are small, or as far as double-double reaches.
+    pub(super) fn refine(&mut self) -> Option<Rows> {
+        const STEPS: usize = 12;
+        const GOAL: f64 = 1e-20;
+        const LARGEST: f64 = 1e-3;
+        self.project()?;
+        let mut rows = self.rows()?;
+        for _ in 0..STEPS {
+            if rows.spread() <= GOAL {
+                break;
+            }
+            let Some((next, slow)) = self.advanced(&rows) else {
+                break;
+            };
+            rows = next;
+            if slow {
+                break;
+            }
+        }
+        (rows.spread() <= LARGEST).then_some(rows)
+    }
+
+    /// The rows after a step, and whether another would gain little; `None`, with all as before, where the step
+    /// gained nothing.
+    pub(super) fn advanced(&mut self, rows: &Rows) -> Option<(Rows, bool)> {
+        let before = self.pairs.clone();
+        let mut separated = false;
+        for group in &rows.mixed() {
+            separated |= self.separate(rows, group).is_some();
+        }
+        if !separated {
+            self.correct(rows);
+        }
+        let next = self.project().and_then(|()| self.rows());
+        let spread = rows.spread();
+        let better = next.filter(|next| separated || next.spread() < spread);
+        if better.is_none() {
+            self.pairs = before;
+        }
+        better.map(|next| {
+            let slow = !separated && next.spread() > 0.5 * spread;
+            (next, slow)
+        })
+    }
+
+    /// A step towards the roots and shapes, of the first order in what is off the diagonal; columns
+    /// too close for that keep what mixes them.
+    fn correct(&mut self, rows: &Rows) {
+        let n = self.system.len();
+        let (all, count) = (rows.columns.len(), self.pairs.len());
+        let mut change = Mat::<c64>::zeros(all, count);
+        for i in (0..count).filter(|i| self.pairs[*i].mode.is_some()) {
+            let row = &rows.rows[i];
+            for (at, other) in rows.columns.iter().enumerate() {
+                if other.pair == i && !other.conjugate {
+                    continue;
+                }
+                let gap = plain(rows.rho[i] - rows.rho_of(*other));
+                let share = row.h[at] / (rows.own_of(*other) * gap);
+                if !rows.mixes(i, *other, share) {
+                    change[(at, i)] = share;
+                }
+            }
+        }
+        let shapes = Mat::<c64>::from_fn(n, all, |row, at| {
+            let Column { pair, conjugate } = rows.columns[at];
+            let entry = self.pairs[pair].at(row);
+            if conjugate { entry.conj() } else { entry }
+        });
+        let product = shapes * change;
+        for (i, pair) in self.pairs.iter_mut().enumerate() {
+            if pair.mode.is_none() {
+                continue;
+            }
+            pair.value = rows.rho[i];
+            if pair.is_real() {
+                pair.value.im = DoubleDouble::ZERO;
+            }
+            for (row, entry) in pair.re.iter_mut().enumerate() {
+                *entry = *entry + product[(row, i)].re;
+            }
+            for (row, entry) in pair.im.iter_mut().enumerate() {
+                *entry = *entry + product[(row, i)].im;
+            }
+        }
+    }
+}
+
+impl Rows {
+    /// Whether so large a share of another column is more than a correction.
+    fn mixes(&self, i: usize, other: Column, share: c64) -> bool {
+        const SMALL: f64 = 1e-2;
+        let ratio = self.tau[i] / self.tau[other.pair];
+        !share.is_finite() || share.norm() * ratio > SMALL
+    }
+
+    /// Groups of pairs with roots so near, and columns so far from what they should be, that
+    /// corrections do not tell them apart.
+    fn mixed(&self) -> Vec<Vec<usize>> {
+        /// Gaps that may hide it.
+        const NEAR: f64 = 0.1;
+        let count = self.rows.len();
+        let mut label: Vec<usize> = (0..count).collect();
+        for (i, row) in self.rows.iter().enumerate() {
+            for (at, other) in self.columns.iter().enumerate() {
+                let j = other.pair;
+                let gap = plain(self.rho[i] - self.rho_of(*other));
+                if j == i || other.conjugate || gap.norm() > NEAR * self.rho[i].norm() {
+                    continue;
+                }
+                let share = row.h[at] / (self.own_of(*other) * gap);
+                if self.mixes(i, *other, share) {
+                    let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
+                    let moved = label.iter_mut().filter(|label| **label == from);
+                    moved.for_each(|label| *label = to);
+                }
+            }
+        }
+        let members = |first: usize| (0..count).filter(|i| label[*i] == first).collect();
+        let groups = (0..count).map(members);
+        groups
+            .filter(|group: &Vec<usize>| group.len() > 1)
+            .collect()
+    }
+}

@@ -1,0 +1,252 @@
+//! The rows of ZᵀAZ − λZᵀBZ, with bounds of their entries.
+
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use faer::c64;
+
+use super::pair::{Column, Pair, Pairs, plain};
+use crate::inclusion::gram::{Form, Gram, UPWARD};
+
+/// What a few operations on double-doubles err by, of the sizes that they begin with.
+const ROUNDING: f64 = 2.5e-29;
+
+/// The rows of the pairs over all columns, divided by b_ii.
+pub(super) struct Rows {
+    pub(super) columns: Vec<Column>,
+    pub(super) rho: Vec<ComplexDoubleDouble>,
+    pub(super) rows: Vec<Row>,
+    /// What each pair's column is scaled by.
+    pub(super) tau: Vec<f64>,
+    /// How much of the motion that drifts each shape holds at most, by a component that drifts.
+    pub(super) drift: Vec<f64>,
+}
+
+pub(super) struct Row {
+    /// h_ij b_ii and b_ij.
+    pub(super) h: Vec<c64>,
+    pub(super) b: Vec<c64>,
+    /// Bounds of |h_ij| and |e_ij|, the rounding of all sums included.
+    pub(super) reach: Vec<f64>,
+    pub(super) mixed: Vec<f64>,
+    /// b_ii.
+    pub(super) own: c64,
+}
+
+impl Pairs<'_> {
+    /// `None` where a shape has no root or a number leaves its range.
+    pub(super) fn rows(&self) -> Option<Rows> {
+        let (mut columns, places) = self.real_columns();
+        let count = columns.len();
+        columns.extend(self.drifting.clone());
+        let mass = Form::mass(self.system).gram(&columns);
+        columns.truncate(count);
+        let damping = Form::damping(self.system).gram(&columns);
+        let stiffness = Form::stiffness(self.system).gram(&columns);
+        let forms = Products {
+            pairs: &self.pairs,
+            places: &places,
+        };
+        let drifting = |at: usize| (mass.at(at, at).to_f64() - mass.error(at, at)).sqrt();
+        let least = self.drifting.as_ref().map(|_| drifting(count) / UPWARD);
+        let loss = |i: usize| {
+            let parts = if self.pairs[i].is_real() { 1 } else { 2 };
+            let upper = |part: usize| mass.upper(places[i] + part, count);
+            least.map_or(0.0, |least| {
+                (0..parts).map(upper).sum::<f64>() / least * UPWARD
+            })
+        };
+        // What is left of the motion that drifts, in each shape.
+        let losses: Vec<f64> = (0..self.pairs.len()).map(loss).collect();
+        let drift = |loss: &f64| least.map_or(0.0, |least| loss / least * UPWARD);
+        let drift = losses.iter().map(drift).collect();
+        let columns = self.columns();
+        let value = |column: Column| {
+            let value = self.pairs[column.pair].value;
+            if column.conjugate {
+                value.conj()
+            } else {
+                value
+            }
+        };
+        let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
+            let fixed = self.pairs[i].mode.is_none() || self.pairs[other.pair].mode.is_none();
+            let (k, k_error) = if fixed {
+                (ComplexDoubleDouble::ZERO, 0.0)
+            } else {
+                forms.of(&stiffness, i, other)
+            };
+            let (m, m_error) = forms.of(&mass, i, other);
+            let (c, c_error) = forms.of(&damping, i, other);
+            let m_error = m_error + losses[i] * losses[other.pair];
+            let (first, second) = (self.pairs[i].value, value(other));
+            let (product, sum) = (first * second, first + second);
+            let a = k - product * m;
+            let b = -(c + sum * m);
+            let a_size = k.norm() + product.norm() * m.norm();
+            let b_size = c.norm() + sum.norm() * m.norm();
+            let a_error = k_error + product.norm() * m_error + ROUNDING * a_size;
+            let b_error = c_error + sum.norm() * m_error + ROUNDING * b_size;
+            Entry {
+                a,
+                b,
+                h: plain(a - rho * b),
+                h_error: (a_error + rho.norm() * (b_error + ROUNDING * b_size) + ROUNDING * a_size)
+                    * UPWARD,
+                b_error: b_error * UPWARD,
+            }
+        };
+        let own = |pair: usize| Column {
+            pair,
+            conjugate: false,
+        };
+        let mut rho = Vec::with_capacity(self.pairs.len());
+        for i in 0..self.pairs.len() {
+            let entry = of(i, own(i), ComplexDoubleDouble::ZERO);
+            let quotient = match self.pairs[i].mode {
+                Some(_) => entry.a / entry.b,
+                None => ComplexDoubleDouble::ZERO,
+            };
+            if !quotient.is_finite() || entry.b.norm() == 0.0 {
+                return None;
+            }
+            rho.push(if self.pairs[i].is_real() {
+                ComplexDoubleDouble {
+                    im: DoubleDouble::ZERO,
+                    ..quotient
+                }
+            } else {
+                quotient
+            });
+        }
+        let row = |i: usize| {
+            let own = plain(of(i, own(i), ComplexDoubleDouble::ZERO).b);
+            let size = own.norm() / UPWARD;
+            let mut row = Row {
+                h: Vec::with_capacity(columns.len()),
+                b: Vec::with_capacity(columns.len()),
+                reach: Vec::with_capacity(columns.len()),
+                mixed: Vec::with_capacity(columns.len()),
+                own,
+            };
+            for other in &columns {
+                let entry = of(i, *other, rho[i]);
+                let is_own = *other
+                    == Column {
+                        pair: i,
+                        conjugate: false,
+                    };
+                let mixed = if is_own { 0.0 } else { entry.b.norm() };
+                row.h.push(entry.h);
+                row.b.push(plain(entry.b));
+                row.reach.push((entry.h.norm() + entry.h_error) / size);
+                row.mixed.push((mixed + entry.b_error) / size);
+            }
+            row
+        };
+        let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
+        let sizes = rho.iter().map(|rho| rho.norm()).filter(|size| *size > 0.0);
+        let least = sizes.fold(f64::INFINITY, f64::min);
+        let tau = rho
+            .iter()
+            .zip(&rows)
+            .map(|(rho, row)| (rho.norm().max(least) * row.own.norm()).sqrt().recip());
+        let tau: Vec<f64> = tau.collect();
+        let usable = tau.iter().all(|tau| tau.is_normal());
+        usable.then_some(Rows {
+            columns,
+            rho,
+            rows,
+            tau,
+            drift,
+        })
+    }
+}
+
+/// a_ij and b_ij, and h_ij b_ii, with how far each may be off.
+struct Entry {
+    a: ComplexDoubleDouble,
+    b: ComplexDoubleDouble,
+    h: c64,
+    h_error: f64,
+    b_error: f64,
+}
+
+/// Complex products from those of real columns.
+struct Products<'a> {
+    pairs: &'a [Pair],
+    places: &'a [usize],
+}
+
+impl Products<'_> {
+    /// x_iᵀAx_j, x_j perhaps conjugated, and a bound of its error.
+    fn of(&self, gram: &Gram, i: usize, other: Column) -> (ComplexDoubleDouble, f64) {
+        let j = other.pair;
+        let (p, q) = (self.places[i], self.places[j]);
+        let (first, second) = (!self.pairs[i].is_real(), !self.pairs[j].is_real());
+        let sign = if other.conjugate { -1.0 } else { 1.0 };
+        let (mut re, mut im) = (gram.at(p, q), DoubleDouble::ZERO);
+        let mut error = gram.error(p, q);
+        if second {
+            im += gram.at(p, q + 1) * sign;
+            error += gram.error(p, q + 1);
+        }
+        if first {
+            im += gram.at(p + 1, q);
+            error += gram.error(p + 1, q);
+        }
+        if first && second {
+            let part = gram.at(p + 1, q + 1);
+            re -= part * sign;
+            error += gram.error(p + 1, q + 1);
+            // The sums round as well.
+            let size = gram.at(p, q).to_f64().abs() + part.to_f64().abs();
+            error += ROUNDING * (size + gram.at(p, q + 1).to_f64().abs());
+            error += ROUNDING * gram.at(p + 1, q).to_f64().abs();
+        }
+        (ComplexDoubleDouble { re, im }, error * UPWARD)
+    }
+}
+
+impl Rows {
+    pub(super) fn rho_of(&self, column: Column) -> ComplexDoubleDouble {
+        let rho = self.rho[column.pair];
+        if column.conjugate { rho.conj() } else { rho }
+    }
+
+    pub(super) fn own_of(&self, column: Column) -> c64 {
+        let own = self.rows[column.pair].own;
+        if column.conjugate { own.conj() } else { own }
+    }
+
+    /// h_ii, and the sums of all others and of e over a row.
+    pub(super) fn sums(&self, i: usize) -> (f64, f64, f64) {
+        let (mut own, mut others, mut mixed) = (0.0, 0.0, 0.0);
+        let row = &self.rows[i];
+        for (at, other) in self.columns.iter().enumerate() {
+            let ratio = self.tau[other.pair] / self.tau[i];
+            if other.pair == i && !other.conjugate {
+                own = row.reach[at];
+            } else {
+                others += row.reach[at] * ratio;
+            }
+            mixed += row.mixed[at] * ratio;
+        }
+        (own * UPWARD, others * UPWARD, mixed * UPWARD)
+    }
+
+    /// The largest radius, relative to its root.
+    pub(super) fn spread(&self) -> f64 {
+        let relative = |i: usize| {
+            let (own, others, mixed) = self.sums(i);
+            let size = self.rho[i].norm();
+            let reach = own + others;
+            if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
+                1.0
+            } else if size == 0.0 {
+                0.0
+            } else {
+                reach / size
+            }
+        };
+        (0..self.rows.len()).map(relative).fold(0.0, f64::max)
+    }
+}

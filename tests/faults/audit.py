@@ -2,10 +2,11 @@
 """The fault audit: builds a copy of the project with many faults at once, each behind a switch, and runs
 the tests with one after the other switched on. See docs/testing.md.
 
-    tests/faults/audit.py FOLDER [--sample N] [--seed N] [--only TEXT]... [--root]
+    tests/faults/audit.py FOLDER [--sample N] [--seed N] [--only TEXT]... [--faults FILE] [--root]
 
-FOLDER holds the copy, its build and the answer, results.jsonl; what it has answered already is not run again.
-Needs git, cargo and cargo-mutants, which lists the faults.
+FOLDER, outside of the project, holds a copy of what is committed, its build and the answer, results.jsonl. What
+it has answered already is not run again: the audit can be stopped at any time, and gone on with, with more faults
+too. Needs git, cargo, cargo-mutants, which lists the faults, and a system with the limits of POSIX.
 """
 
 import argparse
@@ -15,6 +16,8 @@ import os
 import pathlib
 import random
 import re
+import resource
+import shutil
 import subprocess
 import threading
 import time
@@ -23,6 +26,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
 PACKAGES = ["eigentone-modes", "eigentone-response"]
 ROOT_TESTS = ["laws", "certified", "truth", "motion", "estimated", "response_laws", "theory"]
+# A fault that fills the memory ends by itself.
+MEMORY = 8 << 30
 # The switch is read once, by what both packages build on.
 SWITCH = """
 /// The fault that is made.
@@ -36,47 +41,125 @@ pub fn active_fault() -> u32 {
 """
 
 
-def chosen(source, options):
-    """The faults by hand, then a sample of those that cargo-mutants lists, file by file."""
-    listed = ["cargo", "mutants", "--list", "--json"]
-    for package in PACKAGES:
-        listed += ["-p", package]
-    mutants = json.loads(subprocess.run(listed, cwd=source, check=True, stdout=subprocess.PIPE).stdout)
+def listed(folder):
+    """All faults that cargo-mutants makes."""
+    kept = folder / "mutants.json"
+    if not kept.exists():
+        command = ["cargo", "mutants", "--list", "--json"]
+        for package in PACKAGES:
+            command += ["-p", package]
+        listing = subprocess.run(command, cwd=folder / "source", check=True, stdout=subprocess.PIPE).stdout
+        kept.write_bytes(listing)
+    return json.loads(kept.read_text())
+
+
+def drawn(mutants, options):
+    """A sample from each file, in turns, so that what has run when it is stopped is a sample too. What is drawn
+    from one file depends neither on the others nor on how much is drawn."""
     by_file = collections.OrderedDict()
     for mutant in mutants:
-        mutant.pop("diff", None)
-        if not options.only or any(text in mutant["file"] for text in options.only):
-            by_file.setdefault(mutant["file"], []).append(mutant)
-    draw = random.Random(options.seed)
-    sample = []
-    for faults in by_file.values():
-        count = min(options.sample, len(faults))
-        sample += [faults[at] for at in sorted(draw.sample(range(len(faults)), count))]
-    by_hand = json.loads((HERE / "by_hand.json").read_text())
-    for fault in by_hand:
-        fault["name"] = fault["fault"]
-    return by_hand + sample
+        by_file.setdefault(mutant["file"], []).append(mutant)
+    samples = []
+    for file, faults in by_file.items():
+        random.Random(f"{options.seed} {file}").shuffle(faults)
+        samples.append(faults[: options.sample])
+    turns = range(max(map(len, samples), default=0))
+    return [sample[turn] for turn in turns for sample in samples if turn < len(sample)]
 
 
-def switched(source, folder, tool):
-    """Fresh sources with all switches but those left out; which faults stand in which lines."""
-    subprocess.run(["git", "checkout", "-q", "--", "."], cwd=source, check=True)
-    for manifest in [source / "Cargo.toml", *source.glob("crates/*/Cargo.toml")]:
-        # What is rewritten is no model of style.
-        text = re.sub(r"(?ms)^\[(workspace\.)?lints.*?(?=^\[|\Z)", "", manifest.read_text())
-        manifest.write_text(text)
-    digits = source / "crates/digits/src/lib.rs"
-    digits.write_text(digits.read_text() + SWITCH)
-    command = [tool, source, folder / "faults.json", folder / "left_out.txt"]
-    lines = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    arms, sites = collections.defaultdict(set), collections.defaultdict(list)
-    for line in lines.splitlines():
-        kind, *words = line.split(" ")
-        if kind == "arm":
-            arms[words[0], int(words[1])].add(int(words[2]))
-        elif kind == "site":
-            sites[words[0]].append((int(words[1]), int(words[2]), [int(word) for word in words[3:]]))
-    return arms, sites
+def chosen(folder, options):
+    """The faults by hand, those asked for and those drawn."""
+    faults = json.loads((HERE / "by_hand.json").read_text())
+    if options.faults:
+        faults += json.loads(options.faults.read_text())
+    faults = [fault for fault in faults if wanted(fault, options)]
+    faults += drawn([mutant for mutant in listed(folder) if wanted(mutant, options)], options)
+    for fault in faults:
+        fault.pop("diff", None)
+        fault.setdefault("name", f"{fault['file']}: {fault.get('fault')}")
+    return list({fault["name"]: fault for fault in faults}.values())
+
+
+def wanted(fault, options):
+    return not options.only or any(text in fault["file"] for text in options.only)
+
+
+class Copy:
+    """Sources with switches, and what of them does not compile."""
+
+    def __init__(self, folder, tool, faults):
+        self.folder, self.tool, self.faults = folder, tool, faults
+        self.pristine, self.source = folder / "source", folder / "switched"
+        self.left_out = folder / "left_out.txt"
+        self.left_out.touch()
+        if not self.source.exists():
+            shutil.copytree(self.pristine, self.source)
+        (folder / "faults.json").write_text(json.dumps(faults))
+
+    def excluded(self):
+        return set(self.left_out.read_text().splitlines())
+
+    def exclude(self, numbers, why):
+        names = sorted(self.faults[number - 1]["name"] for number in numbers)
+        with self.left_out.open("a") as file:
+            file.writelines(f"{name}\n" for name in names)
+        print(f"{len(names)} faults {why}", flush=True)
+
+    def switched(self):
+        """Writes all switches but those left out; which faults stand in which lines, and which nowhere."""
+        fresh, numbers = self.folder / "fresh", self.folder / "numbers.txt"
+        shutil.rmtree(fresh, ignore_errors=True)
+        shutil.copytree(self.pristine, fresh, ignore=shutil.ignore_patterns(".git", "docs"))
+        for manifest in [fresh / "Cargo.toml", *fresh.glob("crates/*/Cargo.toml")]:
+            # What is rewritten is no model of style.
+            text = re.sub(r"(?ms)^\[(workspace\.)?lints.*?(?=^\[|\Z)", "", manifest.read_text())
+            manifest.write_text(text)
+        digits = fresh / "crates/digits/src/lib.rs"
+        digits.write_text(digits.read_text() + SWITCH)
+        excluded = self.excluded()
+        out = [number for number, fault in enumerate(self.faults, 1) if fault["name"] in excluded]
+        numbers.write_text("".join(f"{number}\n" for number in out))
+        command = [self.tool, fresh, self.folder / "faults.json", numbers]
+        lines = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+        # Only what differs is written, or all would be compiled again.
+        for new in fresh.rglob("*"):
+            old = self.source / new.relative_to(fresh)
+            if new.is_file() and (not old.exists() or old.read_bytes() != new.read_bytes()):
+                old.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(new, old)
+        arms, sites, unplaced = collections.defaultdict(set), collections.defaultdict(list), []
+        for line in lines.splitlines():
+            kind, *words = line.split(" ")
+            if kind == "arm":
+                arms[words[0], int(words[1])].add(int(words[2]))
+            elif kind == "site":
+                sites[words[0]].append((int(words[1]), int(words[2]), [int(word) for word in words[3:]]))
+            else:
+                unplaced.append(int(words[0]))
+        return arms, sites, unplaced
+
+    def built(self, what):
+        """Test programs with all faults that compile: folder, name, path."""
+        while True:
+            arms, sites, unplaced = self.switched()
+            if unplaced:
+                self.exclude(unplaced, "are not placed")
+                for number in unplaced:
+                    if "old" in self.faults[number - 1]:
+                        print("unplaced:", self.faults[number - 1]["name"])
+            command = ["cargo", "test", "--release", "--no-run", "--message-format=json", *what]
+            environment = dict(os.environ, CARGO_TARGET_DIR=str(self.folder / "target"))
+            run = subprocess.run(command, cwd=self.source, env=environment, stdout=subprocess.PIPE, text=True)
+            messages = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
+            if run.returncode == 0:
+                tests = [m for m in messages if m.get("executable") and m["profile"]["test"]]
+                return [(str(pathlib.Path(m["manifest_path"]).parent), m["target"]["name"], m["executable"]) for m in tests]
+            errors = [m["message"] for m in messages if m["reason"] == "compiler-message"]
+            errors = [error for error in errors if error["level"] == "error"]
+            drop = set().union(*(blamed(error, arms, sites) for error in errors))
+            if not drop:
+                raise SystemExit("\n".join(error["rendered"] for error in errors))
+            self.exclude(drop, "do not compile")
 
 
 def blamed(message, arms, sites):
@@ -93,37 +176,17 @@ def blamed(message, arms, sites):
     return found
 
 
-def built(source, folder, tool, what):
-    """Test programs with all faults that compile: package, name, path."""
-    left_out = folder / "left_out.txt"
-    while True:
-        arms, sites = switched(source, folder, tool)
-        command = ["cargo", "test", "--release", "--no-run", "--message-format=json", *what]
-        environment = dict(os.environ, CARGO_TARGET_DIR=str(folder / "target"))
-        run = subprocess.run(command, cwd=source, env=environment, stdout=subprocess.PIPE, text=True)
-        messages = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
-        if run.returncode == 0:
-            tests = [m for m in messages if m.get("executable") and m["profile"]["test"]]
-            return [(m["manifest_path"], m["target"]["name"], m["executable"]) for m in tests]
-        errors = [m["message"] for m in messages if m["reason"] == "compiler-message"]
-        drop = set()
-        for error in errors:
-            if error["level"] == "error":
-                drop |= blamed(error, arms, sites)
-        if not drop:
-            raise SystemExit("\n".join(e["rendered"] for e in errors if e["level"] == "error"))
-        with left_out.open("a") as file:
-            file.writelines(f"{fault}\n" for fault in sorted(drop))
-        print(f"{len(drop)} faults do not compile", flush=True)
-
-
-def run(program, fault, limit):
-    """How the tests end with this fault, and the first that fails."""
-    manifest, _, path = program
-    environment = dict(os.environ, FAULT=str(fault), PROPTEST_RNG_SEED="20261121")
+def run(program, fault, limit, only=()):
+    """How the tests end with this fault, the first that fails, and how long that takes."""
+    folder, _, path = program
+    # The first case that fails will do, and none of one fault is kept for another.
+    environment = dict(
+        os.environ, FAULT=str(fault), PROPTEST_RNG_SEED="20261121", PROPTEST_MAX_SHRINK_ITERS="0",
+    )
     process = subprocess.Popen(
-        [path], cwd=pathlib.Path(manifest).parent, env=environment,
-        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, errors="replace",
+        [path, *only], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        text=True, errors="replace",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
     )
     began = time.monotonic()
     timer = threading.Timer(limit, process.kill)
@@ -139,8 +202,17 @@ def run(program, fault, limit):
     code, took = process.wait(), time.monotonic() - began
     timer.cancel()
     if failed or code != 0:
-        return ("timeout" if not failed and took >= limit else "caught"), failed or f"exit {code}", took
+        regressions = ":(top,glob)**/proptest-regressions/**"
+        subprocess.run(["git", "checkout", "-q", "--", regressions], cwd=folder, check=True)
+        subprocess.run(["git", "clean", "-fdqx", "--", regressions], cwd=folder, check=True)
+        return ("endless" if not failed and took >= limit else "caught"), failed or f"exit {code}", took
     return "missed", None, took
+
+
+def beside(fault):
+    """The name of the module that a fault is in: its own tests are the quickest that may notice."""
+    path = pathlib.PurePath(fault["file"]).with_suffix("").parts[3:]
+    return "::".join(part for part in path if part != "mod") + "::"
 
 
 def main():
@@ -149,59 +221,58 @@ def main():
     parser.add_argument("--sample", type=int, default=12, help="faults drawn from each file")
     parser.add_argument("--seed", type=int, default=20261121)
     parser.add_argument("--only", action="append", help="files whose path holds this")
+    parser.add_argument("--faults", type=pathlib.Path, help="these too, as cargo-mutants lists them (mutants.json)")
     parser.add_argument("--root", action="store_true", help="what the packages miss meets the root's tests too")
     options = parser.parse_args()
     folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    source = folder / "source"
-    if not source.exists():
-        subprocess.run(["git", "clone", "-q", PROJECT, source], check=True)
-        (folder / "left_out.txt").write_text("")
+    if not (folder / "source").exists():
+        subprocess.run(["git", "clone", "-q", PROJECT, folder / "source"], check=True)
     tool_target = folder / "switches"
-    build = ["cargo", "build", "--release", "--manifest-path", HERE / "Cargo.toml", "--target-dir", tool_target]
+    build = ["cargo", "build", "--release", "--locked", "--manifest-path", HERE / "Cargo.toml", "--target-dir", tool_target]
     subprocess.run(build, check=True)
-    tool = tool_target / "release/fault-switches"
-    if not (folder / "faults.json").exists():
-        faults = chosen(source, options)
-        (folder / "faults.json").write_text(json.dumps(faults))
-    faults = json.loads((folder / "faults.json").read_text())
+    faults = chosen(folder, options)
+    copy = Copy(folder, tool_target / "release/fault-switches", faults)
 
     own = [word for package in PACKAGES for word in ("-p", package)] + ["--lib", "--tests"]
-    stages = [built(source, folder, tool, own)]
+    programs = copy.built(own)
+    root = []
     if options.root:
-        named = [word for test in ROOT_TESTS for word in ("--test", test)]
-        stages.append(built(source, folder, tool, named))
-    left_out = {int(line) for line in (folder / "left_out.txt").read_text().split()}
+        root = copy.built([word for test in ROOT_TESTS for word in ("--test", test)])
     usual = {}
-    for program in [program for stage in stages for program in stage]:
+    for program in programs + root:
         outcome, failed, usual[program] = run(program, 0, 3600)
         if outcome != "missed":
             raise SystemExit(f"{program[1]} fails without a fault: {failed}")
     results = folder / "results.jsonl"
-    known = [json.loads(line) for line in results.read_text().splitlines()] if results.exists() else []
-    done = {entry["id"] for entry in known}
+    lines = results.read_text().splitlines() if results.exists() else []
+    known = {entry["name"]: entry for entry in map(json.loads, lines)}
+    # What the packages alone have missed meets the root's tests as soon as these are asked for.
+    done = {entry["name"] for entry in known.values() if entry["outcome"] != "missed" or entry["root"] >= options.root}
+    left = copy.excluded() | done
     for number, fault in enumerate(faults, 1):
-        if number in left_out or number in done:
+        if fault["name"] in left:
             continue
-        crate = fault["file"].split("/")[1]
-        programs = [p for p in stages[0] if f"/crates/{crate}/" in p[0]]
-        programs = sorted(programs, key=usual.get) + sorted(sum(stages[1:], []), key=usual.get)
+        crate = "/".join(pathlib.PurePath(fault["file"]).parts[:2])
+        of_crate = sorted((p for p in programs if p[0].endswith(crate)), key=usual.get)
+        tests = [(p, [beside(fault)]) for p in of_crate if p[1].startswith("eigentone")]
+        tests += [(p, []) for p in of_crate + sorted(root, key=usual.get)]
         outcome, failed, by = "missed", None, None
-        for program in programs:
-            outcome, failed, _ = run(program, number, 60 + 8 * usual[program])
+        for program, only in tests:
+            outcome, failed, _ = run(program, number, 60 + 8 * usual[program], only)
             if outcome != "missed":
                 by = program[1]
                 break
-        entry = {"id": number, "file": fault["file"], "name": fault["name"], "outcome": outcome, "by": by, "test": failed}
-        known.append(entry)
+        entry = {"name": fault["name"], "file": fault["file"], "outcome": outcome, "by": by, "test": failed, "root": options.root}
+        known[entry["name"]] = entry
         with results.open("a") as file:
             file.write(json.dumps(entry, ensure_ascii=False) + "\n")
-    table = collections.defaultdict(collections.Counter)
-    for entry in known:
-        table[entry["file"]][entry["outcome"]] += 1
-    for file, counts in table.items():
-        print(file, dict(counts))
-    for entry in known:
+    counts = collections.defaultdict(collections.Counter)
+    for entry in known.values():
+        counts[entry["file"]][entry["outcome"]] += 1
+    for file, of_file in counts.items():
+        print(file, dict(of_file))
+    for entry in known.values():
         if entry["outcome"] == "missed":
             print("missed:", entry["name"])
 

@@ -91,3 +91,36 @@ impl Estimate {
         (telling(displacement), telling(velocity))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_modes::GROUND;
+
+    /// Each step may be off by a unit, and errors add up.
+    #[test]
+    fn many_steps_count_like_as_many_single_ones() {
+        const STEPS: u32 = 1000;
+        let system = System::builder()
+            .mass("m", 1.0)
+            .spring(GROUND, "m", 1.0)
+            .build()
+            .expect("a system");
+        let form = FirstOrder::of(&system).expect("a mass");
+        let mut together = Estimate::of(&system, &form);
+        let mut each = together.clone();
+        // So short that the rounding of A does not count.
+        let h = 2f64.powi(-40);
+        together.steps(u64::from(STEPS), h);
+        (0..STEPS).for_each(|_| each.step(h));
+        let [first, second] = [&mut together, &mut each].map(|e| e.bounds(3.0, 2.0));
+        assert_eq!(first, second);
+        let (displacement, velocity) = (first.0.expect("a bound"), first.1.expect("a bound"));
+        let units = f64::from(STEPS) * f64::EPSILON;
+        assert!(displacement >= 3.0 * units && velocity >= 2.0 * units);
+        // k off by half a unit turns it by a quarter of one for each second.
+        each.step(1e6);
+        let turned = 1e6 * f64::EPSILON / 4.0;
+        assert!(each.bounds(3.0, 3.0).0.expect("a bound") >= 3.0 * turned);
+    }
+}

@@ -702,6 +702,31 @@ mod tests {
     }
 
     #[test]
+    fn loads_go_on_from_where_they_are() {
+        let system = one().build().expect("a system");
+        let response = Response::of(&system).load("m", Ramp::of(4.0).starting_at(1.0));
+        let response = response.load("m", Step::of(5.0).starting_at(100.0));
+        let problem = response.every(0.5).until(200.0).problem();
+        let problem = problem.expect("a problem");
+        for (time, force, rate) in [(0.5, 0.0, 0.0), (3.0, 8.0, 4.0), (101.0, 405.0, 4.0)] {
+            let now = sustained(&problem, time);
+            assert_eq!((now.force, now.rate), (vec![force], vec![rate]));
+        }
+    }
+
+    /// m·v₀ and the mean momentum a/ω of the shaking, over the dashpot's coefficient; it swings too little to be seen.
+    #[test]
+    fn a_shaken_mass_on_a_dashpot_ends_where_its_momentum_brings_it() {
+        let free = System::builder().mass("m", 2.0).damper(GROUND, "m", 0.5);
+        let summary = summary(free, |response| {
+            let response = response.from(State::at_rest().push("m", 0.25));
+            let response = response.load("m", Harmonic::of(1e-5, 100.0));
+            response.every(0.5).until(10.0)
+        });
+        assert_rests(destinations(&summary)[0], 1.0 + 1e-5 / 100.0 / 0.5);
+    }
+
+    #[test]
     fn a_follower_force_needs_left_shapes() {
         let identity = Mat::<f64>::identity(2, 2);
         let stiffness = Mat::from_fn(2, 2, |i, j| [[1.0, 0.0], [1.0, 4.0]][i][j]);

@@ -481,6 +481,25 @@ mod tests {
     use super::*;
     use eigentone_digits::Wide;
 
+    /// A sine of phase, a step at 1 s and a ramp from 2 s on.
+    #[test]
+    fn the_force_of_an_instant_is_the_sum_of_its_loads() {
+        let system = eigentone_modes::System::builder().mass("m", 1.0);
+        let system = system.build().expect("a system");
+        let response = crate::Response::of(&system)
+            .load("m", crate::Harmonic::of(3.0, 0.5).with_phase(0.25))
+            .load("m", crate::Step::of(5.0).starting_at(1.0))
+            .load("m", crate::Ramp::of(7.0).starting_at(2.0));
+        let problem = response.every(0.5).until(10.0).problem();
+        let problem = problem.expect("a problem");
+        for (piece, time, straight) in [(0, 0.75, 0.0), (1, 1.5, 5.0), (2, 4.0, 19.0)] {
+            let mut force = [f64::NAN];
+            problem.timeline().force(piece, time, &mut force);
+            let wanted = straight + 3.0 * (0.5 * time + 0.25).sin();
+            assert!((force[0] - wanted).abs() < 1e-14, "{time}: {}", force[0]);
+        }
+    }
+
     /// Forces of 106 bits against those of 1024: what is rounded is within the errors stated, in units
     /// small and large.
     #[test]

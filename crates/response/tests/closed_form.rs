@@ -119,6 +119,43 @@ fn a_node_without_mass_follows_its_force_at_once() {
     }
 }
 
+/// The same two under forces of any size that set in at once: the node stands at f/9 and moves at f′/9 from the first
+/// instant on, and the mass is accelerated by 3/2 of where the node stands.
+#[test]
+fn forces_of_any_size_act_at_once() {
+    let system = System::builder()
+        .mass("m", 2.0)
+        .mass("p", 0.0)
+        .spring("m", "p", 3.0)
+        .spring("p", GROUND, 6.0)
+        .build()
+        .expect("a system");
+    for size in [1e-9, 1.0, 1e9] {
+        let asked = Response::of(&system)
+            .load("p", Step::of(9.0 * size))
+            .load("p", Ramp::of(18.0 * size))
+            .every(0.5)
+            .until(5.0)
+            .with_acceleration();
+        let problem = asked.problem().expect("well posed");
+        for method in methods() {
+            if method.refuses(&problem).is_some() {
+                continue;
+            }
+            let found = method.run(&problem).expect("it does not refuse");
+            let acceleration = found.acceleration().expect("asked for");
+            let kinds = [found.displacement(), found.velocity(), acceleration];
+            let wanted = [[0.0, 0.0, 1.5], [1.0, 2.0, 0.5]];
+            for (kind, values) in kinds.iter().enumerate() {
+                for (i, wanted) in wanted.iter().enumerate() {
+                    let off = (values[(i, 0)] / size - wanted[kind]).abs();
+                    assert!(off < 1e-14, "{}: {kind} of {i}: {off:e}", method.name());
+                }
+            }
+        }
+    }
+}
+
 /// A damper of 2 and a spring of 4 without a mass under 5 sin t, 2r′ + 4r = 5 sin t, beside a spring of 6 under 3 N that nothing slows:
 /// r = sin t − ½ cos t + ½ e^(−2t), whose velocity follows the force at once.
 #[test]

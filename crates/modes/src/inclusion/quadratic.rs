@@ -226,10 +226,13 @@ mod tests {
             ((5.0, 0.0), (4.0, 0.2)),
             ((-5.0, 0.1), (4.0, 0.1)),
             ((2.0, 0.0), (1.0, 0.01)),
+            // Two discs that meet, above each other and beside each other.
+            ((2.0, 1e-3), (1.0001, 0.0)),
+            ((2.0, 1e-3), (0.9999, 0.0)),
         ] {
             let ball = |(value, reach): (f64, f64)| around(DoubleDouble::from(value), reach);
             let discs = pair(ball(gamma), ball(sigma)).unwrap();
-            assert_eq!(discs[0].count == 2, gamma == (2.0, 0.0));
+            assert_eq!(discs[0].count == 2, gamma.0 == 2.0);
             for (up, over) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
                 let half = Complex::from((gamma.0 + up * gamma.1) / 2.0);
                 let root = (half * half - (sigma.0 + over * sigma.1)).sqrt();

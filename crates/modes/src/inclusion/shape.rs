@@ -350,3 +350,32 @@ impl<'a> Shaper<'a> {
         best
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn around(value: f64, reach: f64) -> Ball<DoubleDouble> {
+        Ball::new(exact(value.into(), 0.0.into()).middle(), reach.into())
+    }
+
+    #[test]
+    fn the_largest_component_is_told_to_six_digits_or_refused() {
+        let found = |reach: f64| Enclosed::of(&[around(1.0, 0.0), around(-2.0, reach)], true);
+        assert!(found(1e-5).is_none());
+        let told = found(1e-7).unwrap();
+        assert_eq!(told.shape, [-0.5, 1.0].map(Complex::from));
+        // 1/(2 − 1e-7) is 2.5e-8 further away than a half.
+        assert!(told.bounds[1] == 0.0 && (2.5e-8..1e-7).contains(&told.bounds[0]));
+    }
+
+    #[test]
+    fn looseness_is_that_of_the_loosest_component() {
+        let enclosed = Enclosed {
+            shape: [1.0, 0.5, -0.25].map(Complex::from).to_vec(),
+            bounds: vec![0.0, 1e-10, 1e-10],
+        };
+        assert_eq!(enclosed.looseness(), 4e-10);
+        assert!(enclosed.meets(8.1e-10) && !enclosed.meets(7.9e-10));
+    }
+}

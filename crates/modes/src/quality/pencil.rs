@@ -421,6 +421,18 @@ mod tests {
     use super::*;
     use crate::GROUND;
 
+    /// 3, 4i and 12 in any unit, also where squares leave the doubles.
+    #[test]
+    fn lengths_of_any_size() {
+        for power in [-900, -600, 0, 600, 1000] {
+            let unit = 2f64.powi(power);
+            let x = [(3.0, 0.0), (0.0, 4.0), (-12.0, 0.0)];
+            let x = x.map(|(re, im)| Complex::new(re * unit, im * unit));
+            assert_eq!(norm(&x), 13.0 * unit);
+        }
+        assert_eq!(norm(&[Complex::ZERO]), 0.0);
+    }
+
     /// λ = 2i where ±i is right: |1 − 4| of 4 + 1, and a condition of 5/(2·|2·2i|) (Tisseur 2000).
     #[test]
     fn one_mass_far_off() {

@@ -166,3 +166,66 @@ fn quadratic_form(matrix: MatRef<'_, f64>, x: &[f64]) -> DoubleDouble {
     }
     form
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::GROUND;
+
+    /// Sums of powers of two, beyond those that can be split: the soft spring is 70 bits below the stiff one, and the
+    /// light mass 60 below the heavy one.
+    #[test]
+    fn coefficients_near_the_end_of_the_range_keep_their_digits() {
+        let two = |power: i32| 2f64.powi(power);
+        let system = System::builder()
+            .mass("a", two(1000))
+            .mass("b", two(940))
+            .spring("a", "b", two(1010))
+            .spring(GROUND, "a", two(940))
+            .damper("b", GROUND, two(1005))
+            .build()
+            .unwrap();
+        let shapes: [&[f64]; 2] = [&[1.0, -0.5], &[0.25, 1.0]];
+        let found = RealForms::of(&system, &shapes, Entries::Exact);
+        for (forms, [x, y]) in found.iter().zip([[1.0, -0.5], [0.25, 1.0]]) {
+            assert_eq!(
+                (forms.m.high(), forms.m.low()),
+                (x * x * two(1000), y * y * two(940))
+            );
+            assert_eq!((forms.c.high(), forms.c.low()), (y * y * two(1005), 0.0));
+            let stiff = (x - y) * (x - y) * two(1010);
+            assert_eq!((forms.k.high(), forms.k.low()), (stiff, x * x * two(940)));
+        }
+    }
+
+    /// Of a matrix of ones xᵀAx is (Σx)², in doubles and with more digits.
+    #[test]
+    fn full_matrices_are_summed_by_products_too() {
+        let n = 40;
+        let ones = Mat::from_fn(n, n, |_, _| 1.0);
+        let system = (0..n)
+            .fold(System::builder(), |b, i| b.mass(format!("m{i}"), 1.0))
+            .matrix(MatrixKind::Stiffness, ones.as_ref())
+            .build()
+            .unwrap();
+        let rising: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        let alternating: Vec<f64> = (0..n).map(|i| [3.0, -2.0][i % 2]).collect();
+        for entries in [Entries::Plain, Entries::Exact] {
+            let found = RealForms::of(&system, &[&rising, &alternating], entries);
+            let k: Vec<f64> = found.iter().map(|forms| forms.k.to_f64()).collect();
+            assert_eq!(k, [780.0 * 780.0, 20.0 * 20.0], "{entries:?}");
+        }
+    }
+
+    /// 12 N/m over 3 kg.
+    #[test]
+    fn the_quotient_is_the_square_of_the_frequency() {
+        let system = System::builder()
+            .mass("m", 3.0)
+            .spring(GROUND, "m", 12.0)
+            .build()
+            .unwrap();
+        let forms = RealForms::of(&system, &[&[1.0]], Entries::Exact);
+        assert_eq!(forms[0].quotient(), 4.0);
+    }
+}

@@ -177,4 +177,27 @@ mod tests {
             assert!(mode.backward_error() <= 8.0 * f64::EPSILON);
         }
     }
+
+    /// One vector for a root that is there twice, and its own for another.
+    #[test]
+    fn a_jordan_block_has_its_one_vector() {
+        let a = faer::mat![[-1.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -3.0]];
+        for (value, own) in [(-1.0, 0), (-3.0, 2)] {
+            let vector = by_inverse_iteration(a.as_ref(), Complex::from(value));
+            assert_eq!(vector.len(), 3);
+            for (i, entry) in vector.iter().enumerate() {
+                let share = entry.norm() / vector[own].norm();
+                assert!(i == own || share < 1e-6, "{value}: {share:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_0_or_not_finite_points_nowhere() {
+        let points = |parts: [f64; 2]| is_direction(&parts.map(Complex::from));
+        assert!(points([0.0, -1e-300]));
+        for nowhere in [0.0, f64::NAN, f64::INFINITY] {
+            assert!(!points([0.0, nowhere]));
+        }
+    }
 }

@@ -11,8 +11,6 @@ use crate::balance::Balanced;
 use crate::small::{self, Eigenpairs};
 use crate::vector::settle;
 
-use super::state_matrix::is_direction;
-
 /// Up to so many states the routines for small matrices are the quicker ones.
 const SMALL: usize = 48;
 
@@ -110,4 +108,38 @@ fn by_inverse_iteration(a: MatRef<'_, f64>, value: Complex<f64>) -> Vec<Complex<
         z = Mat::from_fn(n, 1, |i, _| next[(i, 0)] / largest);
     }
     (0..n).map(|i| z[(i, 0)]).collect()
+}
+
+/// Whether a vector is finite and not 0.
+pub(crate) fn is_direction(vector: &[Complex<f64>]) -> bool {
+    let size: f64 = vector.iter().map(Complex::l1_norm).sum();
+    size.is_finite() && size > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One vector for a root that is there twice, and its own for another.
+    #[test]
+    fn a_jordan_block_has_its_one_vector() {
+        let a = faer::mat![[-1.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -3.0]];
+        for (value, own) in [(-1.0, 0), (-3.0, 2)] {
+            let vector = by_inverse_iteration(a.as_ref(), Complex::from(value));
+            assert_eq!(vector.len(), 3);
+            for (i, entry) in vector.iter().enumerate() {
+                let share = entry.norm() / vector[own].norm();
+                assert!(i == own || share < 1e-6, "{value}: {share:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_0_or_not_finite_points_nowhere() {
+        let points = |parts: [f64; 2]| is_direction(&parts.map(Complex::from));
+        assert!(points([0.0, -1e-300]));
+        for nowhere in [0.0, f64::NAN, f64::INFINITY] {
+            assert!(!points([0.0, nowhere]));
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::quality::pencil::products;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::eigenpairs::eigenpairs;
+use super::eigenpairs::{eigenpairs, is_direction};
 use super::improvement::refine;
 use super::roots::{Root, collect};
 use super::{ModeSolver, ModesError, admit, rigid};
@@ -125,12 +125,6 @@ pub(crate) fn eigen(
     Ok(roots)
 }
 
-/// Whether a vector is finite and not 0.
-pub(crate) fn is_direction(vector: &[Complex<f64>]) -> bool {
-    let size: f64 = vector.iter().map(Complex::l1_norm).sum();
-    size.is_finite() && size > 0.0
-}
-
 /// The vector times the power of two that brings its largest entry to about 1: components in units far
 /// apart, squared or multiplied, would leave the doubles.
 fn of_size_one(mut vector: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
@@ -175,29 +169,6 @@ mod tests {
         assert_eq!(modes.eigenvalues().len(), 2 * n);
         for mode in &modes {
             assert!(mode.backward_error() <= 8.0 * f64::EPSILON);
-        }
-    }
-
-    /// One vector for a root that is there twice, and its own for another.
-    #[test]
-    fn a_jordan_block_has_its_one_vector() {
-        let a = faer::mat![[-1.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -3.0]];
-        for (value, own) in [(-1.0, 0), (-3.0, 2)] {
-            let vector = by_inverse_iteration(a.as_ref(), Complex::from(value));
-            assert_eq!(vector.len(), 3);
-            for (i, entry) in vector.iter().enumerate() {
-                let share = entry.norm() / vector[own].norm();
-                assert!(i == own || share < 1e-6, "{value}: {share:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn what_is_0_or_not_finite_points_nowhere() {
-        let points = |parts: [f64; 2]| is_direction(&parts.map(Complex::from));
-        assert!(points([0.0, -1e-300]));
-        for nowhere in [0.0, f64::NAN, f64::INFINITY] {
-            assert!(!points([0.0, nowhere]));
         }
     }
 }

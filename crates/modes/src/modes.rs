@@ -203,7 +203,7 @@ impl Mode {
     /// is within 4·2^-53 of the component wherever digits allow; a component that is not told from 0 at 1e-22 is 0.
     ///
     /// `None` where the shape is not determined, as at a root that several shapes share, or nothing is proved:
-    /// in doubles, and above 64 coordinates where roots are no nearer to each other than the bounds.
+    /// in doubles, and above 64 coordinates where the bounds of roots do not tell them apart.
     pub fn shape_bound(&self) -> Option<&[f64]> {
         self.shape_bound.as_deref()
     }

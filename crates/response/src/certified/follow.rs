@@ -102,6 +102,7 @@ impl Stretch<'_> {
     pub(crate) fn bisect(&mut self, mut crossed: impl FnMut(&Point) -> bool) -> (f64, Point) {
         /// A stretch is divided no further than doubles tell its times apart.
         const HALVINGS: usize = 48;
+        self.way.halvings += HALVINGS as u64;
         let mut at = self.left.clone();
         let (mut time, mut length) = (self.start, self.length);
         for depth in self.depth + 1..=self.depth + HALVINGS {
@@ -123,6 +124,8 @@ struct Way {
     outputs: Vec<f64>,
     /// The states and loads after each half of the way, as matrices by rows.
     halves: Vec<Vec<f64>>,
+    /// How often bisections have halved it.
+    halvings: u64,
     make: Box<dyn Fn(usize) -> Vec<f64>>,
 }
 
@@ -164,6 +167,8 @@ struct Limits {
     most: u64,
     /// How many have been.
     seen: u64,
+    /// How many halvings are left for bisections: at first twice as many as stretches.
+    halvings: u64,
     /// The end of the motion, in s.
     end: f64,
 }
@@ -177,6 +182,12 @@ impl Limits {
         let expected = self.seen as f64 / (start / self.end);
         let hopeless = self.seen > self.most / TELLING && expected > 4.0 * self.most as f64;
         (self.seen <= self.most && !hopeless).then_some(())
+    }
+
+    /// Counts the halvings that bisections took. `None` once there are too many.
+    fn count_halvings(&mut self, way: &mut Way) -> Option<()> {
+        self.halvings = self.halvings.checked_sub(std::mem::take(&mut way.halvings))?;
+        Some(())
     }
 
     /// Widens the ranges by a point.
@@ -208,9 +219,11 @@ pub(crate) fn follow(
     let outputs = generator.outputs.iter().flat_map(|output| &output.rows);
     let outputs: Vec<f64> = outputs.flatten().map(|entry| entry.to_f64()).collect();
     let grid = problem.grid();
+    let most = (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64;
     let mut limits = Limits {
         range,
-        most: (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64,
+        most,
+        halvings: 2 * most,
         seen: 0,
         end: grid.time(grid.last()),
     };
@@ -236,6 +249,7 @@ pub(crate) fn follow(
                         n: problem.system().len(),
                         outputs: outputs.clone(),
                         halves: Vec::new(),
+                        halvings: 0,
                         make: maker(w.clone(), length, error),
                     });
                 let left = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
@@ -317,6 +331,7 @@ fn divide(
         };
         if meets {
             visit(&mut part);
+            limits.count_halvings(part.way)?;
         } else if depth < DEEPEST {
             divide(&mut part, limits, visit)?;
         } else {

@@ -5,6 +5,7 @@ use eigentone_modes::balance;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
+use super::squaring::MEANINGFUL;
 use super::taylor::taylor;
 use super::{Exponential, Pade13};
 use crate::certified::{Normed, exponential};
@@ -37,7 +38,7 @@ pub enum ExpmError {
 /// squarings and keeps digits of badly scaled systems (Ward 1977, SIAM J. Numer. Anal. 14); then
 /// [`Taylor`](super::Taylor) computes the exponential. In matrices far from normal, rounding may grow with
 /// every squaring beyond what the condition explains: up to 64 rows, where there are several
-/// squarings and [`Pade13`] differs by more than 1e-12, all is done again with 32 digits or more, until
+/// squarings and [`Pade13`] differs by more than 1e-12, or there are too many squarings for any two to tell, all is done again with 32 digits or more, until
 /// the error is proven to be below that of rounding the result. The relative error in the 1-norm is usually a small
 /// multiple of 2^-53 times [`expm_condition`](super::expm_condition). Entries beyond the largest double
 /// are infinite, none is NaN.
@@ -87,7 +88,7 @@ fn on_demand(a: MatRef<'_, f64>) -> Mat<f64> {
     let size = norm(result.as_ref());
     // What is not finite in either is not finite in a sum of sizes, which no maximum hides.
     let total: f64 = (&result - &other).col_iter().map(|c| c.norm_l1()).sum();
-    if total.is_finite() && total <= VISIBLE * size {
+    if squarings <= MEANINGFUL && total.is_finite() && total <= VISIBLE * size {
         return result;
     }
     let small = a.nrows() <= 16;

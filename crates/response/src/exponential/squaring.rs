@@ -17,7 +17,7 @@ const SMALL: f64 = 0.7;
 const LARGE: f64 = 1e70;
 
 /// So many squarings still leave digits: 2^-53 · 2^45 is small.
-const MEANINGFUL: u32 = 45;
+pub(super) const MEANINGFUL: u32 = 45;
 
 /// e^{2^s A} from E − I for E = e^A, by s squarings; `growth` bounds e^{2^s A t}.
 ///

@@ -186,7 +186,9 @@ impl Limits {
 
     /// Counts the halvings that bisections took. `None` once there are too many.
     fn count_halvings(&mut self, way: &mut Way) -> Option<()> {
-        self.halvings = self.halvings.checked_sub(std::mem::take(&mut way.halvings))?;
+        self.halvings = self
+            .halvings
+            .checked_sub(std::mem::take(&mut way.halvings))?;
         Some(())
     }
 

@@ -213,7 +213,7 @@ fn what_cannot_be_swept_is_refused() {
 #[test]
 fn threads_change_no_bit() {
     let system = chain(&MASSES, &SPRINGS, &DAMPERS);
-    let grid = TimeGrid::new(0.25, 10.0).expect("a grid");
+    let grid = TimeGrid::new(0.4, 10.0).expect("a grid");
     let problem = Problem::new(&system, &start(), loads(), grid).expect("a problem");
     let mut sweep = Sweep::of(&problem).expect("it can be swept");
     let designs: Vec<f64> = (1..=40).map(|k| 0.3 * f64::from(k)).collect();

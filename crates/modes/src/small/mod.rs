@@ -119,5 +119,13 @@ mod tests {
         assert!(eigenpairs(&[1.0, 0.0, 0.0, 1.0], 2, false).is_none());
         assert!(eigenpairs(&[1.0, 0.0, 0.0, 1e-7], 2, false).is_none());
         assert!(eigenpairs(&[1.0, 0.0, 0.0, 2.0], 2, false).is_some());
+        // Nothing that is not a number comes back, whatever the units.
+        for size in [f64::INFINITY, f64::NAN, 1e300, 1e160, 1e-160, 1e-300, 0.0] {
+            let a = [size, -size, 2.0 * size, -0.5 * size];
+            if let Some(pairs) = eigenpairs(&a, 2, true) {
+                let vectors = pairs.right.iter().chain(pairs.left.iter().flatten());
+                assert!(vectors.flatten().all(|entry| entry.is_finite()), "{size:e}");
+            }
+        }
     }
 }

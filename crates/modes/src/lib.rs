@@ -61,6 +61,7 @@ mod solver;
 mod sparse;
 mod structure;
 mod sweep;
+mod symmetric_eigen;
 mod system;
 mod vector;
 

@@ -24,6 +24,11 @@ impl Row {
         row
     }
 
+    /// From the first entry that is not 0.
+    pub(crate) fn values(&self) -> &[Residue] {
+        &self.values
+    }
+
     /// Drops zeros in front.
     fn trim(&mut self) {
         let zeros = self
@@ -43,6 +48,8 @@ pub(crate) struct Echelon {
     pub(crate) determinant: Residue,
     /// A largest set of independent rows, by index.
     pub(crate) independent: Vec<usize>,
+    /// The row that begins in each column, once those above are taken out of it.
+    pub(crate) pivots: Vec<Option<Row>>,
     /// How many multiplications it took.
     pub(crate) work: u64,
 }
@@ -54,6 +61,7 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     let mut independent = Vec::with_capacity(n);
     let mut work = n as u64;
     let mut waiting: Vec<Vec<(usize, Row)>> = vec![Vec::new(); n];
+    let mut pivots = vec![None; n];
     for (index, row) in rows.into_iter().enumerate() {
         if !row.values.is_empty() {
             waiting[row.start].push((index, row));
@@ -67,6 +75,7 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
         independent.push(index);
         determinant = field.product(determinant, pivot.values[0]);
         if bucket.is_empty() {
+            pivots[column] = Some(pivot);
             continue;
         }
         let scale = field.negative(field.inverse(pivot.values[0]));
@@ -84,6 +93,7 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
                 waiting[row.start].push((index, row));
             }
         }
+        pivots[column] = Some(pivot);
     }
     if independent.len() < n {
         determinant = Residue::ZERO;
@@ -93,6 +103,7 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     Echelon {
         determinant,
         independent,
+        pivots,
         work,
     }
 }

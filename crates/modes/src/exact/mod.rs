@@ -2,6 +2,7 @@
 //! two, so that signs are decided by integers and vanishing by arithmetic modulo primes.
 pub(crate) mod elimination;
 pub(crate) mod matrix;
+pub(crate) mod null_space;
 pub(crate) mod prime_field;
 pub(crate) mod rank;
 pub(crate) mod sum;

@@ -125,6 +125,16 @@ impl PrimeField {
         self.reduce(u128::from(value) * u128::from(self.square))
     }
 
+    /// The integer nearest to 0 with this image.
+    pub(crate) fn signed(&self, a: Residue) -> i64 {
+        let value = self.reduce(u128::from(a.0)).0;
+        if value > self.prime / 2 {
+            -((self.prime - value) as i64)
+        } else {
+            value as i64
+        }
+    }
+
     /// The image of a finite double, exactly.
     pub(crate) fn double(&self, value: f64) -> Residue {
         let parts = Parts::of(value);

@@ -48,6 +48,9 @@ pub(crate) fn certify(
         return None;
     }
     let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
+    if squares.null > 0 {
+        return None;
+    }
     let groups = groups(&squares);
     let rigid = squares.values.len()..squares.columns.len();
     let mut columns = squares.columns.clone();
@@ -71,7 +74,7 @@ pub(crate) fn certify(
         stiffness: Form::stiffness(system).gram(&columns[..rigid.start]),
         squares: &squares,
     };
-    let distance = grams.mass.distance();
+    let distance = grams.mass.distance_from_diagonal();
     if distance.is_nan() || distance > 1e-3 {
         return None;
     }
@@ -118,17 +121,12 @@ pub(crate) fn certify(
 
 /// Rising squares that stand apart from all others.
 fn groups(squares: &Squares) -> Vec<Range<usize>> {
-    let near = |a: &DoubleDouble, b: &DoubleDouble| {
-        let gap = (*b - *a).to_f64();
-        gap <= NEAR.max(4.0 * squares.spread) * b.to_f64()
-    };
-    let mut start = 0;
-    let ranges = squares.values.chunk_by(near).map(|group| {
-        let range = start..start + group.len();
-        start = range.end;
-        range
-    });
-    ranges.collect()
+    let (values, reach) = (&squares.values, &squares.reach);
+    squares.apart_where(|i| {
+        let size = values[i].to_f64().abs().max(values[i - 1].to_f64().abs());
+        let gap = (values[i] - values[i - 1]).to_f64();
+        gap > NEAR * size && gap > 4.0 * reach[i].max(reach[i - 1])
+    })
 }
 
 /// Mixes shapes among each other so that C couples none of them.
@@ -155,6 +153,7 @@ fn uncouple(system: &System, columns: &mut [Vec<DoubleDouble>]) -> Option<()> {
         stiffness: Form::shifted_damping(system, shift, matrix.as_ref().map(Mat::as_ref)),
         mass: Form::mass(system),
         elastic: columns.len(),
+        null: 0,
         columns: columns.to_vec(),
     };
     basis.refine(Goal::always(1e-27))?;
@@ -178,7 +177,7 @@ impl Grams<'_> {
 
     /// A bound of ‖B‖² for a group of elastic shapes; `None` where another frequency is too near.
     fn outside(&self, group: &Range<usize>, distance: f64) -> Option<f64> {
-        let (values, spread) = (&self.squares.values, self.squares.spread);
+        let (values, reach) = (&self.squares.values, &self.squares.reach);
         let all = self.mass.size;
         let mut sum = 0.0;
         for j in group.clone() {
@@ -197,17 +196,14 @@ impl Grams<'_> {
                 let entry = (s - product).to_f64().abs() + error;
                 residual += (entry / self.norm(i)).powi(2);
             }
-            let below = match group.start.checked_sub(1) {
-                Some(i) => Some(values[i]),
-                None => (all > values.len()).then_some(DoubleDouble::ZERO),
+            let next = [group.start.checked_sub(1), Some(group.end)];
+            let next = next.into_iter().flatten().filter(|i| *i < values.len());
+            let others = next.map(|i| (values[i], reach[i]));
+            let at_rest = (all > values.len()).then_some((DoubleDouble::ZERO, 0.0));
+            let gap = |(other, reach): (DoubleDouble, f64)| {
+                (quotient - other).to_f64().abs() * (1.0 - 1e-9) - reach * UPWARD
             };
-            let above = values.get(group.end).copied();
-            let gap = |from: DoubleDouble, to: DoubleDouble, other: DoubleDouble| {
-                (to - from).to_f64() * (1.0 - 1e-9) - spread * other.to_f64() * UPWARD
-            };
-            let gap_below = below.map_or(f64::INFINITY, |below| gap(below, quotient, below));
-            let gap_above = above.map_or(f64::INFINITY, |above| gap(quotient, above, above));
-            let gap = gap_below.min(gap_above);
+            let gap = others.chain(at_rest).map(gap).fold(f64::INFINITY, f64::min);
             if gap.is_nan() || gap <= 0.0 {
                 return None;
             }

@@ -373,22 +373,19 @@ impl Gram {
         (self.unit * self.first[a] * self.second[b] + self.floor) * UPWARD
     }
 
-    /// A bound of ‖E‖ for this matrix = δ^{1/2}(I + E)δ^{1/2}, δ its computed diagonal; NaN or
-    /// infinite where there is none.
-    pub(super) fn distance(&self) -> f64 {
-        let roots: Vec<f64> = (0..self.size)
-            .map(|i| self.at(i, i).to_f64().sqrt())
-            .collect();
+    /// A bound of ‖E‖ for this matrix = δ^{1/2}(D + E)δ^{1/2}, D its computed diagonal over δ but 0 from `zeros` on; the
+    /// `sizes` are √δ. NaN or infinite where there is none.
+    pub(super) fn distance(&self, sizes: &[f64], zeros: usize) -> f64 {
         let mut largest = 0.0;
         for i in 0..self.size {
             let sum: f64 = (0..self.size)
                 .map(|j| {
-                    let entry = if i == j {
+                    let entry = if i == j && i < zeros {
                         self.error(i, j)
                     } else {
                         self.upper(i, j)
                     };
-                    entry / roots[i] / roots[j]
+                    entry / sizes[i] / sizes[j]
                 })
                 .sum();
             if !sum.is_finite() {
@@ -397,5 +394,12 @@ impl Gram {
             largest = sum.max(largest);
         }
         largest * UPWARD
+    }
+
+    /// The same with δ the computed diagonal, D = I.
+    pub(super) fn distance_from_diagonal(&self) -> f64 {
+        let size = |i: usize| self.at(i, i).to_f64().sqrt();
+        let sizes: Vec<f64> = (0..self.size).map(size).collect();
+        self.distance(&sizes, self.size)
     }
 }

@@ -23,12 +23,12 @@ pub(crate) fn certify(
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
     let floating = structure.spring_floating();
     let drifts = proportion.of_mass == DoubleDouble::ZERO;
-    let zeros = floating.len() * if drifts { 2 } else { 1 };
-    if structure.zero_roots() != Some(zeros) {
-        return None;
-    }
     // Of a lightly damped root the real part is small against the whole.
     let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
+    let rigid = floating.len() + squares.null;
+    if structure.zero_roots() != Some(rigid * if drifts { 2 } else { 1 }) {
+        return None;
+    }
     let elastic = (0..squares.values.len()).map(|i| {
         let sigma = squares.around(&(i..i + 1));
         Modal {
@@ -38,10 +38,13 @@ pub(crate) fn certify(
         }
     });
     // σ = 0: what only dampers hold creeps back with −α.
-    let creeping = floating.iter().filter(|_| !drifts).map(|part| Modal {
+    let null = squares.columns[squares.values.len()..].iter().take(squares.null);
+    let whole = floating.iter().map(|part| Shape::whole(system.len(), part, rigid == 1));
+    let shapes = null.map(|column| Shape::plain(column)).chain(whole);
+    let creeping = shapes.filter(|_| !drifts).map(|shape| Modal {
         gamma: alpha,
         sigma: None,
-        shape: Shape::whole(system.len(), part, floating.len() == 1),
+        shape,
     });
     roots(&elastic.chain(creeping).collect::<Vec<Modal>>())
 }

@@ -33,7 +33,7 @@ pub(crate) fn certify(
         // The farthest that a member may lie from this double.
         let reach = group.clone().map(|i| {
             let square = squares.values[i];
-            (square - DoubleDouble::from(value)).to_f64().abs() + squares.spread * square.to_f64()
+            (square - DoubleDouble::from(value)).to_f64().abs() + squares.reach[i]
         });
         let bound = reach.fold(0.0, f64::max) * (1.0 + 1e-9);
         found.extend(group.clone().map(|i| Relaxing {

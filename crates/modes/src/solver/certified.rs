@@ -181,8 +181,8 @@ fn at_once(
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         count: mode.multiplicity,
-        error: Some((mode.bound, 0.0)),
-        ..with_shape(Complex::new(0.0, mode.frequency), mode.shape)
+        error: Some((mode.bound, if mode.value.re == 0.0 { 0.0 } else { mode.bound })),
+        ..with_shape(mode.value, mode.shape)
     };
     let found = congruence::certify(system, structure, modes, tolerance)?;
     Some(Proof {

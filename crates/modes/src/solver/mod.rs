@@ -22,7 +22,6 @@ mod springless;
 mod star_mesh;
 mod state_matrix;
 mod symmetric;
-mod symmetric_eigen;
 mod tree_factor;
 
 use thiserror::Error;

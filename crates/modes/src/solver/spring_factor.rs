@@ -12,13 +12,13 @@ use num_complex::Complex;
 use crate::element::Node;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
+use crate::symmetric_eigen::symmetric_eigen;
 use crate::system::System;
 
 use super::jacobi::jacobi;
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
 use super::star_mesh::Condensed;
-use super::symmetric_eigen::symmetric_eigen;
 use super::{ModeSolver, ModesError, admit, rigid, tree_factor};
 use crate::modes::Modes;
 

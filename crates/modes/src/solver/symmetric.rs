@@ -8,12 +8,12 @@ use crate::first_order::FirstOrder;
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
+use crate::symmetric_eigen::symmetric_eigen;
 use crate::system::System;
 
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::collect;
 use super::spring_factor::{refined, undamped_roots};
-use super::symmetric_eigen::symmetric_eigen;
 use super::{ModeSolver, ModesError, admit};
 
 /// How near quotients may come to eigenvalues of whole matrices, relative, to be preferred.
@@ -170,18 +170,30 @@ fn assembled_modes(
     structure: &Structure,
 ) -> Result<Pairs, ModesError> {
     let method = solver.name();
-    let mass = massive_block(&system.mass_matrix(), structure);
+    let massless = !structure.massless().is_empty();
+    let mut mass = massive_block(&system.mass_matrix(), structure);
     let nf = mass.nrows();
+    // Units in which every mass on the diagonal is about 1, so that rotations beside translations cost no digits.
+    let unit = |i: usize| match mass[(i, i)] {
+        own if own > 0.0 && !massless => (-0.5 * own.log2()).round().exp2(),
+        _ => 1.0,
+    };
+    let units: Vec<f64> = (0..nf).map(unit).collect();
+    mass = Mat::from_fn(nf, nf, |i, j| units[i] * mass[(i, j)] * units[j]);
     let cholesky = mass
         .llt(Side::Lower)
         .map_err(|_| ModesError::NoConvergence { method })?;
     let lower = cholesky.L();
     let mut inverse = Mat::<f64>::identity(nf, nf);
     solve_lower_triangular_in_place(lower, inverse.as_mut(), Par::Seq);
-    if structure.massless().is_empty() {
-        let scaled = &inverse * system.stiffness_matrix() * inverse.transpose();
+    if !massless {
+        let stiffness = system.stiffness_matrix();
+        let stiffness = Mat::from_fn(nf, nf, |i, j| units[i] * stiffness[(i, j)] * units[j]);
+        let scaled = &inverse * stiffness * inverse.transpose();
         let (squares, vectors) = eigen(solver, &scaled)?;
-        return Ok((squares, inverse.transpose() * vectors));
+        let shapes = inverse.transpose() * vectors;
+        let shapes = Mat::from_fn(nf, nf, |i, j| units[i] * shapes[(i, j)]);
+        return Ok((squares, shapes));
     }
     let form = FirstOrder::of(system)?;
     // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.

@@ -9,6 +9,7 @@ use super::symmetric::is_symmetric;
 use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
 use crate::exact::matrix::ExactMatrix;
+use crate::exact::null_space::{NullVector, null_space};
 use crate::system::System;
 
 /// One of the three matrices.
@@ -18,6 +19,7 @@ pub(crate) struct Coefficient {
     /// There exactly when the matrix is symmetric.
     pub(crate) network: Option<Network>,
     semidefinite: Later<Option<usize>>,
+    null_space: Later<Option<Vec<NullVector>>>,
 }
 
 impl Coefficient {
@@ -26,6 +28,7 @@ impl Coefficient {
             network: symmetric.then(|| Network::of(&matrix)),
             matrix,
             semidefinite: Later::new(),
+            null_space: Later::new(),
         }
     }
 
@@ -33,6 +36,15 @@ impl Coefficient {
     pub(crate) fn plus(&self, other: &Coefficient) -> Coefficient {
         let symmetric = self.network.is_some() && other.network.is_some();
         Coefficient::new(self.matrix.plus(&other.matrix), symmetric)
+    }
+
+    /// A basis of all x with A x = 0, where it was found. Computed once.
+    pub(crate) fn null_space(&self) -> Option<&[NullVector]> {
+        let found = self.null_space.get(|| {
+            let is_small = self.matrix.len() <= MAX_DENSE_COORDINATES;
+            is_small.then(|| null_space(&self.matrix)).flatten()
+        });
+        found.as_deref()
     }
 
     /// The rank, if the matrix is proved symmetric and positive semidefinite. Computed once.

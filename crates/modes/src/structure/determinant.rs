@@ -6,12 +6,10 @@
 //! holds a factor λ; one that floats on A₀ and A₁ together holds λ². So λ = 0 is a root at least
 //! that often; it is no more than that if the determinant of what is left does not vanish at
 //! λ = 0. That is certain where the three networks have no negative join, and otherwise shown by
-//! one determinant modulo a prime. Where this proves nothing, all coefficients are computed modulo
+//! one determinant modulo a prime. Other null vectors of A₀, found as such ([`null_space`](crate::exact::null_space)), serve
+//! like floating parts. Where this proves nothing, all coefficients are computed modulo
 //! primes: other than 0 once is a proof, and 0 is proved by primes whose product exceeds every
 //! possible coefficient.
-
-use std::cmp::Ordering;
-use std::collections::BTreeMap;
 
 use super::coefficients::{Coefficient, Coefficients};
 use super::polynomial::Reduced;
@@ -19,9 +17,9 @@ use super::support::floating;
 use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
 use crate::exact::elimination::{Row, eliminate};
-use crate::exact::matrix::ExactMatrix;
-use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField};
-use crate::exact::sum::{ExactSum, Extent, ceil_log2};
+use crate::exact::null_space::{NullVector, annulled};
+use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
+use crate::exact::sum::{Extent, ceil_log2};
 use crate::system::System;
 
 /// The most coordinates for which coefficients are computed.
@@ -203,12 +201,16 @@ impl Order {
     }
 
     fn of(parts: [&Coefficient; 3]) -> Order {
+        let n = parts[0].matrix.len();
         let networks = parts.map(|part| part.network.as_ref());
         let [first, second, third] = networks;
-        let single = first.map_or(Vec::new(), |first| floating(&[first]));
+        let whole = |sets: Vec<Vec<usize>>| -> Vec<NullVector> {
+            sets.iter().map(|set| NullVector::whole(set)).collect()
+        };
+        let single = whole(first.map_or(Vec::new(), |first| floating(&[first])));
         let double = match (first, second) {
-            (Some(first), Some(second)) => floating(&[first, second]),
-            _ => annihilated(&parts[1].matrix, &single),
+            (Some(first), Some(second)) => whole(floating(&[first, second])),
+            _ => annulled(&parts[1].matrix, &single),
         };
         let order = Order::Exactly(single.len() + double.len());
         if let (Some(first), Some(second), Some(third)) = (first, second, third) {
@@ -220,20 +222,30 @@ impl Order {
                 return order;
             }
         }
-        if parts[0].matrix.len() > MAX_DENSE_COORDINATES {
+        if n > MAX_DENSE_COORDINATES {
             return Order::NotProved;
         }
-        if single.is_empty() && parts[0].semidefinite_rank() == Some(parts[0].matrix.len()) {
+        if single.is_empty() && parts[0].semidefinite_rank() == Some(n) {
             return order;
         }
-        let proved = PrimeField::all()
-            .take(2)
-            .any(|field| leaves_something(parts, &single, &double, &field));
-        if proved {
-            order
-        } else {
-            Order::by_rank(parts).unwrap_or(Order::NotProved)
+        let proved = |single: &[NullVector], double: &[NullVector]| {
+            PrimeField::all()
+                .take(2)
+                .any(|field| leaves_something(parts, single, double, &field))
+        };
+        if proved(&single, &double) {
+            return order;
         }
+        if let Some(order) = Order::by_rank(parts) {
+            return order;
+        }
+        // Motions of a body that is no network, such as those of finite elements.
+        let all = parts[0].null_space().unwrap_or_default();
+        let double = annulled(&parts[1].matrix, all);
+        if all.len() > single.len() && proved(all, &double) {
+            return Order::Exactly(all.len() + double.len());
+        }
+        Order::NotProved
     }
 
     /// dim N(A₀) + dim(N(A₀) ∩ N(A₁)) for positive semidefinite matrices; the determinant
@@ -253,66 +265,45 @@ impl Order {
     }
 }
 
-/// Those of some disjoint sets of columns that add up to 0 in every row of a matrix.
-fn annihilated(matrix: &ExactMatrix, sets: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let mut set_of = vec![None; matrix.len()];
-    for (at, set) in sets.iter().enumerate() {
-        set.iter().for_each(|&column| set_of[column] = Some(at));
-    }
-    let mut zero = vec![true; sets.len()];
-    for i in 0..matrix.len() {
-        let mut sums = BTreeMap::new();
-        for (j, terms) in matrix.row(i) {
-            if let Some(at) = set_of[j] {
-                let sum = sums.entry(at).or_insert_with(ExactSum::new);
-                terms.iter().for_each(|&term| sum.add(term));
-            }
-        }
-        for (at, sum) in sums {
-            zero[at] &= sum.sign() == Ordering::Equal;
-        }
-    }
-    let chosen = sets.iter().zip(zero).filter(|(_, zero)| *zero);
-    chosen.map(|(set, _)| set.clone()).collect()
-}
-
-/// Whether, at λ = 0, a determinant other than 0 is left of A₀ + λA₁ + λ²A₂ once the columns of
-/// floating parts are added up and divided by λ (`single`, floating on A₀) or λ² (`double`,
-/// floating on A₀ and A₁).
+/// Whether, at λ = 0, a determinant other than 0 is left of A₀ + λA₁ + λ²A₂ once the columns at the places of null
+/// vectors are replaced by its products with these and divided by λ (`single`, A₀x = 0) or λ² (`double`,
+/// A₀x = A₁x = 0). A double one takes the place of the single one there.
 fn leaves_something(
     parts: [&Coefficient; 3],
-    single: &[Vec<usize>],
-    double: &[Vec<usize>],
+    single: &[NullVector],
+    double: &[NullVector],
     field: &PrimeField,
 ) -> bool {
     let n = parts[0].matrix.len();
-    // Which column a node's column is added to, in A₁ and in A₂.
-    let mut once = vec![None; n];
-    let mut twice = vec![None; n];
-    for part in single {
-        part.iter().for_each(|&node| once[node] = Some(part[0]));
-    }
-    for part in double {
-        for &node in part {
-            twice[node] = Some(part[0]);
-            // The first part of those that make up a doubly floating one stands for all of it.
-            if once[node] == Some(part[0]) {
-                once[node] = None;
+    let is_double = |x: &&NullVector| double.iter().any(|other| other.place == x.place);
+    let once: Vec<&NullVector> = single.iter().filter(|x| !is_double(x)).collect();
+    let twice: Vec<&NullVector> = double.iter().collect();
+    // What a node's column adds to the columns at the places of vectors.
+    let shares = |vectors: &[&NullVector]| {
+        let mut shares = vec![Vec::new(); n];
+        for vector in vectors {
+            for &(j, entry) in &vector.entries {
+                shares[j].push((vector.place, field.double(entry)));
             }
         }
-    }
+        shares
+    };
+    let (once_shares, twice_shares) = (shares(&once), shares(&twice));
     let mut replaced = vec![false; n];
-    single.iter().for_each(|part| replaced[part[0]] = true);
+    single.iter().for_each(|x| replaced[x.place] = true);
     let images = parts.map(|part| part.matrix.image(field));
     let rows = (0..n).map(|i| {
-        let kept = images[0].row(i).filter(|&(j, _)| !replaced[j]);
-        let first = images[1]
+        let mut entries: Vec<(usize, Residue)> = images[0]
             .row(i)
-            .filter_map(|(j, value)| Some((once[j]?, value)));
-        let second = images[2]
-            .row(i)
-            .filter_map(|(j, value)| Some((twice[j]?, value)));
-        Row::new(field, &kept.chain(first).chain(second).collect::<Vec<_>>())
+            .filter(|&(j, _)| !replaced[j])
+            .collect();
+        for (image, shares) in [(&images[1], &once_shares), (&images[2], &twice_shares)] {
+            for (j, value) in image.row(i) {
+                let added = shares[j].iter();
+                entries.extend(added.map(|&(place, share)| (place, field.product(share, value))));
+            }
+        }
+        Row::new(field, &entries)
     });
     !eliminate(field, rows.collect()).determinant.is_zero()
 }

@@ -16,7 +16,7 @@ mod passive;
 mod polynomial;
 mod rayleigh;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 mod semidefinite;
 mod support;
 pub(crate) mod symmetric;
@@ -214,9 +214,10 @@ impl Structure {
 
     /// How many independent shapes K lets move without any force, where that was proved for any K.
     pub(crate) fn rigid_motions_counted(&self) -> Option<usize> {
-        let stiffness = &self.coefficients.stiffness.matrix;
+        let stiffness = &self.coefficients.stiffness;
         self.rigid_motions()
-            .or_else(|| Some(stiffness.len() - rank(stiffness)?))
+            .or_else(|| Some(stiffness.null_space()?.len()))
+            .or_else(|| Some(stiffness.matrix.len() - rank(&stiffness.matrix)?))
     }
 
     /// How many of the 2n roots are finite: the degree of det(λ²M + λC + K). `None` where it was

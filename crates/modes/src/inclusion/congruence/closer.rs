@@ -12,7 +12,6 @@ use crate::system::System;
 /// Finds single shapes with more digits where those of all at once do not do.
 pub(super) struct Closer {
     unit: i32,
-    spread: f64,
     goal: shape::Goal,
     /// Few enough coordinates for an elimination at every root.
     pencil: Option<Pencil>,
@@ -21,10 +20,10 @@ pub(super) struct Closer {
 impl Closer {
     pub(super) fn of(system: &System, squares: &Squares, tolerance: f64) -> Closer {
         const LARGEST: usize = 64;
-        let largest = squares.values.last().map_or(1.0, |top| top.to_f64());
+        let sizes = squares.values.iter().map(|square| square.to_f64().abs());
+        let largest = sizes.fold(f64::MIN_POSITIVE, f64::max);
         Closer {
             unit: (largest.log2() / 2.0).round() as i32,
-            spread: squares.spread,
             goal: shape::Goal {
                 tolerance,
                 symmetric: true,
@@ -35,7 +34,12 @@ impl Closer {
     }
 
     /// The shape of the only root at σ, as found already or better.
-    pub(super) fn shape(&self, sigma: DoubleDouble, found: Option<Enclosed>) -> Option<Enclosed> {
+    pub(super) fn shape(
+        &self,
+        sigma: DoubleDouble,
+        reach: f64,
+        found: Option<Enclosed>,
+    ) -> Option<Enclosed> {
         let good = |shape: &Enclosed| shape.meets(self.goal.tolerance);
         let enough = found.as_ref().is_some_and(good);
         let Some(pencil) = self.pencil.as_ref().filter(|_| !enough) else {
@@ -48,7 +52,7 @@ impl Closer {
         // λ² = −σ = 4^unit·μ.
         let scale = -2 * i64::from(self.unit);
         let centre = exact(-sigma.scale(scale), DoubleDouble::ZERO).middle();
-        let reach = (self.spread * UPWARD * sigma.scale(scale).to_f64()).max(f64::MIN_POSITIVE);
+        let reach = Real::scale(reach * UPWARD, scale).max(f64::MIN_POSITIVE);
         let disc = Disc::of(Ball::new(centre, Magnitude::from(reach)));
         let closer = Shaper::of(pencil, self.unit, self.goal).shapes(disc, kind);
         let closer = closer.map(|shapes| shapes.right);

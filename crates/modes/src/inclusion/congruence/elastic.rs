@@ -1,6 +1,7 @@
-//! The frequencies of an undamped system, from their squares.
+//! The roots of an undamped system, from the squares of its frequencies.
 
 use eigentone_digits::DoubleDouble;
+use num_complex::Complex;
 
 use super::refine::Goal;
 use super::squares::{Squares, squares};
@@ -10,30 +11,32 @@ use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
 
-/// One elastic mode: ω with a proven bound, and its shape.
+/// A nonzero root iω, or one of ±√−ω² where K makes the square negative, with a proven bound, and its shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Elastic {
-    pub(crate) frequency: f64,
-    /// Of |ω̂ − ω|.
+    pub(crate) value: Complex<f64>,
+    /// Of |λ̂ − λ|; λ is known to be imaginary or real.
     pub(crate) bound: f64,
     /// How many frequencies the bounds do not tell apart.
     pub(crate) multiplicity: usize,
     pub(crate) shape: Shape,
 }
 
-/// Proves a bound for every nonzero frequency of an undamped system with M and K symmetric and no
-/// massless nodes, given all its modes approximately. `None` where no proof was reached, as for
-/// K ⋡ 0.
+/// Proves a bound for every nonzero root of an undamped system with M and K symmetric and no
+/// massless nodes, given all its modes approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
     tolerance: f64,
 ) -> Option<Vec<Elastic>> {
+    // Of the two real roots of a negative square one.
     let elastic = || {
-        modes
-            .iter()
-            .filter(|mode| mode.eigenvalue().value.norm() != 0.0)
+        let one = |mode: &&Mode| {
+            let value = mode.eigenvalue().value;
+            value.norm() != 0.0 && value.re >= 0.0
+        };
+        modes.iter().filter(one)
     };
     if !structure.is_undamped() || elastic().any(|mode| mode.is_defective()) {
         return None;
@@ -47,26 +50,34 @@ pub(crate) fn certify(
     Some(elastic_modes(&found))
 }
 
-/// ω = √σ with bounds; frequencies that are not told apart get one value.
+/// λ = ±√−σ with bounds; those that are not told apart get one value.
 fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
-    // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the root.
-    let relative = squares.spread / (1.0 + (1.0 - squares.spread).sqrt()) + 2f64.powi(-100);
     let mut found = Vec::with_capacity(squares.values.len());
     for group in squares.groups() {
         let middle = squares.values[(group.start + group.end) / 2];
-        let frequency = middle.sqrt().to_f64();
+        let size = middle.abs().sqrt().to_f64();
         let bound = group.clone().map(|i| {
-            let root = squares.values[i].sqrt();
-            let rounding = (root - DoubleDouble::from(frequency)).to_f64().abs();
+            let root = squares.values[i].abs().sqrt();
+            let rounding = (root - DoubleDouble::from(size)).to_f64().abs();
+            let spread = squares.reach[i] / squares.values[i].to_f64().abs();
+            // √(1 + t) is within this of 1 for |t| ≤ spread. More is added for the root.
+            let relative = spread / (1.0 + (1.0 - spread.min(1.0)).sqrt()) + 2f64.powi(-100);
             (rounding + relative * root.to_f64()) * UPWARD
         });
         let bound = bound.fold(f64::from_bits(1), f64::max);
-        found.extend(group.clone().map(|i| Elastic {
-            frequency,
-            bound,
-            multiplicity: group.len(),
-            shape: squares.shape(i),
-        }));
+        let values = if middle > DoubleDouble::ZERO {
+            vec![Complex::new(0.0, size)]
+        } else {
+            vec![Complex::from(-size), Complex::from(size)]
+        };
+        for value in values {
+            found.extend(group.clone().map(|i| Elastic {
+                value,
+                bound,
+                multiplicity: group.len(),
+                shape: squares.shape(i),
+            }));
+        }
     }
     found
 }

@@ -40,7 +40,7 @@ impl Basis<'_> {
     }
 
     fn shapes(&self, forms: &Forms) -> Vec<Option<Enclosed>> {
-        let errors = mixing::errors(forms, &self.columns, forms.full_spread());
+        let errors = mixing::errors(forms, &self.columns);
         let shape = |(column, errors): (&Vec<DoubleDouble>, Option<Vec<f64>>)| {
             let errors = errors?;
             let each = column.iter().zip(&errors);

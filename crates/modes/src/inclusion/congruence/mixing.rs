@@ -2,9 +2,9 @@
 //!
 //! With y_i = x_i/√g_i the shape of a simple eigenvalue σ near d_k is Σ c_i y_i with c_k = 1 and, for i ≠ k,
 //!
-//! (d_i − σ) c_i = Σ_j (σ E_G,ij − √(d_i d_j) E_S,ij) c_j.
+//! (d_i − σ) c_i = Σ_j (σ E_G,ij − F_ij) c_j, F_ij = y_iᵀKy_j − d_i δ_ij.
 //!
-//! With a_ij ≥ σ|E_G,ij| + √(d_i d_j)|E_S,ij|, B_ij = a_ij/|d_i − σ| for j ≠ k and δ_i = a_ik/|d_i − σ| this is
+//! With a_ij ≥ |σ||E_G,ij| + |F_ij|, B_ij = a_ij/|d_i − σ| for j ≠ k and δ_i = a_ik/|d_i − σ| this is
 //! c = Tc + t with |T| ≤ B and |t| ≤ δ. If δ + Bb < b for some b > 0, the spectral radius of B is below 1, so
 //! that there is one solution, |c_i| ≤ b_i, and no shape has c_k = 0 (Collatz 1942, *Math. Z.* 48).
 
@@ -21,28 +21,29 @@ const TINY: f64 = 1e-120;
 const RANGE: std::ops::Range<f64> = 1e-150..1e150;
 
 /// For each elastic column, how far each of its entries may be from a multiple of the true shape; `None` where
-/// that is not proved. Without meaning for values that `spread` does not tell apart.
+/// that is not proved. Without meaning for values that their bounds do not tell apart.
 pub(super) fn errors(
     forms: &Forms,
     columns: &[Vec<DoubleDouble>],
-    spread: f64,
 ) -> Vec<Option<Vec<f64>>> {
     let (all, elastic) = (columns.len(), forms.squares.len());
     let n = columns.first().map_or(0, Vec::len);
-    let squares: Vec<f64> = forms.squares.iter().map(|square| square.to_f64()).collect();
-    if !squares.iter().all(|square| RANGE.contains(square)) {
+    let size = |square: &DoubleDouble| square.to_f64().abs();
+    let squares: Vec<f64> = forms.squares.iter().map(size).collect();
+    let in_range = |square: &f64| RANGE.contains(square);
+    if !squares[..forms.nonzero].iter().all(in_range) {
         return vec![None; elastic];
     }
     let norms: Vec<f64> = (0..all)
         .map(|i| forms.mass.at(i, i).to_f64().sqrt())
         .collect();
-    let couplings = |gram: &Gram| {
+    let couplings = |gram: &Gram, zeros: usize| {
         Mat::from_fn(all, all, |i, j| {
             // Springs do not feel rigid motions.
             if i.max(j) >= gram.size {
                 return 0.0;
             }
-            let off = if i == j {
+            let off = if i == j && i < zeros {
                 gram.error(i, j)
             } else {
                 gram.upper(i, j)
@@ -50,10 +51,11 @@ pub(super) fn errors(
             off / (norms[i] * norms[j]) * UPWARD
         })
     };
-    let (stiffness, mass) = (couplings(&forms.stiffness), couplings(&forms.mass));
+    let (stiffness, mass) = (couplings(&forms.stiffness, forms.nonzero), couplings(&forms.mass, all));
+    let reach = |k: usize| forms.reach.get(k).copied().unwrap_or(0.0);
     // The least |d_i − σ|; NaN or not positive where there is none.
     let gap = |i: usize, k: usize| {
-        let doubt = spread * squares[k];
+        let doubt = reach(k);
         let apart = match forms.squares.get(i) {
             None => squares[k],
             Some(square) => {
@@ -64,7 +66,7 @@ pub(super) fn errors(
         (apart - doubt * UPWARD) / UPWARD
     };
     let gaps = Mat::from_fn(all, elastic, gap);
-    let largest = |k: usize| squares[k] * (1.0 + spread) * UPWARD;
+    let largest = |k: usize| (squares[k] + reach(k)) * UPWARD;
     let coupled = |i: usize, k: usize, by_mass: f64, by_stiffness: f64| {
         (largest(k) * by_mass + by_stiffness) / gaps[(i, k)] * UPWARD + TINY
     };

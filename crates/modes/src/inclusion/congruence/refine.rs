@@ -3,14 +3,15 @@
 //! The bounds of [`forms`](super::forms) are of the first order in the errors of X. The iteration of Ogita & Aishima 2018,
 //! *Jpn. J. Ind. Appl. Math.* 35, for a pencil squares them: X ← X(I + Ẽ) with
 //! ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i). Shapes too close for that are first replaced by the Ritz vectors of their
-//! span.
+//! span; so are those whose frequencies lie below what doubles resolve beside the largest one.
 
 use std::cmp::Ordering;
 
 use eigentone_digits::DoubleDouble;
-use faer::{Mat, Side};
+use faer::Mat;
 
 use super::forms::{Basis, Forms};
+use crate::symmetric_eigen::symmetric_eigen;
 
 /// How small the bound of relative errors is to become.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +41,40 @@ impl Forms {
     /// the bound divided by the gap, shows in doubles.
     fn are_apart(&self) -> bool {
         const HIDDEN: f64 = 1e-17;
-        let mut rising: Vec<DoubleDouble> = self.squares.clone();
+        let mut rising: Vec<DoubleDouble> = self.squares[..self.nonzero].to_vec();
         rising.sort_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
         rising.windows(2).all(|pair| {
             let gap = (pair[1] - pair[0]).to_f64();
-            HIDDEN * gap > self.spread * pair[1].to_f64()
+            let size = pair[0].to_f64().abs().max(pair[1].to_f64().abs());
+            HIDDEN * gap > self.spread * size
         })
+    }
+
+    /// How much of shape i is in shape j, or more than that of any where both are equal; `None` where any mixture will do.
+    fn share(&self, i: usize, j: usize) -> Option<f64> {
+        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal.
+        const NOTHING: f64 = 1e-27;
+        const EQUAL: f64 = 1e-14;
+        if i.min(j) >= self.nonzero {
+            return None;
+        }
+        let (a, b) = (self.squares[i], self.squares[j]);
+        let gap = (b - a).to_f64().abs();
+        let size = a.to_f64().abs().max(b.to_f64().abs());
+        let own = self.mass.at(i, i).to_f64() * self.mass.at(j, j).to_f64();
+        let mean = (a + b) * 0.5;
+        let coupling = (self.stiffness.at(i, j) - mean * self.mass.at(i, j)).to_f64();
+        let coupling = coupling.abs() / own.sqrt();
+        let alike = coupling <= NOTHING * size && gap <= EQUAL * size;
+        (!alike).then_some(coupling / gap)
+    }
+
+    /// The largest share of one shape in another.
+    fn mixed(&self) -> f64 {
+        let pairs = (0..self.squares.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
+        pairs
+            .filter_map(|(i, j)| self.share(i, j))
+            .fold(0.0, f64::max)
     }
 }
 
@@ -60,7 +89,7 @@ enum Step {
 impl Basis<'_> {
     /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
     pub(in crate::inclusion) fn refine(&mut self, goal: Goal) -> Option<Forms> {
-        const STEPS: usize = 12;
+        const STEPS: usize = 16;
         let mut forms = self.forms()?;
         for _ in 0..STEPS {
             if forms.meet(goal) {
@@ -75,11 +104,11 @@ impl Basis<'_> {
             }
         }
         // Spreads beyond this tell nothing.
-        (forms.spread <= 1e-6).then_some(forms)
+        (forms.spread <= 1e-3).then_some(forms)
     }
 
     /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the
-    /// step gained nothing.
+    /// step gained nothing. As squares near 0 come nearer to it, their relative errors may grow on the way.
     pub(super) fn advanced(&mut self, forms: &Forms) -> Option<(Forms, bool)> {
         let before = self.columns.clone();
         let step = self.step(forms);
@@ -94,24 +123,20 @@ impl Basis<'_> {
         };
         let corrected = matches!(step, Step::Correct(_));
         let next = done.and_then(|()| self.forms());
-        let better = next.filter(|next| !corrected || next.spread < forms.spread);
+        let better = next.and_then(|next| {
+            let closer = next.spread < 0.5 * forms.spread || next.mixed() < 0.5 * forms.mixed();
+            let gains = !corrected || next.spread < forms.spread || closer;
+            gains.then_some((next, corrected && !closer))
+        });
         if better.is_none() {
             self.columns = before;
         }
-        better.map(|next| {
-            let slow = corrected && next.spread > 0.5 * forms.spread;
-            (next, slow)
-        })
+        better
     }
 
     fn step(&self, forms: &Forms) -> Step {
-        /// Gaps that may hide shapes which are still mixed.
-        const NEAR: f64 = 0.1;
-        /// Of a gap; beyond it one correction does not do.
+        /// Beyond this share of another shape one correction does not do.
         const SMALL: f64 = 1e-2;
-        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal.
-        const NOTHING: f64 = 1e-27;
-        const EQUAL: f64 = 1e-14;
         let Forms {
             stiffness,
             mass,
@@ -128,22 +153,23 @@ impl Basis<'_> {
             }
             for i in 0..j {
                 let (s, g) = (stiffness.at(i, j), mass.at(i, j));
-                let gap = (squares[j] - squares[i]).to_f64();
-                let size = squares[i].to_f64().max(squares[j].to_f64());
-                let mean = (squares[i] + squares[j]) * 0.5;
-                let coupling = (s - mean * g).to_f64().abs() / (size * (own(i) * own(j)).sqrt());
-                if coupling <= NOTHING && gap.abs() <= EQUAL * size {
-                    change[(i, j)] = -0.5 * g.to_f64() / own(i);
-                    change[(j, i)] = -0.5 * g.to_f64() / own(j);
-                } else if gap.abs() <= NEAR * size && coupling * size > SMALL * gap.abs() {
-                    let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
-                    group
-                        .iter_mut()
-                        .filter(|label| **label == from)
-                        .for_each(|label| *label = to);
-                } else {
-                    change[(i, j)] = (s - squares[j] * g).to_f64() / (gap * own(i));
-                    change[(j, i)] = -(s - squares[i] * g).to_f64() / (gap * own(j));
+                match forms.share(i, j) {
+                    None => {
+                        change[(i, j)] = -0.5 * g.to_f64() / own(i);
+                        change[(j, i)] = -0.5 * g.to_f64() / own(j);
+                    }
+                    Some(share) if share <= SMALL => {
+                        let gap = (squares[j] - squares[i]).to_f64();
+                        change[(i, j)] = (s - squares[j] * g).to_f64() / (gap * own(i));
+                        change[(j, i)] = -(s - squares[i] * g).to_f64() / (gap * own(j));
+                    }
+                    Some(_) => {
+                        let (from, to) = (group[i].max(group[j]), group[i].min(group[j]));
+                        group
+                            .iter_mut()
+                            .filter(|label| **label == from)
+                            .for_each(|label| *label = to);
+                    }
                 }
             }
         }
@@ -188,11 +214,18 @@ impl Basis<'_> {
             let (i, j) = (group[a], group[b]);
             (stiffness.at(i, j) - centre * mass.at(i, j)).to_f64() / norms[a] / norms[b]
         });
-        let eigen = rest.self_adjoint_eigen(Side::Lower).ok()?;
-        let rotated = (0..group.len()).map(|b| {
+        let (values, vectors) = symmetric_eigen(&rest)?;
+        // Those nearest to 0 take the places of the null columns, which come last.
+        let size = |b: &usize| (DoubleDouble::from(values[*b]) + centre).to_f64().abs();
+        let nulls = group.iter().filter(|i| **i >= forms.nonzero).count();
+        let mut order: Vec<usize> = (0..group.len()).collect();
+        if nulls > 0 {
+            order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        }
+        let rotated = order.into_iter().map(|b| {
             let mut column = vec![DoubleDouble::ZERO; self.columns[0].len()];
             for (a, i) in group.iter().enumerate() {
-                let share = eigen.U()[(a, b)] / norms[a];
+                let share = vectors[(a, b)] / norms[a];
                 for (entry, x) in column.iter_mut().zip(&self.columns[*i]) {
                     *entry += *x * share;
                 }

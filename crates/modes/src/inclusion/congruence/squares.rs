@@ -19,10 +19,12 @@ use crate::system::System;
 pub(crate) struct Squares {
     pub(crate) values: Vec<DoubleDouble>,
     pub(crate) shapes: Vec<Shape>,
-    /// In the same order; after them the rigid-body motions, which are exact.
+    /// In the same order; after them the shapes with ω = 0, of which those of whole parts are exact.
     pub(crate) columns: Vec<Vec<DoubleDouble>>,
-    /// A bound of the relative error of every value.
-    pub(crate) spread: f64,
+    /// Bounds of the errors of the values.
+    pub(crate) reach: Vec<f64>,
+    /// How many shapes with ω = 0 are not exact.
+    pub(crate) null: usize,
 }
 
 impl Squares {
@@ -36,29 +38,39 @@ impl Squares {
         let centre = self.values[(group.start + group.end) / 2];
         let reach = group.clone().map(|i| {
             let value = self.values[i];
-            (value - centre).to_f64().abs() + self.spread * value.to_f64()
+            (value - centre).to_f64().abs() + self.reach[i]
         });
         around(centre, reach.fold(0.0, f64::max) * UPWARD)
     }
 
+    /// The values in groups, each of which begins at 0 or where told to.
+    pub(in crate::inclusion) fn apart_where(
+        &self,
+        begins: impl Fn(usize) -> bool,
+    ) -> Vec<Range<usize>> {
+        let mut groups: Vec<Range<usize>> = Vec::new();
+        for i in 0..self.values.len() {
+            match groups.last_mut() {
+                Some(group) if !begins(i) => group.end = i + 1,
+                _ => groups.push(i..i + 1),
+            }
+        }
+        groups
+    }
+
     /// Those that their bounds do not tell apart.
     pub(crate) fn groups(&self) -> Vec<Range<usize>> {
-        let touch = |a: &DoubleDouble, b: &DoubleDouble| {
-            (*b - *a).to_f64() <= self.spread * UPWARD * (*a + *b).to_f64()
+        let touch = |i: usize| {
+            let gap = (self.values[i] - self.values[i - 1]).to_f64();
+            gap <= (self.reach[i] + self.reach[i - 1]) * UPWARD
         };
-        let mut start = 0;
-        let ranges = self.values.chunk_by(touch).map(|group| {
-            let range = start..start + group.len();
-            start = range.end;
-            range
-        });
-        ranges.collect()
+        self.apart_where(|i| !touch(i))
     }
 }
 
 /// The same for (K, M) of any system with M and K symmetric and no massless nodes, and its shapes with
-/// components within a relative tolerance where digits allow, given its elastic shapes approximately: as many as there are coordinates, less the parts that no spring
-/// ties to the ground.
+/// components within a relative tolerance where digits allow, given its elastic shapes approximately: as many as K has
+/// nonzero eigenvalues.
 pub(crate) fn squares(
     system: &System,
     structure: &Structure,
@@ -66,31 +78,9 @@ pub(crate) fn squares(
     goal: Goal,
     tolerance: f64,
 ) -> Option<Squares> {
-    let rigid = structure.spring_floating();
     let n = system.len();
-    let applies = structure.is_symmetric() && structure.massless().is_empty();
-    let elastic = shapes.len();
-    if !applies || elastic + rigid.len() != n {
-        return None;
-    }
-    let mass = system.mass_matrix();
-    let scaled = |shape: Vec<f64>| {
-        let column = Mat::from_fn(n, 1, |i, _| shape[i]);
-        let norm = (column.transpose() * &mass * &column)[(0, 0)].sqrt();
-        let entries = shape.iter().map(|x| DoubleDouble::from(x / norm));
-        entries.collect::<Vec<DoubleDouble>>()
-    };
-    let mut columns: Vec<Vec<DoubleDouble>> = shapes.into_iter().map(scaled).collect();
-    columns.extend(rigid.iter().map(|part| {
-        let within = |i| if part.contains(&i) { 1.0 } else { 0.0 };
-        scaled((0..n).map(within).collect())
-    }));
-    let mut basis = Basis {
-        stiffness: Form::stiffness(system),
-        mass: Form::mass(system),
-        columns,
-        elastic,
-    };
+    let mut basis = basis(system, structure, shapes)?;
+    let (elastic, null) = (basis.elastic - basis.null, basis.null);
     let forms = basis.refine(goal)?;
     let (forms, mut enclosed) = basis.enclosed(forms, tolerance);
     let mut order: Vec<usize> = (0..elastic).collect();
@@ -101,6 +91,7 @@ pub(crate) fn squares(
     });
     let rest: Vec<usize> = (elastic..n).collect();
     let mut found = Squares {
+        null,
         values: order.iter().map(|i| value(*i)).collect(),
         shapes: Vec::with_capacity(elastic),
         columns: order
@@ -108,7 +99,7 @@ pub(crate) fn squares(
             .chain(&rest)
             .map(|i| basis.columns[*i].clone())
             .collect(),
-        spread: forms.full_spread(),
+        reach: order.iter().map(|i| forms.reach[*i]).collect(),
     };
     let mut alone = vec![false; elastic];
     for group in found.groups().into_iter().filter(|group| group.len() == 1) {
@@ -116,10 +107,82 @@ pub(crate) fn squares(
     }
     let closer = Closer::of(system, &found, tolerance);
     for (at, i) in order.into_iter().enumerate() {
-        let proven = alone[at].then(|| closer.shape(found.values[at], enclosed[i].take()));
+        let proven = alone[at].then(|| closer.shape(found.values[at], found.reach[at], enclosed[i].take()));
         let shape = proven.flatten().map(Shape::from);
         let shape = shape.unwrap_or_else(|| Shape::plain(&basis.columns[i]));
         found.shapes.push(shape);
     }
     Some(found)
+}
+
+/// The elastic shapes, those with ω = 0 that are not exact, and those that are.
+fn basis<'a>(
+    system: &'a System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+) -> Option<Basis<'a>> {
+    let rigid = structure.spring_floating();
+    let n = system.len();
+    let applies = structure.is_symmetric() && structure.massless().is_empty();
+    let null = n.checked_sub(shapes.len() + rigid.len())?;
+    if !applies || null > 0 && structure.rigid_motions_counted() != Some(null + rigid.len()) {
+        return None;
+    }
+    let mass = system.mass_matrix();
+    let normed = |shape: &[f64]| {
+        let column = Mat::from_fn(n, 1, |i, _| shape[i]);
+        let norm = (column.transpose() * &mass * &column)[(0, 0)].sqrt();
+        shape.iter().map(|x| x / norm).collect::<Vec<f64>>()
+    };
+    let mut columns: Vec<Vec<f64>> = shapes.iter().map(|shape| normed(shape)).collect();
+    let elastic = columns.len() + null;
+    let whole = rigid.iter().map(|part| {
+        let within = |i| if part.contains(&i) { 1.0 } else { 0.0 };
+        normed(&(0..n).map(within).collect::<Vec<f64>>())
+    });
+    let whole: Vec<Vec<f64>> = whole.collect();
+    if null > 0 {
+        columns.extend(complement(&mass, columns.iter().chain(&whole), null)?);
+    }
+    columns.extend(whole);
+    let precise = |column: Vec<f64>| column.into_iter().map(DoubleDouble::from).collect();
+    Some(Basis {
+        stiffness: Form::stiffness(system),
+        mass: Form::mass(system),
+        columns: columns.into_iter().map(precise).collect(),
+        elastic,
+        null,
+    })
+}
+
+/// So many shapes that M makes orthogonal to all others and to each other, approximately.
+fn complement<'a>(
+    mass: &Mat<f64>,
+    others: impl Iterator<Item = &'a Vec<f64>>,
+    count: usize,
+) -> Option<Vec<Vec<f64>>> {
+    let n = mass.nrows();
+    let others: Vec<&Vec<f64>> = others.collect();
+    let known = Mat::from_fn(n, others.len(), |i, j| others[j][i]);
+    // X Xᵀ M projects on the shapes X; what it leaves of unit vectors lies in the complement.
+    let mut rest = Mat::<f64>::identity(n, n);
+    for _ in 0..2 {
+        let share = known.transpose() * (mass * &rest);
+        rest -= &known * share;
+    }
+    let mut found: Vec<Vec<f64>> = Vec::with_capacity(count);
+    for _ in 0..count {
+        let lengths = mass * &rest;
+        let length = |j: usize| -> f64 { (0..n).map(|i| rest[(i, j)] * lengths[(i, j)]).sum() };
+        // Against the length that the unit vector had.
+        let left = |j: usize| length(j) / mass[(j, j)];
+        let best = (0..n).max_by(|a, b| left(*a).total_cmp(&left(*b)))?;
+        let norm = length(best).sqrt();
+        let column = Mat::from_fn(n, 1, |i, _| rest[(i, best)] / norm);
+        let share = column.transpose() * &lengths;
+        rest -= &column * share;
+        found.push(column.col(0).iter().copied().collect());
+    }
+    let finite = found.iter().flatten().all(|x| x.is_finite());
+    finite.then_some(found)
 }

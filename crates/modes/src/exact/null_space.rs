@@ -52,6 +52,18 @@ impl NullVector {
             entries: part.iter().map(|&i| (i, 1.0)).collect(),
         }
     }
+
+    /// Whether all entries but those that are 0 are 1.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.entries.iter().all(|(_, entry)| *entry == 1.0)
+    }
+
+    /// All n entries.
+    pub(crate) fn dense(&self, n: usize) -> Vec<f64> {
+        let mut dense = vec![0.0; n];
+        self.entries.iter().for_each(|&(i, entry)| dense[i] = entry);
+        dense
+    }
 }
 
 /// Those vectors that a matrix maps to exactly 0; without those for which products leave the range of doubles.
@@ -142,13 +154,7 @@ mod tests {
         let n = stiffness.nrows();
         let system = matrices(Mat::identity(n, n), Mat::zeros(n, n), stiffness);
         let found = null_space(&ExactMatrix::of(&system, MatrixKind::Stiffness))?;
-        let dense = |vector: NullVector| {
-            let mut dense = vec![0.0; n];
-            let entries = vector.entries.into_iter();
-            entries.for_each(|(i, entry)| dense[i] = entry);
-            dense
-        };
-        Some(found.into_iter().map(dense).collect())
+        Some(found.iter().map(|vector| vector.dense(n)).collect())
     }
 
     /// Deflection and slope of a beam whose elements are ½ long move it as a whole.

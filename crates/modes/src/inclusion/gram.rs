@@ -19,6 +19,7 @@ pub(super) struct Form<'a> {
 
 /// XᵀAX or YᵀAX for a form and columns X and Y, with how far its entries may be off.
 pub(super) struct Gram {
+    /// How many columns X has.
     pub(super) size: usize,
     is_symmetric: bool,
     /// By rows.
@@ -83,7 +84,7 @@ impl<'a> Form<'a> {
         self.products(columns, None)
     }
 
-    /// YᵀAX with as many columns in Y as in X.
+    /// YᵀAX.
     pub(super) fn between(&self, left: &[Vec<DoubleDouble>], right: &[Vec<DoubleDouble>]) -> Gram {
         self.products(left, Some(right))
     }
@@ -309,14 +310,15 @@ impl Products<'_> {
     fn sums<const FUSED: bool>(self) -> Vec<DoubleDouble> {
         let size = self.outer.len();
         let length = self.outer.first().map_or(0, Vec::len);
-        let mut sums = vec![DoubleDouble::ZERO; size * size];
+        let count = self.inner.len();
+        let mut sums = vec![DoubleDouble::ZERO; count * size];
         for (block, columns) in self.outer.chunks(LANES).enumerate() {
             let side_by_side = interleaved(columns, length);
             let j = block * LANES;
             let rows = if self.is_symmetric {
                 j + columns.len()
             } else {
-                size
+                count
             };
             for (i, row) in self.inner.iter().enumerate().take(rows) {
                 let found = Lanes::products::<FUSED>(row, &side_by_side);

@@ -38,8 +38,12 @@ pub(crate) fn certify(
         }
     });
     // σ = 0: what only dampers hold creeps back with −α.
-    let null = squares.columns[squares.values.len()..].iter().take(squares.null);
-    let whole = floating.iter().map(|part| Shape::whole(system.len(), part, rigid == 1));
+    let null = squares.columns[squares.values.len()..]
+        .iter()
+        .take(squares.null);
+    let whole = floating
+        .iter()
+        .map(|part| Shape::whole(system.len(), part, rigid == 1));
     let shapes = null.map(|column| Shape::plain(column)).chain(whole);
     let creeping = shapes.filter(|_| !drifts).map(|shape| Modal {
         gamma: alpha,

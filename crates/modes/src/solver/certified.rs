@@ -39,6 +39,11 @@ pub(crate) fn certified(
         .or_else(|| {
             let many = n > LARGEST || n >= SMALLEST && structure.is_symmetric();
             many.then(|| by_pairs(system, structure, modes.as_slice(), tolerance))?
+        })
+        .or_else(|| {
+            // Damping that is classical but for rounding.
+            let modes = (n >= SMALLEST).then(|| uncoupled(solver, system, structure))??;
+            by_pairs(system, structure, &modes, tolerance)
         });
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
@@ -140,7 +145,7 @@ fn enclose_shapes(system: &System, structure: &Structure, open: Vec<&mut Root>, 
 
 /// Bounds the shape at λ = 0, where there is one alone.
 fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tolerance: f64) {
-    let moves_whole = structure.spring_floating().len() == 1;
+    let moves_whole = matches!(structure.null_vectors().as_slice(), [vector] if vector.is_whole());
     // What proved the other roots at once found as many elastic shapes as leave one for λ = 0.
     let counted = system.len() > LARGEST && moves_whole;
     let found = (system.len() <= LARGEST)
@@ -181,7 +186,14 @@ fn at_once(
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         count: mode.multiplicity,
-        error: Some((mode.bound, if mode.value.re == 0.0 { 0.0 } else { mode.bound })),
+        error: Some((
+            mode.bound,
+            if mode.value.re == 0.0 {
+                0.0
+            } else {
+                mode.bound
+            },
+        )),
         ..with_shape(mode.value, mode.shape)
     };
     let found = congruence::certify(system, structure, modes, tolerance)?;

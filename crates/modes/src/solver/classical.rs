@@ -103,7 +103,11 @@ pub(crate) fn uncoupled_roots(
     system: &System,
     structure: &Structure,
 ) -> Option<Vec<Root>> {
-    if !structure.massless().is_empty() || spring_factor::refuses_springs(system).is_some() {
+    let refused = || {
+        spring_factor::refuses_springs(system)
+            .and_then(|_| symmetric::refuses_matrices(system, structure))
+    };
+    if !structure.massless().is_empty() || refused().is_some() {
         return None;
     }
     modal_roots(solver, system, structure).ok()

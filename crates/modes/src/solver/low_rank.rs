@@ -38,6 +38,9 @@ impl ModeSolver for LowRank {
         if let Some(reason) = ModalMatrix.refuses(system, structure) {
             return Some(reason);
         }
+        if !structure.is_passive() {
+            return Some("the system is not proved passive".to_owned());
+        }
         let n = system.len();
         let dampers = system.dampers().len();
         if system.added(MatrixKind::Damping).is_some() {

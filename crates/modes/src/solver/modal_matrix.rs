@@ -20,8 +20,8 @@ use super::{ModeSolver, ModesError, admit, classical, rigid, state_matrix, symme
 /// Up to so many coordinates an even system is solved without its undamped modes.
 const FEW: usize = 64;
 
-/// Eigenvalues of [0 Ω; −Ω −Γ], with the undamped frequencies Ω and the modal damping matrix
-/// Γ = ΦᵀCΦ: for symmetric passive systems without massless nodes.
+/// Eigenvalues of [0 Ω; −JΩ −Γ], with the undamped frequencies Ω, J = I but for −1 where K makes a square negative, and the
+/// modal damping matrix Γ = ΦᵀCΦ: for symmetric systems without massless nodes.
 ///
 /// Its states are scaled by their energy, so that stiff springs do not swamp soft ones, and the
 /// frequencies come from the springs themselves where the system is built of them. Modes that C
@@ -38,8 +38,8 @@ impl ModeSolver for ModalMatrix {
         if structure.is_undamped() {
             return Some("there is no damping".to_owned());
         }
-        if !structure.is_passive() {
-            return Some("the system is not proved passive".to_owned());
+        if !structure.is_symmetric() {
+            return Some("a matrix is not symmetric".to_owned());
         }
         if !structure.massless().is_empty() {
             return Some("there are massless nodes".to_owned());
@@ -58,7 +58,7 @@ impl ModeSolver for ModalMatrix {
     }
 
     fn reason(&self) -> &'static str {
-        "passive, with damping that couples the undamped modes: eigenvalues in their energies"
+        "damping that couples the undamped modes: eigenvalues in their energies"
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
@@ -76,8 +76,9 @@ impl ModeSolver for ModalMatrix {
         let gamma = modal_damping(system, modes.iter().map(|mode| mode.shape.as_slice()));
         let mut a = Mat::<f64>::zeros(elastic + r, elastic + r);
         for (j, mode) in modes.iter().take(elastic).enumerate() {
-            a[(j, elastic + j)] = mode.square.sqrt();
-            a[(elastic + j, j)] = -mode.square.sqrt();
+            let frequency = mode.square.abs().sqrt();
+            a[(j, elastic + j)] = frequency;
+            a[(elastic + j, j)] = -frequency.copysign(mode.square);
         }
         for j in 0..r {
             for i in 0..r {
@@ -90,7 +91,7 @@ impl ModeSolver for ModalMatrix {
             let amplitude = |j: usize| {
                 let velocity = z[elastic + j];
                 if j < elastic && z[j].norm_sqr() > velocity.norm_sqr() {
-                    z[j] / modes[j].square.sqrt()
+                    z[j] / modes[j].square.abs().sqrt()
                 } else {
                     velocity / lambda
                 }

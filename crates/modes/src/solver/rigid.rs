@@ -63,14 +63,11 @@ fn out_of_phase(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     }
 }
 
-/// The shapes of the parts that no spring ties to the ground: each moves as a whole.
+/// The exact shapes that no spring resists, such as those of parts that move as a whole.
 pub(crate) fn shapes(system: &System, structure: &Structure) -> Vec<Vec<Complex<f64>>> {
-    let indicator = |part: &Vec<usize>| {
-        let mut shape = vec![Complex::ZERO; system.len()];
-        for &i in part {
-            shape[i] = Complex::ONE;
-        }
-        shape
-    };
-    structure.spring_floating().iter().map(indicator).collect()
+    let vectors = structure.null_vectors().into_iter();
+    let dense = vectors.map(|vector| vector.dense(system.len()));
+    dense
+        .map(|shape| shape.into_iter().map(Complex::from).collect())
+        .collect()
 }

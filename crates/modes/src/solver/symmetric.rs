@@ -5,6 +5,7 @@ use faer::{ColRef, Mat, Par, Side};
 
 use crate::element::MatrixKind;
 use crate::first_order::FirstOrder;
+use crate::inclusion::congruence;
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -19,9 +20,12 @@ use super::{ModeSolver, ModesError, admit};
 /// How near quotients may come to eigenvalues of whole matrices, relative, to be preferred.
 const CONFIRMED: f64 = 1e-13;
 
+/// Relative errors of squares beyond which shapes are refined with more digits.
+const LOST: f64 = 1e-3;
+
 /// The symmetric eigenproblem of L⁻¹KL⁻ᵀ with M = LLᵀ (Golub & Van Loan, *Matrix Computations*,
 /// §8.7): for undamped systems with symmetric K and positive definite M. Its errors are small
-/// against the largest ω², not against each.
+/// against the largest ω², not against each; what that leaves without digits is refined in double-double.
 #[derive(Clone, Copy, Debug)]
 pub struct Symmetric;
 
@@ -92,26 +96,37 @@ pub(crate) fn real_modes(
     order.sort_by(|a, b| square(a).abs().total_cmp(&square(b).abs()));
     let rigid = match structure.zero_roots() {
         Some(0) => 0,
-        zeros => structure.rigid_motions().unwrap_or(zeros.unwrap_or(0) / 2),
+        zeros => structure
+            .rigid_motions_counted()
+            .unwrap_or(zeros.unwrap_or(0) / 2),
     };
     let largest = order.last().map_or(0.0, |j| square(j).abs());
-    let shapes: Vec<Vec<f64>> = order
+    // Small against the largest square, so perhaps not against this one.
+    let error = |square: f64| 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
+    let mut found: Vec<(f64, Vec<f64>)> = order
         .iter()
-        .map(|j| shapes.col(*j).iter().copied().collect())
+        .map(|j| (square(j), shapes.col(*j).iter().copied().collect()))
         .collect();
-    let found = order
-        .iter()
-        .zip(unit_shapes(system, shapes, entries))
+    let elastic = || found[rigid..].iter();
+    let mut known = false;
+    if elastic().any(|(square, _)| error(*square) > LOST) {
+        let shapes = elastic().map(|(_, shape)| shape.clone()).collect();
+        if let Some(refined) = congruence::refined(system, structure, shapes) {
+            known = true;
+            found = refined;
+            found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        }
+    }
+    let (squares, shapes): (Vec<f64>, Vec<Vec<f64>>) = found.into_iter().unzip();
+    let formed = unit_shapes(system, shapes, entries)
+        .zip(squares)
         .enumerate();
-    let modes = found.map(|(rank, (j, (shape, forms)))| {
+    let modes = formed.map(|(rank, ((shape, forms), square))| {
         let rigid = rank < rigid;
-        let square = if rigid { 0.0 } else { square(j) };
-        // Small against the largest square, so perhaps not against this one.
-        let error = 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
-        let (square, doubt) = if square > 0.0 {
-            refined(&forms, square.sqrt(), error.max(CONFIRMED))
-        } else {
-            (square, 0.0)
+        let (square, doubt) = match square {
+            _ if rigid => (0.0, 0.0),
+            square if square <= 0.0 || known => (square, 0.0),
+            square => refined(&forms, square.sqrt(), error(square).max(CONFIRMED)),
         };
         RealMode {
             square,

@@ -293,10 +293,8 @@ fn leaves_something(
     single.iter().for_each(|x| replaced[x.place] = true);
     let images = parts.map(|part| part.matrix.image(field));
     let rows = (0..n).map(|i| {
-        let mut entries: Vec<(usize, Residue)> = images[0]
-            .row(i)
-            .filter(|&(j, _)| !replaced[j])
-            .collect();
+        let mut entries: Vec<(usize, Residue)> =
+            images[0].row(i).filter(|&(j, _)| !replaced[j]).collect();
         for (image, shares) in [(&images[1], &once_shares), (&images[2], &twice_shares)] {
             for (j, value) in image.row(i) {
                 let added = shares[j].iter();

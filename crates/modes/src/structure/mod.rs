@@ -36,6 +36,7 @@ use rayleigh::Proportion;
 
 use crate::builder::MAX_DENSE_COORDINATES;
 use crate::element::MatrixKind;
+use crate::exact::null_space::{NullVector, annulled};
 use crate::exact::rank::rank;
 use crate::system::System;
 
@@ -210,6 +211,26 @@ impl Structure {
     pub(crate) fn rigid_motions(&self) -> Option<usize> {
         let stiffness = &self.coefficients.stiffness;
         Some(stiffness.matrix.len() - stiffness.semidefinite_rank()?)
+    }
+
+    /// Exact shapes that K lets move without any force: the floating parts, and where those are not all, a basis of
+    /// short binary fractions if there is one.
+    pub(crate) fn null_vectors(&self) -> Vec<NullVector> {
+        let parts = self.spring_floating.iter();
+        let whole: Vec<NullVector> = parts.map(|part| NullVector::whole(part)).collect();
+        let explained = |zeros| zeros == whole.len() + self.undamped_among(&whole).len();
+        if self.is_large() || self.zero_roots().is_some_and(explained) {
+            return whole;
+        }
+        match self.coefficients.stiffness.null_space() {
+            Some(all) if all.len() > whole.len() => all.to_vec(),
+            _ => whole,
+        }
+    }
+
+    /// Those shapes that C lets move without any force as well.
+    pub(crate) fn undamped_among(&self, vectors: &[NullVector]) -> Vec<NullVector> {
+        annulled(&self.coefficients.damping.matrix, vectors)
     }
 
     /// How many independent shapes K lets move without any force, where that was proved for any K.

@@ -36,7 +36,7 @@ pub(super) fn with_matrices(
 }
 
 /// From M, C and K alone.
-pub(super) fn matrices(mass: Mat<f64>, damping: Mat<f64>, stiffness: Mat<f64>) -> System {
+pub(crate) fn matrices(mass: Mat<f64>, damping: Mat<f64>, stiffness: Mat<f64>) -> System {
     let masses = vec![0.0; mass.nrows()];
     with_matrices(
         &masses,
@@ -90,7 +90,7 @@ pub(super) fn triple_defect() -> System {
 
 /// The stiffness of a free beam of Hermite elements, EI = 1 and each 1 long (Przemieniecki 1968,
 /// *Theory of Matrix Structural Analysis*): displacement and rotation at each end.
-pub(super) fn free_beam(elements: usize) -> Mat<f64> {
+pub(crate) fn free_beam(elements: usize) -> Mat<f64> {
     let [_, stiffness] = uniform_beam(elements);
     stiffness
 }

@@ -34,7 +34,7 @@ pub(crate) fn certify(
     let elastic = || {
         let one = |mode: &&Mode| {
             let value = mode.eigenvalue().value;
-            value.norm() != 0.0 && value.re >= 0.0
+            value.im != 0.0 || value.re > 0.0
         };
         modes.iter().filter(one)
     };

@@ -22,10 +22,7 @@ const RANGE: std::ops::Range<f64> = 1e-150..1e150;
 
 /// For each elastic column, how far each of its entries may be from a multiple of the true shape; `None` where
 /// that is not proved. Without meaning for values that their bounds do not tell apart.
-pub(super) fn errors(
-    forms: &Forms,
-    columns: &[Vec<DoubleDouble>],
-) -> Vec<Option<Vec<f64>>> {
+pub(super) fn errors(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Option<Vec<f64>>> {
     let (all, elastic) = (columns.len(), forms.squares.len());
     let n = columns.first().map_or(0, Vec::len);
     let size = |square: &DoubleDouble| square.to_f64().abs();
@@ -51,7 +48,10 @@ pub(super) fn errors(
             off / (norms[i] * norms[j]) * UPWARD
         })
     };
-    let (stiffness, mass) = (couplings(&forms.stiffness, forms.nonzero), couplings(&forms.mass, all));
+    let (stiffness, mass) = (
+        couplings(&forms.stiffness, forms.nonzero),
+        couplings(&forms.mass, all),
+    );
     let reach = |k: usize| forms.reach.get(k).copied().unwrap_or(0.0);
     // The least |d_i − σ|; NaN or not positive where there is none.
     let gap = |i: usize, k: usize| {

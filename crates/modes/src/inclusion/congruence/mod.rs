@@ -17,4 +17,5 @@ mod tests;
 pub(crate) use elastic::{Elastic, certify};
 pub(super) use forms::Basis;
 pub(super) use refine::Goal;
+pub(crate) use squares::refined;
 pub(super) use squares::{Squares, squares};

@@ -52,9 +52,11 @@ impl Forms {
 
     /// How much of shape i is in shape j, or more than that of any where both are equal; `None` where any mixture will do.
     fn share(&self, i: usize, j: usize) -> Option<f64> {
-        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal.
+        /// Coupling and gap of shapes of which any mixture will do: it only has to be orthogonal. So it is where
+        /// rounding hides both.
         const NOTHING: f64 = 1e-27;
         const EQUAL: f64 = 1e-14;
+        const HIDDEN: f64 = 1e2;
         if i.min(j) >= self.nonzero {
             return None;
         }
@@ -65,8 +67,21 @@ impl Forms {
         let mean = (a + b) * 0.5;
         let coupling = (self.stiffness.at(i, j) - mean * self.mass.at(i, j)).to_f64();
         let coupling = coupling.abs() / own.sqrt();
-        let alike = coupling <= NOTHING * size && gap <= EQUAL * size;
+        let noise = self.stiffness.error(i, j) + mean.to_f64().abs() * self.mass.error(i, j);
+        let noise = noise / own.sqrt();
+        let alike = coupling <= NOTHING * size && gap <= EQUAL * size
+            || coupling <= noise && gap <= HIDDEN * noise;
         (!alike).then_some(coupling / gap)
+    }
+
+    /// Whether this is nearer to the true squares and shapes than what it comes from, by half or more in some respect.
+    fn is_closer(&self, before: &Forms) -> bool {
+        const ENOUGH: f64 = 1e-24;
+        let halved = |(i, (next, last)): (usize, (&f64, &f64))| {
+            *last > ENOUGH * before.squares[i].to_f64().abs() && *next < 0.5 * *last
+        };
+        let mut reach = self.reach.iter().zip(&before.reach).enumerate();
+        reach.any(halved) || self.mixed() < 0.5 * before.mixed()
     }
 
     /// The largest share of one shape in another.
@@ -124,9 +139,9 @@ impl Basis<'_> {
         let corrected = matches!(step, Step::Correct(_));
         let next = done.and_then(|()| self.forms());
         let better = next.and_then(|next| {
-            let closer = next.spread < 0.5 * forms.spread || next.mixed() < 0.5 * forms.mixed();
+            let closer = next.is_closer(forms);
             let gains = !corrected || next.spread < forms.spread || closer;
-            gains.then_some((next, corrected && !closer))
+            gains.then_some((next, !closer))
         });
         if better.is_none() {
             self.columns = before;

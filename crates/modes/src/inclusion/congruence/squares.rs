@@ -107,12 +107,31 @@ pub(crate) fn squares(
     }
     let closer = Closer::of(system, &found, tolerance);
     for (at, i) in order.into_iter().enumerate() {
-        let proven = alone[at].then(|| closer.shape(found.values[at], found.reach[at], enclosed[i].take()));
+        let proven =
+            alone[at].then(|| closer.shape(found.values[at], found.reach[at], enclosed[i].take()));
         let shape = proven.flatten().map(Shape::from);
         let shape = shape.unwrap_or_else(|| Shape::plain(&basis.columns[i]));
         found.shapes.push(shape);
     }
     Some(found)
+}
+
+/// All σ = ω² of (K, M) with their shapes, given the elastic ones approximately, refined until doubles are as near as they
+/// come. `None` where these are too far from the true ones.
+pub(crate) fn refined(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+) -> Option<Vec<(f64, Vec<f64>)>> {
+    const GOAL: f64 = 1e-14;
+    let mut basis = basis(system, structure, shapes)?;
+    let forms = basis.refine(Goal::always(GOAL))?;
+    let square = |i: usize| forms.squares.get(i).map_or(0.0, |square| square.to_f64());
+    let rounded = basis.columns.iter().enumerate().map(|(i, column)| {
+        let shape = column.iter().map(|x| x.to_f64()).collect();
+        (square(i), shape)
+    });
+    Some(rounded.collect())
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.

@@ -4,7 +4,7 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 use num_complex::Complex;
 
-use crate::inclusion::gram::Form;
+use crate::inclusion::gram::{Form, Gram};
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
@@ -58,8 +58,8 @@ impl Pair {
 pub(super) struct Pairs<'a> {
     pub(super) system: &'a System,
     pub(super) pairs: Vec<Pair>,
-    /// The motion that nothing holds.
-    pub(super) drifting: Option<Vec<DoubleDouble>>,
+    /// The motions that nothing holds, exactly.
+    pub(super) drifting: Vec<Vec<DoubleDouble>>,
 }
 
 /// Which of the 2n columns: that of a pair, or its conjugate.
@@ -86,29 +86,30 @@ impl<'a> Pairs<'a> {
         if !applies {
             return None;
         }
-        let indicator = |part: &Vec<usize>| -> Vec<DoubleDouble> {
-            let within = |i| f64::from(u8::from(part.contains(&i)));
-            (0..n).map(|i| DoubleDouble::from(within(i))).collect()
-        };
-        let (loose, free) = (structure.spring_floating(), structure.floating());
-        let (drifting, creeping) = match (loose, free) {
-            (creeping, []) => (None, creeping),
-            ([_], [drifting]) => (Some(indicator(drifting)), &[][..]),
-            _ => return None,
-        };
-        let drifts = if drifting.is_some() { 2 } else { 0 };
-        if structure.zero_roots() != Some(creeping.len() + drifts) {
+        let loose = structure.null_vectors();
+        let free = structure.undamped_among(&loose).len();
+        if free > 0 && free < loose.len() || structure.zero_roots() != Some(loose.len() + free) {
             return None;
         }
-        let mut pairs: Vec<Pair> = creeping
-            .iter()
-            .map(|part| Pair {
-                value: ComplexDoubleDouble::ZERO,
-                right: Parts::real(indicator(part)),
-                left: None,
-                mode: None,
-            })
-            .collect();
+        let at_rest: Vec<Vec<f64>> = loose.iter().map(|vector| vector.dense(n)).collect();
+        let precise = |vector: Vec<f64>| vector.into_iter().map(DoubleDouble::from).collect();
+        let (drifting, creeping) = if free > 0 {
+            (nearly_orthogonal(&Form::mass(system), at_rest), Vec::new())
+        } else {
+            (
+                Vec::new(),
+                nearly_orthogonal(&Form::damping(system), at_rest),
+            )
+        };
+        let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
+        let drifts = 2 * drifting.len();
+        let creeping = creeping.into_iter().map(|vector| Pair {
+            value: ComplexDoubleDouble::ZERO,
+            right: Parts::real(precise(vector)),
+            left: None,
+            mode: None,
+        });
+        let mut pairs: Vec<Pair> = creeping.collect();
         for (index, mode) in modes.iter().enumerate() {
             let value = mode.eigenvalue().value;
             if value.norm() == 0.0 {
@@ -169,32 +170,81 @@ impl<'a> Pairs<'a> {
 
     /// Takes what drifts out of all other shapes, as far as rounding goes.
     pub(super) fn project(&mut self) -> Option<()> {
-        let Some(drifting) = &self.drifting else {
-            return Some(());
-        };
-        let (mut columns, places) = self.real_columns(Pair::right);
-        let last = columns.len();
-        columns.push(drifting.clone());
-        let mass = Form::mass(self.system).gram(&columns);
-        let own = mass.at(last, last);
-        for (pair, place) in self.pairs.iter_mut().zip(places) {
-            for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
-                .into_iter()
-                .enumerate()
-            {
-                if column.is_empty() {
-                    continue;
-                }
-                let share = mass.at(place + offset, last) / own;
-                if !share.to_f64().is_finite() {
-                    return None;
-                }
-                for (entry, rigid) in column.iter_mut().zip(drifting) {
-                    *entry -= share * *rigid;
+        for drifting in self.drifting.clone() {
+            let (mut columns, places) = self.real_columns(Pair::right);
+            let last = columns.len();
+            columns.push(drifting);
+            let mass = Form::mass(self.system).gram(&columns);
+            let (drifting, own) = (&columns[last], mass.at(last, last));
+            for (pair, place) in self.pairs.iter_mut().zip(places) {
+                for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
+                    .into_iter()
+                    .enumerate()
+                {
+                    if column.is_empty() {
+                        continue;
+                    }
+                    let share = mass.at(place + offset, last) / own;
+                    if !share.to_f64().is_finite() {
+                        return None;
+                    }
+                    for (entry, rigid) in column.iter_mut().zip(drifting) {
+                        *entry -= share * *rigid;
+                    }
                 }
             }
         }
+        self.uncouple_from_rest();
         Some(())
+    }
+
+    /// Takes the exact shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would
+    /// keep what they hold of them.
+    fn uncouple_from_rest(&mut self) {
+        /// Of xᵀ(C + λM)x where it vanishes, as at another root of the same shape.
+        const VANISHING: f64 = 1e-3;
+        for rest in 0..self.pairs.len() {
+            if self.pairs[rest].mode.is_some() {
+                continue;
+            }
+            let shape = self.pairs[rest].right.re.clone();
+            let (columns, places) = self.real_columns(Pair::right);
+            let [mass, damping] = [Form::mass(self.system), Form::damping(self.system)]
+                .map(|form| form.between(&columns, std::slice::from_ref(&shape)));
+            let at = |gram: &Gram, pair: &Pair, place: usize| ComplexDoubleDouble {
+                re: gram.at(place, 0),
+                im: if pair.is_real() {
+                    DoubleDouble::ZERO
+                } else {
+                    gram.at(place + 1, 0)
+                },
+            };
+            let own = [&mass, &damping].map(|gram| gram.at(places[rest], 0));
+            for (pair, place) in self.pairs.iter_mut().zip(places) {
+                if pair.mode.is_none() {
+                    continue;
+                }
+                let real = |re| ComplexDoubleDouble {
+                    re,
+                    im: DoubleDouble::ZERO,
+                };
+                let whole = pair.value * real(own[0]) + real(own[1]);
+                let size = pair.value.norm() * own[0].to_f64().abs() + own[1].to_f64().abs();
+                let coupling = at(&damping, pair, place) + pair.value * at(&mass, pair, place);
+                let share = coupling / whole;
+                if whole.norm() <= VANISHING * size || !share.is_finite() {
+                    continue;
+                }
+                for (part, share) in [
+                    (&mut pair.right.re, share.re),
+                    (&mut pair.right.im, share.im),
+                ] {
+                    for (entry, x) in part.iter_mut().zip(&shape) {
+                        *entry -= share * *x;
+                    }
+                }
+            }
+        }
     }
 
     pub(super) fn has_left(&self) -> bool {
@@ -213,4 +263,36 @@ impl<'a> Pairs<'a> {
         };
         self.pairs.iter().enumerate().flat_map(both).collect()
     }
+}
+
+/// Vectors made orthogonal by a form to a few digits, as far as doubles hold the combinations exactly.
+fn nearly_orthogonal(form: &Form<'_>, mut vectors: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    /// Where so many float they are parts of a network, which share no coordinate.
+    const MOST: usize = 6;
+    const BITS: f64 = 18.0;
+    if vectors.len() > MOST {
+        return vectors;
+    }
+    for last in 1..vectors.len() {
+        for other in 0..last {
+            let pair = [other, last].map(|i| vectors[i].iter().map(|x| DoubleDouble::from(*x)));
+            let gram = form.gram(&pair.map(Iterator::collect));
+            let share = (gram.at(0, 1) / gram.at(0, 0)).to_f64();
+            let unit = (share.abs().log2().floor() - BITS).exp2();
+            let share = (share / unit).round() * unit;
+            let less = |(x, y): (&f64, &f64)| {
+                let product = share * y;
+                let difference = x - product;
+                let is_exact = share.mul_add(*y, -product) == 0.0
+                    && difference + product == *x
+                    && x - difference == product;
+                is_exact.then_some(difference)
+            };
+            let each = vectors[last].iter().zip(&vectors[other]);
+            if let Some(combined) = each.map(less).collect() {
+                vectors[last] = combined;
+            }
+        }
+    }
+    vectors
 }

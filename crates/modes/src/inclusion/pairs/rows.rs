@@ -16,7 +16,7 @@ pub(super) struct Rows {
     pub(super) rows: Vec<Row>,
     /// What each pair's column is scaled by.
     pub(super) tau: Vec<f64>,
-    /// How much of the motion that drifts each shape holds at most, by a component that drifts.
+    /// How much of the motions that drift each shape holds at most, in any component.
     pub(super) drift: Vec<f64>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
@@ -52,19 +52,16 @@ impl Pairs<'_> {
             pairs: &self.pairs,
             places: &places,
         };
-        let drifting = |at: usize| (mass.at(at, at).to_f64() - mass.error(at, at)).sqrt();
-        let least = self.drifting.as_ref().map(|_| drifting(count) / UPWARD);
+        let drifting = Drifting::of(&self.drifting, &mass, count)?;
         let loss = |i: usize| {
             let parts = if self.pairs[i].is_real() { 1 } else { 2 };
-            let upper = |part: usize| mass.upper(places[i] + part, count);
-            least.map_or(0.0, |least| {
-                (0..parts).map(upper).sum::<f64>() / least * UPWARD
-            })
+            let left = (0..parts).map(|part| drifting.left_of(&mass, places[i] + part));
+            left.sum::<f64>() * UPWARD
         };
-        // What is left of the motion that drifts, in each shape.
+        // What is left of the motions that drift, in each shape.
         let losses: Vec<f64> = (0..self.pairs.len()).map(loss).collect();
-        let drift = |loss: &f64| least.map_or(0.0, |least| loss / least * UPWARD);
-        let drift = losses.iter().map(drift).collect();
+        let drift = losses.iter().map(|loss| drifting.largest * loss * UPWARD);
+        let drift = drift.collect();
         let columns = self.columns();
         let value = |column: Column| {
             let value = self.pairs[column.pair].value;
@@ -166,6 +163,52 @@ impl Pairs<'_> {
             drift,
             places,
         })
+    }
+}
+
+/// Exact motions D that nothing holds, behind `first` columns, to take out of all others: x − D(DᵀMD)⁻¹DᵀMx.
+struct Drifting {
+    /// Lower bounds of √(d_kᵀMd_k).
+    norms: Vec<f64>,
+    first: usize,
+    /// 1/√λ, λ ≤ the least eigenvalue of DᵀMD with its diagonal scaled to 1.
+    skew: f64,
+    /// The largest component of D(DᵀMD)⁻¹c where D has c left, of size 1 by M.
+    largest: f64,
+}
+
+impl Drifting {
+    fn of(motions: &[Vec<DoubleDouble>], mass: &Gram, first: usize) -> Option<Drifting> {
+        let own = |k: usize| {
+            let at = first + k;
+            (mass.at(at, at).to_f64() - mass.error(at, at)).sqrt() / UPWARD
+        };
+        let norms: Vec<f64> = (0..motions.len()).map(own).collect();
+        let coupled = |k: usize| -> f64 {
+            let others = (0..motions.len()).filter(|j| *j != k);
+            let share = |j: usize| mass.upper(first + k, first + j) / norms[k] / norms[j];
+            others.map(share).sum()
+        };
+        let least = 1.0 - (0..motions.len()).map(coupled).fold(0.0, f64::max) * UPWARD;
+        let size = |motion: &Vec<DoubleDouble>| {
+            let sizes = motion.iter().map(|x| x.to_f64().abs());
+            sizes.fold(0.0, f64::max)
+        };
+        let reach = motions.iter().zip(&norms).map(|(d, norm)| size(d) / norm);
+        let skew = least.sqrt().recip() * UPWARD;
+        (least > 0.25).then_some(Drifting {
+            largest: reach.sum::<f64>() * skew * UPWARD,
+            norms,
+            first,
+            skew,
+        })
+    }
+
+    /// A bound of the size by M of what a column holds of them.
+    fn left_of(&self, mass: &Gram, column: usize) -> f64 {
+        let each = self.norms.iter().enumerate();
+        let share = |(k, norm): (usize, &f64)| mass.upper(column, self.first + k) / norm;
+        each.map(share).sum::<f64>() * self.skew * UPWARD
     }
 }
 

@@ -1,0 +1,227 @@
+//! Meshes of finite elements, assembled in doubles as programs do.
+
+use eigentone_modes::{Modes, Precision, System};
+use faer::Mat;
+
+/// M, C and K.
+#[derive(Clone)]
+pub struct Model {
+    pub mass: Mat<f64>,
+    pub damping: Mat<f64>,
+    pub stiffness: Mat<f64>,
+}
+
+impl Model {
+    fn new(n: usize) -> Model {
+        let zero = Mat::zeros(n, n);
+        Model {
+            mass: zero.clone(),
+            damping: zero.clone(),
+            stiffness: zero,
+        }
+    }
+
+    pub fn order(&self) -> usize {
+        self.mass.nrows()
+    }
+
+    /// How far from the diagonal entries lie.
+    pub fn band(&self) -> usize {
+        let n = self.order();
+        let is_set = |i: usize, j: usize| {
+            let each = [&self.mass, &self.damping, &self.stiffness];
+            each.iter().any(|matrix| matrix[(i, j)] != 0.0)
+        };
+        let pairs = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let set = pairs.filter(|(i, j)| is_set(*i, *j));
+        set.map(|(i, j)| i.abs_diff(j)).max().unwrap_or(0)
+    }
+
+    pub fn modes(&self, precision: Precision) -> Modes {
+        let [mass, damping, stiffness] =
+            [&self.mass, &self.damping, &self.stiffness].map(|matrix| matrix.as_ref());
+        let system = System::from_matrices(mass, damping, stiffness).expect("a regular system");
+        system.modes_to(precision).expect("modes")
+    }
+
+    /// αM + βK as damping.
+    pub fn rayleigh(mut self, alpha: f64, beta: f64) -> Model {
+        let n = self.order();
+        self.damping = Mat::from_fn(n, n, |i, j| {
+            alpha * self.mass[(i, j)] + beta * self.stiffness[(i, j)]
+        });
+        self
+    }
+
+    /// A damper from a coordinate to the ground.
+    pub fn damper(mut self, at: usize, damping: f64) -> Model {
+        self.damping[(at, at)] += damping;
+        self
+    }
+
+    /// The same shape in two planes, which a rotation at `speed` couples.
+    pub fn rotating(&self, speed: f64) -> Model {
+        let n = self.order();
+        let place = |i: usize| (i / 2, i % 2);
+        let both = |matrix: &Mat<f64>| {
+            Mat::from_fn(2 * n, 2 * n, |i, j| {
+                let ((i, p), (j, q)) = (place(i), place(j));
+                if p == q { matrix[(i, j)] } else { 0.0 }
+            })
+        };
+        let damping = Mat::from_fn(2 * n, 2 * n, |i, j| {
+            let ((i, p), (j, q)) = (place(i), place(j));
+            (q as f64 - p as f64) * 2.0 * speed * self.mass[(i, j)]
+        });
+        Model {
+            mass: both(&self.mass),
+            damping,
+            stiffness: both(&self.stiffness),
+        }
+    }
+
+    fn add(&mut self, at: &[usize], mass: &[&[f64]], stiffness: &[&[f64]]) {
+        for (p, i) in at.iter().enumerate() {
+            for (q, j) in at.iter().enumerate() {
+                self.mass[(*i, *j)] += mass[p][q];
+                self.stiffness[(*i, *j)] += stiffness[p][q];
+            }
+        }
+    }
+
+    /// Without some coordinates.
+    fn held(&self, fixed: &[usize]) -> Model {
+        let kept: Vec<usize> = (0..self.order()).filter(|i| !fixed.contains(i)).collect();
+        let part = |matrix: &Mat<f64>| {
+            Mat::from_fn(kept.len(), kept.len(), |i, j| matrix[(kept[i], kept[j])])
+        };
+        Model {
+            mass: part(&self.mass),
+            damping: part(&self.damping),
+            stiffness: part(&self.stiffness),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ends {
+    Free,
+    Clamped,
+    Pinned,
+    Cantilever,
+}
+
+/// An Euler–Bernoulli beam of 2 m with EI = 1500 N·m² and 3.1 kg/m: deflection and slope at each node, consistent mass.
+pub fn beam(elements: usize, ends: Ends) -> Model {
+    let h = 2.0 / elements as f64;
+    let (k, m) = (1500.0 / (h * h * h), 3.1 * h / 420.0);
+    let s = |x: f64| k * x;
+    let t = |x: f64| m * x;
+    let stiffness = [
+        [s(12.0), s(6.0 * h), s(-12.0), s(6.0 * h)],
+        [s(6.0 * h), s(4.0 * h * h), s(-6.0 * h), s(2.0 * h * h)],
+        [s(-12.0), s(-6.0 * h), s(12.0), s(-6.0 * h)],
+        [s(6.0 * h), s(2.0 * h * h), s(-6.0 * h), s(4.0 * h * h)],
+    ];
+    let mass = [
+        [t(156.0), t(22.0 * h), t(54.0), t(-13.0 * h)],
+        [t(22.0 * h), t(4.0 * h * h), t(13.0 * h), t(-3.0 * h * h)],
+        [t(54.0), t(13.0 * h), t(156.0), t(-22.0 * h)],
+        [t(-13.0 * h), t(-3.0 * h * h), t(-22.0 * h), t(4.0 * h * h)],
+    ];
+    let n = 2 * elements + 2;
+    let mut model = Model::new(n);
+    for e in 0..elements {
+        let at: Vec<usize> = (2 * e..2 * e + 4).collect();
+        model.add(
+            &at,
+            &mass.each_ref().map(|r| &r[..]),
+            &stiffness.each_ref().map(|r| &r[..]),
+        );
+    }
+    match ends {
+        Ends::Free => model,
+        Ends::Clamped => model.held(&[0, 1, n - 2, n - 1]),
+        Ends::Pinned => model.held(&[0, n - 2]),
+        Ends::Cantilever => model.held(&[0, 1]),
+    }
+}
+
+/// A membrane of 1 m × 1 m with unit tension and mass, bilinear elements; its edge held or free.
+pub fn membrane(columns: usize, rows: usize, held: bool) -> Model {
+    let (a, b) = (1.0 / columns as f64, 1.0 / rows as f64);
+    let (p, q) = (b / (6.0 * a), a / (6.0 * b));
+    let stiffness = [
+        [2.0 * p + 2.0 * q, -2.0 * p + q, -p - q, p - 2.0 * q],
+        [-2.0 * p + q, 2.0 * p + 2.0 * q, p - 2.0 * q, -p - q],
+        [-p - q, p - 2.0 * q, 2.0 * p + 2.0 * q, -2.0 * p + q],
+        [p - 2.0 * q, -p - q, -2.0 * p + q, 2.0 * p + 2.0 * q],
+    ];
+    let m = a * b / 36.0;
+    let mass = [
+        [4.0 * m, 2.0 * m, m, 2.0 * m],
+        [2.0 * m, 4.0 * m, 2.0 * m, m],
+        [m, 2.0 * m, 4.0 * m, 2.0 * m],
+        [2.0 * m, m, 2.0 * m, 4.0 * m],
+    ];
+    let node = |i: usize, j: usize| i * (rows + 1) + j;
+    let mut model = Model::new((columns + 1) * (rows + 1));
+    let mut edge = Vec::new();
+    for i in 0..=columns {
+        for j in 0..=rows {
+            if i == 0 || j == 0 || i == columns || j == rows {
+                edge.push(node(i, j));
+            }
+            if i < columns && j < rows {
+                let at = [
+                    node(i, j),
+                    node(i + 1, j),
+                    node(i + 1, j + 1),
+                    node(i, j + 1),
+                ];
+                model.add(
+                    &at,
+                    &mass.each_ref().map(|r| &r[..]),
+                    &stiffness.each_ref().map(|r| &r[..]),
+                );
+            }
+        }
+    }
+    if held { model.held(&edge) } else { model }
+}
+
+/// A plane truss of so many square bays with both diagonals, bars of EA = 1e7 N, lumped masses; pinned at its left end, or
+/// free.
+pub fn truss(bays: usize, held: bool) -> Model {
+    let n = 4 * bays + 4;
+    let mut model = Model::new(n);
+    let node = |column: usize, row: usize| 2 * column + row;
+    let mut bar = |(c, r): (usize, usize), (d, s): (usize, usize)| {
+        let (x, y) = (d as f64 - c as f64, s as f64 - r as f64);
+        let length = x.hypot(y);
+        let k = 1e7 / length;
+        let along = [-x / length, -y / length, x / length, y / length];
+        let (first, second) = (node(c, r), node(d, s));
+        let at = [2 * first, 2 * first + 1, 2 * second, 2 * second + 1];
+        for (p, i) in at.iter().enumerate() {
+            model.mass[(*i, *i)] += 3.9 * length;
+            for (q, j) in at.iter().enumerate() {
+                model.stiffness[(*i, *j)] += k * along[p] * along[q];
+            }
+        }
+    };
+    for c in 0..=bays {
+        bar((c, 0), (c, 1));
+        if c < bays {
+            bar((c, 0), (c + 1, 0));
+            bar((c, 1), (c + 1, 1));
+            bar((c, 0), (c + 1, 1));
+            bar((c, 1), (c + 1, 0));
+        }
+    }
+    if held {
+        model.held(&[0, 1, 2, 3])
+    } else {
+        model
+    }
+}

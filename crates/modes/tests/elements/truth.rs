@@ -1,0 +1,142 @@
+//! All roots of det(λ²M + λC + K) with proven radii, from the matrices alone: Weierstrass' iteration on banded determinants
+//! in 320 bits (Smith 1970, *J. ACM* 17).
+
+use eigentone_digits::{Real, Wide, WideComplex};
+use eigentone_modes::{Bounds, Modes};
+use num_complex::Complex;
+
+use crate::mesh::Model;
+
+type Number = WideComplex<Wide<5>>;
+
+/// Roots, each in the disc of its radius; discs that touch no others hold as many roots as they are.
+struct Roots {
+    centres: Vec<Number>,
+    radii: Vec<f64>,
+}
+
+/// From approximations of all of them, in the same order, and how far these may be off. Those given as 0 stay near it.
+fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots {
+    const STEPS: usize = 10;
+    const ENOUGH: f64 = 1e-20;
+    let sizes = approximations.iter().map(|z| z.norm());
+    let largest = sizes.fold(0.0, f64::max);
+    // Apart from each other, so that no quotient is 0/0.
+    let mut points: Vec<Number> = approximations
+        .iter()
+        .enumerate()
+        .map(|(i, z)| {
+            let apart = (i + 1) as f64 / approximations.len() as f64;
+            let reach = if z.norm() == 0.0 {
+                1e-25 * largest
+            } else {
+                (0.5 * reach[i]).clamp(1e-22 * z.norm(), 1e-3 * z.norm())
+            };
+            let turn = Complex::from_polar(reach * apart, 2.4 * i as f64);
+            Number::new(z.re, z.im) + Number::new(turn.re, turn.im)
+        })
+        .collect();
+    let mass = model.determinant(Number::ZERO, true);
+    let correction = |points: &[Number], i: usize| {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        let product = others.fold(mass, |product, (_, other)| product * (points[i] - *other));
+        model.determinant(points[i], false) / product
+    };
+    let mut open: Vec<usize> = (0..points.len())
+        .filter(|i| approximations[*i].norm() > 0.0)
+        .collect();
+    for _ in 0..STEPS {
+        let moves: Vec<Number> = open.iter().map(|i| correction(&points, *i)).collect();
+        for (i, w) in open.iter().zip(&moves) {
+            points[*i] = points[*i] - *w;
+        }
+        let sizes = open.iter().zip(&moves);
+        open = sizes
+            .filter(|(i, w)| w.norm() > ENOUGH * approximations[**i].norm())
+            .map(|(i, _)| *i)
+            .collect();
+    }
+    let count = points.len() as f64;
+    let radius = |i: usize| count * correction(&points, i).norm() * 1.001;
+    Roots {
+        radii: (0..points.len()).map(radius).collect(),
+        centres: points,
+    }
+}
+
+/// Holds modes against the roots of a model: all are there, each within its bound. What is proven is so to `tight` of its
+/// size, but for those below `hidden` of the largest root; what is not is right to 1e-9, within its estimate, or has no bound.
+pub fn check(name: &str, model: &Model, modes: &Modes, tight: f64) {
+    let found = modes.eigenvalues();
+    assert_eq!(found.len(), 2 * model.order(), "{name}");
+    let values: Vec<_> = found.iter().map(|root| root.value).collect();
+    let reach: Vec<f64> = found.iter().map(|root| root.bound.unwrap_or(0.0)).collect();
+    let truth = roots(model, &values, &reach);
+    for i in 0..found.len() {
+        let (value, radius) = (values[i], truth.radii[i]);
+        let difference = Number::new(value.re, value.im) - truth.centres[i];
+        let (off, off_real) = (difference.norm(), difference.re.to_f64().abs());
+        let size = value.norm();
+        let smallest = 1e-18 * values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        match (modes.bounds(), found[i].bound, found[i].real_bound) {
+            (Bounds::Proven, Some(bound), Some(real_bound)) => {
+                assert!(
+                    off <= bound * (1.0 + 1e-9) + radius
+                        && off_real <= real_bound * (1.0 + 1e-9) + radius,
+                    "{name}: {value} is {off:e} off, real part {off_real:e}; bounds {bound:e} {real_bound:e}, known to {radius:e}"
+                );
+                assert!(
+                    bound <= tight * size.max(smallest) && radius <= tight * size.max(smallest),
+                    "{name}: {value} has a bound of {bound:e}, known to {radius:e}"
+                );
+            }
+            (Bounds::Estimated, Some(bound), _) => assert!(
+                off <= bound.max(1e-9 * size) + radius,
+                "{name}: {value} is {off:e} off, estimated {bound:e}, known to {radius:e}"
+            ),
+            (Bounds::Estimated, None, _) => {}
+            other => panic!("{name}: {value} has {other:?}"),
+        }
+    }
+}
+
+impl Model {
+    /// det(λ²M + λC + K), or det M, by elimination within the band.
+    fn determinant(&self, lambda: Number, of_mass: bool) -> Number {
+        let (n, band) = (self.order(), self.band());
+        let square = lambda * lambda;
+        let width = 2 * band + 1;
+        let mut rows = vec![Number::ZERO; n * width];
+        for i in 0..n {
+            for j in i.saturating_sub(band)..(i + band + 1).min(n) {
+                let number = |x: f64| Number::new(x, 0.0);
+                let mass = number(self.mass[(i, j)]);
+                rows[i * width + j + band - i] = if of_mass {
+                    mass
+                } else {
+                    square * mass
+                        + lambda * number(self.damping[(i, j)])
+                        + number(self.stiffness[(i, j)])
+                };
+            }
+        }
+        let mut product = Number::new(1.0, 0.0);
+        for i in 0..n {
+            let pivot = rows[i * width + band];
+            product = product * pivot;
+            for below in i + 1..(i + band + 1).min(n) {
+                let at = below * width + i + band - below;
+                let factor = rows[at] / pivot;
+                if factor == Number::ZERO {
+                    continue;
+                }
+                for j in i + 1..(i + band + 1).min(n) {
+                    let taken = factor * rows[i * width + j + band - i];
+                    let entry = &mut rows[below * width + j + band - below];
+                    *entry = *entry - taken;
+                }
+            }
+        }
+        product
+    }
+}

@@ -160,7 +160,7 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         in_doubles(system, structure)?
     };
     let answer = match precision {
-        Precision::Double => doubles(modes),
+        Precision::Double => modes,
         Precision::Certified { tolerance } => {
             certified::certified(solver, system, structure, modes, tolerance)
         }
@@ -226,12 +226,6 @@ fn largest_doubt(modes: &Modes) -> f64 {
             top.max(error)
         }
     })
-}
-
-/// In doubles, roots that are equal count as one.
-fn doubles(mut modes: Modes) -> Modes {
-    roots::count_equal(&mut modes.modes);
-    modes
 }
 
 /// Refuses what is too large for dense matrices.

@@ -4,10 +4,10 @@ use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
-use crate::modes::{Bounds, Mode, Modes, order};
+use crate::modes::{Bounds, Mode, Modes, Repeats, order};
 use crate::system::System;
 
-use super::roots::count_equal;
+use super::roots::together;
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
@@ -85,13 +85,14 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
 pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes {
     let mut modes: Vec<Mode> = Vec::new();
     let mut eigenvalues = Vec::new();
-    let (mut infinite, mut proven) = (0, true);
+    let (mut infinite, mut proven, mut complete) = (0, true, true);
     let mut plan = None;
     let mut ends = Vec::new();
     let count = solved.len();
     for (coordinates, part) in solved {
         infinite += part.infinite;
         proven &= part.bounds == Bounds::Proven;
+        complete &= part.complete;
         eigenvalues.extend(part.eigenvalues);
         let spread = |entries: &[Complex<f64>]| {
             let mut shape = vec![Complex::ZERO; system.len()];
@@ -118,6 +119,7 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         plan = plan.or(Some(part.plan));
     }
     forget_shared(&mut modes, &ends, proven);
+    join_clusters(&mut modes, &ends);
     let mut plan = plan.expect("a system has a coordinate");
     plan.reason = format!(
         "{}; {count} parts that nothing joins are solved apart",
@@ -127,18 +129,14 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
     let (zeros, mut modes): (Vec<Mode>, Vec<Mode>) = modes
         .into_iter()
         .partition(|mode| mode.eigenvalue.value.norm() == 0.0);
-    let total: usize = zeros
-        .iter()
-        .map(|zero| if zero.defective { zero.multiplicity } else { 1 })
-        .sum();
-    let defective = zeros.iter().any(|zero| zero.defective);
+    let count: usize = zeros.iter().map(|zero| zero.roots).sum();
+    let defective = zeros.iter().any(Mode::is_defective);
     let listed = if defective { 1 } else { zeros.len() };
     modes.extend(zeros.into_iter().take(listed).map(|zero| Mode {
-        multiplicity: total,
-        defective,
+        repeats: Repeats::Exactly { count, defective },
+        roots: if defective { count } else { 1 },
         ..zero
     }));
-    count_equal(&mut modes);
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     eigenvalues.sort_by(order);
     let bounds = if proven {
@@ -151,28 +149,58 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         eigenvalues,
         infinite,
         bounds,
+        complete,
         plan,
     }
+}
+
+/// Roots of different parts that may coincide belong to one cluster.
+fn join_clusters(modes: &mut [Mode], ends: &[usize]) {
+    let part = |mode: usize| ends.partition_point(|end| *end <= mode);
+    let mut label: Vec<usize> = (0..modes.len()).collect();
+    let is_open =
+        |mode: &Mode| !mode.eigenvalue.is_doubtful() && mode.eigenvalue.value.norm() > 0.0;
+    for i in (0..modes.len()).filter(|i| is_open(&modes[*i])) {
+        for j in (0..i).filter(|j| is_open(&modes[*j])) {
+            let (a, b) = (&modes[i], &modes[j]);
+            let join = if part(i) == part(j) {
+                a.eigenvalue == b.eigenvalue && a.repeats != Repeats::SIMPLE
+            } else {
+                touch(a, b)
+            };
+            if join && label[i] != label[j] {
+                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
+                let moved = label.iter_mut().filter(|label| **label == from);
+                moved.for_each(|label| *label = to);
+            }
+        }
+    }
+    for at in 0..modes.len() {
+        let members: Vec<usize> = (at..modes.len()).filter(|i| label[*i] == at).collect();
+        if members.iter().any(|i| part(*i) != part(at)) {
+            let repeats = together(modes, &members);
+            members.iter().for_each(|i| modes[*i].repeats = repeats);
+        }
+    }
+}
+
+/// Whether two roots may coincide.
+fn touch(a: &Mode, b: &Mode) -> bool {
+    let (a, b) = (a.eigenvalue, b.eigenvalue);
+    let (Some(bound), Some(reach)) = (a.bound, b.bound) else {
+        return true;
+    };
+    (a.value - b.value).norm() <= (bound + reach) * (1.0 + 8.0 * f64::EPSILON)
 }
 
 /// Shapes of roots that may be roots of other parts as well are not determined. The modes of each part end where
 /// `ends` says.
 fn forget_shared(modes: &mut [Mode], ends: &[usize], proven: bool) {
-    let disc = |mode: &Mode| (mode.eigenvalue.value, mode.eigenvalue.bound);
-    let discs: Vec<_> = modes.iter().map(disc).collect();
     let part = |mode: usize| ends.partition_point(|end| *end <= mode);
-    for (i, mode) in modes.iter_mut().enumerate() {
-        let (value, bound) = discs[i];
-        let mut others = discs
-            .iter()
-            .enumerate()
-            .filter(|(j, _)| part(*j) != part(i));
-        let shared = others.any(|(_, (other, reach))| {
-            let (Some(bound), Some(reach)) = (bound, reach) else {
-                return true;
-            };
-            (value - other).norm() <= (bound + reach) * (1.0 + 8.0 * f64::EPSILON)
-        });
+    let others = |i: usize| (0..modes.len()).filter(move |j| part(*j) != part(i));
+    let is_shared = |i: usize| others(i).any(|j| touch(&modes[i], &modes[j]));
+    let shared: Vec<bool> = (0..modes.len()).map(is_shared).collect();
+    for (mode, shared) in modes.iter_mut().zip(shared) {
         if shared || !proven {
             mode.shape_bound = None;
             mode.left_shape_bound = None;

@@ -2,6 +2,7 @@
 
 use num_complex::Complex;
 
+use crate::modes::Repeats;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -12,9 +13,9 @@ use super::roots::{Root, normalised};
 /// velocity that it is given, since no damper holds it either.
 pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
     let defective = count > shapes.len();
-    let root = |shape, count| Root {
-        count,
-        defective,
+    let root = |shape, each| Root {
+        count: each,
+        repeats: Some(Repeats::Exactly { count, defective }),
         error: Some((0.0, 0.0)),
         ..Root::simple(Complex::ZERO, shape)
     };

@@ -324,7 +324,7 @@ mod tests {
             let error = (root.value + 1.0).norm();
             assert!(error <= f64::EPSILON && error <= root.bound.unwrap());
         }
-        assert_eq!(modes.as_slice()[0].multiplicity(), 3);
+        assert_eq!(modes.as_slice()[0].multiplicity(), Some(3));
     }
 
     #[test]

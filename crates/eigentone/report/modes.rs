@@ -121,7 +121,8 @@ impl<'a> ModeReport<'a> {
                 csv::optional(mode.time_constant()),
                 mode.motion().to_string(),
                 whole(mode.multiplicity()),
-                known(mode).map_or_else(String::new, |defective| defective.to_string()),
+                mode.is_defective()
+                    .map_or_else(String::new, |defective| defective.to_string()),
                 csv::number(mode.backward_error()),
                 csv::optional(mode.condition()),
                 whole(mode.cluster()),
@@ -263,17 +264,12 @@ fn motion(mode: &Mode) -> String {
         (None, Some(k)) if k > 1 => format!(", one of {k} not told apart"),
         _ => String::new(),
     };
-    let defective = if mode.is_defective() {
+    let defective = if mode.is_defective() == Some(true) {
         ", defective"
     } else {
         ""
     };
     format!("{}{coincide}{defective}", mode.motion())
-}
-
-/// Whether it is defective, where that is known.
-fn known(mode: &Mode) -> Option<bool> {
-    mode.multiplicity().map(|_| mode.is_defective())
 }
 
 fn whole(count: Option<usize>) -> String {
@@ -387,7 +383,7 @@ impl ModeJson {
             },
             multiplicity: mode.multiplicity(),
             cluster: mode.cluster(),
-            defective: known(mode),
+            defective: mode.is_defective(),
             shape: shape.map(|x| ComplexJson { re: x.re, im: x.im }).collect(),
             shape_bound: mode.shape_bound().map(<[f64]>::to_vec),
             backward_error: mode.backward_error(),

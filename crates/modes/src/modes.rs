@@ -153,8 +153,11 @@ impl Eigenvalue {
 /// How many roots share a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Repeats {
-    /// So many coincide exactly, and have fewer shapes if they are defective.
-    Exactly { count: usize, defective: bool },
+    /// So many coincide exactly; whether they have fewer shapes, where that is known.
+    Exactly {
+        count: usize,
+        defective: Option<bool>,
+    },
     /// So many are neither told apart nor proved to coincide.
     Cluster(usize),
 }
@@ -162,7 +165,7 @@ pub(crate) enum Repeats {
 impl Repeats {
     pub(crate) const SIMPLE: Repeats = Repeats::Exactly {
         count: 1,
-        defective: false,
+        defective: Some(false),
     };
 }
 
@@ -205,15 +208,12 @@ impl Mode {
         }
     }
 
-    /// Whether the root is known to have fewer shapes than its multiplicity, as critical damping has.
-    pub fn is_defective(&self) -> bool {
-        matches!(
-            self.repeats,
-            Repeats::Exactly {
-                defective: true,
-                ..
-            }
-        )
+    /// Whether the root has fewer shapes than its multiplicity, as critical damping has; `None` where that is not known.
+    pub fn is_defective(&self) -> Option<bool> {
+        match self.repeats {
+            Repeats::Exactly { defective, .. } => defective,
+            Repeats::Cluster(_) => None,
+        }
     }
 
     /// How many roots this entry stands for: 1, or several that have, or may have, one shape in common. Such a mode

@@ -59,7 +59,7 @@ impl<'a> Sensitivity<'a> {
         let unresolved = SensitivityError::Unresolved { root: value };
         match mode.multiplicity() {
             Some(1) => {}
-            Some(multiplicity) if mode.is_defective() => {
+            Some(multiplicity) if mode.is_defective() == Some(true) => {
                 return Err(SensitivityError::Defective { multiplicity });
             }
             Some(multiplicity) => return Err(SensitivityError::Repeated { multiplicity }),

@@ -7,7 +7,7 @@ use crate::element::{Element, MatrixKind, Node};
 use crate::modes::{Bounds, Mode, Modes, Repeats, order};
 use crate::system::System;
 
-use super::roots::together;
+use super::coincidence::{settle_between, touch};
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
@@ -82,14 +82,16 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
 }
 
 /// The modes of the whole from those of its parts.
-pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes {
+pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) -> Modes {
     let mut modes: Vec<Mode> = Vec::new();
     let mut eigenvalues = Vec::new();
     let (mut infinite, mut proven, mut complete) = (0, true, true);
     let mut plan = None;
     let mut ends = Vec::new();
     let count = solved.len();
-    for (coordinates, part) in solved {
+    let mut parts = Vec::with_capacity(count);
+    for (coordinates, own, part) in solved {
+        parts.push(own);
         infinite += part.infinite;
         proven &= part.bounds == Bounds::Proven;
         complete &= part.complete;
@@ -118,8 +120,13 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         ends.push(modes.len());
         plan = plan.or(Some(part.plan));
     }
+    let bounds = if proven {
+        Bounds::Proven
+    } else {
+        Bounds::Estimated
+    };
     forget_shared(&mut modes, &ends, proven);
-    join_clusters(&mut modes, &ends);
+    settle_between(&parts, &mut modes, &ends, bounds);
     let mut plan = plan.expect("a system has a coordinate");
     plan.reason = format!(
         "{}; {count} parts that nothing joins are solved apart",
@@ -130,20 +137,18 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         .into_iter()
         .partition(|mode| mode.eigenvalue.value.norm() == 0.0);
     let count: usize = zeros.iter().map(|zero| zero.roots).sum();
-    let defective = zeros.iter().any(Mode::is_defective);
+    let defective = zeros.iter().any(|zero| zero.is_defective() == Some(true));
     let listed = if defective { 1 } else { zeros.len() };
     modes.extend(zeros.into_iter().take(listed).map(|zero| Mode {
-        repeats: Repeats::Exactly { count, defective },
+        repeats: Repeats::Exactly {
+            count,
+            defective: Some(defective),
+        },
         roots: if defective { count } else { 1 },
         ..zero
     }));
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     eigenvalues.sort_by(order);
-    let bounds = if proven {
-        Bounds::Proven
-    } else {
-        Bounds::Estimated
-    };
     Modes {
         modes,
         eigenvalues,
@@ -152,45 +157,6 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         complete,
         plan,
     }
-}
-
-/// Roots of different parts that may coincide belong to one cluster.
-fn join_clusters(modes: &mut [Mode], ends: &[usize]) {
-    let part = |mode: usize| ends.partition_point(|end| *end <= mode);
-    let mut label: Vec<usize> = (0..modes.len()).collect();
-    let is_open =
-        |mode: &Mode| !mode.eigenvalue.is_doubtful() && mode.eigenvalue.value.norm() > 0.0;
-    for i in (0..modes.len()).filter(|i| is_open(&modes[*i])) {
-        for j in (0..i).filter(|j| is_open(&modes[*j])) {
-            let (a, b) = (&modes[i], &modes[j]);
-            let join = if part(i) == part(j) {
-                a.eigenvalue == b.eigenvalue && a.repeats != Repeats::SIMPLE
-            } else {
-                touch(a, b)
-            };
-            if join && label[i] != label[j] {
-                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                let moved = label.iter_mut().filter(|label| **label == from);
-                moved.for_each(|label| *label = to);
-            }
-        }
-    }
-    for at in 0..modes.len() {
-        let members: Vec<usize> = (at..modes.len()).filter(|i| label[*i] == at).collect();
-        if members.iter().any(|i| part(*i) != part(at)) {
-            let repeats = together(modes, &members);
-            members.iter().for_each(|i| modes[*i].repeats = repeats);
-        }
-    }
-}
-
-/// Whether two roots may coincide.
-fn touch(a: &Mode, b: &Mode) -> bool {
-    let (a, b) = (a.eigenvalue, b.eigenvalue);
-    let (Some(bound), Some(reach)) = (a.bound, b.bound) else {
-        return true;
-    };
-    (a.value - b.value).norm() <= (bound + reach) * (1.0 + 8.0 * f64::EPSILON)
 }
 
 /// Shapes of roots that may be roots of other parts as well are not determined. The modes of each part end where

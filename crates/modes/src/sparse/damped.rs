@@ -98,7 +98,7 @@ fn undamped(found: &SparseModes) -> Vec<Root> {
                 1 => Repeats::SIMPLE,
                 count if error == Some((0.0, 0.0)) => Repeats::Exactly {
                     count,
-                    defective: true,
+                    defective: Some(true),
                 },
                 count => Repeats::Cluster(count),
             },

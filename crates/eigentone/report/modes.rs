@@ -254,7 +254,8 @@ fn damping_ratio(mode: &Mode) -> Option<(f64, f64)> {
 fn time_constant(mode: &Mode) -> Option<(f64, f64)> {
     let constant = mode.time_constant()?;
     let bound = mode.eigenvalue().real_bound?;
-    Some((constant, bound * constant * constant))
+    let known = Some((constant, bound * constant * constant));
+    known.filter(|(constant, bound)| bound < constant)
 }
 
 /// The motion, and how many roots coincide.

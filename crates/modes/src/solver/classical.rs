@@ -30,7 +30,7 @@ impl ModeSolver for Classical {
             return Some("there is no damping".to_owned());
         }
         if !structure.is_classical() {
-            return Some("not classically damped: C M⁻¹ K differs from K M⁻¹ C".to_owned());
+            return Some(structure.why_not_classical().to_owned());
         }
         spring_factor::refuses_springs(system)
             .and_then(|_| symmetric::refuses_matrices(system, structure))
@@ -55,13 +55,23 @@ fn modal_roots(
 ) -> Result<Vec<Root>, ModesError> {
     let mut roots = Vec::new();
     let mut at_rest = Vec::new();
-    let mut zeros = 0;
+    let mut all = modal_forms(solver, system, structure, Entries::Plain)?;
+    // How many motions at rest no damper holds is known; rounding leaves them the smallest c/m.
+    let is_rigid = |mode: &&mut ModalForms| mode.rigid;
+    let rigid = all.iter().filter(|mode| mode.rigid).count();
+    let zeros = structure.zero_roots().unwrap_or(rigid).max(rigid);
+    let mut held: Vec<&mut ModalForms> = all.iter_mut().filter(is_rigid).collect();
+    let rate = |mode: &ModalForms| (mode.forms.c / mode.forms.m).to_f64().abs();
+    held.sort_by(|a, b| rate(a).total_cmp(&rate(b)));
+    for mode in held.into_iter().take(zeros - rigid) {
+        mode.forms.c = DoubleDouble::ZERO;
+    }
     for ModalForms {
         shape,
         forms,
         rigid,
         error,
-    } in modal_forms(solver, system, structure, Entries::Plain)?
+    } in all
     {
         let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k };
         let quadratic = Quadratic {
@@ -71,11 +81,6 @@ fn modal_roots(
         };
         if rigid {
             at_rest.push(complex(&shape));
-            zeros += if quadratic.c == DoubleDouble::ZERO {
-                2
-            } else {
-                1
-            };
         }
         let exact = system.len() == 1;
         let found = quadratic
@@ -398,9 +403,31 @@ impl Quadratic {
         let hidden = if exact { 0.0 } else { HIDDEN };
         let size = (c1 * c1).to_f64().max((m1 * k1).to_f64().abs());
         let ulp = 4.0 * f64::EPSILON;
+        // What the coefficients may be off, relative, moves the roots the more the nearer they are to each other.
+        let error = |value: f64| {
+            let rounding = ulp * value.abs() + f64::from_bits(1);
+            if exact {
+                return rounding;
+            }
+            let (m1, c1, k1) = (m1.to_f64(), c1.to_f64().abs(), k1.to_f64().abs());
+            let scaled = value.abs().scale(of_mass - unit);
+            let change = ulp * (scaled * c1 + k1) / m1;
+            let gap = discriminant.to_f64().abs().sqrt() / m1;
+            let moved = if 16.0 * change <= gap * gap {
+                2.0 * change / gap
+            } else {
+                0.5 * gap + (0.25 * gap * gap + change).sqrt()
+            };
+            rounding.max(moved.scale(unit - of_mass))
+        };
+        // A root that is not 0 keeps its sign where it leaves the range of doubles.
+        let rounded = |value: DoubleDouble, is_positive: bool| match value.to_f64() {
+            0.0 => f64::from_bits(1).copysign(if is_positive { 1.0 } else { -1.0 }),
+            value => value,
+        };
         if discriminant.to_f64().abs() <= hidden * size {
             let value = (-c / (m * 2.0)).to_f64();
-            let error = (ulp + hidden.sqrt()) * value.abs();
+            let error = error(value);
             return vec![ScalarRoot {
                 value: Complex::from(value),
                 count: 2,
@@ -411,11 +438,12 @@ impl Quadratic {
             let re = (-c / (m * 2.0)).to_f64();
             let im = ((-discriminant).sqrt().scale(unit) / (m * 2.0)).to_f64();
             let value = Complex::new(re, im);
-            let error = (ulp * value.norm(), ulp * re.abs());
+            let whole = error(value.norm());
+            let real = if whole < im { ulp * re.abs() } else { whole };
             return vec![ScalarRoot {
                 value,
                 count: 1,
-                error,
+                error: (whole, real),
             }];
         }
         let root = discriminant.sqrt().scale(unit);
@@ -424,12 +452,18 @@ impl Quadratic {
         } else {
             -c - root
         };
-        let (large, small) = ((sum / (m * 2.0)).to_f64(), (k * 2.0 / sum).to_f64());
+        let grows = |x: DoubleDouble| x > DoubleDouble::ZERO;
+        let large = rounded(sum / (m * 2.0), grows(sum));
+        let small = if k == DoubleDouble::ZERO {
+            0.0
+        } else {
+            rounded(k * 2.0 / sum, grows(k) == grows(sum))
+        };
         [large, small]
             .map(|value| ScalarRoot {
                 value: Complex::from(value),
                 count: 1,
-                error: (ulp * value.abs(), ulp * value.abs()),
+                error: (error(value), error(value)),
             })
             .into()
     }

@@ -149,9 +149,21 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         .iter()
         .filter_map(|root| root.quality.or_else(|| computed.next()))
         .collect();
-    let with_quality = roots.into_iter().zip(qualities);
+    let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
+    let with_quality = roots.into_iter().zip(qualities).enumerate();
     let mut modes: Vec<Mode> = with_quality
-        .map(|(root, quality)| mode(root, quality, symmetric, bounds))
+        .map(|(i, (root, quality))| {
+            let error = match bounds {
+                Bounds::Proven => root.error,
+                Bounds::Estimated => root.error.or_else(|| estimate(&root, quality, &values, i)),
+            };
+            mode(
+                root,
+                quality,
+                symmetric,
+                error.filter(|error| bounds == Bounds::Proven || is_small(*error, values[i])),
+            )
+        })
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     tell_apart(&mut modes);
@@ -187,24 +199,62 @@ fn normalised_root(root: Root) -> Root {
 /// Estimated errors, relative, that are small.
 pub(crate) const SMALL: f64 = 1e-3;
 
-/// A root with its quality; twice the first-order error leaves room for the second order where the
-/// first is small.
-fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
+/// Whether an estimate is so small against the root that it means something; one of the least double there is always
+/// does.
+fn is_small((error, _): (f64, f64), value: Complex<f64>) -> bool {
+    error <= (SMALL * value.norm()).max(f64::from_bits(1))
+}
+
+/// Twice the first-order error, which leaves room for the second order where the first is small. Where others lie so
+/// near that it is not, the root is one of p(z) = Π (z − z_j), and may be off by a change of p that would move it so far if it
+/// stood alone: on a circle about it, |p| must be larger than the change (Rouché's theorem).
+fn estimate(
+    root: &Root,
+    quality: Quality,
+    values: &[Complex<f64>],
+    i: usize,
+) -> Option<(f64, f64)> {
+    const STEP: f64 = 1.125;
+    // No root so well conditioned has others as near as that beside it.
+    const GOOD: f64 = 1e-13;
+    if root.count > 1 {
+        return None;
+    }
+    let size = root.value.norm();
+    quality.condition.filter(|_| size != 0.0)?;
+    let first = 2.0 * quality.first_order() * size;
+    if first <= GOOD * size || !is_small((first, first), root.value) {
+        return Some((first, first));
+    }
+    let conjugate = |z: &Complex<f64>| {
+        [*z, z.conj()]
+            .into_iter()
+            .take(if z.im == 0.0 { 1 } else { 2 })
+    };
+    let own = |(j, k, _): &(usize, usize, Complex<f64>)| (*j, *k) == (i, 0);
+    let all = values.iter().enumerate();
+    let all = all.flat_map(|(j, z)| conjugate(z).enumerate().map(move |(k, z)| (j, k, z)));
+    let gaps: Vec<f64> = all
+        .filter(|each| !own(each))
+        .map(|(.., z)| (z - root.value).norm())
+        .collect();
+    let mut reach = first;
+    while reach < size {
+        let each = gaps.iter().map(|gap| (1.0 - reach / gap).abs());
+        if reach * each.product::<f64>() >= first {
+            break;
+        }
+        reach *= STEP;
+    }
+    Some((reach, reach))
+}
+
+fn mode(root: Root, quality: Quality, symmetric: bool, error: Option<(f64, f64)>) -> Mode {
     let Quality {
         backward_error,
         condition,
     } = quality;
     let condition = condition.filter(|_| root.count == 1 && root.value.norm() != 0.0);
-    let estimate = condition.map(|_| {
-        let error = 2.0 * quality.first_order() * root.value.norm();
-        (error, error)
-    });
-    // Beyond that first-order theory says nothing, which proofs do not rest on.
-    let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
-    let error = match bounds {
-        Bounds::Proven => root.error,
-        Bounds::Estimated => root.error.or(estimate).filter(small),
-    };
     let (left_shape, left_shape_bound) = match root.left {
         None if symmetric => (
             Some(root.shape.iter().map(|entry| entry.conj()).collect()),

@@ -3,7 +3,7 @@
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{ColRef, Mat, Par, Side};
 
-use crate::element::MatrixKind;
+use crate::element::{Element, MatrixKind, Node};
 use crate::first_order::FirstOrder;
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
@@ -106,6 +106,12 @@ pub(crate) fn real_modes(
     let modes = found.map(|(rank, (j, (shape, forms)))| {
         let rigid = rank < rigid;
         let square = if rigid { 0.0 } else { square(j) };
+        // What massless nodes add may cancel.
+        let largest = if structure.massless().is_empty() {
+            largest
+        } else {
+            largest.max(gross_stiffness(system, &shape) / forms.m.to_f64())
+        };
         // Small against the largest square, so perhaps not against this one.
         let error = 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
         let (square, doubt) = if square > 0.0 {
@@ -122,6 +128,25 @@ pub(crate) fn real_modes(
         }
     });
     Ok(modes.collect())
+}
+
+/// What all springs and entries of K add to xᵀKx, by size.
+fn gross_stiffness(system: &System, x: &[f64]) -> f64 {
+    let at = |node: Node| node.coordinate().map_or(0.0, |i| x[i]);
+    let spring = |spring: &Element| {
+        let stretch = at(spring.first) - at(spring.second);
+        spring.coefficient.abs() * stretch * stretch
+    };
+    let springs: f64 = system.springs().iter().map(spring).sum();
+    let added = system.added(MatrixKind::Stiffness);
+    let entries = added.map_or(0.0, |k| {
+        let column = |(j, column): (usize, ColRef<'_, f64>)| -> f64 {
+            let each = column.iter().zip(x).map(|(entry, x)| (entry * x).abs());
+            each.sum::<f64>() * x[j].abs()
+        };
+        k.col_iter().enumerate().map(column).sum()
+    });
+    springs + entries
 }
 
 /// The masses, where M has nothing but them on its diagonal, and all are positive.

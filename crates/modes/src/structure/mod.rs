@@ -154,6 +154,18 @@ impl Structure {
         self.classical == Verdict::Proved
     }
 
+    /// Why the damping is not taken for classical, as a clause.
+    pub(crate) fn why_not_classical(&self) -> &'static str {
+        match self.classical {
+            _ if !self.is_symmetric() => "a matrix is not symmetric",
+            Verdict::Disproved => "not classically damped: C M⁻¹ K differs from K M⁻¹ C",
+            _ if !self.massless().is_empty() => {
+                "massless nodes leave no M⁻¹ with which C M⁻¹ K = K M⁻¹ C could hold"
+            }
+            _ => "not proved to be classically damped: C M⁻¹ K = K M⁻¹ C with M positive definite",
+        }
+    }
+
     /// Whether C = −Cᵀ ≠ 0, M is positive definite and K positive semidefinite, all proved. Then
     /// Re λ = 0 for every root (Tisseur & Meerbergen 2001, *SIAM Review* 43).
     pub fn is_gyroscopic(&self) -> bool {

@@ -99,6 +99,10 @@ fn moves(mode: &Mode, near: &[&ReferenceEigenvalue]) -> bool {
 
 /// The answers to a system are right, and that with proof tells all roots apart.
 fn examine(system: &System) -> Result<(), TestCaseError> {
+    let structure = system.structure();
+    if structure.zero_roots() == structure.finite_roots() {
+        return Ok(());
+    }
     let truth = Reference::with_digits(40).modes(system);
     let Ok(truth) = truth else {
         return Ok(());

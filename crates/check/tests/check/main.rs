@@ -1,5 +1,6 @@
 //! What is checked of the checks:
 //!
+//! - `coincidence`: roots that coincide or nearly do, by the modes, against the reference;
 //! - `one_mass`: the closed form against 34-digit truths, published numbers and textbook formulas;
 //! - `closed_forms`: one mass, uniform chains and undamped pairs in more digits against exponentials;
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
@@ -7,6 +8,7 @@
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
 mod closed_forms;
+mod coincidence;
 mod comparisons;
 mod integrators;
 mod one_mass;

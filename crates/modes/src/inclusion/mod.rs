@@ -337,14 +337,33 @@ impl Job<'_> {
                 },
                 reach,
             );
-            let alone = discs
-                .iter()
-                .enumerate()
-                .all(|(other, disc)| other == at || lower(disc.centre - around) > 0.0);
-            if height <= radius(ball) && alone {
+            let is_alone = |around: Ball<T>| {
+                let mut discs = discs.iter().enumerate();
+                discs.all(|(other, disc)| other == at || lower(disc.centre - around) > 0.0)
+            };
+            if height <= radius(ball) && is_alone(around) {
                 found.push(self.rounded(&disc.members, around, unit, true));
             } else if ball.middle().im.to_f64() > 0.0 {
-                found.push(self.rounded(&disc.members, ball, unit, false));
+                // Without damping −λ̄ is a root with λ: a disc about the imaginary axis that holds one root has it there.
+                let width = ball.middle().re.to_f64().abs();
+                let reach = Magnitude::from((radius(ball) + width) * (1.0 + 1e-9));
+                let upright = WideComplex {
+                    re: T::ZERO,
+                    ..ball.middle()
+                };
+                let is_imaginary = self.structure.is_undamped()
+                    && disc.members.len() == 1
+                    && width <= radius(ball)
+                    && is_alone(Ball::new(upright, reach));
+                let root = self.rounded(&disc.members, ball, unit, false);
+                found.push(if is_imaginary {
+                    Certified {
+                        real_bound: 0.0,
+                        ..root
+                    }
+                } else {
+                    root
+                });
             }
         }
         found
@@ -391,19 +410,30 @@ impl Job<'_> {
         real: bool,
     ) -> Certified {
         let middle = ball.middle();
-        let mut re = middle.re.to_f64();
-        let hidden = re.abs() <= radius(ball);
-        if hidden && !real || (self.structure.is_passive() && re > 0.0) {
-            re = 0.0;
-        }
-        let im = if real { 0.0 } else { middle.im.to_f64() };
-        let re_error = (middle.re - T::from(re)).to_f64().abs();
-        let im_error = (middle.im - T::from(im)).to_f64().abs();
+        let hidden = middle.re.upper() <= ball.radius();
+        let is_zero = hidden && !real || (self.structure.is_passive() && middle.re > T::ZERO);
+        let power = i64::from(unit);
+        // What is not 0 keeps its sign where it leaves the range of doubles.
+        let part = |part: T| match part.scale(power).to_f64() {
+            0.0 if part > T::ZERO => f64::from_bits(1),
+            0.0 if part < T::ZERO => -f64::from_bits(1),
+            value => value,
+        };
+        let re = if is_zero { 0.0 } else { part(middle.re) };
+        let im = if real { 0.0 } else { part(middle.im) };
+        let off = |part: T, double: f64| (part.scale(power) - T::from(double)).to_f64().abs();
+        let (re_error, im_error) = (off(middle.re, re), off(middle.im, im));
+        let reach = times_power(radius(ball), unit);
+        let is_exact = re_error == 0.0 && im_error == 0.0 && ball.radius().is_zero();
+        let enlarged = |bound: f64| match is_exact {
+            true => 0.0,
+            false => bound * (1.0 + 1e-9) + f64::from_bits(1),
+        };
         Certified {
             members: members.to_vec(),
-            value: Complex::new(times_power(re, unit), times_power(im, unit)),
-            bound: enlarged(radius(ball) + re_error.hypot(im_error), unit),
-            real_bound: enlarged(radius(ball) + re_error, unit),
+            value: Complex::new(re, im),
+            bound: enlarged(reach + re_error.hypot(im_error)),
+            real_bound: enlarged(reach + re_error),
             shapes: None,
             disc: Disc::of(ball),
         }

@@ -53,9 +53,6 @@ pub(crate) fn refine<T: Real>(
     const SWEEPS: usize = 150;
     const PLAIN: usize = 6;
     let mut best: Option<Vec<Inclusion<T>>> = None;
-    // Sweeps for which points take plain steps after gathering them went too far.
-    let mut pause = PLAIN;
-    let mut gathered = false;
     let mut stuck = 0;
     let mut previous = f64::INFINITY;
     for sweep in 0..SWEEPS {
@@ -68,28 +65,18 @@ pub(crate) fn refine<T: Real>(
             if discs.iter().all(|disc| goal.meets(disc)) {
                 return Level::Done(discs);
             }
-            best = Some(discs);
+            if best.as_ref().is_none_or(|best| is_finer(&discs, best)) {
+                best = Some(discs);
+            }
         }
         let mut moved = false;
-        let mut now_gathered = false;
         let mut progress = 0f64;
         for group in &groups {
-            if group.len() > 1 && pause == 0 {
-                match gather(points, group, goal) {
-                    Move::Gathered => (moved, now_gathered) = (true, true),
-                    Move::Stepped => {
-                        moved = true;
-                        pause = if gathered {
-                            2 * PLAIN + group.len()
-                        } else {
-                            pause
-                        };
-                    }
-                    Move::None => {}
-                }
+            moved |= if group.len() > 1 && sweep >= PLAIN {
+                gather(points, group, goal)
             } else {
-                moved |= step_all(points, group);
-            }
+                step_all(points, group)
+            };
             for &i in group {
                 progress = progress.max(upper(points.corrections[i]) / size(points.z[i]));
             }
@@ -97,8 +84,6 @@ pub(crate) fn refine<T: Real>(
         if !moved {
             break;
         }
-        pause = pause.saturating_sub(1);
-        gathered = now_gathered;
         if sweep % PLAIN == PLAIN - 1 {
             break_symmetry(points);
         }
@@ -161,57 +146,93 @@ fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
     true
 }
 
-/// What became of a group.
-enum Move {
-    Gathered,
-    Stepped,
-    None,
+/// Whether discs tell more roots apart than others, or as many within about as much.
+fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
+    let widest = |discs: &[Inclusion<T>]| {
+        let relative = discs
+            .iter()
+            .map(|disc| radius(disc.centre) / size(disc.centre));
+        relative.fold(0.0, f64::max)
+    };
+    let (more, as_many) = (discs.len() > others.len(), discs.len() == others.len());
+    more || as_many && widest(discs) <= 2.0 * widest(others)
 }
 
-/// Moves a group of points that do not stand clear of each other. If the corrections are no larger
-/// than the group, its roots lie closer together than its points: the points are gathered on a
-/// smaller circle about their corrected mean. Else each takes its own step.
-fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> Move {
+/// Moves a group of points that do not stand clear of each other; whether any moved. If its roots lie much closer
+/// together than its points, these are gathered on a circle about their corrected mean that is as wide as the roots are apart;
+/// else each takes its own step.
+fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool {
     let m = group.len();
     let mut centre = Ball::ZERO;
     for &i in group {
         centre = centre + middle(points.improved(i));
     }
     let Some(share) = real::<T>(1.0).checked_div(real(m as f64)) else {
-        return Move::None;
+        return false;
     };
-    let centre = centre * share;
-    let spread = group
-        .iter()
-        .map(|i| upper(points.z[*i] - centre))
-        .fold(0.0, f64::max);
-    let correction = group
-        .iter()
-        .map(|i| upper(points.corrections[*i]))
-        .fold(0.0, f64::max);
+    let centre = middle(centre * share);
+    let largest = |of: &dyn Fn(usize) -> f64| group.iter().map(|i| of(*i)).fold(0.0, f64::max);
+    let spread = largest(&|i| upper(points.z[i] - centre));
+    let correction = largest(&|i| upper(points.corrections[i]));
     // A point may stand on a root already: its own correction is then nothing but uncertainty.
-    let known = group
-        .iter()
-        .all(|i| 5.0 * radius(points.corrections[*i]) < correction);
-    if !known {
-        return Move::None;
+    if largest(&|i| 5.0 * radius(points.corrections[i])) >= correction {
+        return false;
     }
-    let tight = correction <= 1.5 * spread && spread <= 1e-2 * size(centre);
     let floor = goal.limit * size(centre) / (64.0 * points.z.len() as f64);
-    if tight && spread > floor {
-        let reach = (spread / 16.0).max(0.5 * floor);
-        for (k, &i) in group.iter().enumerate() {
-            let angle = 0.7 + std::f64::consts::TAU * k as f64 / m as f64;
-            let arm = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
-            points.place(i, centre + arm);
+    let near = correction <= 1.5 * spread && spread <= 1e-2 * size(centre);
+    if !near || spread <= floor {
+        return step_all(points, group);
+    }
+    let reach = extent(points, group, centre).max(0.5 * floor);
+    if reach > 0.5 * spread {
+        return step_all(points, group);
+    }
+    for (k, &i) in group.iter().enumerate() {
+        let angle = 0.7 + std::f64::consts::TAU * k as f64 / m as f64;
+        let arm = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
+        points.place(i, centre + arm);
+    }
+    true
+}
+
+/// How far the roots of a group lie from a centre, as far as digits tell: they are those of
+///
+/// q(c + x) = Π (x − (z_i − c)) + Σ W_i Π_{j≠i} (x − (z_j − c)) = x^m + q_1 x^(m−1) + … + q_m
+///
+/// but for what the points outside add, and the largest root x is max (|q_k|/(m over k))^(1/k) at least and a few times that
+/// at most (Birkhoff 1914, *Bull. AMS* 21).
+fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 {
+    let m = group.len();
+    let arms: Vec<Ball<T>> = group.iter().map(|i| points.z[*i] - centre).collect();
+    // Π (x − arm) of the first few, and what is added to it, by falling powers.
+    let (mut whole, mut added) = (vec![real::<T>(1.0)], vec![Ball::ZERO]);
+    for (arm, &i) in arms.iter().zip(group) {
+        let times = |q: &[Ball<T>]| -> Vec<Ball<T>> {
+            let shifted = (0..=q.len()).map(|k| {
+                let kept = q.get(k).copied().unwrap_or(Ball::ZERO);
+                match k.checked_sub(1) {
+                    Some(before) => kept - q[before] * *arm,
+                    None => kept,
+                }
+            });
+            shifted.collect()
+        };
+        added = times(&added);
+        for (k, coefficient) in whole.iter().enumerate() {
+            added[k + 1] = added[k + 1] + *coefficient * points.corrections[i];
         }
-        return Move::Gathered;
+        whole = times(&whole);
     }
-    if step_all(points, group) {
-        Move::Stepped
-    } else {
-        Move::None
+    let mut choices = 1.0;
+    let mut reach = 0f64;
+    for k in 1..=m {
+        choices *= (m + 1 - k) as f64 / k as f64;
+        let q = whole[k] + added[k];
+        // Roots that the digits leave open may be as far apart.
+        let size = (size(q) + 16.0 * radius(q)) / choices;
+        reach = reach.max(size.powf(1.0 / k as f64));
     }
+    reach
 }
 
 /// Moves each point of a group; whether any moved.

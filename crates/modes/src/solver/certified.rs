@@ -8,12 +8,12 @@ use crate::inclusion::shape::Enclosed;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
-use crate::modes::{Mode, Modes};
+use crate::modes::{Bounds, Mode, Modes, Repeats};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::roots::{Root, collect, collect_proven, count_equal};
+use super::roots::{Root, collect, collect_proven};
 use super::springless::with_dampers_for_springs;
 use super::{ModeSolver, classical, rigid};
 
@@ -100,7 +100,7 @@ pub(crate) fn certified(
                 root.shape_bound.is_none()
             }
         };
-        let open = |root: &&mut Root| root.count == 1 && wanted(root);
+        let open = |root: &&mut Root| root.repeats == Some(Repeats::SIMPLE) && wanted(root);
         let open = roots.iter_mut().filter(open).collect();
         enclose_shapes(system, structure, open, tolerance);
     }
@@ -117,6 +117,61 @@ pub(crate) fn certified(
         plan,
         ..collect_proven(solver, system, roots)
     }
+}
+
+/// The modes of a system that doubles do not solve, from no more than guesses at the sizes of its roots; `None` where
+/// not every root is proved, with its shape.
+pub(crate) fn from_guesses(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+    tolerance: f64,
+) -> Option<Modes> {
+    let zeros = structure.zero_roots()?;
+    let count = structure.finite_roots()? - zeros;
+    if system.len() > LARGEST || count == 0 {
+        return None;
+    }
+    let lone = lone_roots(system).into_iter();
+    let mut sizes: Vec<f64> = lone.map(|root| root.value.norm()).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Conjugate pairs all about 0, and one real root where their number is odd.
+    let guess = |pair: usize| {
+        let size = sizes
+            .get(2 * pair * sizes.len() / count)
+            .copied()
+            .unwrap_or(1.0);
+        let turn = if 2 * pair + 1 == count {
+            0.0
+        } else {
+            0.4 + 2.6 * pair as f64 / count as f64
+        };
+        let mut shape = vec![Complex::ZERO; system.len()];
+        shape[pair % system.len()] = Complex::ONE;
+        let value = -Complex::from_polar(size, -turn);
+        Root::simple(
+            if turn == 0.0 {
+                Complex::from(-size)
+            } else {
+                value
+            },
+            shape,
+        )
+    };
+    let mut guesses = collect(solver, system, (0..count.div_ceil(2)).map(guess).collect());
+    guesses.plan.solver = "simultaneous iteration";
+    guesses.plan.reason =
+        "doubles do not solve it: all roots at once, from guesses at their sizes, \
+                           with more digits"
+            .to_owned();
+    // What doubles hide in the matrices shapes show only at roots that are known far better.
+    const CLOSE: f64 = 1e-24;
+    let modes = certified(solver, system, structure, guesses, tolerance.min(CLOSE));
+    // Shapes that are not bounded are still those of guesses.
+    let is_known =
+        |mode: &Mode| mode.eigenvalue().value.norm() == 0.0 || mode.shape_bound().is_some();
+    let is_proven = modes.bounds() == Bounds::Proven && modes.iter().all(is_known);
+    is_proven.then_some(modes)
 }
 
 /// The largest relative bound of a component, or infinity where there are none.
@@ -185,7 +240,7 @@ fn at_once(
     tolerance: f64,
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
-        count: mode.multiplicity,
+        repeats: Some(of_disc(mode.multiplicity)),
         error: Some((
             mode.bound,
             if mode.value.re == 0.0 {
@@ -218,8 +273,8 @@ fn by_undamped_shapes(
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
     let root = |found: Damped| Root {
-        count: found.multiplicity,
-        defective: found.defective,
+        count: found.roots,
+        repeats: Some(of_disc(found.multiplicity)),
         error: Some((found.bound, found.real_bound)),
         ..with_shape(found.value, found.shape)
     };
@@ -254,7 +309,7 @@ fn without_springs(
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: springless::Relaxing| Root {
-        count: found.multiplicity,
+        repeats: Some(of_disc(found.multiplicity)),
         error: Some((found.bound, found.bound)),
         ..with_shape(Complex::from(found.value), found.shape)
     };
@@ -287,7 +342,7 @@ fn by_pairs(
                 None => (None, None),
             };
             roots.push(Root {
-                count,
+                repeats: Some(of_disc(count)),
                 error: Some((found.bound, found.real_bound)),
                 left,
                 left_bound,
@@ -314,11 +369,7 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         if value.norm() == 0.0 {
             continue;
         }
-        let count = if mode.is_defective() {
-            mode.multiplicity()
-        } else {
-            1
-        };
+        let count = mode.roots();
         // The points of a cluster start on a circle as wide as it is uncertain.
         let reach = mode
             .eigenvalue()
@@ -356,11 +407,14 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
-            let mut found = root(&modes[owner], certificate.value, count, !complete);
+            let shape = modes[owner].shape().to_vec();
+            let mut found = Root::simple(certificate.value, shape);
             if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
                 found.enclose(shapes.clone());
             }
             roots.push(Root {
+                count: count / entries,
+                repeats: Some(of_disc(count)),
                 error: Some((certificate.bound, certificate.real_bound)),
                 ..found
             });
@@ -412,16 +466,15 @@ fn with_shape(value: Complex<f64>, shape: Shape) -> Root {
     }
 }
 
-fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {
-    Root {
-        count,
-        defective,
-        ..Root::simple(value, mode.shape().to_vec())
+/// What a disc that holds so many roots proves of them.
+fn of_disc(count: usize) -> Repeats {
+    match count {
+        1 => Repeats::SIMPLE,
+        count => Repeats::Cluster(count),
     }
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {
-    count_equal(&mut modes.modes);
     modes.plan.bounds = format!("estimated in doubles, not proven: {reason}");
     modes
 }

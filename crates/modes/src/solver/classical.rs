@@ -30,7 +30,7 @@ impl ModeSolver for Classical {
             return Some("there is no damping".to_owned());
         }
         if !structure.is_classical() {
-            return Some("not classically damped: C M⁻¹ K differs from K M⁻¹ C".to_owned());
+            return Some(structure.why_not_classical().to_owned());
         }
         spring_factor::refuses_springs(system)
             .and_then(|_| symmetric::refuses_matrices(system, structure))
@@ -55,14 +55,26 @@ fn modal_roots(
 ) -> Result<Vec<Root>, ModesError> {
     let mut roots = Vec::new();
     let mut at_rest = Vec::new();
-    let mut zeros = 0;
-    for ModalForms {
-        shape,
-        forms,
-        rigid,
-        error,
-    } in modal_forms(solver, system, structure, Entries::Plain)?
-    {
+    let mut all = modal_forms(solver, system, structure, Entries::Plain)?;
+    // How many motions at rest no damper holds is known; rounding leaves them the smallest c/m.
+    let is_rigid = |mode: &&mut ModalForms| mode.rigid;
+    let rigid = all.iter().filter(|mode| mode.rigid).count();
+    let zeros = structure.zero_roots().unwrap_or(rigid).max(rigid);
+    let mut held: Vec<&mut ModalForms> = all.iter_mut().filter(is_rigid).collect();
+    let rate = |mode: &ModalForms| (mode.forms.c / mode.forms.m).to_f64().abs();
+    held.sort_by(|a, b| rate(a).total_cmp(&rate(b)));
+    for mode in held.into_iter().take(zeros - rigid) {
+        mode.forms.c = DoubleDouble::ZERO;
+    }
+    let couplings = couplings(system, &all);
+    let each = all.into_iter().zip(couplings);
+    for (mode, coupling) in each {
+        let ModalForms {
+            shape,
+            forms,
+            rigid,
+            error,
+        } = mode;
         let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k };
         let quadratic = Quadratic {
             m: forms.m,
@@ -71,15 +83,9 @@ fn modal_roots(
         };
         if rigid {
             at_rest.push(complex(&shape));
-            zeros += if quadratic.c == DoubleDouble::ZERO {
-                2
-            } else {
-                1
-            };
         }
-        let exact = system.len() == 1;
         let found = quadratic
-            .roots(exact)
+            .roots((system.len() > 1).then_some(coupling))
             .into_iter()
             .filter(|root| root.value.norm() != 0.0);
         roots.extend(found.map(|mut root| {
@@ -90,6 +96,29 @@ fn modal_roots(
     }
     roots.extend(rigid::roots(at_rest, zeros));
     Ok(roots)
+}
+
+/// How far C still couples each shape to others of nearly its frequency, as a part of c/m.
+fn couplings(system: &System, modes: &[ModalForms]) -> Vec<f64> {
+    let square = |mode: &ModalForms| (mode.forms.k / mode.forms.m).to_f64();
+    let near =
+        |a: &ModalForms, b: &ModalForms| !a.rigid && !b.rigid && are_near(square(a), square(b));
+    let mut found = Vec::with_capacity(modes.len());
+    for group in modes.chunk_by(near) {
+        if group.len() == 1 {
+            found.push(0.0);
+            continue;
+        }
+        let unit = |mode: &ModalForms| -> Vec<f64> {
+            let size = mode.forms.m.to_f64().sqrt();
+            mode.shape.iter().map(|x| x / size).collect()
+        };
+        let shapes: Vec<Vec<f64>> = group.iter().map(unit).collect();
+        let gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
+        let others = |p: usize| (0..group.len()).filter(move |q| *q != p);
+        found.extend((0..group.len()).map(|p| others(p).map(|q| gamma[(p, q)].abs()).sum::<f64>()));
+    }
+    found
 }
 
 fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
@@ -269,17 +298,19 @@ fn relaxing_forms(
 /// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
 /// those that C does not couple.
 fn separate(system: &System, modes: &mut [RealMode], entries: Entries) {
-    const NEAR: f64 = 1e-6;
     modes.sort_by(|a, b| a.square.total_cmp(&b.square));
-    let near = |a: &RealMode, b: &RealMode| {
-        (b.square - a.square).abs() <= NEAR * b.square.abs().max(a.square.abs())
-    };
+    let near = |a: &RealMode, b: &RealMode| are_near(a.square, b.square);
     // Each mode is near the one before it.
     for group in modes.chunk_by_mut(near) {
         if group.len() > 1 {
             uncouple(system, group, near, entries);
         }
     }
+}
+
+fn are_near(a: f64, b: f64) -> bool {
+    const NEAR: f64 = 1e-6;
+    (b - a).abs() <= NEAR * b.abs().max(a.abs())
 }
 
 /// Jacobi's rotations of shapes of modal mass 1 until C couples none that are near.
@@ -352,7 +383,7 @@ pub(crate) fn scalar_roots(m: f64, c: f64, k: f64) -> Vec<Complex<f64>> {
         };
     }
     let [m, c, k] = [m, c, k].map(DoubleDouble::from);
-    let roots = Quadratic { m, c, k }.roots(true).into_iter();
+    let roots = Quadratic { m, c, k }.roots(None).into_iter();
     let each = roots.flat_map(|root| std::iter::repeat_n(root.value, root.count));
     each.filter(|value| value.norm() != 0.0 && value.is_finite())
         .collect()
@@ -376,7 +407,6 @@ impl ScalarRoot {
     fn with_shape(self, shape: Vec<Complex<f64>>) -> Root {
         Root {
             count: self.count,
-            defective: self.count > 1,
             error: Some(self.error),
             ..Root::simple(self.value, shape)
         }
@@ -385,8 +415,8 @@ impl ScalarRoot {
 
 impl Quadratic {
     /// The roots without cancellation. A discriminant that the coefficients' own error hides is
-    /// taken for critical damping; `exact` coefficients have no such error.
-    fn roots(&self, exact: bool) -> Vec<ScalarRoot> {
+    /// taken for critical damping. Coefficients are exact, or known to rounding and c/m to a coupling more.
+    fn roots(&self, coupling: Option<f64>) -> Vec<ScalarRoot> {
         const HIDDEN: f64 = 1e-28;
         let Quadratic { m, c, k } = *self;
         // In units in which the larger of c and √(mk) is about 1 and m too: squares stay within the doubles.
@@ -400,12 +430,35 @@ impl Quadratic {
             k.scale(of_mass - 2 * unit),
         );
         let discriminant = c1 * c1 - m1 * k1 * 4.0;
-        let hidden = if exact { 0.0 } else { HIDDEN };
+        let hidden = coupling.map_or(0.0, |_| HIDDEN);
         let size = (c1 * c1).to_f64().max((m1 * k1).to_f64().abs());
         let ulp = 4.0 * f64::EPSILON;
+        // What the coefficients may be off, relative, moves the roots the more the nearer they are to each other.
+        let error = |value: f64| {
+            let rounding = ulp * value.abs() + f64::from_bits(1);
+            let Some(coupling) = coupling else {
+                return rounding;
+            };
+            let (m1, c1, k1) = (m1.to_f64(), c1.to_f64().abs(), k1.to_f64().abs());
+            let scaled = value.abs().scale(of_mass - unit);
+            let coupling = coupling.scale(of_mass - unit);
+            let change = ulp * (scaled * c1 + k1) / m1 + scaled * coupling;
+            let gap = discriminant.to_f64().abs().sqrt() / m1;
+            let moved = if 16.0 * change <= gap * gap {
+                2.0 * change / gap
+            } else {
+                0.5 * gap + (0.25 * gap * gap + change).sqrt()
+            };
+            rounding.max(moved.scale(unit - of_mass))
+        };
+        // A root that is not 0 keeps its sign where it leaves the range of doubles.
+        let rounded = |value: DoubleDouble, is_positive: bool| match value.to_f64() {
+            0.0 => f64::from_bits(1).copysign(if is_positive { 1.0 } else { -1.0 }),
+            value => value,
+        };
         if discriminant.to_f64().abs() <= hidden * size {
             let value = (-c / (m * 2.0)).to_f64();
-            let error = (ulp + hidden.sqrt()) * value.abs();
+            let error = error(value);
             return vec![ScalarRoot {
                 value: Complex::from(value),
                 count: 2,
@@ -416,11 +469,12 @@ impl Quadratic {
             let re = (-c / (m * 2.0)).to_f64();
             let im = ((-discriminant).sqrt().scale(unit) / (m * 2.0)).to_f64();
             let value = Complex::new(re, im);
-            let error = (ulp * value.norm(), ulp * re.abs());
+            let whole = error(value.norm());
+            let real = if whole < im { ulp * re.abs() } else { whole };
             return vec![ScalarRoot {
                 value,
                 count: 1,
-                error,
+                error: (whole, real),
             }];
         }
         let root = discriminant.sqrt().scale(unit);
@@ -429,12 +483,18 @@ impl Quadratic {
         } else {
             -c - root
         };
-        let (large, small) = ((sum / (m * 2.0)).to_f64(), (k * 2.0 / sum).to_f64());
+        let grows = |x: DoubleDouble| x > DoubleDouble::ZERO;
+        let large = rounded(sum / (m * 2.0), grows(sum));
+        let small = if k == DoubleDouble::ZERO {
+            0.0
+        } else {
+            rounded(k * 2.0 / sum, grows(k) == grows(sum))
+        };
         [large, small]
             .map(|value| ScalarRoot {
                 value: Complex::from(value),
                 count: 1,
-                error: (ulp * value.abs(), ulp * value.abs()),
+                error: (error(value), error(value)),
             })
             .into()
     }

@@ -4,6 +4,7 @@
 mod certified;
 mod classical;
 mod cluster;
+mod coincidence;
 mod eigenpairs;
 mod improvement;
 mod jacobi;
@@ -140,8 +141,9 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
     let parts = parts::parts(system);
     if parts.len() > 1 {
         let solved = parts.into_iter().map(|coordinates| {
-            let modes = solve_part(&parts::part(system, &coordinates), precision)?;
-            Ok((coordinates, modes))
+            let part = parts::part(system, &coordinates);
+            let modes = solve_part(&part, precision)?;
+            Ok((coordinates, part, modes))
         });
         return Ok(parts::joined(
             system,
@@ -153,21 +155,26 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
     let structure = system.structure();
-    let (solver, modes): (&dyn ModeSolver, Modes) = if shifted::is_needed(system) {
-        (&Shifted, Shifted.solve(system, structure)?)
+    let solved: Result<(&dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system) {
+        let modes = Shifted.solve(system, structure);
+        modes.map(|modes| (&Shifted as &dyn ModeSolver, modes))
     } else {
-        in_doubles(system, structure)?
+        in_doubles(system, structure)
     };
-    let answer = match precision {
-        Precision::Double => doubles(modes),
-        Precision::Certified { tolerance } => {
-            certified::certified(solver, system, structure, modes, tolerance)
+    let (solver, mut answer) = match (solved, precision) {
+        (Ok((solver, modes)), Precision::Certified { tolerance }) => {
+            let answer = certified::certified(solver, system, structure, modes, tolerance);
+            (solver, answer)
         }
+        (Err(error), Precision::Certified { tolerance }) => {
+            let found = certified::from_guesses(&Shifted, system, structure, tolerance);
+            (&Shifted as &dyn ModeSolver, found.ok_or(error)?)
+        }
+        (solved, Precision::Double) => solved?,
     };
+    coincidence::settle(system, structure, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
-    let roots = || answer.eigenvalues.iter().map(|root| root.value);
-    let zeros = roots().filter(|root| root.norm() == 0.0).count();
-    if roots().any(|root| !root.is_finite()) || structure.zero_roots().is_some_and(|n| n != zeros) {
+    if !is_whole(structure, &answer) {
         return Err(ModesError::OutOfRange {
             method: solver.name(),
         });
@@ -175,48 +182,74 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
     Ok(answer)
 }
 
-/// By the solver that the plan picks; where rounding left it with modes that do not solve the equation, and
-/// that it cannot vouch for, by the first of the others that does better.
+/// By the solver that the plan picks; where rounding left it without an answer, or with modes that do not solve the
+/// equation and that it cannot vouch for, by the first of the others that does better.
 fn in_doubles(
     system: &System,
     structure: &Structure,
 ) -> Result<(&'static dyn ModeSolver, Modes), ModesError> {
     const VISIBLE: f64 = 1e-6;
-    let (solver, plan) = plan(system, structure)?;
-    let modes = Modes {
-        plan,
-        ..solver.solve(system, structure)?
+    let (first, plan) = match plan(system, structure) {
+        Ok((solver, plan)) => (solver, plan),
+        // Doubles hide what determines the motion of massless nodes, but not that it is determined.
+        Err(_) if Shifted.refuses(system, structure).is_none() => {
+            return Ok((&Shifted, Shifted.solve(system, structure)?));
+        }
+        Err(error) => return Err(error),
     };
-    let off = largest_doubt(&modes);
+    let found = first.solve(system, structure);
+    let off = largest_doubt(structure, &found);
     if off <= VISIBLE {
-        return Ok((solver, modes));
+        return Ok((first, Modes { plan, ..found? }));
     }
-    let count = modes.eigenvalues.len();
-    for other in solvers() {
-        if other.name() == solver.name() || other.refuses(system, structure).is_some() {
+    let others = solvers()
+        .iter()
+        .copied()
+        .chain([&Shifted as &dyn ModeSolver]);
+    for other in others {
+        if other.name() == first.name() || other.refuses(system, structure).is_some() {
             continue;
         }
-        let Ok(found) = other.solve(system, structure) else {
+        let better = other.solve(system, structure);
+        if largest_doubt(structure, &better) >= off {
             continue;
+        }
+        let mut plan = plan;
+        plan.solver = other.name();
+        plan.reason = other.reason().to_owned();
+        plan.left_out.retain(|(name, _)| *name != other.name());
+        let reason = match found {
+            Err(error) => error.to_string(),
+            Ok(_) if off.is_infinite() => "rounding lost it some of the roots".to_owned(),
+            Ok(_) => format!("rounding left it with backward errors up to {off:.0e}"),
         };
-        if largest_doubt(&found) < off && found.eigenvalues.len() == count {
-            let mut plan = modes.plan;
-            plan.solver = other.name();
-            plan.reason = other.reason().to_owned();
-            plan.left_out.retain(|(name, _)| *name != other.name());
-            let reason = format!("rounding left it with backward errors up to {off:.0e}");
-            plan.left_out.push((solver.name(), reason));
-            return Ok((*other, Modes { plan, ..found }));
-        }
+        plan.left_out.push((first.name(), reason));
+        return Ok((other, Modes { plan, ..better? }));
     }
-    Ok((solver, modes))
+    Ok((first, Modes { plan, ..found? }))
 }
 
-/// The largest backward error of a mode without a bound; infinite if one is not a number.
-fn largest_doubt(modes: &Modes) -> f64 {
-    let doubtful = modes
-        .iter()
-        .filter(|mode| mode.eigenvalue().bound.is_none());
+/// Whether as many roots were found as are known to be finite, and to be 0.
+fn is_whole(structure: &Structure, modes: &Modes) -> bool {
+    let roots = || modes.eigenvalues.iter().map(|root| root.value);
+    let zeros = roots().filter(|root| root.norm() == 0.0).count();
+    roots().all(|root| root.is_finite())
+        && structure.zero_roots().is_none_or(|count| count == zeros)
+        && structure
+            .finite_roots()
+            .is_none_or(|count| count == roots().count())
+}
+
+/// The largest backward error of a mode without a bound; infinite if one is not a number, or roots are missing.
+fn largest_doubt(structure: &Structure, found: &Result<Modes, ModesError>) -> f64 {
+    let Some(modes) = found
+        .as_ref()
+        .ok()
+        .filter(|modes| is_whole(structure, modes))
+    else {
+        return f64::INFINITY;
+    };
+    let doubtful = modes.iter().filter(|mode| mode.eigenvalue().is_doubtful());
     let errors = doubtful.map(|mode| mode.backward_error());
     errors.fold(0.0, |top, error| {
         if error.is_nan() {
@@ -225,12 +258,6 @@ fn largest_doubt(modes: &Modes) -> f64 {
             top.max(error)
         }
     })
-}
-
-/// In doubles, roots that are equal count as one.
-fn doubles(mut modes: Modes) -> Modes {
-    roots::count_equal(&mut modes.modes);
-    modes
 }
 
 /// Refuses what is too large for dense matrices.

@@ -1,7 +1,9 @@
 //! The roots λ = 0 of systems that nothing holds in place.
 
+use faer::MatRef;
 use num_complex::Complex;
 
+use crate::modes::Repeats;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -12,9 +14,12 @@ use super::roots::{Root, normalised};
 /// velocity that it is given, since no damper holds it either.
 pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
     let defective = count > shapes.len();
-    let root = |shape, count| Root {
-        count,
-        defective,
+    let root = |shape, each| Root {
+        count: each,
+        repeats: Some(Repeats::Exactly {
+            count,
+            defective: Some(defective),
+        }),
         error: Some((0.0, 0.0)),
         ..Root::simple(Complex::ZERO, shape)
     };
@@ -63,11 +68,30 @@ fn out_of_phase(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     }
 }
 
-/// The exact shapes that no spring resists, such as those of parts that move as a whole.
+/// The shapes that no spring resists: exact ones, such as those of parts that move as a whole; where these are not all, an
+/// orthonormal basis of them.
 pub(crate) fn shapes(system: &System, structure: &Structure) -> Vec<Vec<Complex<f64>>> {
-    let vectors = structure.null_vectors().into_iter();
-    let dense = vectors.map(|vector| vector.dense(system.len()));
-    dense
-        .map(|shape| shape.into_iter().map(Complex::from).collect())
-        .collect()
+    let exact = structure.null_vectors();
+    match structure.rigid_motions_counted() {
+        Some(count) if count > exact.len() => {
+            null_vectors(system.stiffness_matrix().as_ref(), count).unwrap_or_default()
+        }
+        _ => {
+            let dense = exact.iter().map(|vector| vector.dense(system.len()));
+            dense
+                .map(|shape| shape.into_iter().map(Complex::from).collect())
+                .collect()
+        }
+    }
+}
+
+/// An orthonormal basis of the `count` vectors that the matrix takes to 0, or nearly.
+pub(crate) fn null_vectors(
+    matrix: MatRef<'_, f64>,
+    count: usize,
+) -> Option<Vec<Vec<Complex<f64>>>> {
+    let n = matrix.nrows();
+    let svd = matrix.svd().ok()?;
+    let vector = |j: usize| svd.V().col(j).iter().map(|x| Complex::from(*x)).collect();
+    Some((n - count.min(n)..n).map(vector).collect())
 }

@@ -3,13 +3,13 @@
 use num_complex::Complex;
 
 use crate::inclusion::shape::Shapes;
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes, listed, order};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
-use super::ModeSolver;
+use super::{ModeSolver, cluster};
 
 /// A root with Im λ ≥ 0 as a solver finds it; its conjugate is understood.
 #[derive(Clone, Debug)]
@@ -19,10 +19,10 @@ pub(crate) struct Root {
     pub(crate) shape: Vec<Complex<f64>>,
     /// y, or `None` where M, C, K are symmetric and y is the conjugate of x.
     pub(crate) left: Option<Vec<Complex<f64>>>,
-    /// The root's multiplicity. A defective root is one entry for all; of a semisimple one each
-    /// entry stands for one.
+    /// How many roots this entry stands for: one, or several that have a shape in common.
     pub(crate) count: usize,
-    pub(crate) defective: bool,
+    /// Whether it is told from all others, where that is proved; else the estimates tell.
+    pub(crate) repeats: Option<Repeats>,
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
     /// tells.
     pub(crate) error: Option<(f64, f64)>,
@@ -42,7 +42,7 @@ impl Root {
             shape,
             left: None,
             count: 1,
-            defective: false,
+            repeats: None,
             error: None,
             quality: None,
             shape_bound: None,
@@ -83,16 +83,6 @@ impl Root {
 /// What bounds in doubles rest on.
 pub(crate) const DOUBLES: &str = "estimated from backward error and condition, in doubles";
 
-/// Gives semisimple roots that are equal in doubles their multiplicity.
-pub(crate) fn count_equal(modes: &mut [Mode]) {
-    let values: Vec<Complex<f64>> = modes.iter().map(|mode| mode.eigenvalue.value).collect();
-    for mode in modes.iter_mut().filter(|mode| !mode.defective) {
-        let value = mode.eigenvalue.value;
-        let equal = values.iter().filter(|other| **other == value).count();
-        mode.multiplicity = mode.multiplicity.max(equal);
-    }
-}
-
 /// Sorts the roots, normalises the shapes and adds the quality of each. Errors are estimates.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     collected(solver, system, roots, Bounds::Estimated)
@@ -101,6 +91,57 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
 /// The same of roots whose errors are proven, and stand however large they are.
 pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     collected(solver, system, roots, Bounds::Proven)
+}
+
+/// Of a mode that the estimates are still to tell from others.
+const UNKNOWN: Repeats = Repeats::Cluster(0);
+
+/// Puts the modes whose estimated discs touch, directly or through others, into clusters.
+fn tell_apart(modes: &mut [Mode]) {
+    let open: Vec<usize> = (0..modes.len())
+        .filter(|i| modes[*i].repeats == UNKNOWN)
+        .collect();
+    let root = |i: &usize| modes[*i].eigenvalue;
+    let values: Vec<Complex<f64>> = open.iter().map(|i| root(i).value).collect();
+    // What is doubtful may be anywhere about there.
+    let reach = |i: &usize| root(i).bound.unwrap_or(0.1 * root(i).value.norm());
+    let reaches: Vec<f64> = open.iter().map(reach).collect();
+    let is_sure = |i: &usize| {
+        let (im, bound) = (root(i).value.im, root(i).bound);
+        modes[*i].roots == 1 && bound.is_some_and(|bound| im == 0.0 || im > bound)
+    };
+    if open.iter().all(is_sure) && cluster::are_apart(&values, &reaches) {
+        open.iter()
+            .for_each(|i| modes[*i].repeats = Repeats::SIMPLE);
+        return;
+    }
+    for group in cluster::groups(&values, &reaches) {
+        let members: Vec<usize> = group.iter().map(|at| open[*at]).collect();
+        let repeats = together(modes, &members);
+        members.iter().for_each(|i| modes[*i].repeats = repeats);
+    }
+}
+
+/// What is known of modes that are told from all others but not from each other.
+pub(crate) fn together(modes: &[Mode], members: &[usize]) -> Repeats {
+    let root = |i: &usize| modes[*i].eigenvalue;
+    let meets_axis = |i: &usize| root(i).value.im <= root(i).bound.unwrap_or(f64::INFINITY);
+    let on_axis = members.iter().any(meets_axis);
+    let roots = |i: &usize| {
+        let pair = on_axis && root(i).value.im != 0.0;
+        if pair {
+            2 * modes[*i].roots
+        } else {
+            modes[*i].roots
+        }
+    };
+    let count = members.iter().map(roots).sum();
+    let is_sure = !members.iter().any(|i| root(i).is_doubtful());
+    if count == 1 && is_sure {
+        Repeats::SIMPLE
+    } else {
+        Repeats::Cluster(count)
+    }
 }
 
 fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds: Bounds) -> Modes {
@@ -118,11 +159,24 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         .iter()
         .filter_map(|root| root.quality.or_else(|| computed.next()))
         .collect();
-    let with_quality = roots.into_iter().zip(qualities);
+    let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
+    let with_quality = roots.into_iter().zip(qualities).enumerate();
     let mut modes: Vec<Mode> = with_quality
-        .map(|(root, quality)| mode(root, quality, symmetric, bounds))
+        .map(|(i, (root, quality))| {
+            let error = match bounds {
+                Bounds::Proven => root.error,
+                Bounds::Estimated => root.error.or_else(|| estimate(&root, quality, &values, i)),
+            };
+            mode(
+                root,
+                quality,
+                symmetric,
+                error.filter(|error| bounds == Bounds::Proven || is_small(*error, values[i])),
+            )
+        })
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    tell_apart(&mut modes);
     let eigenvalues = listed(&modes);
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
     let plan = ModePlan {
@@ -136,6 +190,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         eigenvalues,
         infinite,
         bounds,
+        complete: bounds == Bounds::Proven,
         plan,
     }
 }
@@ -154,24 +209,62 @@ fn normalised_root(root: Root) -> Root {
 /// Estimated errors, relative, that are small.
 pub(crate) const SMALL: f64 = 1e-3;
 
-/// A root with its quality; twice the first-order error leaves room for the second order where the
-/// first is small.
-fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
+/// Whether an estimate is so small against the root that it means something; one of the least double there is always
+/// does.
+fn is_small((error, _): (f64, f64), value: Complex<f64>) -> bool {
+    error <= (SMALL * value.norm()).max(f64::from_bits(1))
+}
+
+/// Twice the first-order error, which leaves room for the second order where the first is small. Where others lie so
+/// near that it is not, the root is one of p(z) = Π (z − z_j), and may be off by a change of p that would move it so far if it
+/// stood alone: on a circle about it, |p| must be larger than the change (Rouché's theorem).
+fn estimate(
+    root: &Root,
+    quality: Quality,
+    values: &[Complex<f64>],
+    i: usize,
+) -> Option<(f64, f64)> {
+    const STEP: f64 = 1.125;
+    // No root so well conditioned has others as near as that beside it.
+    const GOOD: f64 = 1e-13;
+    if root.count > 1 {
+        return None;
+    }
+    let size = root.value.norm();
+    quality.condition.filter(|_| size != 0.0)?;
+    let first = 2.0 * quality.first_order() * size;
+    if first <= GOOD * size || !is_small((first, first), root.value) {
+        return Some((first, first));
+    }
+    let conjugate = |z: &Complex<f64>| {
+        [*z, z.conj()]
+            .into_iter()
+            .take(if z.im == 0.0 { 1 } else { 2 })
+    };
+    let own = |(j, k, _): &(usize, usize, Complex<f64>)| (*j, *k) == (i, 0);
+    let all = values.iter().enumerate();
+    let all = all.flat_map(|(j, z)| conjugate(z).enumerate().map(move |(k, z)| (j, k, z)));
+    let gaps: Vec<f64> = all
+        .filter(|each| !own(each))
+        .map(|(.., z)| (z - root.value).norm())
+        .collect();
+    let mut reach = first;
+    while reach < size {
+        let each = gaps.iter().map(|gap| (1.0 - reach / gap).abs());
+        if reach * each.product::<f64>() >= first {
+            break;
+        }
+        reach *= STEP;
+    }
+    Some((reach, reach))
+}
+
+fn mode(root: Root, quality: Quality, symmetric: bool, error: Option<(f64, f64)>) -> Mode {
     let Quality {
         backward_error,
         condition,
     } = quality;
-    let condition = condition.filter(|_| !root.defective && root.value.norm() != 0.0);
-    let estimate = condition.map(|_| {
-        let error = 2.0 * quality.first_order() * root.value.norm();
-        (error, error)
-    });
-    // Beyond that first-order theory says nothing, which proofs do not rest on.
-    let small = |(error, _): &(f64, f64)| *error <= SMALL * root.value.norm();
-    let error = match bounds {
-        Bounds::Proven => root.error,
-        Bounds::Estimated => root.error.or(estimate).filter(small),
-    };
+    let condition = condition.filter(|_| root.count == 1 && root.value.norm() != 0.0);
     let (left_shape, left_shape_bound) = match root.left {
         None if symmetric => (
             Some(root.shape.iter().map(|entry| entry.conj()).collect()),
@@ -185,8 +278,8 @@ fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
             bound: error.map(|(whole, _)| whole),
             real_bound: error.map(|(_, real)| real),
         },
-        multiplicity: root.count,
-        defective: root.defective,
+        repeats: root.repeats.unwrap_or(UNKNOWN),
+        roots: root.count,
         shape: root.shape,
         shape_bound: root.shape_bound,
         left_shape,

@@ -3,11 +3,11 @@
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{ColRef, Mat, Par, Side};
 
-use crate::element::MatrixKind;
+use crate::element::{Element, MatrixKind, Node};
 use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
 use crate::modes::Modes;
-use crate::quality::real_forms::Entries;
+use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::symmetric_eigen::symmetric_eigen;
 use crate::system::System;
@@ -102,14 +102,16 @@ pub(crate) fn real_modes(
     };
     let largest = order.last().map_or(0.0, |j| square(j).abs());
     // Small against the largest square, so perhaps not against this one.
-    let error = |square: f64| 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
+    let error = |largest: f64, square: f64| {
+        8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs())
+    };
     let mut found: Vec<(f64, Vec<f64>)> = order
         .iter()
         .map(|j| (square(j), shapes.col(*j).iter().copied().collect()))
         .collect();
     let elastic = || found[rigid..].iter();
     let mut known = false;
-    if elastic().any(|(square, _)| error(*square) > LOST) {
+    if elastic().any(|(square, _)| error(largest, *square) > LOST) {
         let shapes = elastic().map(|(_, shape)| shape.clone()).collect();
         if let Some(refined) = congruence::refined(system, structure, shapes) {
             known = true;
@@ -123,10 +125,26 @@ pub(crate) fn real_modes(
         .enumerate();
     let modes = formed.map(|(rank, ((shape, forms), square))| {
         let rigid = rank < rigid;
+        // What massless nodes add may cancel.
+        let largest = if structure.massless().is_empty() {
+            largest
+        } else {
+            largest.max(gross_stiffness(system, &shape) / forms.m.to_f64())
+        };
+        let error = error(largest, square).max(CONFIRMED);
         let (square, doubt) = match square {
             _ if rigid => (0.0, 0.0),
-            square if square <= 0.0 || known => (square, 0.0),
-            square => refined(&forms, square.sqrt(), error(square).max(CONFIRMED)),
+            square if known => (square, 0.0),
+            square if square > 0.0 => refined(&forms, square.sqrt(), error),
+            square if square < 0.0 => {
+                let turned = RealForms {
+                    k: -forms.k,
+                    ..forms
+                };
+                let (size, doubt) = refined(&turned, (-square).sqrt(), error);
+                (-size, doubt)
+            }
+            square => (square, 0.0),
         };
         RealMode {
             square,
@@ -137,6 +155,25 @@ pub(crate) fn real_modes(
         }
     });
     Ok(modes.collect())
+}
+
+/// What all springs and entries of K add to xᵀKx, by size.
+fn gross_stiffness(system: &System, x: &[f64]) -> f64 {
+    let at = |node: Node| node.coordinate().map_or(0.0, |i| x[i]);
+    let spring = |spring: &Element| {
+        let stretch = at(spring.first) - at(spring.second);
+        spring.coefficient.abs() * stretch * stretch
+    };
+    let springs: f64 = system.springs().iter().map(spring).sum();
+    let added = system.added(MatrixKind::Stiffness);
+    let entries = added.map_or(0.0, |k| {
+        let column = |(j, column): (usize, ColRef<'_, f64>)| -> f64 {
+            let each = column.iter().zip(x).map(|(entry, x)| (entry * x).abs());
+            each.sum::<f64>() * x[j].abs()
+        };
+        k.col_iter().enumerate().map(column).sum()
+    });
+    springs + entries
 }
 
 /// The masses, where M has nothing but them on its diagonal, and all are positive.
@@ -223,6 +260,9 @@ fn assembled_modes(
 fn eigen(solver: &dyn ModeSolver, matrix: &Mat<f64>) -> Result<Pairs, ModesError> {
     let method = solver.name();
     let n = matrix.nrows();
+    if n == 0 {
+        return Ok((Vec::new(), Mat::zeros(0, 0)));
+    }
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
     if !symmetric.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });

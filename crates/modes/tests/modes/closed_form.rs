@@ -149,9 +149,9 @@ fn critical_modes_of_a_uniform_chain() {
     assert_roots(&roots(&frequencies, 1.0), &modes, 4.0, "critical");
     let critical = modes
         .iter()
-        .find(|mode| mode.is_defective())
+        .find(|mode| mode.is_defective() == Some(true))
         .expect("one is critical");
-    assert_eq!(critical.multiplicity(), 2);
+    assert_eq!(critical.multiplicity(), Some(2));
     assert_eq!(critical.eigenvalue().value, (-2.0).into());
     assert_eq!(critical.motion(), eigentone_modes::Motion::Decaying);
 }

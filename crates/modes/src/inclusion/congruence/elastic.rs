@@ -38,7 +38,7 @@ pub(crate) fn certify(
         };
         modes.iter().filter(one)
     };
-    if !structure.is_undamped() || elastic().any(|mode| mode.is_defective()) {
+    if !structure.is_undamped() || elastic().any(|mode| mode.roots() > 1) {
         return None;
     }
     let shapes = elastic().map(|mode| mode.shape().iter().map(|x| x.re).collect());

@@ -87,7 +87,8 @@ pub use certified::ByCertifiedExponential;
 pub use element_force::ElementForces;
 pub use energy::Energy;
 pub use exponential::{
-    ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition, expm, expm_condition,
+    BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
+    expm, expm_bounded, expm_condition,
 };
 pub use extrema::{Extrema, Extremum, Fastest};
 pub use grid::{MAX_STEPS, TimeGrid};

@@ -49,7 +49,7 @@ pub(crate) fn of_any_size<T: Real>(w: &Normed<T>, least: f64) -> Option<(Normed<
     /// Logarithms of norms are as near as this to the true ones, by far.
     const SLACK: f64 = 1e-6;
     /// Relative errors double with every square at least: what comes to 1 in so many more is given up.
-    const AHEAD: i64 = 16;
+    const AHEAD: i64 = 50;
     let size = w.true_norm();
     if !size.is_finite() {
         return None;
@@ -109,21 +109,32 @@ impl Plan {
     /// The cheapest for ‖X‖ = 2^size and a unit of 2^unit: its truncation stays below the unit.
     fn of(size: f64, unit: i32) -> Plan {
         let shapes = (2..40usize).flat_map(|width| [(width, width), (width, width + 1)]);
-        let plans = shapes.map(|(width, height)| {
-            let degree = (width * height) as f64;
-            let factorial: f64 = (1..=width * height + 1).map(|k| (k as f64).log2()).sum();
+        let mut best: Option<Plan> = None;
+        // log₂ of (degree + 1)!, of one shape after the other.
+        let (mut reached, mut factorial) = (0, 0.0);
+        for (width, height) in shapes {
+            // More products than the best takes with its squarings.
+            let work = |plan: &Plan| plan.products() as i64 + plan.squarings;
+            if best.is_some_and(|best| work(&best) <= (width + height - 2) as i64) {
+                break;
+            }
+            let degree = width * height;
+            factorial += (reached + 1..=degree + 1)
+                .map(|k| (k as f64).log2())
+                .sum::<f64>();
+            reached = degree + 1;
             // x^(degree + 1)/(degree + 1)! ≤ 2^unit, and x ≤ 1.
-            let reach = ((f64::from(unit) + factorial) / (degree + 1.0)).min(0.0);
-            let squarings = (size - reach).ceil().max(0.0) as i64;
-            Plan {
+            let reach = ((f64::from(unit) + factorial) / (degree + 1) as f64).min(0.0);
+            let plan = Plan {
                 width,
                 height,
-                squarings,
+                squarings: (size - reach).ceil().max(0.0) as i64,
+            };
+            if best.is_none_or(|best| work(&plan) < work(&best)) {
+                best = Some(plan);
             }
-        });
-        plans
-            .min_by_key(|plan| plan.products() as i64 + plan.squarings)
-            .expect("there are shapes")
+        }
+        best.expect("there are shapes")
     }
 
     fn products(&self) -> usize {

@@ -10,14 +10,13 @@ use super::dual::{Dual, Pair};
 use super::expm::{check, norm};
 use super::growth::Growth;
 use super::norm::{column_sums, largest, norm_one};
-use super::pade::pade;
 use super::paths::Paths;
 use super::polynomial::{Degree, Powers, evaluate};
 use super::precise::{Judge, LIMIT, precisely};
 use super::scales::scales;
 use super::scaling::needed;
 use super::squaring::{MEANINGFUL, square};
-use super::taylor::{first_shift, taylor};
+use super::taylor::{first_shift, otherwise, taylor};
 use crate::certified::Normed;
 
 /// The relative condition number of e^A in the 1-norm: κ = max ‖L(A, E)‖·‖A‖ / (‖E‖·‖e^A‖) over
@@ -247,17 +246,15 @@ impl Derivative<'_> {
     }
 }
 
-/// Whether two methods in doubles find the same exponential, of A less its mean growth.
+/// Whether two ways in doubles find the same exponential, of A less its mean growth.
 fn doubles_serve(a: MatRef<'_, f64>) -> bool {
     const VISIBLE: f64 = 1e-6;
     let n = a.nrows();
     let mean = (0..n).map(|i| a[(i, i)] / n as f64).sum::<f64>();
     let moved = Mat::from_fn(n, n, |i, j| a[(i, j)] - if i == j { mean } else { 0.0 });
     let (found, _, _) = taylor(moved.as_ref());
-    pade(moved.as_ref()).is_some_and(|(other, _)| {
-        let size = norm(found.as_ref());
-        size.is_finite() && norm((&found - other).as_ref()) <= VISIBLE * size
-    })
+    let size = norm(found.as_ref());
+    size.is_finite() && norm((&found - otherwise(moved.as_ref())).as_ref()) <= VISIBLE * size
 }
 
 /// 2^`size` L(A, E)/‖e^A‖ from the exponential of [A, 2^-`size` E; 0, A], scaled by `exponents`; column by column.
@@ -292,10 +289,16 @@ impl Judge for Quotient<'_> {
                     *largest = if sum > *largest { sum } else { *largest };
                 }
             }
-            let [size, error] = largest;
-            (error <= size * Magnitude::power_of_two(ENOUGH)).then_some(size)
+            largest
         };
-        let (value, _) = (largest_column(0, 0)?, largest_column(n, self.size)?);
+        let ([value, value_error], [size, error]) =
+            (largest_column(0, 0), largest_column(n, self.size));
+        // In the direction of the identity it is e^A itself: beside that it counts.
+        let scale = if size > value { size } else { value };
+        let enough = Magnitude::power_of_two(ENOUGH);
+        if value_error > value * enough || error > scale * enough {
+            return None;
+        }
         let exponent = value.exponent();
         let divisor = (value * Magnitude::power_of_two(-exponent)).to_f64();
         let mut result = Vec::with_capacity(n * n);

@@ -21,7 +21,9 @@ impl Paths {
             }
         }
         let mut paths = Paths { n, words, bits };
-        for k in 0..n {
+        // Where all are joined there is nothing to add.
+        let rounds = if paths.count() == n * n { 0 } else { n };
+        for k in 0..rounds {
             let through = paths.row(k).to_vec();
             for i in 0..n {
                 if i != k && paths.lead(i, k) {

@@ -57,6 +57,19 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     (matrix, algebra.products(), squarings)
 }
 
+/// e^A once more, as the square of e^{A/2 + δI}/e^δ, rows and columns in the opposite order: the roundings of
+/// [`taylor`] do not come again, not even where sums have one term.
+pub(super) fn otherwise(a: MatRef<'_, f64>) -> Mat<f64> {
+    const DELTA: f64 = 0.137;
+    let last = a.nrows().saturating_sub(1);
+    let moved = Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        0.5 * a[(last - i, last - j)] + if i == j { DELTA } else { 0.0 }
+    });
+    let (root, _, _) = taylor(moved.as_ref());
+    let square = &root * &root * faer::Scale((-2.0 * DELTA).exp());
+    square.as_ref().reverse_rows_and_cols().to_owned()
+}
+
 /// How often A is halved before its powers are formed: only so often that they do not overflow.
 pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
     const ROOM: f64 = 150.0;

@@ -125,7 +125,7 @@ pub fn expm_bounded(a: MatRef<'_, f64>) -> Result<BoundedExponential, ExpmError>
     let paths = Paths::of(a);
     let parts = paths.parts();
     if let [_] = parts[..] {
-        return connected(a, &paths);
+        return connected(a, &paths, LIMIT);
     }
     let mut whole = BoundedExponential {
         matrix: Mat::zeros(n, n),
@@ -134,7 +134,8 @@ pub fn expm_bounded(a: MatRef<'_, f64>) -> Result<BoundedExponential, ExpmError>
     };
     for part in &parts {
         let part_of_a = within(a, part);
-        let found = connected(part_of_a.as_ref(), &Paths::of(part_of_a.as_ref()))?;
+        let limit = LIMIT * part.len() as f64 / n as f64;
+        let found = connected(part_of_a.as_ref(), &Paths::of(part_of_a.as_ref()), limit)?;
         whole.bound = whole.bound.max(found.bound);
         whole.place(part, found);
     }
@@ -144,14 +145,9 @@ pub fn expm_bounded(a: MatRef<'_, f64>) -> Result<BoundedExponential, ExpmError>
 impl BoundedExponential {
     /// Puts a block in its place.
     fn place(&mut self, rows: &[usize], block: BoundedExponential) {
-        for (j, column) in block
-            .matrix
-            .col_iter()
-            .zip(rows)
-            .map(|(column, j)| (*j, column))
-        {
+        for (column, j) in block.matrix.col_iter().zip(rows) {
             for (entry, i) in column.iter().zip(rows) {
-                self.matrix[(*i, j)] = *entry;
+                self.matrix[(*i, *j)] = *entry;
             }
         }
         if block.bounds == Bounds::Estimated {
@@ -168,15 +164,20 @@ fn within(a: MatRef<'_, f64>, indices: &[usize]) -> Mat<f64> {
 }
 
 /// The exponential of a matrix whose indices are joined by paths; diagonal blocks have one of their own.
-fn connected(a: MatRef<'_, f64>, paths: &Paths) -> Result<BoundedExponential, ExpmError> {
+fn connected(
+    a: MatRef<'_, f64>,
+    paths: &Paths,
+    limit: f64,
+) -> Result<BoundedExponential, ExpmError> {
     let classes = paths.classes();
-    let mut whole = jointly(a, paths, &classes)?;
+    let mut whole = jointly(a, paths, &classes, limit)?;
     if classes.len() > 1 {
         let (proven, mut more) = (whole.bounds == Bounds::Proven, 0f64);
         for class in &classes {
             let block = within(a, class);
             let all = [(0..class.len()).collect()];
-            let block = jointly(block.as_ref(), &Paths::of(block.as_ref()), &all)?;
+            let limit = limit * class.len() as f64 / a.nrows() as f64;
+            let block = jointly(block.as_ref(), &Paths::of(block.as_ref()), &all, limit)?;
             more = more.max(block.bound);
             whole.place(class, block);
         }
@@ -192,11 +193,12 @@ fn connected(a: MatRef<'_, f64>, paths: &Paths) -> Result<BoundedExponential, Ex
 /// 2^-50: four units of rounding for what the condition makes of them, twice.
 const ALLOWED: f64 = 4.0 * f64::EPSILON;
 
-/// All entries at once.
+/// All entries at once, more digits for no more than `limit`.
 fn jointly(
     a: MatRef<'_, f64>,
     paths: &Paths,
     classes: &[Vec<usize>],
+    limit: f64,
 ) -> Result<BoundedExponential, ExpmError> {
     /// Up to so many rows 32 digits take no longer than it takes to tell whether doubles suffice.
     const SMALL: usize = 8;
@@ -232,7 +234,7 @@ fn jointly(
         exponents,
         between: classes.len() > 1,
     };
-    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, LIMIT) {
+    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, limit) {
         return Ok(BoundedExponential {
             matrix,
             bound,
@@ -252,11 +254,11 @@ struct Rough {
     matrix: Mat<f64>,
     /// The norm of the scaled matrix.
     size: f64,
-    /// How far two methods differ.
+    /// How far two ways to it differ.
     off: f64,
 }
 
-/// By two methods; `None` where both may have lost the same.
+/// In two ways; `None` where both may have lost the same.
 fn in_doubles(a: MatRef<'_, f64>, exponents: &[i64]) -> Option<Rough> {
     /// Scales further apart may lead out of the range of doubles and back.
     const SPREAD: i64 = 256;

@@ -1,7 +1,7 @@
 //! Motions that formulas give, by every method that takes them: displacement, velocity and acceleration, of
 //! a mass and of a node without one.
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::DoubleDouble;
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
     ByExponential, Extrema, Harmonic, Hold, Impulse, Ramp, Response, Samples, State, Step, methods,

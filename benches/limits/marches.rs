@@ -97,6 +97,7 @@ fn long(runs: &Runs) {
         };
         let (problem, twice) = (ask(count), ask(2 * count));
         let phi = SecondOrder.exponential(chain.state_matrix(0.01).as_ref());
+        let phi = phi.expect("square and finite");
         let history = History::of(&problem, &outputs).expect("well posed");
         // The plain march, for some steps.
         let some = 400.min(count);

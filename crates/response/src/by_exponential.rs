@@ -6,7 +6,7 @@ use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::Mat;
 
-use crate::exponential::{Exponential, SecondOrder};
+use crate::exponential::second_order;
 use crate::hold::{Held, exact};
 use crate::march::{Coordinates, Flow, Inputs, Outputs, Signals, march};
 use crate::method::ResponseMethod;
@@ -75,9 +75,8 @@ impl Flow for Dense {
             self.held.clear();
         }
         let held = self.held.entry(h.to_bits()).or_insert_with(|| {
-            let method: &dyn Exponential = &SecondOrder;
             let held = exact(
-                method,
+                second_order,
                 self.a.as_ref(),
                 self.u.as_ref(),
                 h,

@@ -6,7 +6,7 @@ use faer::Mat;
 use crate::blocks::{self, Blocks};
 use crate::equilibrium::rest;
 use crate::estimate::Estimate;
-use crate::exponential::SecondOrder;
+use crate::exponential::second_order;
 use crate::grid_loads::GridLoads;
 use crate::history::{History, Output};
 use crate::hold::exact;
@@ -90,7 +90,7 @@ impl<'a, 'b> Course<'a, 'b> {
         let (b, loaded, grid) = (self.form.b(), &self.loads.loaded, self.problem.grid());
         let u = Mat::from_fn(b.nrows(), loaded.len(), |i, j| b[(i, loaded[j])]);
         let laws = &self.loads.laws;
-        let held = exact(&SecondOrder, self.form.a(), u.as_ref(), grid.step(), laws);
+        let held = exact(second_order, self.form.a(), u.as_ref(), grid.step(), laws);
         let signals = &self.loads.signals;
         let (start, last) = (self.start.clone(), grid.last());
         Blocks::of(&held, signals, self.outputs, start, last)

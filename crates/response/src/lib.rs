@@ -36,7 +36,7 @@
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | forces in springs and dampers | [`ElementForces`] |
-//! | e^A of any matrix | [`expm`], and its condition |
+//! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
 //!
 //! A step of any length is one exact hold (docs/theory.md, (20) to (24)). The certified exponential works in energy
 //! coordinates, where errors do not grow (docs/theory.md, (34), (35)), with as many digits as the bounds ask for.
@@ -87,7 +87,8 @@ pub use certified::ByCertifiedExponential;
 pub use element_force::ElementForces;
 pub use energy::Energy;
 pub use exponential::{
-    ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition, expm, expm_condition,
+    BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
+    expm, expm_bounded, expm_condition,
 };
 pub use extrema::{Extrema, Extremum, Fastest};
 pub use grid::{MAX_STEPS, TimeGrid};

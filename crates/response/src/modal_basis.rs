@@ -7,7 +7,7 @@ use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use crate::certified::{Normed, exponential};
-use crate::exponential::Taylor;
+use crate::exponential::by_taylor;
 use crate::hold::{Laws, exact};
 
 /// z = T ζ with A T = T diag(blocks).
@@ -207,7 +207,13 @@ impl HeldBlock {
         let power = exponential(&exactly, h, Magnitude::ZERO);
         let generator = Mat::from_fn(width, width, |i, j| block.generator[i * width + j].to_f64());
         let unit = Mat::<f64>::identity(width, width);
-        let held = exact(&Taylor, generator.as_ref(), unit.as_ref(), h.to_f64(), laws);
+        let held = exact(
+            by_taylor,
+            generator.as_ref(),
+            unit.as_ref(),
+            h.to_f64(),
+            laws,
+        );
         HeldBlock {
             width,
             phi: power.entries().to_vec(),

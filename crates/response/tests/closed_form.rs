@@ -1,9 +1,10 @@
 //! Motions that formulas give, by every method that takes them: displacement, velocity and acceleration, of
 //! a mass and of a node without one.
 
-use eigentone_modes::{GROUND, System};
+use eigentone_digits::DoubleDouble;
+use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
-    ByExponential, Extrema, Harmonic, Impulse, Ramp, Response, State, Step, methods,
+    ByExponential, Extrema, Harmonic, Hold, Impulse, Ramp, Response, Samples, State, Step, methods,
 };
 
 /// A value with its first two derivatives.
@@ -202,6 +203,37 @@ fn a_damped_node_without_mass_moves_as_fast_as_its_force_says() {
         }
     }
     assert!(answered.contains(&"exponential"), "only {answered:?}");
+}
+
+/// A spring alone is f/k long at once: no state, no step, and yet what is rounded has an estimate.
+#[test]
+fn what_follows_at_once_has_an_estimate() {
+    let stiffness = 6e5;
+    let system = System::builder()
+        .mass("m", 0.0)
+        .spring(GROUND, "m", stiffness)
+        .build()
+        .expect("a system");
+    let values: Vec<f64> = (0..40).map(|k| (1.0 + f64::from(k)).sqrt()).collect();
+    let load = Samples {
+        step: 0.1,
+        values: values.clone(),
+        hold: Hold::First,
+    };
+    let asked = Response::of(&system).load("m", load);
+    let asked = asked.every(0.1).until(3.9).to(Precision::Double);
+    let found = asked.run().expect("it takes every system");
+    assert_eq!(found.bounds(), Bounds::Estimated);
+    for (k, force) in values.iter().enumerate() {
+        let exact = DoubleDouble::from(*force) / DoubleDouble::from(stiffness);
+        let off = (DoubleDouble::from(found.displacement()[(0, k)]) - exact).to_f64();
+        let bound = found.displacement_bound()[k].expect("it is passive and held");
+        assert!(off.abs() <= bound, "{k}: {off:e} {bound:e}");
+        assert!(
+            bound <= 1e-14 * found.displacement()[(0, k)],
+            "{k}: {bound:e}"
+        );
+    }
 }
 
 /// x″ + 2x′ + x = sin t ends in −½ cos t: after a million seconds, 159155 turns, the angle must still be

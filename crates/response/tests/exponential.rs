@@ -262,6 +262,12 @@ struct Worst {
     of_allowed: [f64; 2],
 }
 
+/// In doubles; NaN where the method says that it cannot.
+fn plain(method: &dyn Exponential, a: MatRef<'_, f64>) -> Mat<f64> {
+    let nothing = || Mat::from_fn(a.nrows(), a.ncols(), |_, _| f64::NAN);
+    method.exponential(a).unwrap_or_else(|_| nothing())
+}
+
 /// The error must stay below ten units of what the condition makes of rounding, or below twice that of
 /// Al-Mohy & Higham's method.
 #[test]
@@ -281,8 +287,8 @@ fn errors_are_those_that_the_condition_explains() {
         let condition = expm_condition(matrix.as_ref()).expect("square and finite");
         let found = [
             expm(matrix.as_ref()).expect("square and finite"),
-            Taylor.exponential(matrix.as_ref()),
-            Pade13.exponential(matrix.as_ref()),
+            plain(&Taylor, matrix.as_ref()),
+            plain(&Pade13, matrix.as_ref()),
         ];
         let errors = found.each_ref().map(|found| error(found, &exact));
         let rounding = UNIT * condition.max(1.0);
@@ -550,7 +556,7 @@ fn second_order_errors_are_those_that_the_condition_explains() {
             .iter_mut()
             .zip([&SecondOrder as &dyn Exponential, &Taylor])
         {
-            let error = error(&method.exponential(a.as_ref()), &exact) / rounding;
+            let error = error(&plain(method, a.as_ref()), &exact) / rounding;
             assert!(error < 10.0, "{} on chain {case}: {error}", method.name());
             *worst = worst.max(error);
         }

@@ -43,6 +43,49 @@ fn until<T: Real>(
     (power, products)
 }
 
+/// e^W as a matrix of Frobenius norm ½ to 1 and the exponent of a power of two beside it, so that neither growth nor
+/// decay leads out of range; `None` where no digit is left. Below 2^-`least` it may be anything that small.
+pub(crate) fn of_any_size<T: Real>(w: &Normed<T>, least: f64) -> Option<(Normed<T>, i64)> {
+    /// Logarithms of norms are as near as this to the true ones, by far.
+    const SLACK: f64 = 1e-6;
+    /// Relative errors double with every square at least: what comes to 1 in so many more is given up.
+    const AHEAD: i64 = 50;
+    let size = w.true_norm();
+    if !size.is_finite() {
+        return None;
+    }
+    let plan = Plan::of(size.log2(), T::UNIT_LOG2);
+    let scaled = w.scaled(-plan.squarings);
+    let (power, squarings) = if w.error().is_zero() && scaled.error().is_zero() {
+        by_powers(&scaled, &plan)
+    } else {
+        (polynomial(&scaled, &plan), plan.squarings)
+    };
+    let (mut power, mut exponent) = power.normalised();
+    for left in (0..squarings).rev() {
+        let (square, more) = power.times(&power).normalised();
+        power = square;
+        exponent = exponent.saturating_mul(2).saturating_add(more);
+        let growth = power.true_norm().log2() + exponent as f64;
+        if growth < -SLACK && growth * (left as f64).exp2() < -least {
+            return Some((power, i64::MIN));
+        }
+        let ahead = Magnitude::power_of_two(left.min(AHEAD));
+        if power.frobenius() <= power.error() * ahead {
+            return None;
+        }
+    }
+    Some((power, exponent))
+}
+
+/// How many products of matrices [`of_any_size`] takes at most, for an exponent of norm 2^`size`.
+pub(crate) fn products<T: Real>(size: f64) -> f64 {
+    let plan = Plan::of(size, T::UNIT_LOG2);
+    // Beyond as many squarings as there are digits no digit is left.
+    let squarings = plan.squarings.min(i64::from(-T::UNIT_LOG2));
+    (plan.products() as i64 + squarings) as f64
+}
+
 /// Whether nothing is known of a matrix, nor of any power of it: an error of at least 1 and at least what is
 /// kept of the matrix only grows in a square, in proportion too.
 fn is_lost<T: Real>(power: &Normed<T>) -> bool {
@@ -66,21 +109,32 @@ impl Plan {
     /// The cheapest for ‖X‖ = 2^size and a unit of 2^unit: its truncation stays below the unit.
     fn of(size: f64, unit: i32) -> Plan {
         let shapes = (2..40usize).flat_map(|width| [(width, width), (width, width + 1)]);
-        let plans = shapes.map(|(width, height)| {
-            let degree = (width * height) as f64;
-            let factorial: f64 = (1..=width * height + 1).map(|k| (k as f64).log2()).sum();
+        let mut best: Option<Plan> = None;
+        // log₂ of (degree + 1)!, of one shape after the other.
+        let (mut reached, mut factorial) = (0, 0.0);
+        for (width, height) in shapes {
+            // More products than the best takes with its squarings.
+            let work = |plan: &Plan| plan.products() as i64 + plan.squarings;
+            if best.is_some_and(|best| work(&best) <= (width + height - 2) as i64) {
+                break;
+            }
+            let degree = width * height;
+            factorial += (reached + 1..=degree + 1)
+                .map(|k| (k as f64).log2())
+                .sum::<f64>();
+            reached = degree + 1;
             // x^(degree + 1)/(degree + 1)! ≤ 2^unit, and x ≤ 1.
-            let reach = ((f64::from(unit) + factorial) / (degree + 1.0)).min(0.0);
-            let squarings = (size - reach).ceil().max(0.0) as i64;
-            Plan {
+            let reach = ((f64::from(unit) + factorial) / (degree + 1) as f64).min(0.0);
+            let plan = Plan {
                 width,
                 height,
-                squarings,
+                squarings: (size - reach).ceil().max(0.0) as i64,
+            };
+            if best.is_none_or(|best| work(&plan) < work(&best)) {
+                best = Some(plan);
             }
-        });
-        plans
-            .min_by_key(|plan| plan.products() as i64 + plan.squarings)
-            .expect("there are shapes")
+        }
+        best.expect("there are shapes")
     }
 
     fn products(&self) -> usize {
@@ -90,19 +144,69 @@ impl Plan {
 
 /// Σ X^k/k! up to the degree, with the error of the polynomial, of its truncation and of X.
 fn polynomial<T: Real>(x: &Normed<T>, plan: &Plan) -> Normed<T> {
-    let (n, lead, width) = (x.len(), x.lead(), plan.width);
+    // x ≤ 1: Σ_{k > degree} x^k/k! ≤ x^{degree+1}/(degree+1)!·2, and e^x ≤ 1 + x + x².
+    let size = x.true_norm();
+    let mut tail = Magnitude::from(2.0);
+    for k in 1..=plan.width * plan.height + 1 {
+        tail = tail * size / Magnitude::from(k as f64);
+    }
+    let slope = Magnitude::from(1.0) + size + size * size;
+    let sum = of_powers(&powers(x, plan), plan);
+    sum.with_more_error(tail + x.error() * slope)
+}
+
+/// I, X, …, X^width of what is kept of X.
+fn powers<T: Real>(x: &Normed<T>, plan: &Plan) -> Vec<Normed<T>> {
+    let (n, lead) = (x.len(), x.lead());
+    let kept = Normed::new(n, lead, x.entries().to_vec(), Magnitude::ZERO);
+    let mut powers = vec![Normed::identity(n, lead), kept];
+    for i in 2..=plan.width {
+        let next = powers[i - 1].times(&powers[1]);
+        powers.push(next);
+    }
+    powers
+}
+
+/// The polynomial for an X without error of which powers are small though it is not, and how many squarings are left: A
+/// is scaled by norms of powers, not by its own (Al-Mohy & Higham 2009, SIAM J. Matrix Anal. 31), as each squaring of a matrix far
+/// from normal costs digits.
+fn by_powers<T: Real>(x: &Normed<T>, plan: &Plan) -> (Normed<T>, i64) {
+    let (width, height) = (plan.width, plan.height);
+    let mut powers = powers(x, plan);
+    let root = |k: usize| powers[k].true_norm().log2() / k as f64;
+    // With w(w − 1) ≤ degree + 1 the largest of two neighbours serves for all later powers.
+    let pairs = (1..width).map(|k| root(k).max(root(k + 1)));
+    let size = pairs.fold(root(1), f64::min);
+    // What fits x fits powers that are as small; of X^width the bound below rests on.
+    let spare = (root(1).min(0.0) - size).min(-root(width)).floor();
+    let spare = (spare.max(0.0) as i64).min(plan.squarings);
+    for (k, power) in powers.iter_mut().enumerate() {
+        *power = power.scaled(spare * k as i64);
+    }
+    // ‖X^{wq + r}‖ ≤ ‖X^w‖^q ‖X^r‖, and ‖X^w‖ ≤ 1: later terms halve at least.
+    let last = powers[width].true_norm();
+    let mut tail = Magnitude::ZERO;
+    let mut factor = Magnitude::from(2.0);
+    for k in 1..=height {
+        let product = ((k - 1) * width + 1..=k * width).map(|k| Magnitude::from(k as f64));
+        factor = product.fold(factor * last, |factor, k| factor / k);
+    }
+    for (k, power) in powers.iter().enumerate().skip(1) {
+        factor = factor / Magnitude::from((width * height + k) as f64);
+        tail = tail + power.true_norm() * factor;
+    }
+    let sum = of_powers(&powers, plan);
+    (sum.with_more_error(tail), plan.squarings - spare)
+}
+
+/// Σ X^k/k! up to the degree from the first powers, with the error of the polynomial.
+fn of_powers<T: Real>(powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
+    let (n, lead, width) = (powers[0].len(), powers[0].lead(), plan.width);
     let degree = width * plan.height;
     let mut coefficients = vec![T::ONE];
     for k in 1..=degree {
         let last = coefficients[k - 1];
         coefficients.push(last / T::from(k as f64));
-    }
-    // Powers of what is kept of X: the error of X itself counts in the end.
-    let kept = Normed::new(n, lead, x.entries().to_vec(), Magnitude::ZERO);
-    let mut powers = vec![Normed::identity(n, lead), kept];
-    for i in 2..=width {
-        let next = powers[i - 1].times(&powers[1]);
-        powers.push(next);
     }
     // Σ c_{first + i} X^i for i below `count`; a coefficient errs by a unit for each quotient.
     let block = |first: usize, count: usize| {
@@ -131,14 +235,7 @@ fn polynomial<T: Real>(x: &Normed<T>, plan: &Plan) -> Normed<T> {
         let rounding = rounded.frobenius() * T::unit();
         sum = rounded.with_more_error(rounding);
     }
-    // x ≤ 1: Σ_{k > degree} x^k/k! ≤ x^{degree+1}/(degree+1)!·2, and e^x ≤ 1 + x + x².
-    let size = x.true_norm();
-    let mut tail = Magnitude::from(2.0);
-    for k in 1..=degree + 1 {
-        tail = tail * size / Magnitude::from(k as f64);
-    }
-    let slope = Magnitude::from(1.0) + size + size * size;
-    sum.with_more_error(tail + x.error() * slope)
+    sum
 }
 
 /// cos φ and sin φ, and a bound of the error of either.
@@ -227,6 +324,24 @@ mod tests {
                 sum.error().to_f64()
             );
             assert!(sum.error().to_f64() <= 3.0 * off);
+            let (sum, left) = by_powers(&x, &plan);
+            let off = (sum.entries()[0].to_f64() - size.exp()).abs();
+            assert!(off <= sum.error().to_f64() && left == 0, "{off:e}");
+            assert!(sum.error().to_f64() <= 5.0 * off);
+        }
+    }
+
+    /// e^N = I + N for N² = 0, however large N is: each squaring would cost the digits of a square.
+    #[test]
+    fn small_powers_spare_squarings() {
+        let entries = [1.0, -1.0, 1.0, -1.0].map(|x| DoubleDouble::from(1e9 * x));
+        let n = Normed::new(2, 2, entries.to_vec(), Magnitude::ZERO);
+        let (power, exponent) = of_any_size(&n, f64::INFINITY).expect("digits are left");
+        let error = power.error() * Magnitude::power_of_two(exponent);
+        assert!(error.to_f64() < 1e-18);
+        let wanted = [1e9 + 1.0, -1e9, 1e9, 1.0 - 1e9];
+        for (x, wanted) in power.entries().iter().zip(wanted) {
+            assert_eq!(x.scale(exponent).to_f64(), wanted);
         }
     }
 

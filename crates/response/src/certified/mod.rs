@@ -15,7 +15,7 @@ use eigentone_digits::{DoubleDouble, Real, Wide};
 use eigentone_modes::{FirstOrder, Precision};
 
 pub(crate) use energy::Energy;
-pub(crate) use exponential::exponential;
+pub(crate) use exponential::{exponential, of_any_size, products};
 pub(crate) use normed::Normed;
 
 use crate::collector::Wanted;

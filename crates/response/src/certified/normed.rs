@@ -106,6 +106,22 @@ impl<T: Real> Normed<T> {
         }
     }
 
+    /// The matrix over a power of two that is near its Frobenius norm, and the exponent of that. Entries so small beside
+    /// the others that their squares could leave the range of T become 0, within the error.
+    pub(crate) fn normalised(&self) -> (Normed<T>, i64) {
+        const END: i64 = -1 << 50;
+        let exponent = self.frobenius.exponent();
+        let mut scaled = self.scaled(-exponent);
+        let end = Magnitude::power_of_two(END);
+        for entry in &mut scaled.entries {
+            if !entry.is_zero() && entry.magnitude() < end {
+                *entry = T::ZERO;
+                scaled.error = scaled.error + end;
+            }
+        }
+        (scaled, exponent)
+    }
+
     /// `factor` times the matrix, for a factor known to a relative `error`.
     pub(crate) fn times_scalar(&self, factor: T, error: Magnitude) -> Normed<T> {
         let size = factor.upper();

@@ -1,18 +1,23 @@
 //! How far rounding of the matrix moves its exponential.
 
-use faer::MatRef;
+use eigentone_digits::{Magnitude, Real};
+use faer::{Mat, MatRef};
 
 use super::ExpmError;
 use super::aligned::Aligned;
 use super::dense::Dense;
 use super::dual::{Dual, Pair};
-use super::expm::check;
+use super::expm::{check, norm};
 use super::growth::Growth;
 use super::norm::{column_sums, largest, norm_one};
+use super::paths::Paths;
 use super::polynomial::{Degree, Powers, evaluate};
+use super::precise::{Judge, LIMIT, precisely};
+use super::scales::scales;
 use super::scaling::needed;
-use super::squaring::square;
-use super::taylor::first_shift;
+use super::squaring::{MEANINGFUL, square};
+use super::taylor::{first_shift, otherwise, taylor};
+use crate::certified::Normed;
 
 /// The relative condition number of e^A in the 1-norm: κ = max ‖L(A, E)‖·‖A‖ / (‖E‖·‖e^A‖) over
 /// all E, where L is the Fréchet derivative of the exponential (Higham 2008, *Functions of Matrices*,
@@ -25,21 +30,28 @@ use super::taylor::first_shift;
 /// factor: Boyd's power method for mixed norms (1974, *Linear Algebra Appl.* 9; Higham 1992,
 /// *Numer. Math.* 62), where the adjoint of L(A, ·) is Lᵀ(A, ·ᵀ). It costs about as much as thirty
 /// exponentials. It is 0 for A = 0, at least ‖A‖ always, and not changed by balancing: what
-/// [`expm`](super::expm) gains there shows as an error below κ·2^-53.
+/// [`expm`](super::expm) gains there shows as an error below κ·2^-53. It is infinite beyond the largest double.
+///
+/// Where doubles lose the exponential, L comes from that of [A, E; 0, A] with more digits.
 ///
 /// # Errors
-/// [`ExpmError`] for a matrix that is not square or has an entry that is not finite.
+/// [`ExpmError`] for a matrix that is not square or has an entry that is not finite, and where that takes more
+/// digits than can be afforded.
 pub fn expm_condition(a: MatRef<'_, f64>) -> Result<f64, ExpmError> {
     check(a)?;
     if a.norm_max() == 0.0 || a.nrows() == 0 {
         return Ok(0.0);
     }
+    if a.nrows() == 1 {
+        return Ok(a[(0, 0)].abs());
+    }
     let derivative = Derivative::of(a);
-    Ok(if a.nrows() <= EXACT {
+    let found = if a.nrows() <= EXACT {
         derivative.largest()
     } else {
         derivative.power_method()
-    })
+    };
+    found.ok_or(ExpmError::TooManyDigits { order: a.nrows() })
 }
 
 /// Up to this order all extreme points are tried.
@@ -51,7 +63,9 @@ struct Derivative<'a> {
     n: usize,
     scaled: Aligned,
     norm: f64,
-    squarings: u32,
+    shift: i32,
+    /// Those of [`scales`], where doubles do not serve.
+    exponents: Option<Vec<i64>>,
 }
 
 impl Derivative<'_> {
@@ -63,18 +77,55 @@ impl Derivative<'_> {
         // The plain norm serves: squarings to spare cost time, not digits.
         let shift = first + needed(norm_one(n, &start));
         let scaled = dense.load(a, shift);
+        let serve = shift.unsigned_abs() <= MEANINGFUL && doubles_serve(a);
         Derivative {
             a,
             n,
             norm: norm_one(n, &scaled),
             scaled,
-            squarings: shift.unsigned_abs(),
+            shift,
+            exponents: (!serve).then(|| scales(a, &Paths::of(a).classes())),
         }
     }
 
-    /// The derivative in direction `e`, column by column. With 2^-s A and e, not 2^-s e, it comes out
+    /// The derivative in direction `e`, column by column.
+    fn along(&self, e: &[f64]) -> Option<Aligned> {
+        match &self.exponents {
+            None => Some(self.in_doubles(e)),
+            Some(exponents) => self.precisely(e, exponents),
+        }
+    }
+
+    fn precisely(&self, e: &[f64], exponents: &[i64]) -> Option<Aligned> {
+        let n = self.n;
+        let shift = |i: usize, j: usize| exponents[j] - exponents[i];
+        let unscaled = (0..n * n).filter(|at| e[*at] != 0.0);
+        let sizes = unscaled.map(|at| e[at].abs().log2().ceil() as i64 + shift(at % n, at / n));
+        let size = sizes.max()?;
+        let mut entries = Vec::with_capacity(4 * n * n);
+        for i in 0..2 * n {
+            entries.extend((0..2 * n).map(|j| match (i < n, j < n) {
+                (true, true) => (self.a[(i, j)], shift(i, j)),
+                (true, false) => (e[i + n * (j - n)], shift(i, j - n) - size),
+                (false, true) => (0.0, 0),
+                (false, false) => (self.a[(i - n, j - n)], shift(i - n, j - n)),
+            }));
+        }
+        let quotient = Quotient { exponents, size };
+        // An ascent takes two, and there are four from either start.
+        let mut result = precisely(2 * n, 3 * n * n, &entries, &quotient, LIMIT / 16.0)?;
+        // ‖A‖ may be beyond the largest double where the product is not.
+        let factor = self.norm;
+        let undone = i64::from(self.shift);
+        result
+            .iter_mut()
+            .for_each(|entry| *entry = (*entry * factor).scale(undone));
+        Some(Aligned::from(&result[..]))
+    }
+
+    /// With 2^-s A and e, not 2^-s e, it comes out
     /// 2^s times too large, which ‖2^-s A‖ in place of ‖A‖ makes good.
-    fn along(&self, e: &[f64]) -> Aligned {
+    fn in_doubles(&self, e: &[f64]) -> Aligned {
         let mut algebra = Dual::new(self.n);
         let a = Pair {
             value: self.scaled.clone(),
@@ -88,7 +139,7 @@ impl Derivative<'_> {
             factor: 1.0,
         };
         let less_one = evaluate(&mut algebra, Degree::TwentyOne, powers);
-        let result = square(&mut algebra, less_one, self.squarings, || {
+        let result = square(&mut algebra, less_one, self.shift.unsigned_abs(), || {
             Growth::of(self.a)
         });
         let Pair {
@@ -101,27 +152,33 @@ impl Derivative<'_> {
     }
 
     /// The adjoint, on the matrix that is `signs` in column `j` and 0 elsewhere.
-    fn adjoint(&self, signs: &[f64], j: usize) -> Vec<f64> {
+    fn adjoint(&self, signs: &[f64], j: usize) -> Option<Vec<f64>> {
         let n = self.n;
         let mut transposed = vec![0.0; n * n];
         for (i, sign) in signs.iter().enumerate() {
             transposed[i * n + j] = *sign;
         }
-        let result = self.along(&transposed);
-        (0..n * n)
-            .map(|index| result[(index % n) * n + index / n])
-            .collect()
+        let result = self.along(&transposed)?;
+        let back = (0..n * n).map(|index| result[(index % n) * n + index / n]);
+        Some(back.collect())
     }
 
     /// The norm, by all extreme points: one signed unit vector a column.
-    fn largest(&self) -> f64 {
+    fn largest(&self) -> Option<f64> {
         let n = self.n;
         let unit = |index: usize| {
             let mut e = vec![0.0; n * n];
             e[index] = 1.0;
             self.along(&e)
         };
-        let all: Vec<Aligned> = (0..n * n).map(unit).collect();
+        let all: Vec<Aligned> = (0..n * n).map(unit).collect::<Option<_>>()?;
+        // Sums of what is beyond the doubles would not be numbers.
+        if all
+            .iter()
+            .any(|image| image.iter().any(|entry| entry.is_infinite()))
+        {
+            return Some(f64::INFINITY);
+        }
         let mut best = 0.0;
         for j in 0..n {
             for signs in 0..1u32 << (n - 1) {
@@ -143,11 +200,11 @@ impl Derivative<'_> {
                 best = largest(&[best, columns.sum()]);
             }
         }
-        best
+        Some(best)
     }
 
     /// A lower bound of the norm by ascents from the identity and from even columns.
-    fn power_method(&self) -> f64 {
+    fn power_method(&self) -> Option<f64> {
         const ASCENTS: usize = 4;
         let n = self.n;
         let identity = (0..n * n).map(|index| f64::from(u8::from(index % (n + 1) == 0)));
@@ -157,11 +214,14 @@ impl Derivative<'_> {
             let mut e: Vec<f64> = start;
             let mut reached = 0.0;
             for _ in 0..ASCENTS {
-                let image = self.along(&e);
+                let image = self.along(&e)?;
                 let sums = column_sums(n, &image);
                 let norm = largest(&sums);
                 if norm.is_nan() {
-                    return norm;
+                    return None;
+                }
+                if norm.is_infinite() {
+                    return Some(norm);
                 }
                 best = largest(&[best, norm]);
                 if norm <= reached {
@@ -173,7 +233,7 @@ impl Derivative<'_> {
                     .iter()
                     .map(|entry| if *entry < 0.0 { -1.0 } else { 1.0 })
                     .collect();
-                let gradient = self.adjoint(&signs, j);
+                let gradient = self.adjoint(&signs, j)?;
                 e = vec![0.0; n * n];
                 for (column, gradient) in e.chunks_exact_mut(n).zip(gradient.chunks_exact(n)) {
                     let sizes: Vec<f64> = gradient.iter().map(|entry| entry.abs()).collect();
@@ -182,7 +242,73 @@ impl Derivative<'_> {
                 }
             }
         }
-        best
+        Some(best)
+    }
+}
+
+/// Whether two ways in doubles find the same exponential, of A less its mean growth.
+fn doubles_serve(a: MatRef<'_, f64>) -> bool {
+    const VISIBLE: f64 = 1e-6;
+    let n = a.nrows();
+    let mean = (0..n).map(|i| a[(i, i)] / n as f64).sum::<f64>();
+    let moved = Mat::from_fn(n, n, |i, j| a[(i, j)] - if i == j { mean } else { 0.0 });
+    let (found, _, _) = taylor(moved.as_ref());
+    let size = norm(found.as_ref());
+    size.is_finite() && norm((&found - otherwise(moved.as_ref())).as_ref()) <= VISIBLE * size
+}
+
+/// 2^`size` L(A, E)/‖e^A‖ from the exponential of [A, 2^-`size` E; 0, A], scaled by `exponents`; column by column.
+struct Quotient<'a> {
+    exponents: &'a [i64],
+    size: i64,
+}
+
+impl Judge for Quotient<'_> {
+    type Verdict = Vec<f64>;
+
+    fn least(&self) -> f64 {
+        // However small it is, its digits count.
+        f64::INFINITY
+    }
+
+    fn judge<T: Real>(&self, power: &Normed<T>, _: i64) -> Option<(Vec<f64>, bool)> {
+        /// Six digits are plenty.
+        const ENOUGH: i64 = -20;
+        let n = self.exponents.len();
+        let largest_column = |first: usize, more: i64| {
+            let mut largest = [Magnitude::ZERO; 2];
+            for j in 0..n {
+                let mut sums = [Magnitude::ZERO; 2];
+                for i in 0..n {
+                    let shift = self.exponents[i] - self.exponents[j] + more;
+                    let factor = Magnitude::power_of_two(shift);
+                    sums[0] = sums[0] + power.row(i)[first + j].upper() * factor;
+                    sums[1] = sums[1] + power.error() * factor;
+                }
+                for (largest, sum) in largest.iter_mut().zip(sums) {
+                    *largest = if sum > *largest { sum } else { *largest };
+                }
+            }
+            largest
+        };
+        let ([value, value_error], [size, error]) =
+            (largest_column(0, 0), largest_column(n, self.size));
+        // In the direction of the identity it is e^A itself: beside that it counts.
+        let scale = if size > value { size } else { value };
+        let enough = Magnitude::power_of_two(ENOUGH);
+        if value_error > value * enough || error > scale * enough {
+            return None;
+        }
+        let exponent = value.exponent();
+        let divisor = (value * Magnitude::power_of_two(-exponent)).to_f64();
+        let mut result = Vec::with_capacity(n * n);
+        for j in 0..n {
+            result.extend((0..n).map(|i| {
+                let shift = self.exponents[i] - self.exponents[j] + self.size - exponent;
+                power.row(i)[n + j].scale(shift).to_f64() / divisor
+            }));
+        }
+        Some((result, true))
     }
 }
 

@@ -3,7 +3,9 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-use super::Exponential;
+use super::expm::{ExpmError, check, norm};
+use super::squaring::MEANINGFUL;
+use super::{Exponential, in_range};
 
 /// Al-Mohy & Higham 2009, *A new scaling and squaring algorithm for the matrix exponential*
 /// (SIAM J. Matrix Anal. 31), with degree 13 throughout: the scaling is taken from ‖A⁴‖^{1/4} and
@@ -14,6 +16,9 @@ pub struct Pade13;
 
 /// θ₁₃ of the paper's table 3.1.
 const THETA: f64 = 4.25;
+
+/// Of more halvings the powers that undo them leave the range of doubles.
+const LARGEST: f64 = 150.0;
 
 /// The numerator's coefficients, divided by the first: b_k / b_0.
 const COEFFICIENTS: [f64; 14] = [
@@ -38,44 +43,57 @@ impl Exponential for Pade13 {
         "Padé 13"
     }
 
-    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
-        /// Three powers, three products of the approximant, and its quotient.
-        const APPROXIMANT: i32 = 7;
-        let n = a.nrows();
-        let norm = norm_one(a);
-        if norm == 0.0 || n == 0 {
-            return (Mat::identity(n, n), 0.0);
-        }
-        // A first scaling by the plain norm keeps the powers within range.
-        let first = (norm / THETA).log2().ceil().max(0.0) as i32;
-        let scaled = a * faer::Scale(2f64.powi(-first));
-        let a2 = &scaled * &scaled;
-        let a4 = &a2 * &a2;
-        let a6 = &a4 * &a2;
-        let eta = norm_one(a4.as_ref())
-            .powf(0.25)
-            .max(norm_one(a6.as_ref()).powf(1.0 / 6.0));
-        // The powers tell how much of the first scaling was needless.
-        let spare = if eta > 0.0 {
-            (THETA / eta).log2().floor().clamp(0.0, first as f64)
-        } else {
-            first as f64
-        };
-        let spare = (spare as i32 - extra(scaled.as_ref(), spare as i32)).max(0);
-        let up = 2f64.powi(spare);
-        let (a1, a2, a4, a6) = (
-            scaled * faer::Scale(up),
-            a2 * faer::Scale(up.powi(2)),
-            a4 * faer::Scale(up.powi(4)),
-            a6 * faer::Scale(up.powi(6)),
-        );
-        let mut result = approximant(a1.as_ref(), a2.as_ref(), a4.as_ref(), a6.as_ref());
-        let squarings = first - spare;
-        for _ in 0..squarings {
-            result = &result * &result;
-        }
-        (result, f64::from(APPROXIMANT + squarings))
+    fn counted(&self, a: MatRef<'_, f64>) -> Result<(Mat<f64>, f64), ExpmError> {
+        check(a)?;
+        in_range(pade(a))
     }
+}
+
+/// e^A, and the products it took; `None` after so many squarings that no digit is left.
+pub(super) fn pade(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
+    /// Three powers, three products of the approximant, and its quotient.
+    const APPROXIMANT: i32 = 7;
+    let n = a.nrows();
+    let size = norm(a);
+    if size == 0.0 || n == 0 {
+        return Some((Mat::identity(n, n), 0.0));
+    }
+    // A first scaling by the plain norm keeps the powers within range.
+    let first = (size / THETA).log2().ceil().max(0.0);
+    if first > LARGEST {
+        return None;
+    }
+    let first = first as i32;
+    let scaled = a * faer::Scale(2f64.powi(-first));
+    let a2 = &scaled * &scaled;
+    let a4 = &a2 * &a2;
+    let a6 = &a4 * &a2;
+    let eta = norm(a4.as_ref())
+        .powf(0.25)
+        .max(norm(a6.as_ref()).powf(1.0 / 6.0));
+    // The powers tell how much of the first scaling was needless.
+    let spare = if eta > 0.0 {
+        (THETA / eta).log2().floor().clamp(0.0, f64::from(first))
+    } else {
+        f64::from(first)
+    };
+    let spare = (spare as i32 - extra(scaled.as_ref(), spare as i32)).max(0);
+    let squarings = first - spare;
+    if squarings > MEANINGFUL as i32 {
+        return None;
+    }
+    let up = 2f64.powi(spare);
+    let (a1, a2, a4, a6) = (
+        scaled * faer::Scale(up),
+        a2 * faer::Scale(up.powi(2)),
+        a4 * faer::Scale(up.powi(4)),
+        a6 * faer::Scale(up.powi(6)),
+    );
+    let mut result = approximant(a1.as_ref(), a2.as_ref(), a4.as_ref(), a6.as_ref());
+    for _ in 0..squarings {
+        result = &result * &result;
+    }
+    Some((result, f64::from(APPROXIMANT + squarings)))
 }
 
 /// How many squarings the rounding errors of a nonnormal matrix want beyond those of η: ℓ₁₃ of the
@@ -99,7 +117,7 @@ fn extra(a: MatRef<'_, f64>, up: i32) -> i32 {
         exponent += size.log2();
         power = next.into_iter().map(|entry| entry / size).collect();
     }
-    let alpha = ERROR.log2() + exponent - (norm_one(a) * factor).log2();
+    let alpha = ERROR.log2() + exponent - (norm(a) * factor).log2();
     let unit = (f64::EPSILON / 2.0).log2();
     ((alpha - unit) / 26.0).ceil().max(0.0) as i32
 }
@@ -131,19 +149,13 @@ fn approximant(
     result
 }
 
-/// The largest column sum.
-fn norm_one(a: MatRef<'_, f64>) -> f64 {
-    (0..a.ncols())
-        .map(|j| a.col(j).norm_l1())
-        .fold(0.0, f64::max)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn of(rows: [[f64; 2]; 2]) -> Mat<f64> {
-        Pade13.exponential(Mat::from_fn(2, 2, |i, j| rows[i][j]).as_ref())
+        let a = Mat::from_fn(2, 2, |i, j| rows[i][j]);
+        Pade13.exponential(a.as_ref()).expect("square and finite")
     }
 
     #[test]
@@ -185,7 +197,7 @@ mod tests {
         let (a, b, c, d, e) = (2e10, 4e8 / 6.0, 200.0 / 3.0, 3.0, 1e-8);
         let rows = [[0.0, e, 0.0], [-(a + b), -d, a], [c, 0.0, -c]];
         let matrix = Mat::from_fn(3, 3, |i, j| rows[i][j]);
-        let result = Pade13.exponential(matrix.as_ref());
+        let result = Pade13.exponential(matrix.as_ref()).expect("finite");
         assert!((result[(0, 0)] / 0.446849468283 - 1.0).abs() < 1e-9);
         assert!((result[(0, 1)] / 1.54044157384e-9 - 1.0).abs() < 1e-9);
         assert!((result[(0, 2)] / 0.462811453559 - 1.0).abs() < 1e-9);

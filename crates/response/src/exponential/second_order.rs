@@ -3,11 +3,12 @@
 use faer::{Mat, MatRef};
 
 use super::contiguous::with_columns;
+use super::expm::{ExpmError, check};
 use super::few_masses::FewMasses;
 use super::norm::largest;
 use super::sparse_system::SparseSystem;
-use super::taylor::first_shift;
-use super::{Exponential, Taylor};
+use super::taylor::{first_shift, taylor};
+use super::{Exponential, Taylor, in_range};
 
 /// The exponential of A = [0 G; −K −C] with a positive diagonal matrix G, where K and C are sparse or
 /// have at most eight rows; other matrices are left to [`Taylor`].
@@ -30,9 +31,24 @@ impl Exponential for SecondOrder {
         "second order"
     }
 
-    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
-        structured(a).unwrap_or_else(|| Taylor.counted(a))
+    fn counted(&self, a: MatRef<'_, f64>) -> Result<(Mat<f64>, f64), ExpmError> {
+        check(a)?;
+        match structured(a) {
+            Some(found) => in_range(Some(found)),
+            None => Taylor.counted(a),
+        }
     }
+}
+
+/// e^A for a square matrix, and the products it took; numbers without a digit where those of A are too large.
+pub(crate) fn second_order(a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
+    structured(a).unwrap_or_else(|| by_taylor(a))
+}
+
+/// The same for matrices that are not of this form.
+pub(crate) fn by_taylor(a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
+    let (result, products, _) = taylor(a);
+    (result, f64::from(products))
 }
 
 fn structured(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {

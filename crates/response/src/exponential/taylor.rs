@@ -3,14 +3,15 @@
 use eigentone_digits::Real;
 use faer::{Mat, MatRef};
 
-use super::Exponential;
 use super::algebra::{Algebra, Explicit};
 use super::aligned::Aligned;
 use super::dense::Dense;
+use super::expm::{ExpmError, check};
 use super::growth::Growth;
 use super::polynomial::evaluate;
 use super::scaling::scale;
-use super::squaring::{Extended, square};
+use super::squaring::{Extended, MEANINGFUL, square};
+use super::{Exponential, in_range};
 
 /// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
 /// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a
@@ -20,9 +21,7 @@ use super::squaring::{Extended, square};
 /// The scaling follows Al-Mohy & Higham 2009 (SIAM J. Matrix Anal. 31): it is taken from the norms
 /// of powers of A, so that a large norm of a nearly nilpotent matrix costs no squarings, and kept
 /// where rounding errors of a nonnormal matrix want it. The squarings carry e^A − I, which keeps
-/// the digits of motions that are slow beside the fastest. Entries beyond the range of doubles come
-/// out as ∞ or 0 and never as NaN; matrices of norm above 10^16, whose exponential no digits are
-/// left of, at least do not grow beyond e^μ, μ the largest eigenvalue of (A + Aᵀ)/2.
+/// the digits of motions that are slow beside the fastest.
 ///
 /// It does not balance A: [`expm`](super::expm) does.
 #[derive(Clone, Copy, Debug)]
@@ -33,13 +32,17 @@ impl Exponential for Taylor {
         "Taylor"
     }
 
-    fn counted(&self, a: MatRef<'_, f64>) -> (Mat<f64>, f64) {
-        let (result, products, _) = taylor(a);
-        (result, f64::from(products))
+    fn counted(&self, a: MatRef<'_, f64>) -> Result<(Mat<f64>, f64), ExpmError> {
+        check(a)?;
+        let (result, products, squarings) = taylor(a);
+        in_range((squarings <= MEANINGFUL).then(|| (result, f64::from(products))))
     }
 }
 
 /// e^A, and the products and squarings it took, the squarings being products too.
+///
+/// Entries beyond the range of doubles come out as ∞ or 0 and never as NaN; matrices of norm above 10^16, whose
+/// exponential no digits are left of, at least do not grow beyond e^μ, μ the largest eigenvalue of (A + Aᵀ)/2.
 pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let n = a.nrows();
     let mut algebra = Dense::new(n);
@@ -52,6 +55,19 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let matrix = store(n, &result);
     algebra.recycle(result.element);
     (matrix, algebra.products(), squarings)
+}
+
+/// e^A once more, as the square of e^{A/2 + δI}/e^δ, rows and columns in the opposite order: the roundings of
+/// [`taylor`] do not come again, not even where sums have one term.
+pub(super) fn otherwise(a: MatRef<'_, f64>) -> Mat<f64> {
+    const DELTA: f64 = 0.137;
+    let last = a.nrows().saturating_sub(1);
+    let moved = Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
+        0.5 * a[(last - i, last - j)] + if i == j { DELTA } else { 0.0 }
+    });
+    let (root, _, _) = taylor(moved.as_ref());
+    let square = &root * &root * faer::Scale((-2.0 * DELTA).exp());
+    square.as_ref().reverse_rows_and_cols().to_owned()
 }
 
 /// How often A is halved before its powers are formed: only so often that they do not overflow.

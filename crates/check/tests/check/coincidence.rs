@@ -2,7 +2,9 @@
 //! and the many digits of the reference.
 
 use eigentone_check::{Reference, ReferenceEigenvalue, ReferenceModes};
-use eigentone_modes::{Bounds, Eigenvalue, GROUND, Mode, Modes, Motion, Precision, System};
+use eigentone_modes::{
+    Bounds, Eigenvalue, GROUND, Mode, Modes, Motion, Precision, System, solvers,
+};
 use faer::{Mat, mat};
 use proptest::prelude::*;
 
@@ -112,7 +114,7 @@ fn examine(system: &System) -> Result<(), TestCaseError> {
         .map_err(|error| TestCaseError::fail(error.to_string()))?;
     prop_assert_eq!(proven.bounds(), Bounds::Proven, "{}", proven.plan());
     prop_assert!(proven.is_complete());
-    prop_assert_eq!(fault(&truth, &proven), None, "{:#?}", proven.as_slice());
+    prop_assert_eq!(fault(&truth, &proven), None, "{:?}", proven.as_slice());
     let open: Vec<_> = proven
         .iter()
         .filter(|mode| mode.cluster().is_some())
@@ -121,7 +123,30 @@ fn examine(system: &System) -> Result<(), TestCaseError> {
     let doubles = system.modes_to(Precision::Double);
     let doubles = doubles.map_err(|error| TestCaseError::fail(error.to_string()))?;
     prop_assert!(!doubles.is_complete());
-    prop_assert_eq!(fault(&truth, &doubles), None, "{:#?}", doubles.as_slice());
+    prop_assert_eq!(
+        fault(&truth, &doubles),
+        None,
+        "{}: {:?}",
+        doubles.plan(),
+        doubles.as_slice()
+    );
+    for solver in solvers() {
+        if solver.refuses(system, structure).is_none()
+            && let Ok(modes) = solver.solve(system, structure)
+            && modes.eigenvalues().len() == doubles.eigenvalues().len()
+        {
+            for mode in &modes {
+                let root = mode.eigenvalue();
+                let near = inside(&truth, &root);
+                prop_assert!(
+                    root.is_doubtful() || !near.is_empty(),
+                    "{}: {root:?}",
+                    solver.name()
+                );
+                prop_assert!(moves(mode, &near), "{}: {mode:?}", solver.name());
+            }
+        }
+    }
     Ok(())
 }
 
@@ -179,7 +204,7 @@ fn config(cases: u32) -> ProptestConfig {
 }
 
 proptest! {
-    #![proptest_config(config(150))]
+    #![proptest_config(config(std::env::var("N").map_or(150, |n| n.parse().unwrap())))]
 
     #[test]
     fn planted_coincidences(
@@ -188,6 +213,26 @@ proptest! {
         symmetric in any::<bool>(),
     ) {
         if let Some(system) = planted(&motions, &shears, symmetric) {
+            examine(&system)?;
+        }
+    }
+
+    #[test]
+    fn networks_of_small_numbers(
+        masses in prop::collection::vec(0u8..4, 1..6),
+        springs in prop::collection::vec((0usize..6, 0usize..6, -1i8..4), 0..8),
+        dampers in prop::collection::vec((0usize..6, 0usize..6, -1i8..5), 0..6),
+    ) {
+        let n = masses.len();
+        let name = |i: usize| if i == 0 { GROUND.to_owned() } else { format!("m{i}") };
+        let all = masses.iter().enumerate().fold(System::builder(), |builder, (i, mass)| {
+            builder.mass(name(i + 1), f64::from(*mass))
+        });
+        let ends = |(a, b, size): (usize, usize, i8)| (a % (n + 1), b % (n + 1), f64::from(size));
+        let joins = |list: Vec<(usize, usize, i8)>| list.into_iter().map(ends).filter(|(a, b, _)| a != b);
+        let sprung = joins(springs).fold(all, |builder, (a, b, k)| builder.spring(name(a), name(b), k));
+        let damped = joins(dampers).fold(sprung, |builder, (a, b, c)| builder.damper(name(a), name(b), c));
+        if let Ok(system) = damped.build() {
             examine(&system)?;
         }
     }

@@ -66,13 +66,15 @@ fn modal_roots(
     for mode in held.into_iter().take(zeros - rigid) {
         mode.forms.c = DoubleDouble::ZERO;
     }
-    for ModalForms {
-        shape,
-        forms,
-        rigid,
-        error,
-    } in all
-    {
+    let couplings = couplings(system, &all);
+    let each = all.into_iter().zip(couplings);
+    for (mode, coupling) in each {
+        let ModalForms {
+            shape,
+            forms,
+            rigid,
+            error,
+        } = mode;
         let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k };
         let quadratic = Quadratic {
             m: forms.m,
@@ -82,9 +84,8 @@ fn modal_roots(
         if rigid {
             at_rest.push(complex(&shape));
         }
-        let exact = system.len() == 1;
         let found = quadratic
-            .roots(exact)
+            .roots((system.len() > 1).then_some(coupling))
             .into_iter()
             .filter(|root| root.value.norm() != 0.0);
         roots.extend(found.map(|mut root| {
@@ -95,6 +96,29 @@ fn modal_roots(
     }
     roots.extend(rigid::roots(at_rest, zeros));
     Ok(roots)
+}
+
+/// How far C still couples each shape to others of nearly its frequency, as a part of c/m.
+fn couplings(system: &System, modes: &[ModalForms]) -> Vec<f64> {
+    let square = |mode: &ModalForms| (mode.forms.k / mode.forms.m).to_f64();
+    let near =
+        |a: &ModalForms, b: &ModalForms| !a.rigid && !b.rigid && are_near(square(a), square(b));
+    let mut found = Vec::with_capacity(modes.len());
+    for group in modes.chunk_by(near) {
+        if group.len() == 1 {
+            found.push(0.0);
+            continue;
+        }
+        let unit = |mode: &ModalForms| -> Vec<f64> {
+            let size = mode.forms.m.to_f64().sqrt();
+            mode.shape.iter().map(|x| x / size).collect()
+        };
+        let shapes: Vec<Vec<f64>> = group.iter().map(unit).collect();
+        let gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
+        let others = |p: usize| (0..group.len()).filter(move |q| *q != p);
+        found.extend((0..group.len()).map(|p| others(p).map(|q| gamma[(p, q)].abs()).sum::<f64>()));
+    }
+    found
 }
 
 fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
@@ -270,17 +294,19 @@ fn relaxing_forms(
 /// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
 /// those that C does not couple.
 fn separate(system: &System, modes: &mut [RealMode], entries: Entries) {
-    const NEAR: f64 = 1e-6;
     modes.sort_by(|a, b| a.square.total_cmp(&b.square));
-    let near = |a: &RealMode, b: &RealMode| {
-        (b.square - a.square).abs() <= NEAR * b.square.abs().max(a.square.abs())
-    };
+    let near = |a: &RealMode, b: &RealMode| are_near(a.square, b.square);
     // Each mode is near the one before it.
     for group in modes.chunk_by_mut(near) {
         if group.len() > 1 {
             uncouple(system, group, near, entries);
         }
     }
+}
+
+fn are_near(a: f64, b: f64) -> bool {
+    const NEAR: f64 = 1e-6;
+    (b - a).abs() <= NEAR * b.abs().max(a.abs())
 }
 
 /// Jacobi's rotations of shapes of modal mass 1 until C couples none that are near.
@@ -353,7 +379,7 @@ pub(crate) fn scalar_roots(m: f64, c: f64, k: f64) -> Vec<Complex<f64>> {
         };
     }
     let [m, c, k] = [m, c, k].map(DoubleDouble::from);
-    let roots = Quadratic { m, c, k }.roots(true).into_iter();
+    let roots = Quadratic { m, c, k }.roots(None).into_iter();
     let each = roots.flat_map(|root| std::iter::repeat_n(root.value, root.count));
     each.filter(|value| value.norm() != 0.0 && value.is_finite())
         .collect()
@@ -385,8 +411,8 @@ impl ScalarRoot {
 
 impl Quadratic {
     /// The roots without cancellation. A discriminant that the coefficients' own error hides is
-    /// taken for critical damping; `exact` coefficients have no such error.
-    fn roots(&self, exact: bool) -> Vec<ScalarRoot> {
+    /// taken for critical damping. Coefficients are exact, or known to rounding and c/m to a coupling more.
+    fn roots(&self, coupling: Option<f64>) -> Vec<ScalarRoot> {
         const HIDDEN: f64 = 1e-28;
         let Quadratic { m, c, k } = *self;
         // In units in which the larger of c and √(mk) is about 1 and m too: squares stay within the doubles.
@@ -400,18 +426,19 @@ impl Quadratic {
             k.scale(of_mass - 2 * unit),
         );
         let discriminant = c1 * c1 - m1 * k1 * 4.0;
-        let hidden = if exact { 0.0 } else { HIDDEN };
+        let hidden = coupling.map_or(0.0, |_| HIDDEN);
         let size = (c1 * c1).to_f64().max((m1 * k1).to_f64().abs());
         let ulp = 4.0 * f64::EPSILON;
         // What the coefficients may be off, relative, moves the roots the more the nearer they are to each other.
         let error = |value: f64| {
             let rounding = ulp * value.abs() + f64::from_bits(1);
-            if exact {
+            let Some(coupling) = coupling else {
                 return rounding;
-            }
+            };
             let (m1, c1, k1) = (m1.to_f64(), c1.to_f64().abs(), k1.to_f64().abs());
             let scaled = value.abs().scale(of_mass - unit);
-            let change = ulp * (scaled * c1 + k1) / m1;
+            let coupling = coupling.scale(of_mass - unit);
+            let change = ulp * (scaled * c1 + k1) / m1 + scaled * coupling;
             let gap = discriminant.to_f64().abs().sqrt() / m1;
             let moved = if 16.0 * change <= gap * gap {
                 2.0 * change / gap

@@ -101,10 +101,11 @@ fn tell_apart(modes: &mut [Mode]) {
     let open: Vec<usize> = (0..modes.len())
         .filter(|i| modes[*i].repeats == UNKNOWN)
         .collect();
-    let disc = |i: &usize| (modes[*i].eigenvalue.value, modes[*i].eigenvalue.bound);
-    let (values, bounds): (Vec<_>, Vec<_>) = open.iter().map(disc).unzip();
-    // What is doubtful may be anywhere; it says so itself.
-    let reaches: Vec<f64> = bounds.iter().map(|bound| bound.unwrap_or(0.0)).collect();
+    let root = |i: &usize| modes[*i].eigenvalue;
+    let values: Vec<Complex<f64>> = open.iter().map(|i| root(i).value).collect();
+    // What is doubtful may be anywhere about there.
+    let reach = |i: &usize| root(i).bound.unwrap_or(0.1 * root(i).value.norm());
+    let reaches: Vec<f64> = open.iter().map(reach).collect();
     for group in cluster::groups(&values, &reaches) {
         let members: Vec<usize> = group.iter().map(|at| open[*at]).collect();
         let repeats = together(modes, &members);

@@ -6,7 +6,7 @@ use faer::{ColRef, Mat, Par, Side};
 use crate::element::{Element, MatrixKind, Node};
 use crate::first_order::FirstOrder;
 use crate::modes::Modes;
-use crate::quality::real_forms::Entries;
+use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -114,8 +114,16 @@ pub(crate) fn real_modes(
         };
         // Small against the largest square, so perhaps not against this one.
         let error = 8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs());
+        let error = error.max(CONFIRMED);
         let (square, doubt) = if square > 0.0 {
-            refined(&forms, square.sqrt(), error.max(CONFIRMED))
+            refined(&forms, square.sqrt(), error)
+        } else if square < 0.0 {
+            let turned = RealForms {
+                k: -forms.k,
+                ..forms
+            };
+            let (size, doubt) = refined(&turned, (-square).sqrt(), error);
+            (-size, doubt)
         } else {
             (square, 0.0)
         };
@@ -221,6 +229,9 @@ fn assembled_modes(
 fn eigen(solver: &dyn ModeSolver, matrix: &Mat<f64>) -> Result<Pairs, ModesError> {
     let method = solver.name();
     let n = matrix.nrows();
+    if n == 0 {
+        return Ok((Vec::new(), Mat::zeros(0, 0)));
+    }
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
     if !symmetric.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });

@@ -117,9 +117,10 @@ fn modes_have_the_shape_that_was_agreed_on() {
         assert_keys(
             &text,
             &json,
-            &["bounds", "eigenvalues", "infinite", "modes"],
+            &["bounds", "eigenvalues", "infinite", "complete", "modes"],
         );
         assert_eq!(json["bounds"], "proven");
+        assert_eq!(json["complete"], true);
         let doubles = printed(&[
             "modes",
             &scene(case.name()),

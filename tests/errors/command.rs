@@ -53,7 +53,7 @@ fn files(folder: &Path) {
     let scene = one("1", &format!("{}, {}", spring("4"), time("1", "0.1")));
     write("scene.json", &scene);
     write("still.json", &one("1", &spring("4")));
-    write("far-apart.json", &one("1e300", &spring("5e-324")));
+    write("far-apart.json", &one("5e-324", &spring("1e308")));
     let growing = format!("{}, {moving}, {}", spring("-400"), time("100", "1"));
     write("growing.json", &one("1", &growing));
     let held = format!("{}, {}", spring("2.6"), damper("2.4"));

@@ -176,6 +176,7 @@ fn mode_errors(listing: &mut Listing) {
     let pair = row(&[1.0, 1.0]);
     let large = row(&[1.0; 5000]);
     let far_apart = single(1e300, 0.0, 5e-324);
+    let too_fast = single(5e-324, 0.0, 1e308);
     let critical = single(1.0, 2.0, 1.0);
     let unsymmetric = matrices(unit, zero, [[2.0, -1.0], [1.0, 2.0]]);
     let indefinite = matrices([[1.0, 2.0], [2.0, 1.0]], zero, unit);
@@ -188,7 +189,7 @@ fn mode_errors(listing: &mut Listing) {
     let below_zero = Frequency::from_radians_per_second(-1.0);
     list! { listing:
         large.modes();
-        far_apart.modes();
+        too_fast.modes();
         SpringFactor.solve(&critical, critical.structure());
         FirstOrder::of(&joint_mass);
         FirstOrder::of(&constraint);
@@ -240,6 +241,7 @@ fn response_errors(listing: &mut Listing) {
         .expect("a system");
     let growing = single(1.0, 0.0, -400.0);
     let far_apart = single(1e300, 0.0, 5e-324);
+    let too_fast = single(5e-324, 0.0, 1e308);
     let soft = single(1.0, 0.0, 5e-324);
     let free = System::builder().mass("m0", 1.0).build().expect("a system");
     let problem = Response::of(&one)

@@ -115,7 +115,7 @@ fn check_modes(modes: &Modes, n: usize) {
     let mut counted = 0;
     for mode in modes {
         let root = mode.eigenvalue();
-        assert!(roots.contains(&root) && root.value.im >= 0.0);
+        assert!(roots.contains(&root) && root.value.im >= 0.0, "{mode:?}");
         assert_eq!(mode.shape().len(), n);
         let finite = |x: &num_complex::Complex<f64>| x.re.is_finite() && x.im.is_finite();
         assert!(mode.shape().iter().all(finite), "{mode:?}");

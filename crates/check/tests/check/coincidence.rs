@@ -195,16 +195,16 @@ fn planted(motions: &[[f64; 3]], shears: &[(usize, usize, i8)], symmetric: bool)
     System::from_matrices(around(0).as_ref(), around(1).as_ref(), around(2).as_ref()).ok()
 }
 
-fn config(cases: u32) -> ProptestConfig {
+fn config() -> ProptestConfig {
     ProptestConfig {
-        cases,
+        cases: 150,
         failure_persistence: None,
         ..ProptestConfig::default()
     }
 }
 
 proptest! {
-    #![proptest_config(config(std::env::var("N").map_or(150, |n| n.parse().unwrap())))]
+    #![proptest_config(config())]
 
     #[test]
     fn planted_coincidences(
@@ -317,6 +317,81 @@ fn equal_oscillators_share_their_roots() {
             assert_eq!(
                 (mode.is_defective(), mode.motion()),
                 (Some(true), Motion::Decaying)
+            );
+        }
+    }
+}
+
+/// Systems that doubles alone would call singular, or lose a root of.
+#[test]
+fn ordinary_systems_are_answered() {
+    let stiff = System::builder()
+        .mass("a", 1.0)
+        .mass("p", 0.0)
+        .mass("q", 0.0)
+        .spring("p", "q", 1.0)
+        .damper(GROUND, "a", 1.0)
+        .damper("p", "q", 1e9)
+        .damper("a", "p", 1e-9)
+        .build()
+        .expect("a system");
+    let truth = Reference::default().modes(&stiff).expect("roots");
+    let modes = stiff.modes().expect("its damping matrix is regular");
+    assert_eq!(modes.bounds(), Bounds::Proven);
+    assert_eq!(fault(&truth, &modes), None);
+    // Free motions that only the exact rank of K tells, with a critical pair.
+    let m = mat![[1.0, 3.0], [3.0, 10.0]];
+    let k = mat![[1.0, 3.0], [3.0, 9.0]];
+    let parts = [0.5, 0.0625].map(|factor| &k * faer::Scale(factor));
+    let [c, k] = parts.each_ref().map(Mat::as_ref);
+    let free = System::from_matrices(m.as_ref(), c, k).expect("a system");
+    examine(&free).expect("0 twice and −1/4 twice");
+    // What massless nodes add cancels.
+    let cancelling = System::builder()
+        .mass("a", 1.0)
+        .mass("p", 0.0)
+        .spring(GROUND, "a", 1.6587773485758532)
+        .spring("a", "p", 3.3175546971517065)
+        .spring(GROUND, "p", -1.1058515657172352)
+        .build()
+        .expect("a system");
+    examine(&cancelling).expect("one slow frequency");
+}
+
+/// −c/m and −k/c of one mass, where these are less than the least double.
+#[test]
+fn roots_below_the_doubles_are_listed() {
+    let least = f64::from_bits(1);
+    for (m, c, k, expected) in [
+        (1.0, 1e300, 1e-80, [-least, -1e300]),
+        (2.0, least, 0.0, [0.0, -least]),
+        (2.0, -least, 0.0, [0.0, least]),
+    ] {
+        let one = System::builder().mass("m", m).damper(GROUND, "m", c);
+        let one = one.spring(GROUND, "m", k).build().expect("a system");
+        for precision in [Precision::default(), Precision::Double] {
+            let modes = one.modes_to(precision).expect("modes");
+            assert_eq!(modes.infinite(), 0);
+            let values: Vec<f64> = modes
+                .eigenvalues()
+                .iter()
+                .map(|root| root.value.re)
+                .collect();
+            assert_eq!(values, expected);
+            let last = modes
+                .iter()
+                .find(|mode| mode.eigenvalue().value.re.abs() == least);
+            let last = last.expect("it is there");
+            let motion = if c < 0.0 {
+                Motion::Growing
+            } else {
+                Motion::Decaying
+            };
+            assert_eq!(last.motion(), motion, "{last:?}");
+            assert!(
+                last.eigenvalue()
+                    .bound
+                    .is_some_and(|bound| (least..=2.0 * least).contains(&bound))
             );
         }
     }

@@ -146,7 +146,7 @@ fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
     true
 }
 
-/// Whether discs tell more roots apart than others, or as many within less.
+/// Whether discs tell more roots apart than others, or as many within about as much.
 fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
     let widest = |discs: &[Inclusion<T>]| {
         let relative = discs
@@ -154,7 +154,8 @@ fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
             .map(|disc| radius(disc.centre) / size(disc.centre));
         relative.fold(0.0, f64::max)
     };
-    discs.len() > others.len() || discs.len() == others.len() && widest(discs) <= widest(others)
+    let (more, as_many) = (discs.len() > others.len(), discs.len() == others.len());
+    more || as_many && widest(discs) <= 2.0 * widest(others)
 }
 
 /// Moves a group of points that do not stand clear of each other; whether any moved. If its roots lie much closer

@@ -8,7 +8,7 @@ use crate::inclusion::shape::Enclosed;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
-use crate::modes::{Mode, Modes, Repeats};
+use crate::modes::{Bounds, Mode, Modes, Repeats};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
@@ -95,7 +95,7 @@ pub(crate) fn certified(
                 root.shape_bound.is_none()
             }
         };
-        let open = |root: &&mut Root| root.count == 1 && wanted(root);
+        let open = |root: &&mut Root| root.repeats == Some(Repeats::SIMPLE) && wanted(root);
         let open = roots.iter_mut().filter(open).collect();
         enclose_shapes(system, structure, open, tolerance);
     }
@@ -112,6 +112,61 @@ pub(crate) fn certified(
         plan,
         ..collect_proven(solver, system, roots)
     }
+}
+
+/// The modes of a system that doubles do not solve, from no more than guesses at the sizes of its roots; `None` where
+/// not every root is proved, with its shape.
+pub(crate) fn from_guesses(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+    tolerance: f64,
+) -> Option<Modes> {
+    let zeros = structure.zero_roots()?;
+    let count = structure.finite_roots()? - zeros;
+    if system.len() > LARGEST || count == 0 {
+        return None;
+    }
+    let lone = lone_roots(system).into_iter();
+    let mut sizes: Vec<f64> = lone.map(|root| root.value.norm()).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Conjugate pairs all about 0, and one real root where their number is odd.
+    let guess = |pair: usize| {
+        let size = sizes
+            .get(2 * pair * sizes.len() / count)
+            .copied()
+            .unwrap_or(1.0);
+        let turn = if 2 * pair + 1 == count {
+            0.0
+        } else {
+            0.4 + 2.6 * pair as f64 / count as f64
+        };
+        let mut shape = vec![Complex::ZERO; system.len()];
+        shape[pair % system.len()] = Complex::ONE;
+        let value = -Complex::from_polar(size, -turn);
+        Root::simple(
+            if turn == 0.0 {
+                Complex::from(-size)
+            } else {
+                value
+            },
+            shape,
+        )
+    };
+    let mut guesses = collect(solver, system, (0..count.div_ceil(2)).map(guess).collect());
+    guesses.plan.solver = "simultaneous iteration";
+    guesses.plan.reason =
+        "doubles do not solve it: all roots at once, from guesses at their sizes, \
+                           with more digits"
+            .to_owned();
+    // What doubles hide in the matrices shapes show only at roots that are known far better.
+    const CLOSE: f64 = 1e-24;
+    let modes = certified(solver, system, structure, guesses, tolerance.min(CLOSE));
+    // Shapes that are not bounded are still those of guesses.
+    let is_known =
+        |mode: &Mode| mode.eigenvalue().value.norm() == 0.0 || mode.shape_bound().is_some();
+    let is_proven = modes.bounds() == Bounds::Proven && modes.iter().all(is_known);
+    is_proven.then_some(modes)
 }
 
 /// The largest relative bound of a component, or infinity where there are none.

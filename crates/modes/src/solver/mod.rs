@@ -156,16 +156,22 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
     let structure = system.structure();
-    let (solver, modes): (&dyn ModeSolver, Modes) = if shifted::is_needed(system) {
-        (&Shifted, Shifted.solve(system, structure)?)
+    let solved: Result<(&dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system) {
+        let modes = Shifted.solve(system, structure);
+        modes.map(|modes| (&Shifted as &dyn ModeSolver, modes))
     } else {
-        in_doubles(system, structure)?
+        in_doubles(system, structure)
     };
-    let mut answer = match precision {
-        Precision::Double => modes,
-        Precision::Certified { tolerance } => {
-            certified::certified(solver, system, structure, modes, tolerance)
+    let (solver, mut answer) = match (solved, precision) {
+        (Ok((solver, modes)), Precision::Certified { tolerance }) => {
+            let answer = certified::certified(solver, system, structure, modes, tolerance);
+            (solver, answer)
         }
+        (Err(error), Precision::Certified { tolerance }) => {
+            let found = certified::from_guesses(&Shifted, system, structure, tolerance);
+            (&Shifted as &dyn ModeSolver, found.ok_or(error)?)
+        }
+        (solved, Precision::Double) => solved?,
     };
     coincidence::settle(system, structure, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
@@ -194,12 +200,8 @@ fn in_doubles(
     };
     let found = first.solve(system, structure);
     let off = largest_doubt(structure, &found);
-    let found = found.map(|modes| Modes {
-        plan: plan.clone(),
-        ..modes
-    });
     if off <= VISIBLE {
-        return Ok((first, found?));
+        return Ok((first, Modes { plan, ..found? }));
     }
     let others = solvers()
         .iter()
@@ -225,7 +227,7 @@ fn in_doubles(
         plan.left_out.push((first.name(), reason));
         return Ok((other, Modes { plan, ..better? }));
     }
-    Ok((first, found?))
+    Ok((first, Modes { plan, ..found? }))
 }
 
 /// Whether as many roots were found as are known to be finite, and to be 0.

@@ -26,6 +26,10 @@ pub(crate) fn resolved(system: &System, root: &Root, reach: f64) -> Option<Root>
     }
     let left = || resolved.left().iter().map(plain).collect();
     let part = |part: f64| f64::EPSILON * part.abs() + BEYOND * value.norm();
+    // On the real axis it is one of two, and no longer stands for a pair.
+    if root.value.im != 0.0 && value.im <= part(value.re).hypot(part(value.im)) {
+        return None;
+    }
     Some(Root {
         value,
         left: root.left.is_some().then(left),

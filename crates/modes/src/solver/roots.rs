@@ -106,6 +106,15 @@ fn tell_apart(modes: &mut [Mode]) {
     // What is doubtful may be anywhere about there.
     let reach = |i: &usize| root(i).bound.unwrap_or(0.1 * root(i).value.norm());
     let reaches: Vec<f64> = open.iter().map(reach).collect();
+    let is_sure = |i: &usize| {
+        let (im, bound) = (root(i).value.im, root(i).bound);
+        modes[*i].roots == 1 && bound.is_some_and(|bound| im == 0.0 || im > bound)
+    };
+    if open.iter().all(is_sure) && cluster::are_apart(&values, &reaches) {
+        open.iter()
+            .for_each(|i| modes[*i].repeats = Repeats::SIMPLE);
+        return;
+    }
     for group in cluster::groups(&values, &reaches) {
         let members: Vec<usize> = group.iter().map(|at| open[*at]).collect();
         let repeats = together(modes, &members);

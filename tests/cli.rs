@@ -810,3 +810,75 @@ fn an_interrupt_leaves_nothing_half_done() {
         assert!(left.iter().all(|name| !name.ends_with(".tmp")));
     }
 }
+
+/// −1 three times and another root 2^-42.4 beside it twice, which doubles do not tell.
+const NEARLY_FIVE_FOLD: &str = r#"{"matrices": {
+    "mass": [[1, 0, -1], [0, 0, 0], [0, 0, 1]],
+    "damping": [[2.0000000000001705, 0, -2.0000000000001705], [2, 1, -3.999999999999943], [0, 0, 2.0000000000001705]],
+    "stiffness": [[1.0000000000001705, 0, -1.0000000000001705], [2, 1, -4], [0, 0, 1.0000000000001705]]}}"#;
+
+#[test]
+fn doubtful_roots_are_marked_wherever_they_are_shown() {
+    let directory = fresh("doubtful");
+    fs::create_dir(&directory).expect("it can be made");
+    let file = directory.join("five.json");
+    fs::write(&file, NEARLY_FIVE_FOLD).expect("it can be written");
+    let file = file.to_str().expect("a UTF-8 path");
+    let in_doubles = |more: &[&str]| {
+        let arguments = [&["modes", file, "--precision", "double"], more].concat();
+        let output = eigentone(&arguments);
+        assert!(output.status.success());
+        let note = String::from_utf8(output.stderr).expect("UTF-8");
+        assert!(note.starts_with("note: ") && note.contains("5 of 5 roots are doubtful"));
+        assert!(note.contains("leave out --precision double"), "{note}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let table = in_doubles(&[]);
+    let rows = table
+        .lines()
+        .skip(1)
+        .filter(|line| line.contains("doubtful"));
+    let rows: Vec<&str> = rows.filter(|line| !line.starts_with('?')).collect();
+    assert!(!rows.is_empty());
+    assert!(rows.iter().all(|row| row.contains('?')), "{table}");
+    for word in ["decaying", "oscillating", "fold", "defective"] {
+        assert!(!table.contains(word), "{table}");
+    }
+    assert!(table.contains("?: 5 of 5 roots are doubtful"), "{table}");
+    let json: Value = serde_json::from_str(&in_doubles(&["--json"])).expect("JSON");
+    assert_eq!(json["complete"], false);
+    for root in json["eigenvalues"].as_array().expect("roots") {
+        assert_eq!(
+            (&root["bound"], &root["doubtful"]),
+            (&Value::Null, &Value::Bool(true))
+        );
+    }
+    for mode in json["modes"].as_array().expect("modes") {
+        assert_eq!(mode["motion"], "doubtful");
+        for key in [
+            "damping_ratio",
+            "time_constant",
+            "multiplicity",
+            "defective",
+        ] {
+            assert_eq!(mode[key], Value::Null, "{key}");
+        }
+        assert!(mode["cluster"].is_u64());
+    }
+    let out = directory.join("report");
+    let results = out.to_str().expect("a UTF-8 path");
+    let output = eigentone(&["analyze", file, "--precision", "double", "--out", results]);
+    assert!(output.status.success() && !output.stderr.is_empty());
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    assert!(page.contains("<span>doubtful</span>") && !page.contains("<span>decaying</span>"));
+    // With proof each is what it is.
+    let json = parsed(&["modes", file, "--json"]);
+    let counts = json["modes"].as_array().expect("modes").iter();
+    let counts: Vec<u64> = counts
+        .filter_map(|mode| mode["multiplicity"].as_u64())
+        .collect();
+    assert_eq!(
+        (counts, &json["complete"]),
+        (vec![3, 2, 2], &Value::Bool(true))
+    );
+}

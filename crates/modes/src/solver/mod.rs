@@ -26,6 +26,7 @@ mod symmetric;
 mod symmetric_eigen;
 mod tree_factor;
 
+use num_complex::Complex;
 use thiserror::Error;
 
 pub use classical::{Classical, ClassicalModes};
@@ -39,7 +40,7 @@ pub use symmetric::Symmetric;
 pub(crate) use roots::normalised;
 
 use crate::first_order::FirstOrderError;
-use crate::modes::{Modes, Precision};
+use crate::modes::{Mode, Modes, Precision};
 use crate::plan::ModePlan;
 use crate::structure::Structure;
 use crate::system::System;
@@ -230,11 +231,13 @@ fn in_doubles(
     Ok((first, Modes { plan, ..found? }))
 }
 
-/// Whether as many roots were found as are known to be finite, and to be 0.
+/// Whether as many roots were found as are known to be finite, and to be 0, each with a shape.
 fn is_whole(structure: &Structure, modes: &Modes) -> bool {
     let roots = || modes.eigenvalues.iter().map(|root| root.value);
     let zeros = roots().filter(|root| root.norm() == 0.0).count();
+    let has_shape = |mode: &Mode| mode.shape.contains(&Complex::ONE);
     roots().all(|root| root.is_finite())
+        && modes.iter().all(has_shape)
         && structure.zero_roots().is_none_or(|count| count == zeros)
         && structure
             .finite_roots()

@@ -241,7 +241,6 @@ fn response_errors(listing: &mut Listing) {
         .expect("a system");
     let growing = single(1.0, 0.0, -400.0);
     let far_apart = single(1e300, 0.0, 5e-324);
-    let too_fast = single(5e-324, 0.0, 1e308);
     let soft = single(1.0, 0.0, 5e-324);
     let free = System::builder().mass("m0", 1.0).build().expect("a system");
     let problem = Response::of(&one)

@@ -65,7 +65,7 @@ pub(crate) fn modes(found: &SparseModes, damping: &Form) -> Result<Modes, ModesE
 
 fn plan(found: &SparseModes, damping: &Form) -> ModePlan {
     let count = found.len();
-    let counted = if found.counted {
+    let counted = if found.is_counted() {
         "the signs of pivots confirm that none between them is missing"
     } else {
         "that none between them is missing is not confirmed"
@@ -90,6 +90,7 @@ fn undamped(found: &SparseModes) -> Vec<Root> {
         .filter(|square| **square == 0.0)
         .count();
     let mut roots = Vec::new();
+    let mut listed = false;
     for (k, (&square, error)) in found.squares.iter().zip(&found.errors).enumerate() {
         let zeros = vec![0.0; found.shapes.nrows()];
         let shape = [found.shapes.col(k).iter().copied().collect(), zeros];
@@ -110,7 +111,9 @@ fn undamped(found: &SparseModes) -> Vec<Root> {
         if unclear {
             // One entry for all rigid motions, as every two roots of one share a shape.
             match square == 0.0 {
-                true if k == 0 => roots.push(root(Complex::ZERO, Some((0.0, 0.0)), 2 * rigid)),
+                true if !std::mem::replace(&mut listed, true) => {
+                    roots.push(root(Complex::ZERO, Some((0.0, 0.0)), 2 * rigid));
+                }
                 true => {}
                 false => roots.push(root(Complex::ZERO, error.map(|e| (e, e)), 2)),
             }

@@ -129,6 +129,22 @@ impl Form {
         self.ground[i].high()
     }
 
+    /// The sum of row i, to the digits of a double-double.
+    pub(crate) fn ground_long(&self, i: usize) -> DoubleDouble {
+        self.ground[i]
+    }
+
+    /// By nodes, the sums of the absolute values of all that is added up in a row.
+    pub(crate) fn sizes(&self) -> Vec<f64> {
+        let mut sizes: Vec<f64> = self.ground.iter().map(|sum| sum.high().abs()).collect();
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            sizes[i] += 2.0 * join.weight.abs();
+            sizes[j] += 2.0 * join.weight.abs();
+        }
+        sizes
+    }
+
     /// Whether no join is negative, so that the matrix is positive semidefinite and no sum cancels.
     pub(crate) fn is_non_negative(&self) -> bool {
         self.non_negative
@@ -217,6 +233,37 @@ impl Form {
             sum += stretch * stretch * join.weight;
         }
         sum.to_f64()
+    }
+
+    /// y += factor·A x for a vector of double-doubles.
+    pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y += *ground * *x * factor;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = (x[i] - x[j]) * join.weight * factor;
+            y[i] += force;
+            y[j] -= force;
+        }
+    }
+
+    /// xᵀAy, and the sum of the sizes of its terms, all in double-double.
+    pub(crate) fn bilinear_long(&self, x: &[DoubleDouble], y: &[DoubleDouble]) -> (DoubleDouble, f64) {
+        let mut sum = DoubleDouble::ZERO;
+        let mut sizes = 0.0;
+        let mut add = |term: DoubleDouble| {
+            sum += term;
+            sizes += term.high().abs();
+        };
+        for ((ground, &x), &y) in self.ground.iter().zip(x).zip(y) {
+            add(*ground * x * y);
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            add((x[i] - x[j]) * (y[i] - y[j]) * join.weight);
+        }
+        (sum, sizes)
     }
 
     /// xᵀAy in doubles, to a small multiple of √(xᵀAx · yᵀAy) where no join is negative.

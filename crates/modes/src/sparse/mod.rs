@@ -4,6 +4,7 @@ mod basis;
 mod damped;
 mod factor;
 mod form;
+mod inertia;
 mod inverse_diagonal;
 mod lanczos;
 mod operator;
@@ -55,7 +56,8 @@ pub struct SparseModes {
     squares: Vec<f64>,
     errors: Vec<Option<f64>>,
     shapes: Mat<f64>,
-    counted: bool,
+    /// Between which ω² the signs of pivots prove that none is missing.
+    counted: Option<[f64; 2]>,
     work: SparseWork,
     pencil: Arc<Pencil>,
     /// `None` where C is not symmetric.
@@ -90,11 +92,11 @@ impl SparseModes {
     /// # Errors
     /// [`SparseError`].
     pub fn lowest(system: &System, count: usize) -> Result<SparseModes, SparseError> {
-        SparseModes::find(system, None, count)
+        SparseModes::find(system, 0.0, count)
     }
 
-    /// The `count` modes whose ω² is nearest to that of `target`, or all where there are not so many; in
-    /// the order of ω².
+    /// The `count` modes whose natural frequency √|ω²| is nearest to `target`, or all where there are not so
+    /// many; in the order of ω².
     ///
     /// # Errors
     /// [`SparseError`].
@@ -108,10 +110,10 @@ impl SparseModes {
         if target < 0.0 || !square.is_finite() {
             return Err(SparseError::Target { target });
         }
-        SparseModes::find(system, (square != 0.0).then_some(square), count)
+        SparseModes::find(system, if square == 0.0 { 0.0 } else { target }, count)
     }
 
-    fn find(system: &System, shift: Option<f64>, count: usize) -> Result<SparseModes, SparseError> {
+    fn find(system: &System, target: f64, count: usize) -> Result<SparseModes, SparseError> {
         if count == 0 {
             return Err(SparseError::NoneWanted);
         }
@@ -120,35 +122,46 @@ impl SparseModes {
         let stiffness = form(MatrixKind::Stiffness)?;
         check_mass(&mass)?;
         let has_mass = |part: &Vec<usize>| part.iter().any(|&i| !is_massless(&mass, i));
-        let parts = system.structure().spring_floating();
+        let structure = system.structure();
+        let parts = structure.spring_floating();
         let (floating, idle): (Vec<_>, Vec<_>) = parts.iter().cloned().partition(has_mass);
-        let pencil = Pencil::of(stiffness, mass).ok_or(SparseError::TooDense)?;
+        let semidefinite = stiffness.is_non_negative()
+            || (!structure.is_large() && structure.rigid_motions().is_some());
+        let none = Form::zero(system.len());
+        let pencil = Pencil::of(stiffness, none, mass).ok_or(SparseError::TooDense)?;
         let pencil = Arc::new(pencil);
         let wanted = Wanted {
             pencil: &pencil,
             floating: &floating,
-            idle: idle.len(),
+            idle: &idle,
+            semidefinite,
+            target,
             count: count.min(system.len()),
         };
-        let mut answer = match shift {
-            None => search::lowest(&wanted)?,
-            Some(shift) => search::nearest(&wanted, shift)?,
+        let mut answer = match target {
+            0.0 => search::lowest(&wanted)?,
+            _ => search::nearest(&wanted)?,
         };
         let work = SparseWork {
             products: answer.applied,
             factorisations: answer.factorised,
             entries: pencil.ordering.rows.len(),
         };
-        let (vectors, next) = answer.needed(wanted.count);
+        let (vectors, next) = answer.needed(&wanted);
         let mut pairs = refine::refined(&answer.operator, vectors, next);
+        if answer.counted.is_some() && !structure.is_large() {
+            let known = floating.len() + idle.len();
+            let zeros = || Some(structure.rigid_motions_counted()?.saturating_sub(known));
+            rest_exactly(&mut pairs, zeros);
+        }
         for part in floating.iter().take(wanted.count) {
             pairs.push(rigid(part, &pencil.mass));
         }
-        let centre = answer.operator.shift;
-        let distance = |pair: &Pair| (pair.square - centre).abs();
-        pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let apart = |pair: &Pair| wanted.apart(pair.square);
+        pairs.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
         pairs.truncate(wanted.count);
         pairs.sort_by(|a, b| a.square.total_cmp(&b.square));
+        let centre = answer.operator.shift;
         Ok(SparseModes {
             squares: pairs.iter().map(|pair| pair.square).collect(),
             errors: pairs.iter().map(|pair| pair.error).collect(),
@@ -198,7 +211,7 @@ impl SparseModes {
     /// Whether the number of negative pivots of K − τM on both sides of what was found, by Sylvester's law
     /// of inertia, confirms that no mode between them is missing.
     pub fn is_counted(&self) -> bool {
-        self.counted
+        self.counted.is_some()
     }
 
     /// The modes with damping, as roots of λ²M + λC + K: where C = 0 those found; else from C projected on their
@@ -325,11 +338,24 @@ fn check_mass(mass: &Form) -> Result<(), SparseError> {
         return Ok(());
     }
     let none = Form::zero(mass.len());
-    let pencil = Pencil::of(mass.clone(), none).ok_or(SparseError::TooDense)?;
+    let pencil = Pencil::of(mass.clone(), none.clone(), none).ok_or(SparseError::TooDense)?;
     let factor = Factor::of(&pencil, 0.0);
     match factor.negative {
         0 => Ok(()),
         _ => Err(SparseError::MassNotDefinite),
+    }
+}
+
+/// Makes those that are not told from 0 exactly 0 where as many motions are proved to need no force, and none
+/// is missing.
+fn rest_exactly(pairs: &mut [Pair], zeros: impl FnOnce() -> Option<usize>) {
+    let unclear = |pair: &&mut Pair| pair.error.is_none_or(|error| pair.square.abs() <= error);
+    let unclear: Vec<&mut Pair> = pairs.iter_mut().filter(unclear).collect();
+    if unclear.is_empty() || zeros() != Some(unclear.len()) {
+        return;
+    }
+    for pair in unclear {
+        (pair.square, pair.error) = (0.0, Some(0.0));
     }
 }
 

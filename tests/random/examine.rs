@@ -124,11 +124,7 @@ fn check_modes(modes: &Modes, n: usize) {
         assert!(mode.natural_frequency().hertz().is_finite());
         assert!(mode.backward_error() >= 0.0, "{mode:?}");
         assert!(mode.damping_ratio().is_none_or(|ratio| ratio.abs() <= 1.0));
-        let times = if mode.is_defective() {
-            mode.multiplicity()
-        } else {
-            1
-        };
+        let times = mode.roots();
         counted += if root.value.im == 0.0 {
             times
         } else {

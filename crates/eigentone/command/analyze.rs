@@ -69,7 +69,9 @@ impl Analyze {
             write(&analysis, &scene, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
-        print(|out| out.write_all(analysis.text().as_bytes()))
+        print(|out| out.write_all(analysis.text().as_bytes()))?;
+        self.question.tell_doubts(&modes);
+        Ok(())
     }
 }
 

@@ -17,6 +17,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use eigentone::modes::Modes;
 use eigentone::scene::Scene;
 
 pub use failure::Failure;
@@ -105,6 +106,29 @@ impl Question {
             true => Ok(()),
             false => self.admit(memory::of_modes(scene.system())),
         }
+    }
+
+    /// Says on standard error which roots are doubtful, and what would help.
+    fn tell_doubts(&self, modes: &Modes) {
+        let all = modes.eigenvalues();
+        let count = all.iter().filter(|root| root.is_doubtful()).count();
+        if count == 0 {
+            return;
+        }
+        let scene = self.scene.display();
+        let help = match self.precision {
+            Precision::Double => "leave out --precision double",
+            Precision::Certified => {
+                "solve parts of the system, at best of up to 64 coordinates, or give it in units that bring its \
+                 numbers closer together"
+            }
+        };
+        let of = all.len();
+        // Nothing is left to tell it to if standard error is closed.
+        let _ = writeln!(
+            io::stderr(),
+            "note: {scene}: {count} of {of} roots are doubtful: doubles give no bound for them; {help}"
+        );
     }
 
     /// What a scene without a title is called.

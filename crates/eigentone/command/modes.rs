@@ -1,6 +1,7 @@
 //! `eigentone modes SCENE [--json] [--lowest COUNT | --near FREQUENCY [--count COUNT]]`.
 
 use clap::Args;
+use eigentone::modes::Modes as Found;
 use eigentone::report::ModeReport;
 
 use super::progress::Progress;
@@ -33,25 +34,32 @@ impl Modes {
         if let Some(modes) = self.selection.among_all(scene.system(), all) {
             drop(progress);
             let modes = modes.map_err(Failure::modes(file))?;
-            return self.print(&ModeReport::new(&modes, names).selected(true));
+            return self.print(&modes, |report| report.selected(modes.is_complete()), names);
         }
         if let Some(found) = self.selection.of(scene.system()) {
             let found = found.map_err(Failure::sparse(file))?;
             let modes = found.modes().map_err(Failure::sparse(file))?;
             drop(progress);
-            let report = ModeReport::new(&modes, names).selected(found.is_counted());
-            return self.print(&report);
+            return self.print(&modes, |report| report.selected(found.is_counted()), names);
         }
         let modes = all();
         drop(progress);
         let modes = modes.map_err(Failure::modes(file))?;
-        self.print(&ModeReport::new(&modes, names))
+        self.print(&modes, |report| report, names)
     }
 
-    fn print(&self, report: &ModeReport<'_>) -> Result<(), Failure> {
+    fn print<'a>(
+        &self,
+        modes: &'a Found,
+        selected: impl FnOnce(ModeReport<'a>) -> ModeReport<'a>,
+        names: &'a [String],
+    ) -> Result<(), Failure> {
+        let report = selected(ModeReport::new(modes, names));
         print(|out| match self.json {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),
-        })
+        })?;
+        self.question.tell_doubts(modes);
+        Ok(())
     }
 }

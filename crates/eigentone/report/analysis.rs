@@ -117,11 +117,7 @@ impl Analysis<'_> {
         }
         let without = roots.iter().filter(|root| root.bound.is_none()).count();
         if without > 0 {
-            let _ = write!(
-                text,
-                "; none can be given for {without} of {} roots",
-                roots.len()
-            );
+            let _ = write!(text, "; {without} of {} roots are doubtful", roots.len());
         }
         if let Some(answer) = &self.response {
             let trajectory = answer.trajectory;

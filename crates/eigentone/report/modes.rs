@@ -1,8 +1,10 @@
 //! The modes as a table, as JSON, as CSV and as Markdown.
 
+use std::f64::consts::TAU;
 use std::io::{self, Write};
 
 use eigentone_modes::{Mode, Modes, Motion};
+use num_complex::Complex;
 use serde::{Serialize, Serializer};
 
 use super::csv;
@@ -53,14 +55,14 @@ impl<'a> ModeReport<'a> {
     /// The mode table in aligned columns, six significant digits, units in the header: one row for
     /// each conjugate pair or real root.
     pub fn text(&self) -> String {
-        self.table().text() + &self.infinite()
+        self.table().text() + &self.remarks()
     }
 
     /// The same as a Markdown table.
     pub fn markdown(&self) -> String {
-        let infinite = self.infinite();
-        let gap = if infinite.is_empty() { "" } else { "\n" };
-        self.table().markdown() + gap + &infinite
+        let remarks = self.remarks().replace('\n', "\n\n");
+        let gap = if remarks.is_empty() { "" } else { "\n" };
+        self.table().markdown() + gap + remarks.trim_end_matches("\n\n") + gap
     }
 
     /// One JSON object with every finite root and every mode. Frequencies are in rad/s, time
@@ -95,6 +97,8 @@ impl<'a> ModeReport<'a> {
             "defective",
             "backward_error",
             "condition",
+            "cluster",
+            "doubtful",
         ]
         .map(str::to_owned)
         .to_vec();
@@ -116,10 +120,13 @@ impl<'a> ModeReport<'a> {
                 csv::optional(mode.damping_ratio()),
                 csv::optional(mode.time_constant()),
                 mode.motion().to_string(),
-                mode.multiplicity().to_string(),
-                mode.is_defective().to_string(),
+                whole(mode.multiplicity()),
+                mode.is_defective()
+                    .map_or_else(String::new, |defective| defective.to_string()),
                 csv::number(mode.backward_error()),
                 csv::optional(mode.condition()),
+                whole(mode.cluster()),
+                root.is_doubtful().to_string(),
             ];
             for component in mode.shape() {
                 row.extend([csv::number(component.re), csv::number(component.im)]);
@@ -130,7 +137,9 @@ impl<'a> ModeReport<'a> {
     }
 
     pub(super) fn table(&self) -> Table {
-        let of = |value: fn(&Mode) -> Option<f64>| number::column(self.modes.iter().map(value));
+        let of = |value: fn(&Mode) -> Option<(f64, f64)>| {
+            number::told_column(self.modes.iter().map(value))
+        };
         let numbers = (1..=self.modes.as_slice().len()).map(|k| k.to_string());
         Table::default()
             .column("#", Align::Right, numbers)
@@ -138,46 +147,70 @@ impl<'a> ModeReport<'a> {
             .column(
                 "ω_n, rad/s",
                 Align::Point,
-                of(|mode| Some(mode.natural_frequency().radians_per_second())),
+                of(|mode| within(mode, mode.natural_frequency().radians_per_second(), 1.0)),
             )
             .column(
                 "f_n, Hz",
                 Align::Point,
-                of(|mode| Some(mode.natural_frequency().hertz())),
+                of(|mode| within(mode, mode.natural_frequency().hertz(), 1.0 / TAU)),
             )
             .column(
                 "f_d, Hz",
                 Align::Point,
                 of(|mode| {
                     let turns = mode.eigenvalue().value.im != 0.0;
-                    turns.then(|| mode.damped_frequency().hertz())
+                    within(mode, mode.damped_frequency().hertz(), 1.0 / TAU).filter(|_| turns)
                 }),
             )
-            .column("ζ", Align::Point, of(Mode::damping_ratio))
-            .column("time constant, s", Align::Point, of(Mode::time_constant))
+            .column("ζ", Align::Point, of(damping_ratio))
+            .column("time constant, s", Align::Point, of(time_constant))
             .column("motion", Align::Left, self.modes.iter().map(motion))
     }
 
     /// λ of each mode, lined up by its real part.
     fn roots(&self) -> Vec<String> {
-        let values = || self.modes.iter().map(|mode| mode.eigenvalue().value);
-        let real = number::column(values().map(|value| Some(value.re)));
-        let imaginary = number::column(values().map(|value| (value.im != 0.0).then_some(value.im)));
+        let roots = || self.modes.iter().map(|mode| mode.eigenvalue());
+        let real = number::told_column(roots().map(|root| Some((root.value.re, root.real_bound?))));
+        let imaginary = number::told_column(
+            roots().map(|root| Some((root.value.im, root.bound?)).filter(|(im, _)| *im != 0.0)),
+        );
         let widths = real.iter().map(|cell| cell.chars().count());
         let wide = widths.max().unwrap_or(0);
-        let cells = real.iter().zip(&imaginary).zip(values());
+        let cells = real.iter().zip(&imaginary).zip(roots());
         cells
-            .map(|((re, im), value)| {
-                if value.im == 0.0 {
-                    format!("{re:>wide$}")
-                } else {
-                    format!("{re:>wide$} ± {im}i")
+            .map(|((re, im), root)| {
+                let Complex { re: x, im: y } = root.value;
+                match (root.is_doubtful(), y == 0.0) {
+                    (false, true) => format!("{re:>wide$}"),
+                    (false, false) => format!("{re:>wide$} ± {im}i"),
+                    (true, true) => format!("{:>wide$}", number::doubtful(x)),
+                    (true, false) => {
+                        format!("{:>wide$} ± {}i", number::doubtful(x), number::doubtful(y))
+                    }
                 }
             })
             .collect()
     }
 
-    pub(super) fn infinite(&self) -> String {
+    /// What stands below the table, a line each.
+    pub(super) fn remarks(&self) -> String {
+        let doubtful = self.doubtful().map_or_else(String::new, |text| text + "\n");
+        doubtful + &self.infinite()
+    }
+
+    /// How many roots are doubtful, if any are.
+    fn doubtful(&self) -> Option<String> {
+        let all = self.modes.eigenvalues();
+        let count = all.iter().filter(|root| root.is_doubtful()).count();
+        let (are, of) = (if count == 1 { "is" } else { "are" }, all.len());
+        (count > 0).then(|| {
+            format!(
+                "?: {count} of {of} roots {are} doubtful: no bound is known for them, and what is printed may be far from any root"
+            )
+        })
+    }
+
+    fn infinite(&self) -> String {
         if let Some(counted) = self.selected {
             let shown = self.modes.eigenvalues().len();
             let of = 2 * self.names.len() - self.modes.infinite();
@@ -200,18 +233,47 @@ impl<'a> ModeReport<'a> {
     }
 }
 
+/// A quantity that the root's bound, times `scale`, bounds.
+fn within(mode: &Mode, value: f64, scale: f64) -> Option<(f64, f64)> {
+    let bound = mode.eigenvalue().bound?;
+    Some((value, bound * scale))
+}
+
+/// ζ, and how far off it may be; of one whose sign is not known that it is nearly 0.
+fn damping_ratio(mode: &Mode) -> Option<(f64, f64)> {
+    let root = mode.eigenvalue();
+    let (bound, real_bound) = (root.bound?, root.real_bound?);
+    let size = root.value.norm();
+    match mode.damping_ratio() {
+        Some(ratio) => Some((ratio, (real_bound + ratio.abs() * bound) / size)),
+        None if mode.motion() == Motion::Oscillating => Some((0.0, real_bound / size)),
+        None => None,
+    }
+}
+
+fn time_constant(mode: &Mode) -> Option<(f64, f64)> {
+    let constant = mode.time_constant()?;
+    let bound = mode.eigenvalue().real_bound?;
+    Some((constant, bound * constant * constant))
+}
+
 /// The motion, and how many roots coincide.
 fn motion(mode: &Mode) -> String {
-    let coincide = match mode.multiplicity() {
-        0 | 1 => String::new(),
-        k => format!(", {k}-fold"),
+    let coincide = match (mode.multiplicity(), mode.cluster()) {
+        (Some(k), _) if k > 1 => format!(", {k}-fold"),
+        (None, Some(k)) if k > 1 => format!(", one of {k} not told apart"),
+        _ => String::new(),
     };
-    let defective = if mode.is_defective() {
+    let defective = if mode.is_defective() == Some(true) {
         ", defective"
     } else {
         ""
     };
     format!("{}{coincide}{defective}", mode.motion())
+}
+
+fn whole(count: Option<usize>) -> String {
+    count.map_or_else(String::new, |count| count.to_string())
 }
 
 /// The contract between this program and what reads its JSON: names and order stay.
@@ -220,6 +282,8 @@ struct Json {
     bounds: &'static str,
     eigenvalues: Vec<EigenvalueJson>,
     infinite: usize,
+    /// Whether it is proved that no root that was asked for is missing.
+    complete: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     selected: Option<SelectedJson>,
     modes: Vec<ModeJson>,
@@ -240,6 +304,8 @@ struct EigenvalueJson {
     im: f64,
     bound: Option<f64>,
     real_bound: Option<f64>,
+    #[serde(skip_serializing_if = "is_false")]
+    doubtful: bool,
 }
 
 #[derive(Serialize)]
@@ -257,12 +323,19 @@ struct ModeJson {
     damping_ratio: Option<f64>,
     time_constant: Option<f64>,
     eigenvalue: ComplexJson,
-    multiplicity: usize,
-    defective: bool,
+    multiplicity: Option<usize>,
+    /// There where the multiplicity is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cluster: Option<usize>,
+    defective: Option<bool>,
     shape: Vec<ComplexJson>,
     shape_bound: Option<Vec<f64>>,
     backward_error: f64,
     condition: Option<f64>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 fn motion_name<S: Serializer>(motion: &Motion, serializer: S) -> Result<S::Ok, S::Error> {
@@ -280,9 +353,11 @@ impl Json {
                     im: root.value.im,
                     bound: root.bound,
                     real_bound: root.real_bound,
+                    doubtful: root.is_doubtful(),
                 })
                 .collect(),
             infinite: modes.infinite(),
+            complete: selected.unwrap_or(modes.is_complete()),
             selected: selected.map(|counted| SelectedJson {
                 of: 2 * modes.coordinates() - modes.infinite(),
                 counted,
@@ -307,6 +382,7 @@ impl ModeJson {
                 im: root.im,
             },
             multiplicity: mode.multiplicity(),
+            cluster: mode.cluster(),
             defective: mode.is_defective(),
             shape: shape.map(|x| ComplexJson { re: x.re, im: x.im }).collect(),
             shape_bound: mode.shape_bound().map(<[f64]>::to_vec),

@@ -70,6 +70,46 @@ pub(crate) fn column(values: impl IntoIterator<Item = Option<f64>>) -> Vec<Strin
     fixed.collect()
 }
 
+/// What stands for a number that is not told from 0.
+const NEARLY_ZERO: &str = "≈0";
+
+/// A number with the digits, six at most, that it has when it may be off by `bound`.
+pub(crate) fn told(value: f64, bound: f64) -> String {
+    if bound == 0.0 {
+        return significant(value);
+    }
+    if value.abs() <= bound {
+        return NEARLY_ZERO.to_owned();
+    }
+    digits(value, digits_told(value, bound))
+}
+
+/// How many digits stand of a number that is larger than what it may be off.
+fn digits_told(value: f64, bound: f64) -> i32 {
+    let known = (value.abs().log10() - bound.log10()).floor();
+    known.clamp(1.0, f64::from(DIGITS)) as i32
+}
+
+/// The numbers of one column, each with how far it may be off.
+pub(crate) fn told_column(values: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<String> {
+    let values: Vec<Option<(f64, f64)>> = values.into_iter().collect();
+    let is_whole = |&(value, bound): &(f64, f64)| {
+        bound == 0.0 || value.abs() > bound && digits_told(value, bound) == DIGITS
+    };
+    let whole = values.iter().map(|known| known.filter(is_whole));
+    let cells = column(whole.map(|known| known.map(|(value, _)| value)));
+    let shorter = |(known, cell): (Option<(f64, f64)>, String)| match known {
+        Some((value, bound)) if !is_whole(&(value, bound)) => told(value, bound),
+        _ => cell,
+    };
+    values.into_iter().zip(cells).map(shorter).collect()
+}
+
+/// The size of a number of which no digit is known for sure: two digits, marked.
+pub(crate) fn doubtful(value: f64) -> String {
+    format!("{}?", digits(value, 2))
+}
+
 fn each(value: Option<f64>) -> String {
     value.map_or_else(|| NONE.to_owned(), significant)
 }
@@ -124,6 +164,25 @@ mod tests {
         assert_eq!(column(values), ["−0.105537", "−2.954328", "–", "0"]);
         // Too wide a span for one number of decimals.
         assert_eq!(column([Some(1e-3), Some(5e4)]), ["0.00100000", "50000.0"]);
+    }
+
+    #[test]
+    fn digits_end_where_the_bound_begins() {
+        let cases = [
+            (1.25, 0.0, "1.25000"),
+            (1.25, 1e-9, "1.25000"),
+            (1.25, 1e-3, "1.25"),
+            (-1.25, 0.5, "−1"),
+            (2.5e-27, 1e-20, "≈0"),
+            (0.0, 1e-30, "≈0"),
+            (0.0, 0.0, "0"),
+            (-2.0004e11, 3e8, "−2.0e11"),
+        ];
+        for (value, bound, text) in cases {
+            assert_eq!(told(value, bound), text, "{value:e} ± {bound:e}");
+        }
+        let column = told_column([Some((0.123_456_7, 0.0)), Some((5.0, 0.2)), None]);
+        assert_eq!(column, ["0.123457", "5", "–"]);
     }
 
     #[test]

@@ -35,10 +35,12 @@ pub enum Motion {
     Rigid,
     /// λ real and negative: it creeps back without crossing.
     Decaying,
-    /// λ complex, Re λ ≤ 0.
+    /// λ complex, and not known to grow.
     Oscillating,
     /// Re λ > 0: it grows without limit.
     Growing,
+    /// What is known of λ leaves open which of these it is.
+    Doubtful,
 }
 
 impl std::fmt::Display for Motion {
@@ -48,6 +50,7 @@ impl std::fmt::Display for Motion {
             Motion::Decaying => "decaying",
             Motion::Oscillating => "oscillating",
             Motion::Growing => "growing",
+            Motion::Doubtful => "doubtful",
         })
     }
 }
@@ -88,7 +91,8 @@ impl Default for Precision {
 pub struct Eigenvalue {
     /// λ in 1/s.
     pub value: Complex<f64>,
-    /// First-order estimate of |λ̂ − λ| (absolute, 1/s); `None` where none can be given.
+    /// A bound of |λ̂ − λ| (absolute, 1/s), proven or estimated as [`Modes::bounds`] says; `None` where
+    /// none is known that means anything: the root is [doubtful](Self::is_doubtful).
     pub bound: Option<f64>,
     /// The same for the real part alone.
     pub real_bound: Option<f64>,
@@ -100,18 +104,41 @@ impl Eigenvalue {
         Frequency(self.value.norm())
     }
 
-    /// How the root moves.
+    /// Whether nothing is known of how far it may be off.
+    pub fn is_doubtful(&self) -> bool {
+        self.bound.is_none()
+    }
+
+    /// How the root moves, as far as its bounds tell: a real part that they do not tell from 0 neither grows nor
+    /// decays, and a root that they do not tell from the real axis does not oscillate.
     pub fn motion(&self) -> Motion {
         let Complex { re, im } = self.value;
+        let (Some(bound), Some(real_bound)) = (self.bound, self.real_bound) else {
+            return Motion::Doubtful;
+        };
         if re == 0.0 && im == 0.0 {
-            Motion::Rigid
-        } else if re > 0.0 {
-            Motion::Growing
-        } else if im == 0.0 {
-            Motion::Decaying
-        } else {
-            Motion::Oscillating
+            return if bound == 0.0 {
+                Motion::Rigid
+            } else {
+                Motion::Doubtful
+            };
         }
+        // A root that is not 0 has the sign of its value even where it may come close to 0.
+        let is_real = im == 0.0;
+        let grows = re > real_bound || is_real && re > 0.0 && re >= bound;
+        match is_real {
+            _ if grows => Motion::Growing,
+            true if -re >= bound => Motion::Decaying,
+            false if im.abs() > bound => Motion::Oscillating,
+            _ => Motion::Doubtful,
+        }
+    }
+
+    /// Whether its real part is told from 0, or is 0.
+    fn is_side_known(&self) -> bool {
+        let re = self.value.re;
+        self.real_bound
+            .is_some_and(|bound| re == 0.0 || re.abs() > bound)
     }
 
     /// The conjugate root, with the same bounds.
@@ -123,13 +150,32 @@ impl Eigenvalue {
     }
 }
 
+/// How many roots share a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Repeats {
+    /// So many coincide exactly; whether they have fewer shapes, where that is known.
+    Exactly {
+        count: usize,
+        defective: Option<bool>,
+    },
+    /// So many are neither told apart nor proved to coincide.
+    Cluster(usize),
+}
+
+impl Repeats {
+    pub(crate) const SIMPLE: Repeats = Repeats::Exactly {
+        count: 1,
+        defective: Some(false),
+    };
+}
+
 /// One mode: a conjugate pair (given by its root with Im λ > 0) or a real root, its shape and its
 /// quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
     pub(crate) eigenvalue: Eigenvalue,
-    pub(crate) multiplicity: usize,
-    pub(crate) defective: bool,
+    pub(crate) repeats: Repeats,
+    pub(crate) roots: usize,
     pub(crate) shape: Vec<Complex<f64>>,
     pub(crate) shape_bound: Option<Vec<f64>>,
     pub(crate) left_shape: Option<Vec<Complex<f64>>>,
@@ -144,21 +190,45 @@ impl Mode {
         self.eigenvalue
     }
 
-    /// How many roots coincide at λ: 1 for a simple root. A repeated root with a full set of
-    /// shapes is listed once for each shape, every entry carrying the multiplicity.
-    pub fn multiplicity(&self) -> usize {
-        self.multiplicity
+    /// How many roots are known to coincide exactly at λ: 1 for a simple root. Every entry of a repeated root carries it.
+    /// `None` where the roots of a [`cluster`](Self::cluster) are neither told apart nor proved to coincide.
+    pub fn multiplicity(&self) -> Option<usize> {
+        match self.repeats {
+            Repeats::Exactly { count, .. } => Some(count),
+            Repeats::Cluster(_) => None,
+        }
     }
 
-    /// Whether the root has fewer shapes than its multiplicity, as critical damping has. Such a
-    /// mode must not be superposed.
-    pub fn is_defective(&self) -> bool {
-        self.defective
+    /// How many roots lie so near to each other here that they are neither told apart nor proved to coincide;
+    /// `None` where the [`multiplicity`](Self::multiplicity) is known.
+    pub fn cluster(&self) -> Option<usize> {
+        match self.repeats {
+            Repeats::Exactly { .. } => None,
+            Repeats::Cluster(count) => Some(count),
+        }
     }
 
-    /// How it moves.
+    /// Whether the root has fewer shapes than its multiplicity, as critical damping has; `None` where that is not known.
+    pub fn is_defective(&self) -> Option<bool> {
+        match self.repeats {
+            Repeats::Exactly { defective, .. } => defective,
+            Repeats::Cluster(_) => None,
+        }
+    }
+
+    /// How many roots this entry stands for: 1, or several that have, or may have, one shape in common. Such a mode
+    /// must not be superposed.
+    pub fn roots(&self) -> usize {
+        self.roots
+    }
+
+    /// How it moves; [`Motion::Doubtful`] where the bound of λ does not tell, and where a cluster on the real axis
+    /// may hold conjugate pairs.
     pub fn motion(&self) -> Motion {
-        self.eigenvalue.motion()
+        match (self.eigenvalue.motion(), self.repeats) {
+            (Motion::Decaying, Repeats::Cluster(_)) => Motion::Doubtful,
+            (motion, _) => motion,
+        }
     }
 
     /// ω_n = |λ|.
@@ -171,11 +241,12 @@ impl Mode {
         Frequency(self.eigenvalue.value.im.abs())
     }
 
-    /// ζ = −Re λ / |λ|, for complex roots; `None` for real ones. It is negative for a growing
-    /// oscillation.
+    /// ζ = −Re λ / |λ|, for complex roots; `None` for real ones, and where the bound of λ leaves open whether it is
+    /// real or on which side of 0 its real part lies. It is negative for a growing oscillation.
     pub fn damping_ratio(&self) -> Option<f64> {
-        let value = self.eigenvalue.value;
-        (value.im != 0.0).then(|| {
+        let Eigenvalue { value, bound, .. } = self.eigenvalue;
+        let swings = value.im != 0.0 && bound.is_some_and(|bound| value.im.abs() > bound);
+        (swings && self.eigenvalue.is_side_known()).then(|| {
             let ratio = value.re / value.norm();
             if ratio == 0.0 { 0.0 } else { -ratio }
         })
@@ -187,9 +258,10 @@ impl Mode {
         if re == 0.0 { 0.0 } else { -re }
     }
 
-    /// 1/(−Re λ) in s, for modes that decay; `None` for the others.
+    /// 1/(−Re λ) in s, for modes that are known to decay; `None` for the others.
     pub fn time_constant(&self) -> Option<f64> {
-        (self.eigenvalue.value.re < 0.0).then(|| 1.0 / self.decay_rate())
+        let decays = self.eigenvalue.value.re < 0.0 && self.eigenvalue.is_side_known();
+        (decays || self.eigenvalue.motion() == Motion::Decaying).then(|| 1.0 / self.decay_rate())
     }
 
     /// The shape x with (λ²M + λC + K) x = 0, one entry for each coordinate; its largest component
@@ -259,6 +331,7 @@ pub struct Modes {
     pub(crate) eigenvalues: Vec<Eigenvalue>,
     pub(crate) infinite: usize,
     pub(crate) bounds: Bounds,
+    pub(crate) complete: bool,
     pub(crate) plan: ModePlan,
 }
 
@@ -295,17 +368,31 @@ impl Modes {
         self.bounds
     }
 
+    /// Whether it is proved that these are all roots that were asked for, each as often as it occurs.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
     /// How the modes were computed, and what was left out.
     pub fn plan(&self) -> &ModePlan {
         &self.plan
     }
 
     /// Those `count` modes whose natural frequencies are nearest to `target`, in order, with their
-    /// eigenvalues; of two that are as near the one that comes first. All, if there are no more.
+    /// eigenvalues; of two that are as near the one that comes first. All, if there are no more. They are
+    /// [complete](Self::is_complete) where all modes are and bounds tell that no other is nearer.
     pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
         let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
         self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
-        self.modes.truncate(count);
+        let rest = self.modes.split_off(count.min(self.modes.len()));
+        // Roots that coincide are as near as each other.
+        let beyond = |near: &Mode, far: &Mode| {
+            let reach = |mode: &Mode| mode.eigenvalue.bound.unwrap_or(f64::INFINITY);
+            near.eigenvalue == far.eigenvalue && near.multiplicity().is_some()
+                || apart(near) + reach(near) <= apart(far) - reach(far)
+        };
+        let mut each = self.modes.iter();
+        self.complete &= each.all(|near| rest.iter().all(|far| beyond(near, far)));
         self.modes
             .sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
         self.eigenvalues = listed(&self.modes);
@@ -317,8 +404,7 @@ impl Modes {
 pub(crate) fn listed(modes: &[Mode]) -> Vec<Eigenvalue> {
     let mut eigenvalues = Vec::with_capacity(2 * modes.len());
     for mode in modes {
-        let count = if mode.defective { mode.multiplicity } else { 1 };
-        for _ in 0..count {
+        for _ in 0..mode.roots {
             eigenvalues.push(mode.eigenvalue);
             if mode.eigenvalue.value.im != 0.0 {
                 eigenvalues.push(mode.eigenvalue.conjugate());

@@ -55,15 +55,17 @@ impl<'a> Sensitivity<'a> {
         if expected != found {
             return Err(SensitivityError::ForeignMode { expected, found });
         }
-        let multiplicity = mode.multiplicity();
-        if mode.is_defective() {
-            return Err(SensitivityError::Defective { multiplicity });
-        }
-        if multiplicity > 1 {
-            return Err(SensitivityError::Repeated { multiplicity });
-        }
         let value = mode.eigenvalue().value;
         let unresolved = SensitivityError::Unresolved { root: value };
+        match mode.multiplicity() {
+            Some(1) => {}
+            Some(multiplicity) if mode.is_defective() == Some(true) => {
+                return Err(SensitivityError::Defective { multiplicity });
+            }
+            Some(multiplicity) => return Err(SensitivityError::Repeated { multiplicity }),
+            None if mode.cluster() == Some(1) => {}
+            None => return Err(unresolved),
+        }
         let root = Resolved::of(system, value, mode.shape()).ok_or(unresolved.clone())?;
         let left = if all_symmetric(system) {
             root.x.iter().map(|entry| conjugate(*entry)).collect()

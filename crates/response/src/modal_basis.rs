@@ -91,8 +91,10 @@ impl Basis {
 
     /// Blocks [α β; −β α] of conjugate pairs and [α] of real roots.
     fn complex(form: FirstOrder, modes: &Modes) -> Result<Basis, String> {
-        if modes.iter().any(|mode| mode.is_defective()) {
-            return Err("a root is defective: its shapes do not span the motion".to_owned());
+        if modes.iter().any(|mode| mode.roots() > 1) {
+            return Err(
+                "roots that have one shape in common: the shapes do not span the motion".to_owned(),
+            );
         }
         let n = form.states();
         let mut t = Mat::<f64>::zeros(n, n);

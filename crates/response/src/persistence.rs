@@ -110,7 +110,7 @@ impl Persistence {
                 }
             }
             free[(k, 0)] = total - forced;
-            if lasting[k].is_defective() {
+            if lasting[k].roots() > 1 {
                 // It has no amplitude of its own: where it is stirred at all, it grows.
                 gram[(k, k)] = c64::from(1.0);
                 (0..count).filter(|&j| j != k).for_each(|j| {
@@ -121,7 +121,7 @@ impl Persistence {
         }
         let amplitudes = gram.partial_piv_lu().solve(&free);
         for (k, mode) in lasting.iter().enumerate() {
-            let grows = !is_steady(mode) || mode.is_defective();
+            let grows = !is_steady(mode) || mode.roots() > 1;
             for i in 0..n {
                 // A pair moves with both of its roots.
                 let pair = if roots[k].im == 0.0 { 1.0 } else { 2.0 };

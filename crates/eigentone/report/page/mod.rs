@@ -101,9 +101,8 @@ impl Page<'_> {
         let modes = self.analysis.modes;
         let report = ModeReport::new(modes, self.analysis.names);
         let mut body = table(&report.table());
-        let infinite = report.infinite();
-        if !infinite.is_empty() {
-            body += &remark(infinite.trim_end());
+        for line in report.remarks().lines() {
+            body += &remark(line);
         }
         body += &format!(
             "<div class=\"cards\">\n{}</div>\n",

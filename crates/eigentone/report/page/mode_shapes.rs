@@ -49,19 +49,7 @@ pub(super) fn figures(modes: &Modes, names: &[String]) -> String {
 }
 
 fn figure(number: usize, mode: &Mode, names: &[String]) -> String {
-    let about = match mode.motion() {
-        eigentone_modes::Motion::Rigid => "rigid".to_owned(),
-        _ if mode.eigenvalue().value.im != 0.0 => {
-            let frequency = mode.natural_frequency().hertz();
-            let ratio = mode.damping_ratio().unwrap_or(0.0);
-            let (frequency, ratio) = (number::significant(frequency), number::significant(ratio));
-            format!("f_n = {frequency} Hz, ζ = {ratio}")
-        }
-        motion => format!(
-            "{motion}, λ = {} 1/s",
-            number::significant(mode.eigenvalue().value.re)
-        ),
-    };
+    let about = about(mode);
     let mut out = format!(
         "<figure>\n<h3>Mode {number}</h3>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Shape of mode {number}\" font-size=\"12\">\n"
     );
@@ -83,6 +71,29 @@ fn figure(number: usize, mode: &Mode, names: &[String]) -> String {
         escape(&about)
     );
     out
+}
+
+/// The caption of a mode.
+fn about(mode: &Mode) -> String {
+    use eigentone_modes::Motion;
+    let root = mode.eigenvalue();
+    let (Some(bound), Some(real_bound)) = (root.bound, root.real_bound) else {
+        return "doubtful: no bound of λ is known".to_owned();
+    };
+    match mode.motion() {
+        Motion::Rigid => "rigid".to_owned(),
+        Motion::Oscillating | Motion::Growing if root.value.im != 0.0 => {
+            let frequency = mode.natural_frequency().hertz();
+            let frequency = number::told(frequency, bound / std::f64::consts::TAU);
+            let off = real_bound / root.value.norm();
+            let ratio = number::told(mode.damping_ratio().unwrap_or(0.0), off);
+            format!("f_n = {frequency} Hz, ζ = {ratio}")
+        }
+        motion => format!(
+            "{motion}, λ = {} 1/s",
+            number::told(root.value.re, real_bound)
+        ),
+    }
 }
 
 fn places(count: usize) -> Vec<f64> {
@@ -134,11 +145,11 @@ enum Motion {
 
 impl Motion {
     fn of(mode: &Mode) -> Motion {
-        let value = mode.eigenvalue().value;
-        match value.im != 0.0 {
-            true => Motion::Swings,
-            false if value.re < 0.0 => Motion::Creeps,
-            false => Motion::Still,
+        match mode.motion() {
+            eigentone_modes::Motion::Oscillating => Motion::Swings,
+            eigentone_modes::Motion::Growing if mode.eigenvalue().value.im != 0.0 => Motion::Swings,
+            eigentone_modes::Motion::Decaying => Motion::Creeps,
+            _ => Motion::Still,
         }
     }
 }

@@ -22,11 +22,12 @@ const GAP: f64 = 25.0;
 /// Maps at most.
 const MAPS: usize = 3;
 /// The kinds of motion with their colours and words.
-const KINDS: [(Motion, usize, &str); 4] = [
+const KINDS: [(Motion, usize, &str); 5] = [
     (Motion::Oscillating, 0, "oscillating"),
     (Motion::Decaying, 2, "decaying"),
     (Motion::Rigid, 6, "rigid"),
     (Motion::Growing, 1, "growing"),
+    (Motion::Doubtful, 3, "doubtful"),
 ];
 
 /// One figure, or several where roots differ much in size.
@@ -63,7 +64,8 @@ fn figure(modes: &Modes, reach: f64, near: bool) -> String {
         .filter(|mode| mode.eigenvalue().value.norm() <= reach * (1.0 + 1e-9))
         .flat_map(|mode| {
             let root = mode.eigenvalue().value;
-            let (motion, count) = (mode.motion(), mode.multiplicity());
+            let motion = mode.motion();
+            let count = mode.multiplicity().or(mode.cluster()).unwrap_or(1);
             let pair = if root.im == 0.0 { 1 } else { 2 };
             [
                 (root.re, root.im, motion, count),
@@ -178,7 +180,7 @@ fn pole(out: &mut String, at: (f64, f64), motion: Motion, count: usize, (re, im)
     };
     let times = match count {
         0 | 1 => String::new(),
-        count => format!(", {count}-fold"),
+        count => format!(", {count} roots"),
     };
     let _ = writeln!(
         out,
@@ -204,6 +206,7 @@ fn marker(motion: Motion, (x, y): (f64, f64)) -> String {
         }
         Motion::Decaying => format!("M{:.1} {y:.1}l5.5 5.5 5.5-5.5-5.5-5.5z", x - 5.5),
         Motion::Rigid => format!("M{:.1} {:.1}h9v9h-9z", x - 4.5, y - 4.5),
+        Motion::Doubtful => format!("M{:.1} {:.1}l9 9m0-9l-9 9", x - 4.5, y - 4.5),
         _ => format!("M{:.1} {:.1}l5.5 9.5h-11z", x, y - 6.0),
     };
     format!("<path class=\"pole\" d=\"{path}\"/>")

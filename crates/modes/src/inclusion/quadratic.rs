@@ -28,8 +28,8 @@ pub(crate) struct Damped {
     pub(crate) real_bound: f64,
     /// How many roots the bounds do not tell apart.
     pub(crate) multiplicity: usize,
-    /// Whether this one entry stands for all of them: two may belong to one shape.
-    pub(crate) defective: bool,
+    /// How many of them this entry stands for: two may belong to one shape.
+    pub(crate) roots: usize,
     pub(crate) shape: Shape,
 }
 
@@ -164,8 +164,7 @@ fn clusters(discs: &[(usize, Disc)]) -> Vec<Vec<(usize, Disc)>> {
     clusters
 }
 
-/// One double for the roots of a cluster, and how far each may lie from it: an entry for every
-/// root, or one for all of a cluster in which two may share a shape.
+/// One double for the roots of a cluster, and how far each may lie from it: an entry for every disc.
 fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
     let pairs = cluster.iter().filter(|(_, disc)| !disc.is_real()).count();
     if pairs != 0 && pairs != cluster.len() {
@@ -193,14 +192,12 @@ fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
         }
     };
     let multiplicity = cluster.iter().map(|(_, disc)| disc.count).sum();
-    let defective = multiplicity > cluster.len();
-    let entries = if defective { 1 } else { cluster.len() };
-    let entry = |(owner, _): &(usize, Disc)| Damped {
+    let entry = |(owner, disc): &(usize, Disc)| Damped {
         value,
         bound: enlarged(bound),
         real_bound: enlarged(real_bound),
         multiplicity,
-        defective,
+        roots: disc.count,
         // What shares a root with others has no shape of its own.
         shape: if cluster.len() == 1 {
             modes[*owner].shape.clone()
@@ -208,7 +205,7 @@ fn rounded(modes: &[Modal], cluster: &[(usize, Disc)]) -> Option<Vec<Damped>> {
             modes[*owner].shape.clone().without_bounds()
         },
     };
-    Some(cluster[..entries].iter().map(entry).collect())
+    Some(cluster.iter().map(entry).collect())
 }
 
 #[cfg(test)]

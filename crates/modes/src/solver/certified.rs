@@ -8,12 +8,12 @@ use crate::inclusion::shape::Enclosed;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
-use crate::modes::{Mode, Modes};
+use crate::modes::{Mode, Modes, Repeats};
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::roots::{Root, collect, collect_proven, count_equal};
+use super::roots::{Root, collect, collect_proven};
 use super::springless::with_dampers_for_springs;
 use super::{ModeSolver, classical, rigid};
 
@@ -180,7 +180,7 @@ fn at_once(
     tolerance: f64,
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
-        count: mode.multiplicity,
+        repeats: Some(of_disc(mode.multiplicity)),
         error: Some((mode.bound, 0.0)),
         ..with_shape(Complex::new(0.0, mode.frequency), mode.shape)
     };
@@ -206,8 +206,8 @@ fn by_undamped_shapes(
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes: Vec<Vec<f64>> = elastic.map(|mode| mode.shape).collect();
     let root = |found: Damped| Root {
-        count: found.multiplicity,
-        defective: found.defective,
+        count: found.roots,
+        repeats: Some(of_disc(found.multiplicity)),
         error: Some((found.bound, found.real_bound)),
         ..with_shape(found.value, found.shape)
     };
@@ -242,7 +242,7 @@ fn without_springs(
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     let shapes = elastic.map(|mode| mode.shape).collect();
     let root = |found: springless::Relaxing| Root {
-        count: found.multiplicity,
+        repeats: Some(of_disc(found.multiplicity)),
         error: Some((found.bound, found.bound)),
         ..with_shape(Complex::from(found.value), found.shape)
     };
@@ -275,7 +275,7 @@ fn by_pairs(
                 None => (None, None),
             };
             roots.push(Root {
-                count,
+                repeats: Some(of_disc(count)),
                 error: Some((found.bound, found.real_bound)),
                 left,
                 left_bound,
@@ -302,11 +302,7 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         if value.norm() == 0.0 {
             continue;
         }
-        let count = if mode.is_defective() {
-            mode.multiplicity()
-        } else {
-            1
-        };
+        let count = mode.roots();
         // The points of a cluster start on a circle as wide as it is uncertain.
         let reach = mode
             .eigenvalue()
@@ -344,11 +340,14 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
-            let mut found = root(&modes[owner], certificate.value, count, !complete);
+            let shape = modes[owner].shape().to_vec();
+            let mut found = Root::simple(certificate.value, shape);
             if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
                 found.enclose(shapes.clone());
             }
             roots.push(Root {
+                count: count / entries,
+                repeats: Some(of_disc(count)),
                 error: Some((certificate.bound, certificate.real_bound)),
                 ..found
             });
@@ -400,16 +399,15 @@ fn with_shape(value: Complex<f64>, shape: Shape) -> Root {
     }
 }
 
-fn root(mode: &Mode, value: Complex<f64>, count: usize, defective: bool) -> Root {
-    Root {
-        count,
-        defective,
-        ..Root::simple(value, mode.shape().to_vec())
+/// What a disc that holds so many roots proves of them.
+fn of_disc(count: usize) -> Repeats {
+    match count {
+        1 => Repeats::SIMPLE,
+        count => Repeats::Cluster(count),
     }
 }
 
 fn without_proof(mut modes: Modes, reason: String) -> Modes {
-    count_equal(&mut modes.modes);
     modes.plan.bounds = format!("estimated in doubles, not proven: {reason}");
     modes
 }

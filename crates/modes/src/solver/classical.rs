@@ -372,7 +372,6 @@ impl ScalarRoot {
     fn with_shape(self, shape: Vec<Complex<f64>>) -> Root {
         Root {
             count: self.count,
-            defective: self.count > 1,
             error: Some(self.error),
             ..Root::simple(self.value, shape)
         }

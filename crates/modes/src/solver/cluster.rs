@@ -2,13 +2,12 @@
 
 use num_complex::Complex;
 
-/// Indices of roots whose estimated error discs touch, in groups; every root is in one.
-pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> {
-    let n = values.len();
+/// The first of all indices below n that each is joined with, directly or through others.
+pub(crate) fn labels(n: usize, joined: impl Fn(usize, usize) -> bool) -> Vec<usize> {
     let mut label: Vec<usize> = (0..n).collect();
     for i in 0..n {
         for j in 0..i {
-            if within(values[i] - values[j], radii[i] + radii[j]) && label[i] != label[j] {
+            if label[i] != label[j] && joined(i, j) {
                 let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
                 label
                     .iter_mut()
@@ -17,6 +16,13 @@ pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> 
             }
         }
     }
+    label
+}
+
+/// Indices of roots whose estimated error discs touch, in groups; every root is in one.
+pub(crate) fn groups(values: &[Complex<f64>], radii: &[f64]) -> Vec<Vec<usize>> {
+    let n = values.len();
+    let label = labels(n, |i, j| within(values[i] - values[j], radii[i] + radii[j]));
     let mut groups: Vec<Vec<usize>> = vec![Vec::new(); n];
     for (i, label) in label.into_iter().enumerate() {
         groups[label].push(i);

@@ -63,7 +63,6 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
         let mut root = Root {
             value: mean,
             count,
-            defective: true,
             error: Some((spread, spread)),
             ..found[first].clone()
         };

@@ -4,6 +4,7 @@
 mod certified;
 mod classical;
 mod cluster;
+mod coincidence;
 mod eigenpairs;
 mod improvement;
 mod jacobi;
@@ -141,8 +142,9 @@ pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, Mode
     let parts = parts::parts(system);
     if parts.len() > 1 {
         let solved = parts.into_iter().map(|coordinates| {
-            let modes = solve_part(&parts::part(system, &coordinates), precision)?;
-            Ok((coordinates, modes))
+            let part = parts::part(system, &coordinates);
+            let modes = solve_part(&part, precision)?;
+            Ok((coordinates, part, modes))
         });
         return Ok(parts::joined(
             system,
@@ -159,12 +161,13 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
     } else {
         in_doubles(system, structure)?
     };
-    let answer = match precision {
-        Precision::Double => doubles(modes),
+    let mut answer = match precision {
+        Precision::Double => modes,
         Precision::Certified { tolerance } => {
             certified::certified(solver, system, structure, modes, tolerance)
         }
     };
+    coincidence::settle(system, structure, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
     let roots = || answer.eigenvalues.iter().map(|root| root.value);
     let zeros = roots().filter(|root| root.norm() == 0.0).count();
@@ -226,12 +229,6 @@ fn largest_doubt(modes: &Modes) -> f64 {
             top.max(error)
         }
     })
-}
-
-/// In doubles, roots that are equal count as one.
-fn doubles(mut modes: Modes) -> Modes {
-    roots::count_equal(&mut modes.modes);
-    modes
 }
 
 /// Refuses what is too large for dense matrices.

@@ -4,10 +4,10 @@ use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
-use crate::modes::{Bounds, Mode, Modes, order};
+use crate::modes::{Bounds, Mode, Modes, Repeats, order};
 use crate::system::System;
 
-use super::roots::count_equal;
+use super::coincidence::{settle_between, touch};
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
@@ -82,16 +82,19 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
 }
 
 /// The modes of the whole from those of its parts.
-pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes {
+pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) -> Modes {
     let mut modes: Vec<Mode> = Vec::new();
     let mut eigenvalues = Vec::new();
-    let (mut infinite, mut proven) = (0, true);
+    let (mut infinite, mut proven, mut complete) = (0, true, true);
     let mut plan = None;
     let mut ends = Vec::new();
     let count = solved.len();
-    for (coordinates, part) in solved {
+    let mut parts = Vec::with_capacity(count);
+    for (coordinates, own, part) in solved {
+        parts.push(own);
         infinite += part.infinite;
         proven &= part.bounds == Bounds::Proven;
+        complete &= part.complete;
         eigenvalues.extend(part.eigenvalues);
         let spread = |entries: &[Complex<f64>]| {
             let mut shape = vec![Complex::ZERO; system.len()];
@@ -117,7 +120,13 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
         ends.push(modes.len());
         plan = plan.or(Some(part.plan));
     }
+    let bounds = if proven {
+        Bounds::Proven
+    } else {
+        Bounds::Estimated
+    };
     forget_shared(&mut modes, &ends, proven);
+    settle_between(&parts, &mut modes, &ends, bounds);
     let mut plan = plan.expect("a system has a coordinate");
     plan.reason = format!(
         "{}; {count} parts that nothing joins are solved apart",
@@ -127,30 +136,25 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
     let (zeros, mut modes): (Vec<Mode>, Vec<Mode>) = modes
         .into_iter()
         .partition(|mode| mode.eigenvalue.value.norm() == 0.0);
-    let total: usize = zeros
-        .iter()
-        .map(|zero| if zero.defective { zero.multiplicity } else { 1 })
-        .sum();
-    let defective = zeros.iter().any(|zero| zero.defective);
+    let count: usize = zeros.iter().map(|zero| zero.roots).sum();
+    let defective = zeros.iter().any(|zero| zero.is_defective() == Some(true));
     let listed = if defective { 1 } else { zeros.len() };
     modes.extend(zeros.into_iter().take(listed).map(|zero| Mode {
-        multiplicity: total,
-        defective,
+        repeats: Repeats::Exactly {
+            count,
+            defective: Some(defective),
+        },
+        roots: if defective { count } else { 1 },
         ..zero
     }));
-    count_equal(&mut modes);
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     eigenvalues.sort_by(order);
-    let bounds = if proven {
-        Bounds::Proven
-    } else {
-        Bounds::Estimated
-    };
     Modes {
         modes,
         eigenvalues,
         infinite,
         bounds,
+        complete,
         plan,
     }
 }
@@ -158,21 +162,11 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, Modes)>) -> Modes
 /// Shapes of roots that may be roots of other parts as well are not determined. The modes of each part end where
 /// `ends` says.
 fn forget_shared(modes: &mut [Mode], ends: &[usize], proven: bool) {
-    let disc = |mode: &Mode| (mode.eigenvalue.value, mode.eigenvalue.bound);
-    let discs: Vec<_> = modes.iter().map(disc).collect();
     let part = |mode: usize| ends.partition_point(|end| *end <= mode);
-    for (i, mode) in modes.iter_mut().enumerate() {
-        let (value, bound) = discs[i];
-        let mut others = discs
-            .iter()
-            .enumerate()
-            .filter(|(j, _)| part(*j) != part(i));
-        let shared = others.any(|(_, (other, reach))| {
-            let (Some(bound), Some(reach)) = (bound, reach) else {
-                return true;
-            };
-            (value - other).norm() <= (bound + reach) * (1.0 + 8.0 * f64::EPSILON)
-        });
+    let others = |i: usize| (0..modes.len()).filter(move |j| part(*j) != part(i));
+    let is_shared = |i: usize| others(i).any(|j| touch(&modes[i], &modes[j]));
+    let shared: Vec<bool> = (0..modes.len()).map(is_shared).collect();
+    for (mode, shared) in modes.iter_mut().zip(shared) {
         if shared || !proven {
             mode.shape_bound = None;
             mode.left_shape_bound = None;

@@ -1,7 +1,9 @@
 //! The roots λ = 0 of systems that nothing holds in place.
 
+use faer::MatRef;
 use num_complex::Complex;
 
+use crate::modes::Repeats;
 use crate::structure::Structure;
 use crate::system::System;
 
@@ -12,9 +14,12 @@ use super::roots::{Root, normalised};
 /// velocity that it is given, since no damper holds it either.
 pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
     let defective = count > shapes.len();
-    let root = |shape, count| Root {
-        count,
-        defective,
+    let root = |shape, each| Root {
+        count: each,
+        repeats: Some(Repeats::Exactly {
+            count,
+            defective: Some(defective),
+        }),
         error: Some((0.0, 0.0)),
         ..Root::simple(Complex::ZERO, shape)
     };
@@ -63,7 +68,8 @@ fn out_of_phase(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     }
 }
 
-/// The shapes of the parts that no spring ties to the ground: each moves as a whole.
+/// The shapes that no spring resists: of the parts that no spring ties to the ground, each moves as a whole; where
+/// that is not all, an orthonormal basis of them.
 pub(crate) fn shapes(system: &System, structure: &Structure) -> Vec<Vec<Complex<f64>>> {
     let indicator = |part: &Vec<usize>| {
         let mut shape = vec![Complex::ZERO; system.len()];
@@ -72,5 +78,22 @@ pub(crate) fn shapes(system: &System, structure: &Structure) -> Vec<Vec<Complex<
         }
         shape
     };
-    structure.spring_floating().iter().map(indicator).collect()
+    let floating = structure.spring_floating();
+    match structure.rigid_motions_counted() {
+        Some(count) if count > floating.len() => {
+            null_vectors(system.stiffness_matrix().as_ref(), count).unwrap_or_default()
+        }
+        _ => floating.iter().map(indicator).collect(),
+    }
+}
+
+/// An orthonormal basis of the `count` vectors that the matrix takes to 0, or nearly.
+pub(crate) fn null_vectors(
+    matrix: MatRef<'_, f64>,
+    count: usize,
+) -> Option<Vec<Vec<Complex<f64>>>> {
+    let n = matrix.nrows();
+    let svd = matrix.svd().ok()?;
+    let vector = |j: usize| svd.V().col(j).iter().map(|x| Complex::from(*x)).collect();
+    Some((n - count.min(n)..n).map(vector).collect())
 }

@@ -3,13 +3,13 @@
 use num_complex::Complex;
 
 use crate::inclusion::shape::Shapes;
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes, listed, order};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
 use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
-use super::ModeSolver;
+use super::{ModeSolver, cluster};
 
 /// A root with Im λ ≥ 0 as a solver finds it; its conjugate is understood.
 #[derive(Clone, Debug)]
@@ -19,10 +19,10 @@ pub(crate) struct Root {
     pub(crate) shape: Vec<Complex<f64>>,
     /// y, or `None` where M, C, K are symmetric and y is the conjugate of x.
     pub(crate) left: Option<Vec<Complex<f64>>>,
-    /// The root's multiplicity. A defective root is one entry for all; of a semisimple one each
-    /// entry stands for one.
+    /// How many roots this entry stands for: one, or several that have a shape in common.
     pub(crate) count: usize,
-    pub(crate) defective: bool,
+    /// Whether it is told from all others, where that is proved; else the estimates tell.
+    pub(crate) repeats: Option<Repeats>,
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
     /// tells.
     pub(crate) error: Option<(f64, f64)>,
@@ -42,7 +42,7 @@ impl Root {
             shape,
             left: None,
             count: 1,
-            defective: false,
+            repeats: None,
             error: None,
             quality: None,
             shape_bound: None,
@@ -83,16 +83,6 @@ impl Root {
 /// What bounds in doubles rest on.
 pub(crate) const DOUBLES: &str = "estimated from backward error and condition, in doubles";
 
-/// Gives semisimple roots that are equal in doubles their multiplicity.
-pub(crate) fn count_equal(modes: &mut [Mode]) {
-    let values: Vec<Complex<f64>> = modes.iter().map(|mode| mode.eigenvalue.value).collect();
-    for mode in modes.iter_mut().filter(|mode| !mode.defective) {
-        let value = mode.eigenvalue.value;
-        let equal = values.iter().filter(|other| **other == value).count();
-        mode.multiplicity = mode.multiplicity.max(equal);
-    }
-}
-
 /// Sorts the roots, normalises the shapes and adds the quality of each. Errors are estimates.
 pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     collected(solver, system, roots, Bounds::Estimated)
@@ -101,6 +91,47 @@ pub(crate) fn collect(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>
 /// The same of roots whose errors are proven, and stand however large they are.
 pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>) -> Modes {
     collected(solver, system, roots, Bounds::Proven)
+}
+
+/// Of a mode that the estimates are still to tell from others.
+const UNKNOWN: Repeats = Repeats::Cluster(0);
+
+/// Puts the modes whose estimated discs touch, directly or through others, into clusters.
+fn tell_apart(modes: &mut [Mode]) {
+    let open: Vec<usize> = (0..modes.len())
+        .filter(|i| modes[*i].repeats == UNKNOWN)
+        .collect();
+    let disc = |i: &usize| (modes[*i].eigenvalue.value, modes[*i].eigenvalue.bound);
+    let (values, bounds): (Vec<_>, Vec<_>) = open.iter().map(disc).unzip();
+    // What is doubtful may be anywhere; it says so itself.
+    let reaches: Vec<f64> = bounds.iter().map(|bound| bound.unwrap_or(0.0)).collect();
+    for group in cluster::groups(&values, &reaches) {
+        let members: Vec<usize> = group.iter().map(|at| open[*at]).collect();
+        let repeats = together(modes, &members);
+        members.iter().for_each(|i| modes[*i].repeats = repeats);
+    }
+}
+
+/// What is known of modes that are told from all others but not from each other.
+pub(crate) fn together(modes: &[Mode], members: &[usize]) -> Repeats {
+    let root = |i: &usize| modes[*i].eigenvalue;
+    let meets_axis = |i: &usize| root(i).value.im <= root(i).bound.unwrap_or(f64::INFINITY);
+    let on_axis = members.iter().any(meets_axis);
+    let roots = |i: &usize| {
+        let pair = on_axis && root(i).value.im != 0.0;
+        if pair {
+            2 * modes[*i].roots
+        } else {
+            modes[*i].roots
+        }
+    };
+    let count = members.iter().map(roots).sum();
+    let is_sure = !members.iter().any(|i| root(i).is_doubtful());
+    if count == 1 && is_sure {
+        Repeats::SIMPLE
+    } else {
+        Repeats::Cluster(count)
+    }
 }
 
 fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds: Bounds) -> Modes {
@@ -123,6 +154,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         .map(|(root, quality)| mode(root, quality, symmetric, bounds))
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    tell_apart(&mut modes);
     let eigenvalues = listed(&modes);
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
     let plan = ModePlan {
@@ -136,6 +168,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         eigenvalues,
         infinite,
         bounds,
+        complete: bounds == Bounds::Proven,
         plan,
     }
 }
@@ -161,7 +194,7 @@ fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
         backward_error,
         condition,
     } = quality;
-    let condition = condition.filter(|_| !root.defective && root.value.norm() != 0.0);
+    let condition = condition.filter(|_| root.count == 1 && root.value.norm() != 0.0);
     let estimate = condition.map(|_| {
         let error = 2.0 * quality.first_order() * root.value.norm();
         (error, error)
@@ -185,8 +218,8 @@ fn mode(root: Root, quality: Quality, symmetric: bool, bounds: Bounds) -> Mode {
             bound: error.map(|(whole, _)| whole),
             real_bound: error.map(|(_, real)| real),
         },
-        multiplicity: root.count,
-        defective: root.defective,
+        repeats: root.repeats.unwrap_or(UNKNOWN),
+        roots: root.count,
         shape: root.shape,
         shape_bound: root.shape_bound,
         left_shape,

@@ -7,8 +7,7 @@
 
 use num_complex::Complex;
 
-use crate::modes::order;
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Motion, Precision};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Motion, Precision, Repeats, listed, order};
 use crate::plan::ModePlan;
 use crate::solver::{ModesError, normalised};
 use crate::system::System;
@@ -29,8 +28,9 @@ struct Root {
     /// Estimated |λ̂ − λ| and that of the real part.
     error: Option<(f64, f64)>,
     shape: Parts,
-    multiplicity: usize,
-    defective: bool,
+    repeats: Repeats,
+    /// How many roots it stands for.
+    roots: usize,
 }
 
 /// All modes of the projected equation, with their residuals in the whole one.
@@ -43,22 +43,12 @@ pub(crate) fn modes(found: &SparseModes, damping: &Form) -> Result<Modes, ModesE
     };
     let mut modes: Vec<Mode> = roots.drain(..).map(|root| judge.mode(root)).collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
-    let mut eigenvalues = Vec::new();
-    for mode in &modes {
-        let listed = if mode.defective { mode.multiplicity } else { 1 };
-        for _ in 0..listed {
-            eigenvalues.push(mode.eigenvalue);
-            if mode.eigenvalue.value.im != 0.0 {
-                eigenvalues.push(mode.eigenvalue.conjugate());
-            }
-        }
-    }
-    eigenvalues.sort_by(order);
     Ok(Modes {
+        eigenvalues: listed(&modes),
         modes,
-        eigenvalues,
         infinite: found.infinite,
         bounds: Bounds::Estimated,
+        complete: found.counted,
         plan: plan(found, damping),
     })
 }
@@ -101,12 +91,19 @@ fn undamped(found: &SparseModes) -> Vec<Root> {
             true => (square.abs() + error).sqrt(),
             false => error / size / 2.0,
         });
-        let root = |value, error, multiplicity| Root {
+        let root = |value, error, roots| Root {
             value,
             error,
             shape: shape.clone(),
-            multiplicity,
-            defective: multiplicity > 1,
+            repeats: match roots {
+                1 => Repeats::SIMPLE,
+                count if error == Some((0.0, 0.0)) => Repeats::Exactly {
+                    count,
+                    defective: Some(true),
+                },
+                count => Repeats::Cluster(count),
+            },
+            roots,
         };
         if unclear {
             // One entry for all rigid motions, as every two roots of one share a shape.
@@ -195,10 +192,10 @@ fn projected(
         };
         Root {
             value: eigenvalue.value,
-            error: error.filter(|_| !mode.is_defective() || eigenvalue.value.norm() == 0.0),
+            error: error.filter(|_| mode.roots() == 1 || eigenvalue.value.norm() == 0.0),
             shape,
-            multiplicity: mode.multiplicity(),
-            defective: mode.is_defective(),
+            repeats: mode.repeats,
+            roots: mode.roots,
         }
     };
     Ok(small.iter().map(root).collect())
@@ -274,15 +271,15 @@ impl<'a> Judge<'a> {
             value,
             error,
             shape,
-            multiplicity,
-            defective,
+            repeats,
+            roots,
         } = root;
         let rest = self.residual(value, &shape);
         let squared = |x: &Parts| dot(&x[0], &x[0]) + dot(&x[1], &x[1]);
         let [mass, damping, stiffness] = self.norms;
         let size = value.norm();
         let scale = (size * mass + damping) * size + stiffness;
-        let condition = (!defective && size != 0.0)
+        let condition = (roots == 1 && size != 0.0)
             .then(|| scale * squared(&shape) / (size * self.slope(value, &shape)));
         let backward_error = (squared(&rest) / squared(&shape)).sqrt() / scale;
         let pairs = shape[0].iter().zip(&shape[1]);
@@ -294,8 +291,8 @@ impl<'a> Judge<'a> {
                 bound: error.map(|(whole, _)| whole),
                 real_bound: error.map(|(_, real)| real),
             },
-            multiplicity,
-            defective,
+            repeats,
+            roots,
             left_shape: Some(shape.iter().map(|entry| entry.conj()).collect()),
             left_shape_bound: None,
             shape,

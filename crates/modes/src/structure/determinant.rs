@@ -110,7 +110,7 @@ impl Terms {
         if coefficients.mass.matrix.len() > MOST_COORDINATES {
             return None;
         }
-        let (bound, bits) = bounds(coefficients);
+        let (bound, bits) = bounds(coefficients, common_shift(&[coefficients]));
         let mut primes = bits / PRIME_BITS + 1;
         let mut all = true;
         let mut range = None;
@@ -134,21 +134,36 @@ impl Terms {
     }
 }
 
-/// A bound on the degree, and how many bits the coefficients have at most as integers, once λ and
-/// the rows are scaled by powers of two.
-fn bounds(coefficients: &Coefficients) -> (usize, u64) {
-    let by_power = [
+/// K, C and M.
+fn by_power(coefficients: &Coefficients) -> [&Coefficient; 3] {
+    [
         &coefficients.stiffness,
         &coefficients.damping,
         &coefficients.mass,
-    ];
-    let n = coefficients.mass.matrix.len();
-    let whole = by_power.map(|coefficient| coefficient.matrix.extent_of_all());
-    let shift = if whole[0].bits() > 0 && whole[2].bits() > 0 {
-        (whole[0].high - whole[2].high).div_euclid(2)
+    ]
+}
+
+/// The power of two by which λ is scaled to bring the coefficients of several systems closer together.
+pub(super) fn common_shift(systems: &[&Coefficients]) -> i64 {
+    let extent = |power: usize| {
+        let each = systems
+            .iter()
+            .map(|one| by_power(one)[power].matrix.extent_of_all());
+        each.fold(Extent::NOTHING, Extent::join)
+    };
+    let (first, last) = (extent(0), extent(2));
+    if first.bits() > 0 && last.bits() > 0 {
+        (first.high - last.high).div_euclid(2)
     } else {
         0
-    };
+    }
+}
+
+/// A bound on the degree, and how many bits the sum of the coefficients' sizes has at most, as integers, once λ is scaled
+/// by 2^shift and the rows by powers of two.
+pub(super) fn bounds(coefficients: &Coefficients, shift: i64) -> (usize, u64) {
+    let by_power = by_power(coefficients);
+    let n = coefficients.mass.matrix.len();
     let (mut degree, mut bits) = (0, 0);
     for i in 0..n {
         let (mut row, mut count) = (Extent::NOTHING, 0);

@@ -5,6 +5,7 @@
 mod classical;
 mod coefficients;
 pub(crate) mod determinant;
+mod distinct;
 mod gyroscopic;
 mod later;
 mod low_rank;
@@ -29,6 +30,7 @@ use std::sync::Arc;
 use classical::Verdict;
 use coefficients::{Coefficient, Coefficients};
 use determinant::Roots;
+use distinct::Factor;
 use later::Later;
 use massless::Massless;
 use passive::Passive;
@@ -205,6 +207,27 @@ impl Structure {
         self.roots.zero
     }
 
+    /// Whether every root other than 0 is proved to have as many shapes as its multiplicity.
+    pub(crate) fn is_semisimple(&self) -> bool {
+        // M and K, or M and C, are diagonalised by one congruence.
+        let pair = self.is_undamped() || self.coefficients.stiffness.matrix.is_zero();
+        pair && self.is_symmetric() && self.is_passive() || self.is_overdamped()
+    }
+
+    /// How many independent shapes x with (λ²M + λC + K)x = 0 there are for a real λ, in exact arithmetic; `None`
+    /// where that was not proved.
+    pub(crate) fn shapes_at(&self, value: f64) -> Option<usize> {
+        let [mass, damping, stiffness] = [
+            &self.coefficients.mass,
+            &self.coefficients.damping,
+            &self.coefficients.stiffness,
+        ]
+        .map(|coefficient| &coefficient.matrix);
+        let slope = mass.times(value)?.plus(damping);
+        let whole = slope.times(value)?.plus(stiffness);
+        Some(whole.len() - rank(&whole)?)
+    }
+
     /// How many independent shapes K lets move without any force, where K is proved positive
     /// semidefinite.
     pub(crate) fn rigid_motions(&self) -> Option<usize> {
@@ -246,6 +269,43 @@ impl Structure {
     /// [`spring_floating`](Structure::spring_floating). Empty unless C and K are symmetric.
     pub fn floating(&self) -> &[Vec<usize>] {
         &self.floating
+    }
+}
+
+/// How many different roots other than 0 some systems have together.
+pub(crate) struct DistinctRoots<'a> {
+    factors: Vec<Factor<'a>>,
+}
+
+impl<'a> DistinctRoots<'a> {
+    /// Of systems whose finite and zero roots are counted.
+    pub(crate) fn of(structures: &[&'a Structure]) -> Option<DistinctRoots<'a>> {
+        let mut factors = Vec::with_capacity(structures.len());
+        for structure in structures {
+            factors.push(Factor {
+                coefficients: &structure.coefficients,
+                degree: structure.roots.finite?,
+                zeros: structure.roots.zero?,
+                // λ and −λ are roots together there.
+                in_square: structures.iter().all(|structure| structure.is_undamped()),
+            });
+        }
+        Some(DistinctRoots { factors })
+    }
+
+    /// Whether they are proved to be no more than `count`, with at most so many multiplications.
+    pub(crate) fn are_at_most(&self, count: usize, most_work: u64) -> bool {
+        distinct::are_at_most(&self.factors, self.in_units(count), most_work)
+    }
+
+    /// Whether they are proved to be no fewer.
+    pub(crate) fn are_at_least(&self, count: usize) -> bool {
+        distinct::are_at_least(&self.factors, self.in_units(count))
+    }
+
+    fn in_units(&self, count: usize) -> usize {
+        let in_square = self.factors.iter().any(|factor| factor.in_square);
+        if in_square { count / 2 } else { count }
     }
 }
 

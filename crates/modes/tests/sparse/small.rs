@@ -15,7 +15,7 @@ fn proven(system: &System) -> Vec<f64> {
         let value = mode.eigenvalue().value;
         match mode.motion() {
             // Two roots for each rigid motion.
-            Motion::Rigid => squares.extend(vec![0.0; mode.multiplicity() / 2]),
+            Motion::Rigid => squares.extend(vec![0.0; mode.roots() / 2]),
             Motion::Oscillating => squares.push(value.im * value.im),
             _ if value.re > 0.0 => squares.push(-value.re * value.re),
             _ => {}

@@ -35,7 +35,7 @@ pub(crate) fn certify(
             .iter()
             .filter(|mode| mode.eigenvalue().value.norm() != 0.0)
     };
-    if !structure.is_undamped() || elastic().any(|mode| mode.is_defective()) {
+    if !structure.is_undamped() || elastic().any(|mode| mode.roots() > 1) {
         return None;
     }
     let shapes = elastic().map(|mode| mode.shape().iter().map(|x| x.re).collect());

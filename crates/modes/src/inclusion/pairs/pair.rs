@@ -114,7 +114,7 @@ impl<'a> Pairs<'a> {
             if value.norm() == 0.0 {
                 continue;
             }
-            if mode.is_defective() {
+            if mode.roots() > 1 {
                 return None;
             }
             let parts = |shape: &[Complex<f64>], sign: f64| {

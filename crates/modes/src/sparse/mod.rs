@@ -1,5 +1,6 @@
 //! Some modes of systems that are too large for dense matrices.
 
+mod arnoldi;
 mod basis;
 mod damped;
 mod factor;
@@ -7,11 +8,13 @@ mod form;
 mod inertia;
 mod inverse_diagonal;
 mod lanczos;
+mod newton;
 mod operator;
 mod ordering;
 mod pencil;
 mod refine;
 mod search;
+mod winding;
 
 use std::sync::Arc;
 
@@ -21,6 +24,7 @@ use thiserror::Error;
 use crate::element::MatrixKind;
 use crate::modes::{Frequency, Modes};
 use crate::solver::ModesError;
+use crate::structure::rayleigh::Proportion;
 use crate::system::System;
 use factor::Factor;
 use form::Form;
@@ -62,14 +66,25 @@ pub struct SparseModes {
     pencil: Arc<Pencil>,
     /// `None` where C is not symmetric.
     damping: Option<Form>,
-    /// Whether damping is proved not to couple shapes.
-    classical: bool,
+    facts: Facts,
     /// Where K − σM was factorised.
     shift: f64,
-    /// λ near the nearest mode to the shift that is not here.
-    next: Option<f64>,
     /// Infinite roots of the whole system, as far as they were counted.
     infinite: usize,
+}
+
+/// What was asked for, and what is proved of the system.
+#[derive(Clone, Debug)]
+struct Facts {
+    target: f64,
+    count: usize,
+    /// Parts without mass that no spring ties to the ground.
+    idle: Vec<Vec<usize>>,
+    passive: bool,
+    /// K ⪰ 0.
+    semidefinite: bool,
+    proportion: Option<Proportion>,
+    zero_roots: Option<usize>,
 }
 
 /// What sparse modes took.
@@ -169,9 +184,16 @@ impl SparseModes {
             counted: answer.counted,
             work,
             damping: Form::of(system, MatrixKind::Damping),
-            classical: system.structure().is_classical(),
+            facts: Facts {
+                target,
+                count: wanted.count,
+                passive: structure.is_passive(),
+                semidefinite,
+                proportion: structure.proportion(),
+                zero_roots: structure.zero_roots(),
+                idle,
+            },
             shift: centre,
-            next: next.map(|inverse| centre + 1.0 / inverse),
             infinite: system
                 .structure()
                 .finite_roots()
@@ -214,20 +236,21 @@ impl SparseModes {
         self.counted.is_some()
     }
 
-    /// The modes with damping, as roots of λ²M + λC + K: where C = 0 those found; else from C projected on their
-    /// shapes, each with its residual in the whole equation as
-    /// [`backward_error`](crate::Mode::backward_error). Damping that couples them to modes that were not
-    /// asked for moves λ; its bound has that to second order, and is `None` where that is not small.
+    /// The modes with damping, as roots of λ²M + λC + K: as many as were asked for, those whose natural frequency
+    /// |λ| is lowest, or nearest to the target, with bounds that are estimates.
+    /// [`Modes::is_complete`](crate::Modes::is_complete) says whether it is proved that none of them is missing:
+    /// by the count of undamped modes without damping and with Rayleigh damping, else by the turns of the
+    /// determinant about a circle where the system is passive and dampers move at most 48 coordinates.
     ///
     /// # Errors
-    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::Projected`] where the projected
-    /// equation has no answer.
+    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::OutOfRange`] where the equation has no
+    /// factor in doubles near the roots looked for.
     pub fn modes(&self) -> Result<Modes, SparseError> {
         let Some(damping) = &self.damping else {
             let kind = MatrixKind::Damping;
             return Err(SparseError::NotSymmetric { kind });
         };
-        Ok(damped::modes(self, damping)?)
+        damped::modes(self, damping)
     }
 
     /// The equation of the amplitudes q of the shapes, q″ + ΦᵀCΦ q′ + ΦᵀKΦ q = Φᵀf, as a dense system with
@@ -307,15 +330,6 @@ impl SparseModes {
         }
         diagonal.iter_mut().for_each(|rest| *rest = rest.max(0.0));
         Some(diagonal)
-    }
-
-    /// The largest estimated error of an ω² relative to it, halved: that of ω.
-    fn relative_error(&self) -> Option<f64> {
-        let pairs = self.squares.iter().zip(&self.errors);
-        pairs
-            .filter(|(square, _)| **square != 0.0)
-            .map(|(square, error)| Some((*error)? / square.abs() / 2.0))
-            .try_fold(0.0, |top: f64, part| Some(top.max(part?)))
     }
 
     /// What they took.

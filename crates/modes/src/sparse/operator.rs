@@ -80,18 +80,37 @@ impl Rigid {
         Some(Rigid { part, weights })
     }
 
-    /// Makes x orthogonal to them, given M x.
-    pub(crate) fn remove(&self, mass_times_x: &[f64], x: &mut [f64]) {
-        let parts = match &self.weights {
+    fn parts(&self) -> usize {
+        match &self.weights {
             Weights::Diagonal(weights) => weights.len(),
             Weights::Inverse(inverse) => inverse.nrows(),
-        };
-        let mut sums = vec![0.0; parts];
+        }
+    }
+
+    /// Makes x orthogonal to them, given M x.
+    pub(crate) fn remove(&self, mass_times_x: &[f64], x: &mut [f64]) {
+        let mut sums = vec![0.0; self.parts()];
         for (&part, value) in self.part.iter().zip(mass_times_x) {
             if part != HELD {
                 sums[part as usize] += value;
             }
         }
+        self.subtract(sums, x);
+    }
+
+    /// The same from sums in double-double.
+    fn remove_long(&self, mass_times_x: &[DoubleDouble], x: &mut [f64]) {
+        let mut sums = vec![DoubleDouble::ZERO; self.parts()];
+        for (&part, value) in self.part.iter().zip(mass_times_x) {
+            if part != HELD {
+                sums[part as usize] += *value;
+            }
+        }
+        self.subtract(sums.into_iter().map(DoubleDouble::to_f64).collect(), x);
+    }
+
+    fn subtract(&self, mut sums: Vec<f64>, x: &mut [f64]) {
+        let parts = sums.len();
         match &self.weights {
             Weights::Diagonal(weights) => {
                 let pairs = sums.iter_mut().zip(weights);
@@ -248,9 +267,21 @@ impl<'a> ShiftInvert<'a> {
         correction
     }
 
+    /// Makes x orthogonal to the motions that were taken out, to the digits of a double-double.
+    pub(crate) fn project_long(&self, x: &mut [DoubleDouble]) {
+        let Some(rigid) = &self.rigid else { return };
+        for _ in 0..3 {
+            let mut product = vec![DoubleDouble::ZERO; x.len()];
+            self.pencil.mass.accumulate_long(1.0, x, &mut product);
+            let mut along = vec![0.0; x.len()];
+            rigid.remove_long(&product, &mut along);
+            x.iter_mut().zip(&along).for_each(|(x, along)| *x += DoubleDouble::from(*along));
+        }
+    }
+
     /// A x to the digits of a double-double as far as corrections go, and the size of the last one in the
     /// norm of M.
-    pub(crate) fn apply_long(&self, x: &[f64]) -> (Vec<DoubleDouble>, f64) {
+    pub(crate) fn apply_long(&self, x: &[DoubleDouble]) -> (Vec<DoubleDouble>, f64) {
         const MOST: usize = 12;
         let n = x.len();
         let mut work = vec![0.0; n];
@@ -258,7 +289,7 @@ impl<'a> ShiftInvert<'a> {
         let mut last = f64::INFINITY;
         for _ in 0..MOST {
             let mut residual = vec![DoubleDouble::ZERO; n];
-            self.pencil.mass.accumulate(1.0, x, &mut residual);
+            self.pencil.mass.accumulate_long(1.0, x, &mut residual);
             self.pencil.stiffness.accumulate_long(-1.0, &product, &mut residual);
             if self.shift != 0.0 {
                 self.pencil.mass.accumulate_long(self.shift, &product, &mut residual);

@@ -8,10 +8,9 @@
 
 use faer::{Mat, Side};
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real};
 
 use super::basis::{combine, dot};
-use super::factor::Entry;
 use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
@@ -239,55 +238,79 @@ impl Shapes<'_, '_> {
         group
     }
 
-    /// One more step for some vectors in double-double, and the eigenvectors in their span, where that makes
+    /// More steps for some vectors in double-double, and the eigenvectors in their span, as long as that makes
     /// errors less.
     fn sharpen(&mut self, group: &[usize], next: Option<f64>, pairs: &mut [Pair]) {
+        const STEPS: usize = 3;
+        const GOOD: f64 = 2.0 * f64::EPSILON;
         let operator = self.operator;
         let Pencil {
             stiffness, mass, ..
         } = operator.pencil;
-        let mut last: f64 = 0.0;
-        let mut vectors: Vec<[Vec<DoubleDouble>; 2]> = Vec::new();
-        for &k in group {
-            let (product, left) = operator.apply_long(&self.vectors[k]);
-            let before = self.vectors[k].iter().map(|&x| x.into()).collect();
-            let norm = mass.bilinear_long(&product, &product).0.sqrt();
-            last = last.max(left / norm.to_f64());
-            vectors.push([product, before]);
-        }
-        if !ritz(stiffness, mass, &mut vectors) {
-            return;
-        }
-        let mut sharper = Vec::new();
-        for [product, before] in &vectors {
-            let along = mass.bilinear_long(before, product).0 / mass.bilinear_long(before, before).0;
-            let pairs = product.iter().zip(before);
-            let rest: Vec<DoubleDouble> = pairs.map(|(&y, &x)| y - x * along).collect();
-            let residual = mass.bilinear_long(&rest, &rest).0.sqrt().to_f64() + last;
-            let (square, sizes) = stiffness.bilinear_long(product, product);
-            sharper.push((square.to_f64(), residual, sizes));
-        }
-        let joint = sharper.iter().map(|(_, residual, _)| residual * residual);
-        let joint = joint.sum::<f64>().sqrt();
+        // How much what the last correction left can add, if it is of the fastest motion.
+        let rates = stiffness.sizes().into_iter().zip(mass.diagonal());
+        let rate = rates
+            .filter(|(_, mass)| *mass > 0.0)
+            .map(|(stiffness, mass)| stiffness / mass)
+            .fold(0.0, f64::max);
         let all = self.inverses.iter().enumerate();
-        let others = all.filter(|(j, _)| !group.contains(j)).map(|(_, inverse)| *inverse);
-        let others: Vec<f64> = others.chain(next).collect();
-        for ((&k, [product, _]), (square, _, sizes)) in group.iter().zip(&vectors).zip(&sharper) {
-            let distance = (square - operator.shift).abs();
-            let gap = others
-                .iter()
-                .map(|other| (1.0 - other * (square - operator.shift)).abs())
-                .fold(f64::INFINITY, f64::min);
-            let part = joint.min(joint * joint / gap);
-            let rounding = 8.0 * product.len() as f64 * DoubleDouble::UNIT * sizes;
-            let error = 2.0 * part * distance + rounding + f64::EPSILON * square.abs();
-            if !(part <= SMALL && error.is_finite()) {
-                continue;
+        let others = all.filter(|(j, _)| !group.contains(j));
+        let others: Vec<f64> = others.map(|(_, inverse)| *inverse).chain(next).collect();
+        let long = |k: &usize| self.vectors[*k].iter().map(|&x| x.into()).collect();
+        let mut vectors: Vec<[Vec<DoubleDouble>; 2]> =
+            group.iter().map(|k| [long(k), Vec::new()]).collect();
+        for _ in 0..STEPS {
+            let mut last: f64 = 0.0;
+            for [vector, before] in &mut vectors {
+                operator.project_long(vector);
+                let (product, left) = operator.apply_long(vector);
+                let norm = mass.bilinear_long(&product, &product).0.sqrt();
+                last = last.max(left / norm.to_f64());
+                *before = std::mem::replace(vector, product);
             }
-            pairs[k].square = *square;
-            pairs[k].error = Some(error);
-            let sharp = product.iter().map(|x| x.to_f64());
-            self.vectors[k].iter_mut().zip(sharp).for_each(|(x, sharp)| *x = sharp);
+            if !ritz(stiffness, mass, &mut vectors) {
+                return;
+            }
+            let mut sharper = Vec::new();
+            for [product, before] in &vectors {
+                let own = mass.bilinear_long(before, before).0;
+                let along = mass.bilinear_long(before, product).0 / own;
+                let terms = product.iter().zip(before);
+                let rest: Vec<DoubleDouble> = terms.map(|(&y, &x)| y - x * along).collect();
+                let residual = mass.bilinear_long(&rest, &rest).0.sqrt().to_f64() + last;
+                let (energy, of_energy) = stiffness.quadratic_long(product);
+                let (norm, of_norm) = mass.quadratic_long(product);
+                let square = (energy / norm).to_f64();
+                let rounding = of_energy + of_norm * square.abs() + rate * last * last;
+                sharper.push((square, residual, rounding));
+            }
+            let joint = sharper.iter().map(|(_, residual, _)| residual * residual);
+            let joint = joint.sum::<f64>().sqrt();
+            let mut better = false;
+            for ((&k, [product, _]), (square, _, rounding)) in
+                group.iter().zip(&vectors).zip(&sharper)
+            {
+                let distance = (square - operator.shift).abs();
+                let gap = others
+                    .iter()
+                    .map(|other| (1.0 - other * (square - operator.shift)).abs())
+                    .fold(f64::INFINITY, f64::min);
+                let part = joint.min(joint * joint / gap);
+                let error = 2.0 * part * distance + rounding + f64::EPSILON * square.abs();
+                let pair = &mut pairs[k];
+                if !(part <= SMALL && pair.error.is_none_or(|before| error < before)) {
+                    continue;
+                }
+                better |= error > GOOD * square.abs();
+                pair.square = *square;
+                pair.error = Some(error);
+                let sharp = product.iter().map(|x| x.to_f64());
+                let shape = self.vectors[k].iter_mut();
+                shape.zip(sharp).for_each(|(x, sharp)| *x = sharp);
+            }
+            if !better {
+                return;
+            }
         }
     }
 

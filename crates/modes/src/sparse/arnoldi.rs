@@ -41,11 +41,7 @@ const TOLERANCE: f64 = 1e-9;
 
 impl<'a> Arnoldi<'a> {
     /// About a shift; `rate` is the size of the roots looked for. `None` where Q(σ) has no factor.
-    pub(crate) fn about(
-        pencil: &'a Pencil,
-        shift: Complex<f64>,
-        rate: f64,
-    ) -> Option<Arnoldi<'a>> {
+    pub(crate) fn about(pencil: &'a Pencil, shift: Complex<f64>, rate: f64) -> Option<Arnoldi<'a>> {
         let factor = Factor::sum(pencil, Sum::at(shift), &[]);
         if !factor.is_finite() || factor.zeros > 0 {
             return None;
@@ -77,12 +73,20 @@ impl<'a> Arnoldi<'a> {
     /// The product of (A − σB)⁻¹B with a vector of weighted displacements and velocities.
     fn apply(&self, z: &[Complex<f64>]) -> Vector {
         let n = self.weights.len();
-        let x: Vector = z[..n].iter().zip(&self.weights).map(|(z, w)| z / w).collect();
+        let x: Vector = z[..n]
+            .iter()
+            .zip(&self.weights)
+            .map(|(z, w)| z / w)
+            .collect();
         let scales = self.weights.iter().map(|w| self.rate / w);
         let y: Vector = z[n..].iter().zip(scales).map(|(z, s)| z * s).collect();
         let mut p = vec![Complex::ZERO; n];
-        self.pencil.mass.accumulate_complex(-Complex::ONE, &y, &mut p);
-        self.pencil.damping.accumulate_complex(-Complex::ONE, &x, &mut p);
+        self.pencil
+            .mass
+            .accumulate_complex(-Complex::ONE, &y, &mut p);
+        self.pencil
+            .damping
+            .accumulate_complex(-Complex::ONE, &x, &mut p);
         self.pencil.mass.accumulate_complex(-self.shift, &x, &mut p);
         self.factor.solve(&mut p, &mut vec![Complex::ZERO; n]);
         let mut product = Vec::with_capacity(2 * n);
@@ -161,7 +165,9 @@ impl<'a> Arnoldi<'a> {
     /// The roots in the space that was found, those with Im λ ≥ 0 where roots come in pairs about a real shift.
     pub(crate) fn roots(&self) -> Vec<Approximate> {
         let count = self.basis.len();
-        let form = Mat::from_fn(count, count, |i, j| inner(&self.basis[i], &self.products[j]));
+        let form = Mat::from_fn(count, count, |i, j| {
+            inner(&self.basis[i], &self.products[j])
+        });
         let Ok(eigen) = form.eigen() else {
             return Vec::new();
         };
@@ -181,7 +187,10 @@ impl<'a> Arnoldi<'a> {
                 let factor: Complex<f64> = eigen.U()[(i, k)];
                 subtract(-factor, &vector[..n], &mut shape);
             }
-            shape.iter_mut().zip(&self.weights).for_each(|(x, w)| *x /= w);
+            shape
+                .iter_mut()
+                .zip(&self.weights)
+                .for_each(|(x, w)| *x /= w);
             roots.push(Approximate { value, shape });
         }
         roots
@@ -197,7 +206,9 @@ fn norm(x: &[Complex<f64>]) -> f64 {
 }
 
 fn subtract(factor: Complex<f64>, from: &[Complex<f64>], to: &mut [Complex<f64>]) {
-    to.iter_mut().zip(from).for_each(|(to, x)| *to -= factor * x);
+    to.iter_mut()
+        .zip(from)
+        .for_each(|(to, x)| *to -= factor * x);
 }
 
 fn orthogonalise(basis: &[Vector], x: &mut Vector) {

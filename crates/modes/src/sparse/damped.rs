@@ -73,11 +73,17 @@ fn plan(found: &SparseModes, damping: &Form, complete: bool) -> ModePlan {
     let proportional = damping.is_zero() || found.facts.proportion.is_some();
     let counted = match (complete, proportional) {
         (true, true) => "the signs of pivots prove that none between them is missing",
-        (true, false) => "the turns of the determinant about a circle prove that none between them is missing",
+        (true, false) => {
+            "the turns of the determinant about a circle prove that none between them is missing"
+        }
         (false, _) => "that none between them is missing is not proved",
     };
     ModePlan {
-        solver: if proportional { "sparse Lanczos" } else { "sparse Arnoldi" },
+        solver: if proportional {
+            "sparse Lanczos"
+        } else {
+            "sparse Arnoldi"
+        },
         reason: "some modes, without dense matrices".to_owned(),
         bounds: "estimated from residuals".to_owned(),
         left_out: vec![("other modes", format!("{count} were asked for; {counted}"))],
@@ -198,11 +204,26 @@ fn proportional(found: &SparseModes, proportion: Proportion) -> Answer {
             if alpha_rounded != 0.0 {
                 let own = f64::EPSILON * alpha_rounded.abs();
                 let own = Some((own, own));
-                roots.push(root(Complex::ZERO, Some((0.0, 0.0)), exactly(rigid, false), 1));
-                roots.push(root(Complex::from(-alpha_rounded), own, exactly(rigid, false), 1));
+                roots.push(root(
+                    Complex::ZERO,
+                    Some((0.0, 0.0)),
+                    exactly(rigid, false),
+                    1,
+                ));
+                roots.push(root(
+                    Complex::from(-alpha_rounded),
+                    own,
+                    exactly(rigid, false),
+                    1,
+                ));
             } else if !std::mem::replace(&mut listed, true) {
                 let count = 2 * rigid;
-                roots.push(root(Complex::ZERO, Some((0.0, 0.0)), exactly(count, true), count));
+                roots.push(root(
+                    Complex::ZERO,
+                    Some((0.0, 0.0)),
+                    exactly(count, true),
+                    count,
+                ));
             }
             continue;
         }
@@ -341,15 +362,22 @@ fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
     };
     let shifts = match facts.target {
         0.0 => vec![Complex::from(0.1 * rate)],
-        target => [Complex::new(-1e-3, 1.0), Complex::new(-0.7, 0.7), Complex::new(-1.0, 0.0)]
-            .map(|direction| direction * target * (1.0 + 1e-4))
-            .to_vec(),
+        target => [
+            Complex::new(-1e-3, 1.0),
+            Complex::new(-0.7, 0.7),
+            Complex::new(-1.0, 0.0),
+        ]
+        .map(|direction| direction * target * (1.0 + 1e-4))
+        .to_vec(),
     };
     let wanted = match facts.target {
         0.0 => 2 * facts.count + zeros.roots + 6,
         _ => facts.count + 4,
     };
-    let winding = facts.passive.then(|| Winding::of(&found.pencil, damping, &facts.idle)).flatten();
+    let winding = facts
+        .passive
+        .then(|| Winding::of(&found.pencil, damping, &facts.idle))
+        .flatten();
     let about = shifts.into_iter();
     let mut searches: Vec<Arnoldi<'_>> = about
         .filter_map(|shift| Arnoldi::about(&pencil, shift, rate))
@@ -366,6 +394,11 @@ fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
             came += search.run(more);
         }
         groups = grouped(&searches, &zeros);
+        let all = groups.iter().flatten().map(pairs).sum::<usize>() + zeros.roots;
+        if facts.finite == Some(all) {
+            complete = true;
+            break;
+        }
         let Some(ring) = ring(&groups, zeros.roots, facts) else {
             if came == 0 {
                 break;
@@ -400,7 +433,9 @@ fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
     groups.sort_by(|a, b| entries(a).total_cmp(&entries(b)));
     let mut listed = roots.len();
     for group in groups {
-        if listed >= facts.count && facts.target == 0.0 || listed >= facts.count + zeros.entries().len() {
+        if listed >= facts.count && facts.target == 0.0
+            || listed >= facts.count + zeros.entries().len()
+        {
             break;
         }
         listed += group.len();
@@ -419,7 +454,8 @@ struct Zeros {
 }
 
 fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
-    let still = (0..found.len()).filter(|&k| found.squares[k] == 0.0 && found.errors[k] == Some(0.0));
+    let still =
+        (0..found.len()).filter(|&k| found.squares[k] == 0.0 && found.errors[k] == Some(0.0));
     let shapes: Vec<Vec<f64>> = still
         .map(|k| found.shapes.col(k).iter().copied().collect())
         .collect();
@@ -429,7 +465,10 @@ fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
             damping.apply(shape, &mut product);
             product.iter().all(|force| *force == 0.0)
         };
-        shapes.iter().map(|shape| if free(shape) { 2 } else { 1 }).sum()
+        shapes
+            .iter()
+            .map(|shape| if free(shape) { 2 } else { 1 })
+            .sum()
     });
     let roots = if shapes.is_empty() { 0 } else { roots };
     Zeros { shapes, roots }
@@ -450,7 +489,10 @@ impl Zeros {
         };
         let shapes = self.shapes.iter();
         match count > self.shapes.len() {
-            true => shapes.take(1).map(|shape| root(shape, true, count)).collect(),
+            true => shapes
+                .take(1)
+                .map(|shape| root(shape, true, count))
+                .collect(),
             false => shapes.map(|shape| root(shape, false, 1)).collect(),
         }
     }
@@ -472,7 +514,9 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros) -> Vec<Vec<Approximate>> {
         for root in roots.drain(still..) {
             let near = |group: &&mut Vec<Approximate>| {
                 let apart = |other: &Approximate| (other.value - root.value).norm();
-                group.iter().any(|other| apart(other) <= newton::NEAR * root.value.norm())
+                group
+                    .iter()
+                    .any(|other| apart(other) <= newton::NEAR * root.value.norm())
             };
             match own.iter_mut().find(near) {
                 Some(group) => group.push(root),
@@ -484,7 +528,9 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros) -> Vec<Vec<Approximate>> {
             let centre = group[0].value;
             let near = |other: &&mut Vec<Approximate>| {
                 let apart = |other: &Approximate| (other.value - centre).norm();
-                other.iter().any(|other| apart(other) <= 2.0 * newton::NEAR * centre.norm())
+                other
+                    .iter()
+                    .any(|other| apart(other) <= 2.0 * newton::NEAR * centre.norm())
             };
             match groups.iter_mut().find(near) {
                 Some(other) if other.len() >= group.len() => {}
@@ -496,6 +542,14 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros) -> Vec<Vec<Approximate>> {
     groups
 }
 
+/// How many roots an approximate one stands for: with its conjugate, unless it is real.
+fn pairs(root: &Approximate) -> usize {
+    match root.value.im.abs() <= 1e-7 * root.value.norm() {
+        true => 1,
+        false => 2,
+    }
+}
+
 /// A ring of natural frequencies about the target with at least so many entries as are wanted, its rims between
 /// roots; `None` where too few were found.
 fn ring(groups: &[Vec<Approximate>], zeros: usize, facts: &super::Facts) -> Option<Ring> {
@@ -503,19 +557,15 @@ fn ring(groups: &[Vec<Approximate>], zeros: usize, facts: &super::Facts) -> Opti
     let mut sizes: Vec<(f64, usize)> = groups
         .iter()
         .flatten()
-        .map(|root| {
-            let real = root.value.im.abs() <= 1e-7 * root.value.norm();
-            (root.value.norm(), if real { 1 } else { 2 })
-        })
+        .map(|root| (root.value.norm(), pairs(root)))
         .collect();
     sizes.extend((0..zeros).map(|_| (0.0, 1)));
     let apart = |size: f64| (size - facts.target).abs();
     sizes.sort_by(|a, b| apart(a.0).total_cmp(&apart(b.0)));
     let last = facts.count.min(sizes.len()).checked_sub(1)?;
     let whole = facts.target.max(sizes[last].0);
-    let at = (last..sizes.len() - 1).find(|&at| {
-        apart(sizes[at + 1].0) - apart(sizes[at].0) > APART * whole
-    })?;
+    let at = (last..sizes.len() - 1)
+        .find(|&at| apart(sizes[at + 1].0) - apart(sizes[at].0) > APART * whole)?;
     let reach = 0.5 * (apart(sizes[at].0) + apart(sizes[at + 1].0));
     let within = [(facts.target - reach).max(0.0), facts.target + reach];
     Some(Ring {
@@ -553,6 +603,11 @@ fn refined(pencil: &Pencil, group: Vec<Approximate>, passive: bool) -> Vec<Root>
             }
         }
         if value.im < 0.0 {
+            let whole = error.map_or(0.0, |(whole, _)| whole);
+            let mate = |other: &Complex<f64>| (other.conj() - value).norm() <= 4.0 * whole;
+            if values.iter().any(mate) {
+                continue;
+            }
             value = value.conj();
         }
         let (re, im) = root.shape.iter().map(|x| (x.re, x.im)).unzip();

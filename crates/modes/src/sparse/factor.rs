@@ -313,7 +313,9 @@ impl<'a, T: Entry> Factor<'a, T> {
 
     /// Whether every entry of L and D is finite.
     pub(crate) fn is_finite(&self) -> bool {
-        self.inverses.iter().all(|inverse| inverse.size().is_finite())
+        self.inverses
+            .iter()
+            .all(|inverse| inverse.size().is_finite())
             && self.values.iter().all(|value| value.size().is_finite())
     }
 

@@ -285,7 +285,11 @@ impl Form {
     }
 
     /// xᵀAy, and the sum of the sizes of its terms, all in double-double.
-    pub(crate) fn bilinear_long(&self, x: &[DoubleDouble], y: &[DoubleDouble]) -> (DoubleDouble, f64) {
+    pub(crate) fn bilinear_long(
+        &self,
+        x: &[DoubleDouble],
+        y: &[DoubleDouble],
+    ) -> (DoubleDouble, f64) {
         let mut sum = DoubleDouble::ZERO;
         let mut sizes = 0.0;
         let mut add = |term: DoubleDouble| {

@@ -85,6 +85,8 @@ struct Facts {
     semidefinite: bool,
     proportion: Option<Proportion>,
     zero_roots: Option<usize>,
+    /// How many roots are finite.
+    finite: Option<usize>,
 }
 
 /// What sparse modes took.
@@ -191,6 +193,7 @@ impl SparseModes {
                 semidefinite,
                 proportion: structure.proportion(),
                 zero_roots: structure.zero_roots(),
+                finite: structure.finite_roots(),
                 idle,
             },
             shift: centre,

@@ -161,13 +161,17 @@ impl Block<'_> {
         if count == 1 {
             return true;
         }
-        let sum = self.shapes.iter().fold(Long::ZERO, |sum, shape| sum + shape.value);
+        let sum = self
+            .shapes
+            .iter()
+            .fold(Long::ZERO, |sum, shape| sum + shape.value);
         let centre = sum * (1.0 / count as f64);
         let mut forms = [Mat::zeros(count, count), Mat::zeros(count, count)];
         let [value, slope] = &mut forms;
         for i in 0..count {
             for j in 0..count {
-                let [m, c, k] = [0, 1, 2].map(|p| dot(&self.shapes[i].x, &self.shapes[j].products[p]));
+                let [m, c, k] =
+                    [0, 1, 2].map(|p| dot(&self.shapes[i].x, &self.shapes[j].products[p]));
                 value[(i, j)] = short((m * centre + c) * centre + k);
                 slope[(i, j)] = short(m * centre * 2.0 + c);
             }
@@ -237,7 +241,9 @@ impl Block<'_> {
 }
 
 fn dot(x: &[Long], y: &[Long]) -> Long {
-    x.iter().zip(y).fold(Long::ZERO, |sum, (x, y)| sum + *x * *y)
+    x.iter()
+        .zip(y)
+        .fold(Long::ZERO, |sum, (x, y)| sum + *x * *y)
 }
 
 impl Shape {
@@ -256,7 +262,10 @@ impl Shape {
                 form.accumulate_long(1.0, part, &mut product);
                 product
             });
-            re.into_iter().zip(im).map(|(re, im)| Long { re, im }).collect()
+            re.into_iter()
+                .zip(im)
+                .map(|(re, im)| Long { re, im })
+                .collect()
         });
     }
 

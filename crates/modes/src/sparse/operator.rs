@@ -172,7 +172,11 @@ impl<'a> ShiftInvert<'a> {
         let error = self.probe();
         // What a correction leaves is the square of the error, a second one the cube.
         let digits = ROUGH.ln() / error.ln();
-        self.refinements = if error > LOST { return None } else { (digits.ceil() as usize).saturating_sub(1) };
+        self.refinements = if error > LOST {
+            return None;
+        } else {
+            (digits.ceil() as usize).saturating_sub(1)
+        };
         Some(self)
     }
 
@@ -180,7 +184,9 @@ impl<'a> ShiftInvert<'a> {
     fn probe(&self) -> f64 {
         let n = self.pencil.len();
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
-        let x: Vec<f64> = (0..n).map(|_| super::lanczos::uniform(&mut state)).collect();
+        let x: Vec<f64> = (0..n)
+            .map(|_| super::lanczos::uniform(&mut state))
+            .collect();
         let (mut y, mut work) = (vec![0.0; n], vec![0.0; n]);
         self.pencil.mass.apply(&x, &mut y);
         self.solve_once(&mut y, &mut work);
@@ -275,7 +281,9 @@ impl<'a> ShiftInvert<'a> {
             self.pencil.mass.accumulate_long(1.0, x, &mut product);
             let mut along = vec![0.0; x.len()];
             rigid.remove_long(&product, &mut along);
-            x.iter_mut().zip(&along).for_each(|(x, along)| *x += DoubleDouble::from(*along));
+            x.iter_mut()
+                .zip(&along)
+                .for_each(|(x, along)| *x += DoubleDouble::from(*along));
         }
     }
 
@@ -290,9 +298,13 @@ impl<'a> ShiftInvert<'a> {
         for _ in 0..MOST {
             let mut residual = vec![DoubleDouble::ZERO; n];
             self.pencil.mass.accumulate_long(1.0, x, &mut residual);
-            self.pencil.stiffness.accumulate_long(-1.0, &product, &mut residual);
+            self.pencil
+                .stiffness
+                .accumulate_long(-1.0, &product, &mut residual);
             if self.shift != 0.0 {
-                self.pencil.mass.accumulate_long(self.shift, &product, &mut residual);
+                self.pencil
+                    .mass
+                    .accumulate_long(self.shift, &product, &mut residual);
             }
             let mut correction: Vec<f64> = residual.iter().map(|value| value.high()).collect();
             self.solve_once(&mut correction, &mut work);

@@ -201,15 +201,12 @@ impl Shapes<'_, '_> {
                 error: (part <= SMALL && error.is_finite()).then_some(error),
             });
         }
-        let poor = |pair: &Pair| pair.error.is_none_or(|error| error > GOOD * pair.square.abs());
-        let mut done = vec![false; pairs.len()];
-        for k in 0..pairs.len() {
-            if done[k] || !poor(&pairs[k]) {
-                continue;
-            }
-            let group = self.group(k);
-            group.iter().for_each(|&member| done[member] = true);
-            self.sharpen(&group, next, &mut pairs);
+        let poor = |pair: &Pair| {
+            pair.error
+                .is_none_or(|error| error > GOOD * pair.square.abs())
+        };
+        if pairs.iter().any(poor) {
+            self.sharpen(next, &mut pairs);
         }
         for (pair, shape) in pairs.iter_mut().zip(self.vectors) {
             pair.shape = shape;
@@ -238,10 +235,10 @@ impl Shapes<'_, '_> {
         group
     }
 
-    /// More steps for some vectors in double-double, and the eigenvectors in their span, as long as that makes
+    /// More steps for all vectors in double-double, and the eigenvectors in their span, as long as that makes
     /// errors less.
-    fn sharpen(&mut self, group: &[usize], next: Option<f64>, pairs: &mut [Pair]) {
-        const STEPS: usize = 3;
+    fn sharpen(&mut self, next: Option<f64>, pairs: &mut [Pair]) {
+        const STEPS: usize = 4;
         const GOOD: f64 = 2.0 * f64::EPSILON;
         let operator = self.operator;
         let Pencil {
@@ -253,62 +250,64 @@ impl Shapes<'_, '_> {
             .filter(|(_, mass)| *mass > 0.0)
             .map(|(stiffness, mass)| stiffness / mass)
             .fold(0.0, f64::max);
-        let all = self.inverses.iter().enumerate();
-        let others = all.filter(|(j, _)| !group.contains(j));
-        let others: Vec<f64> = others.map(|(_, inverse)| *inverse).chain(next).collect();
-        let long = |k: &usize| self.vectors[*k].iter().map(|&x| x.into()).collect();
+        let long = |x: &Vec<f64>| x.iter().map(|&x| x.into()).collect();
         let mut vectors: Vec<[Vec<DoubleDouble>; 2]> =
-            group.iter().map(|k| [long(k), Vec::new()]).collect();
+            self.vectors.iter().map(|x| [long(x), Vec::new()]).collect();
         for _ in 0..STEPS {
             let mut last: f64 = 0.0;
             for [vector, before] in &mut vectors {
                 operator.project_long(vector);
                 let (product, left) = operator.apply_long(vector);
-                let norm = mass.bilinear_long(&product, &product).0.sqrt();
-                last = last.max(left / norm.to_f64());
+                let norm = mass.quadratic_long(&product).0.sqrt().to_f64();
+                last = last.max(left / norm);
                 *before = std::mem::replace(vector, product);
             }
             if !ritz(stiffness, mass, &mut vectors) {
                 return;
             }
-            let mut sharper = Vec::new();
-            for [product, before] in &vectors {
-                let own = mass.bilinear_long(before, before).0;
-                let along = mass.bilinear_long(before, product).0 / own;
+            let mut squares = Vec::new();
+            for (k, [product, before]) in vectors.iter().enumerate() {
+                let resisted = times(mass, before);
+                let along = dot_long(&resisted, product) / dot_long(&resisted, before);
                 let terms = product.iter().zip(before);
                 let rest: Vec<DoubleDouble> = terms.map(|(&y, &x)| y - x * along).collect();
-                let residual = mass.bilinear_long(&rest, &rest).0.sqrt().to_f64() + last;
+                let residual = dot_long(&times(mass, &rest), &rest).abs().sqrt().to_f64();
                 let (energy, of_energy) = stiffness.quadratic_long(product);
                 let (norm, of_norm) = mass.quadratic_long(product);
                 let square = (energy / norm).to_f64();
-                let rounding = of_energy + of_norm * square.abs() + rate * last * last;
-                sharper.push((square, residual, rounding));
+                squares.push((
+                    square,
+                    of_energy + of_norm * square.abs() + rate * last * last,
+                ));
+                self.residuals[k] = residual + last;
+                self.inverses[k] = 1.0 / (square - operator.shift);
             }
-            let joint = sharper.iter().map(|(_, residual, _)| residual * residual);
-            let joint = joint.sum::<f64>().sqrt();
-            let mut better = false;
-            for ((&k, [product, _]), (square, _, rounding)) in
-                group.iter().zip(&vectors).zip(&sharper)
-            {
-                let distance = (square - operator.shift).abs();
+            let mut poor = false;
+            for (k, (square, rounding)) in squares.into_iter().enumerate() {
+                let group = self.group(k);
+                let joint = group.iter().map(|&j| self.residuals[j] * self.residuals[j]);
+                let joint = joint.sum::<f64>().sqrt();
+                let others = self.inverses.iter().enumerate();
+                let others = others.filter(|(j, _)| !group.contains(j));
                 let gap = others
-                    .iter()
-                    .map(|other| (1.0 - other * (square - operator.shift)).abs())
+                    .map(|(_, inverse)| *inverse)
+                    .chain(next)
+                    .map(|other| (1.0 - other / self.inverses[k]).abs())
                     .fold(f64::INFINITY, f64::min);
                 let part = joint.min(joint * joint / gap);
+                let distance = (square - operator.shift).abs();
                 let error = 2.0 * part * distance + rounding + f64::EPSILON * square.abs();
                 let pair = &mut pairs[k];
-                if !(part <= SMALL && pair.error.is_none_or(|before| error < before)) {
-                    continue;
+                if part <= SMALL && pair.error.is_none_or(|before| error < before) {
+                    pair.square = square;
+                    pair.error = Some(error);
+                    self.vectors[k] = vectors[k][0].iter().map(|x| x.to_f64()).collect();
                 }
-                better |= error > GOOD * square.abs();
-                pair.square = *square;
-                pair.error = Some(error);
-                let sharp = product.iter().map(|x| x.to_f64());
-                let shape = self.vectors[k].iter_mut();
-                shape.zip(sharp).for_each(|(x, sharp)| *x = sharp);
+                poor |= pair
+                    .error
+                    .is_none_or(|error| error > GOOD * pair.square.abs());
             }
-            if !better {
+            if !poor {
                 return;
             }
         }
@@ -419,31 +418,36 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
 /// double-double. `false` where they are not independent.
 fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -> bool {
     const SWEEPS: usize = 20;
+    let mut resisted: Vec<Vec<DoubleDouble>> = Vec::new();
     for k in 0..vectors.len() {
         let (before, rest) = vectors.split_at_mut(k);
         let own = &mut rest[0];
         for _ in 0..2 {
-            for other in before.iter() {
-                let along = mass.bilinear_long(&other[0], &own[0]).0;
+            for (other, resisted) in before.iter().zip(&resisted) {
+                let along = dot_long(resisted, &own[0]);
                 for (own, other) in own.iter_mut().zip(other) {
                     let pairs = own.iter_mut().zip(other);
                     pairs.for_each(|(x, y)| *x -= *y * along);
                 }
             }
         }
-        let norm = mass.bilinear_long(&own[0], &own[0]).0.sqrt();
+        let mut product = times(mass, &own[0]);
+        let norm = dot_long(&product, &own[0]).sqrt();
         if !(norm.to_f64() > 0.0) {
             return false;
         }
+        product.iter_mut().for_each(|x| *x = *x / norm);
         for own in own {
             own.iter_mut().for_each(|x| *x = *x / norm);
         }
+        resisted.push(product);
     }
     let count = vectors.len();
     let mut form = vec![vec![DoubleDouble::ZERO; count]; count];
     for i in 0..count {
+        let product = times(stiffness, &vectors[i][0]);
         for j in 0..=i {
-            form[i][j] = stiffness.bilinear_long(&vectors[i][0], &vectors[j][0]).0;
+            form[i][j] = dot_long(&product, &vectors[j][0]);
             form[j][i] = form[i][j];
         }
     }
@@ -467,7 +471,10 @@ fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -
                 let cosine = one / (tangent * tangent + one).sqrt();
                 let sine = cosine * tangent;
                 for row in &mut form {
-                    (row[p], row[q]) = (row[p] * cosine - row[q] * sine, row[p] * sine + row[q] * cosine);
+                    (row[p], row[q]) = (
+                        row[p] * cosine - row[q] * sine,
+                        row[p] * sine + row[q] * cosine,
+                    );
                 }
                 for j in 0..count {
                     let (a, b) = (form[p][j], form[q][j]);
@@ -486,4 +493,16 @@ fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -
         }
     }
     true
+}
+
+/// A x.
+fn times(form: &Form, x: &[DoubleDouble]) -> Vec<DoubleDouble> {
+    let mut product = vec![DoubleDouble::ZERO; x.len()];
+    form.accumulate_long(1.0, x, &mut product);
+    product
+}
+
+fn dot_long(x: &[DoubleDouble], y: &[DoubleDouble]) -> DoubleDouble {
+    let terms = x.iter().zip(y);
+    terms.fold(DoubleDouble::ZERO, |sum, (x, y)| sum + *x * *y)
 }

@@ -80,7 +80,9 @@ impl Answer<'_> {
         all.sort_by(f64::total_cmp);
         if let Some(last) = all.get(wanted.count.saturating_sub(1)) {
             let near = vectors.iter().filter(|vector| apart(vector) <= *last);
-            let edge = near.map(|vector| vector.inverse.abs()).fold(f64::INFINITY, f64::min);
+            let edge = near
+                .map(|vector| vector.inverse.abs())
+                .fold(f64::INFINITY, f64::min);
             let kept = vectors.partition_point(|vector| vector.inverse.abs() >= AS_NEAR * edge);
             let next = vectors.get(kept).map(|vector| vector.inverse);
             vectors.truncate(kept);
@@ -154,7 +156,9 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
 /// The eigenvalues nearest to that of the target, from a shift that is moved where K − σM is singular or a
 /// leading part of it is.
 pub(crate) fn nearest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
-    const MOVES: [f64; 10] = [0.0, 1e-9, -1e-8, 1e-7, 1e-6, -1e-5, 1e-4, -3e-4, 1e-3, -3e-3];
+    const MOVES: [f64; 10] = [
+        0.0, 1e-9, -1e-8, 1e-7, 1e-6, -1e-5, 1e-4, -3e-4, 1e-3, -3e-3,
+    ];
     let shift = wanted.target * wanted.target;
     for (tried, part) in MOVES.iter().enumerate() {
         let moved = shift * (1.0 + part);

@@ -86,12 +86,23 @@ impl<'a> Winding<'a> {
         // To the left of the axis as far as Re G stays definite: there −Re F ≤ −Re z·F′ of the axis.
         let (_, slope) = self.at(Complex::new(0.0, radius))?;
         let steepest = slope.self_adjoint_eigen(Triangle::Lower).ok()?;
-        let steepest = steepest.S().column_vector().iter().fold(0.0, |top: f64, s| top.max(s.re));
+        let steepest = steepest
+            .S()
+            .column_vector()
+            .iter()
+            .fold(0.0, |top: f64, s| top.max(s.re));
         let first = (0.5 / (radius * steepest)).min(0.2).asin();
         let mut angle = PI / 2.0 + first;
         let at = |angle: f64| Complex::from_polar(radius, angle);
         let (mut here, _) = self.at(at(angle))?;
-        let mut turned: f64 = here.eigen().ok()?.S().column_vector().iter().map(|s| s.arg()).sum();
+        let mut turned: f64 = here
+            .eigen()
+            .ok()?
+            .S()
+            .column_vector()
+            .iter()
+            .map(|s| s.arg())
+            .sum();
         for _ in 0..POINTS {
             if angle >= PI {
                 let turns = turned / PI;
@@ -146,7 +157,9 @@ impl<'a> Winding<'a> {
             factor.solve(&mut x, &mut work);
             let mut rest = vec![Complex::ZERO; n];
             rest[node] = Complex::ONE;
-            self.pencil.stiffness.accumulate_complex(-Complex::ONE, &x, &mut rest);
+            self.pencil
+                .stiffness
+                .accumulate_complex(-Complex::ONE, &x, &mut rest);
             self.pencil.mass.accumulate_complex(-(z * z), &x, &mut rest);
             factor.solve(&mut rest, &mut work);
             if !(size(&rest) <= SOLVED * size(&x)) {
@@ -161,19 +174,27 @@ impl<'a> Winding<'a> {
             .iter()
             .map(|x| {
                 let mut product = vec![Complex::ZERO; n];
-                self.pencil.mass.accumulate_complex(Complex::ONE, x, &mut product);
+                self.pencil
+                    .mass
+                    .accumulate_complex(Complex::ONE, x, &mut product);
                 product
             })
             .collect();
         let inertia = Mat::from_fn(count, count, |i, j| {
-            columns[i].iter().zip(&weighted[j]).map(|(x, y)| x * y).sum::<Complex<f64>>()
+            columns[i]
+                .iter()
+                .zip(&weighted[j])
+                .map(|(x, y)| x * y)
+                .sum::<Complex<f64>>()
         });
         let whole = &root * &moved * &root;
         let value = Mat::from_fn(count, count, |i, j| {
             let unit = Complex::from(if i == j { 1.0 } else { 0.0 });
             unit + z * whole[(i, j)]
         });
-        let slope = Mat::from_fn(count, count, |i, j| moved[(i, j)] - 2.0 * z * z * inertia[(i, j)]);
+        let slope = Mat::from_fn(count, count, |i, j| {
+            moved[(i, j)] - 2.0 * z * z * inertia[(i, j)]
+        });
         Some((value, &root * &slope * &root))
     }
 }
@@ -194,7 +215,8 @@ fn reach(here: &Square) -> Option<f64> {
     let sizes = product.singular_values().ok()?;
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let sum: f64 = sizes.iter().sum();
-    sum.is_finite().then(|| (0.8 / largest).min(0.75 / sum).min(8.0))
+    sum.is_finite()
+        .then(|| (0.8 / largest).min(0.75 / sum).min(8.0))
 }
 
 /// The angle that is so far from another one on a circle about 0, to the left of the imaginary axis.

@@ -32,7 +32,9 @@ fn assert_first(modes: &Modes, dense: &Modes, what: &str) {
     for (k, (mode, exact)) in modes.iter().zip(dense).enumerate() {
         let (root, exact) = (mode.eigenvalue(), exact.eigenvalue());
         let error = (root.value - exact.value).norm();
-        let bound = root.bound.unwrap_or_else(|| panic!("{what}: {k}: no bound"));
+        let bound = root
+            .bound
+            .unwrap_or_else(|| panic!("{what}: {k}: no bound"));
         assert!(
             error <= bound + exact.bound.unwrap(),
             "{what}: {k}: {} is not {}: {error:e}, {bound:e}",
@@ -49,7 +51,8 @@ fn assert_inside(model: &Model, modes: &Modes, what: &str) {
     for root in &roots {
         let bound = root.bound.unwrap_or_else(|| panic!("{what}: {root:?}"));
         assert!(bound <= 1e-10 * root.value.norm(), "{what}: {root:?}");
-        let near = |other: &&eigentone_modes::Eigenvalue| (other.value - root.value).norm() <= 3.0 * bound;
+        let near =
+            |other: &&eigentone_modes::Eigenvalue| (other.value - root.value).norm() <= 3.0 * bound;
         let mates = roots.iter().filter(near).count() as i64;
         let radius = if mates > 1 { 4.0 * bound } else { 1.01 * bound };
         let found = inside(model, root.value, radius);
@@ -85,7 +88,12 @@ fn every_link_damped_in_its_own_way() {
 
 #[test]
 fn rayleigh_damping() {
-    for (alpha, beta) in [(0.0, 1.0 / 256.0), (0.5, 1.0 / 1024.0), (2.0, 0.0), (0.0, 0.5)] {
+    for (alpha, beta) in [
+        (0.0, 1.0 / 65536.0),
+        (0.5, 1.0 / 131072.0),
+        (2.0, 0.0),
+        (0.0, 0.5),
+    ] {
         let model = beam(Ends::Cantilever, 20, 2.0, 1500.0, 3.1).proportional(alpha, beta);
         let system = model.system();
         let modes = lowest(&system, 6);
@@ -112,7 +120,10 @@ fn a_cantilever_with_a_dashpot_at_its_tip() {
         assert!(modes.iter().all(|mode| mode.motion() != Motion::Growing));
         // Nothing of the large real root that the dashpot gives the tip.
         for mode in &modes {
-            assert!(mode.natural_frequency().radians_per_second() < 1e5, "{what}");
+            assert!(
+                mode.natural_frequency().radians_per_second() < 1e5,
+                "{what}"
+            );
         }
     }
 }
@@ -127,7 +138,9 @@ fn a_membrane_with_one_dashpot_keeps_undamped_modes() {
     assert!(modes.is_complete());
     assert_inside(&model, &modes, "membrane");
     // One of each pair of equal shapes has a node at the dashpot.
-    let still = modes.iter().filter(|mode| mode.eigenvalue().value.re == 0.0);
+    let still = modes
+        .iter()
+        .filter(|mode| mode.eigenvalue().value.re == 0.0);
     assert!(still.count() >= 3);
     for mode in &modes {
         assert_ne!(mode.motion(), Motion::Growing);
@@ -161,7 +174,8 @@ fn a_ring_with_a_dashpot_does_not_grow() {
     for k in 1..5 {
         let exact = 2.0 * (std::f64::consts::PI * f64::from(k) / 600.0).sin();
         let still = modes.iter().map(|mode| mode.eigenvalue()).filter(|root| {
-            root.value.re == 0.0 && (root.value.im - exact).abs() <= root.bound.unwrap() + 2e-16 * exact
+            root.value.re == 0.0
+                && (root.value.im - exact).abs() <= root.bound.unwrap() + 2e-16 * exact
         });
         assert_eq!(still.count(), 1, "{k}");
     }
@@ -173,7 +187,8 @@ fn near_an_eigenvalue_of_a_ring() {
         let system = ring(600).damper("ground", "m1", dashpot).build().unwrap();
         for target in [1.0, 1.414_213_562_373_095_1] {
             let found =
-                SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 5).unwrap();
+                SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 5)
+                    .unwrap();
             let modes = found.modes().unwrap();
             assert!(modes.is_complete(), "{dashpot}, {target}");
             let first = modes.iter().any(|mode| {
@@ -216,8 +231,84 @@ fn heavy_damping_has_real_roots() {
     assert_first(&modes, &dense, "heavy");
     let real = |modes: &Modes| {
         let real = |root: &Complex<f64>| root.im == 0.0;
-        modes.iter().take(10).map(|mode| mode.eigenvalue().value).filter(real).count()
+        modes
+            .iter()
+            .take(10)
+            .map(|mode| mode.eigenvalue().value)
+            .filter(real)
+            .count()
     };
     assert_eq!(real(&modes), real(&dense));
     assert!(real(&modes) > 0);
+}
+
+#[test]
+fn massless_coordinates_with_and_without_dampers() {
+    let n = 40;
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), if i % 4 == 0 { 0.0 } else { 1.5 });
+    }
+    for i in 1..=n {
+        builder = builder.spring(name(i - 1), name(i), 30.0 + i as f64);
+    }
+    for (at, damping) in [(8, 3.0), (20, 0.2), (21, 5.0)] {
+        builder = builder.damper("ground", name(at), damping);
+    }
+    let system = builder.build().unwrap();
+    let modes = lowest(&system, 9);
+    assert!(modes.is_complete());
+    assert_first(&modes, &system.modes().unwrap(), "massless");
+}
+
+#[test]
+fn growth_survives() {
+    let system = chain(50, [(0, 7, -0.4), (20, 21, 0.3)]);
+    let modes = lowest(&system, 8);
+    // Nothing is passive here, so nothing is proved.
+    assert!(!modes.is_complete());
+    let dense = system.modes().unwrap();
+    assert_first(&modes, &dense, "negative");
+    assert!(modes.iter().any(|mode| mode.motion() == Motion::Growing));
+}
+
+#[test]
+fn free_beams_with_a_dashpot() {
+    for damping in [0.5, 2e3] {
+        let mut model = beam(Ends::Free, 60, 2.0, 1500.0, 3.1);
+        model.damping.add(0, 0, damping);
+        let what = format!("free beam, dashpot of {damping}");
+        let modes = lowest(&model.system(), 8);
+        for mode in &modes {
+            let root = mode.eigenvalue();
+            let Some(bound) = root.bound else { continue };
+            if root.value.norm() == 0.0 {
+                continue;
+            }
+            assert_eq!(
+                inside(&model, root.value, 1.01 * bound),
+                1,
+                "{what}: {root:?}"
+            );
+        }
+        let known = modes
+            .iter()
+            .filter(|mode| mode.eigenvalue().bound.is_some());
+        assert!(known.count() >= 7, "{what}");
+    }
+}
+
+#[test]
+fn graded_stiffness_with_dashpots() {
+    let mut model = crate::elements::rod(110, 1.0, 1.35, true);
+    model.damping.add(0, 0, 0.3);
+    model.damping.add(60, 60, 20.0);
+    let modes = lowest(&model.system(), 6);
+    for mode in &modes {
+        let root = mode.eigenvalue();
+        if let Some(bound) = root.bound {
+            assert_eq!(inside(&model, root.value, 1.01 * bound), 1, "{root:?}");
+        }
+    }
+    assert!(modes.iter().all(|mode| mode.eigenvalue().bound.is_some()));
 }

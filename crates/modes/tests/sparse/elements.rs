@@ -86,9 +86,19 @@ pub fn beam(ends: Ends, elements: usize, length: f64, rigidity: f64, mass: f64) 
     ];
     let inertia = [
         [156.0 * m, 22.0 * h * m, 54.0 * m, -13.0 * h * m],
-        [22.0 * h * m, 4.0 * h * h * m, 13.0 * h * m, -3.0 * h * h * m],
+        [
+            22.0 * h * m,
+            4.0 * h * h * m,
+            13.0 * h * m,
+            -3.0 * h * h * m,
+        ],
         [54.0 * m, 13.0 * h * m, 156.0 * m, -22.0 * h * m],
-        [-13.0 * h * m, -3.0 * h * h * m, -22.0 * h * m, 4.0 * h * h * m],
+        [
+            -13.0 * h * m,
+            -3.0 * h * h * m,
+            -22.0 * h * m,
+            4.0 * h * h * m,
+        ],
     ];
     let last = 2 * elements;
     let held: &[usize] = match ends {
@@ -97,9 +107,8 @@ pub fn beam(ends: Ends, elements: usize, length: f64, rigidity: f64, mass: f64) 
         Ends::Pinned => &[0, last],
         Ends::Cantilever => &[0, 1],
     };
-    let place = |i: usize| {
-        (!held.contains(&i)).then(|| i - held.iter().filter(|&&held| held < i).count())
-    };
+    let place =
+        |i: usize| (!held.contains(&i)).then(|| i - held.iter().filter(|&&held| held < i).count());
     let mut model = Model {
         n: last + 2 - held.len(),
         ..Model::default()
@@ -135,7 +144,12 @@ pub fn membrane(side: usize) -> Model {
     };
     for i in 0..=side {
         for j in 0..=side {
-            let places = [node(i, j), node(i, j + 1), node(i + 1, j), node(i + 1, j + 1)];
+            let places = [
+                node(i, j),
+                node(i, j + 1),
+                node(i + 1, j),
+                node(i + 1, j + 1),
+            ];
             model.stiffness.element(places, stiffness);
             model.mass.element(places, inertia);
         }

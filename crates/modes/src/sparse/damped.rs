@@ -90,6 +90,14 @@ fn plan(found: &SparseModes, damping: &Form, complete: bool) -> ModePlan {
     }
 }
 
+/// Whether a mode was told from all others.
+fn told(found: &SparseModes, k: usize) -> Repeats {
+    match found.clusters[k] {
+        1 => Repeats::SIMPLE,
+        count => Repeats::Cluster(count),
+    }
+}
+
 fn undamped(found: &SparseModes) -> Vec<Root> {
     let rigid = found
         .squares
@@ -113,9 +121,9 @@ fn undamped(found: &SparseModes) -> Vec<Root> {
             error,
             shape: shape.clone(),
             repeats: match roots {
-                1 => Repeats::SIMPLE,
+                1 => told(found, k),
                 count if error == Some((0.0, 0.0)) => Repeats::Exactly {
-                    count,
+                    count: found.facts.zero_roots.unwrap_or(count),
                     defective: Some(true),
                 },
                 count => Repeats::Cluster(count),
@@ -182,7 +190,8 @@ fn proportional(found: &SparseModes, proportion: Proportion) -> Answer {
         of_mass: alpha,
         of_stiffness: beta,
     } = proportion;
-    let rigid = found.squares.iter().filter(|s| **s == 0.0).count();
+    let here = found.squares.iter().filter(|s| **s == 0.0).count();
+    let rigid = found.facts.rigid.unwrap_or(here);
     let mut roots = Vec::new();
     let mut listed = false;
     for (k, (&square, error)) in found.squares.iter().zip(&found.errors).enumerate() {
@@ -217,18 +226,13 @@ fn proportional(found: &SparseModes, proportion: Proportion) -> Answer {
                     1,
                 ));
             } else if !std::mem::replace(&mut listed, true) {
-                let count = 2 * rigid;
-                roots.push(root(
-                    Complex::ZERO,
-                    Some((0.0, 0.0)),
-                    exactly(count, true),
-                    count,
-                ));
+                let exactly = exactly(2 * rigid, true);
+                roots.push(root(Complex::ZERO, Some((0.0, 0.0)), exactly, 2 * here));
             }
             continue;
         }
         for (value, error) in quadratic(alpha, beta, square, *error) {
-            roots.push(root(value, error, Repeats::SIMPLE, 1));
+            roots.push(root(value, error, told(found, k), 1));
         }
     }
     let facts = &found.facts;
@@ -451,6 +455,8 @@ fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
 struct Zeros {
     shapes: Vec<Vec<f64>>,
     roots: usize,
+    /// Whether some shape stands for two of them.
+    double: bool,
 }
 
 fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
@@ -471,7 +477,12 @@ fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
             .sum()
     });
     let roots = if shapes.is_empty() { 0 } else { roots };
-    Zeros { shapes, roots }
+    let double = roots > found.facts.rigid.unwrap_or(shapes.len());
+    Zeros {
+        shapes,
+        roots,
+        double,
+    }
 }
 
 impl Zeros {
@@ -488,7 +499,7 @@ impl Zeros {
             roots,
         };
         let shapes = self.shapes.iter();
-        match count > self.shapes.len() {
+        match self.double {
             true => shapes
                 .take(1)
                 .map(|shape| root(shape, true, count))

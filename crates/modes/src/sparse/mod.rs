@@ -18,6 +18,7 @@ mod winding;
 
 use std::sync::Arc;
 
+use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
@@ -28,6 +29,7 @@ use crate::structure::rayleigh::Proportion;
 use crate::system::System;
 use factor::Factor;
 use form::Form;
+use inertia::{Inertia, Side};
 use pencil::Pencil;
 use refine::Pair;
 use search::Wanted;
@@ -60,6 +62,8 @@ pub struct SparseModes {
     squares: Vec<f64>,
     errors: Vec<Option<f64>>,
     shapes: Mat<f64>,
+    /// How many, with those that are not here, each is not told apart from.
+    clusters: Vec<usize>,
     /// Between which ω² the signs of pivots prove that none is missing.
     counted: Option<[f64; 2]>,
     work: SparseWork,
@@ -81,10 +85,12 @@ struct Facts {
     /// Parts without mass that no spring ties to the ground.
     idle: Vec<Vec<usize>>,
     passive: bool,
-    /// K ⪰ 0.
+    /// K ⪰ 0, but for what lies far from the target.
     semidefinite: bool,
     proportion: Option<Proportion>,
     zero_roots: Option<usize>,
+    /// How many motions K lets go on without force.
+    rigid: Option<usize>,
     /// How many roots are finite.
     finite: Option<usize>,
 }
@@ -147,6 +153,14 @@ impl SparseModes {
         let none = Form::zero(system.len());
         let pencil = Pencil::of(stiffness, none, mass).ok_or(SparseError::TooDense)?;
         let pencil = Arc::new(pencil);
+        // What lies barely below 0 is far from any other target.
+        let semidefinite = semidefinite
+            || target > 0.0 && {
+                let at = -(1e-3 * target) * (1e-3 * target);
+                let inertia = Inertia::new(&pencil, &idle);
+                inertia.below::<f64>(at, Side::AtMost) == Some(0)
+                    || inertia.below::<DoubleDouble>(at, Side::AtMost) == Some(0)
+            };
         let wanted = Wanted {
             pencil: &pencil,
             floating: &floating,
@@ -176,13 +190,17 @@ impl SparseModes {
         }
         let apart = |pair: &Pair| wanted.apart(pair.square);
         pairs.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
-        pairs.truncate(wanted.count);
-        pairs.sort_by(|a, b| a.square.total_cmp(&b.square));
+        let clusters = clusters(&pairs);
+        let mut clustered: Vec<(Pair, usize)> = pairs.into_iter().zip(clusters).collect();
+        clustered.truncate(wanted.count);
+        clustered.sort_by(|a, b| a.0.square.total_cmp(&b.0.square));
+        let (pairs, clusters): (Vec<Pair>, Vec<usize>) = clustered.into_iter().unzip();
         let centre = answer.operator.shift;
         Ok(SparseModes {
             squares: pairs.iter().map(|pair| pair.square).collect(),
             errors: pairs.iter().map(|pair| pair.error).collect(),
             shapes: Mat::from_fn(system.len(), pairs.len(), |i, j| pairs[j].shape[i]),
+            clusters,
             counted: answer.counted,
             work,
             damping: Form::of(system, MatrixKind::Damping),
@@ -193,6 +211,9 @@ impl SparseModes {
                 semidefinite,
                 proportion: structure.proportion(),
                 zero_roots: structure.zero_roots(),
+                rigid: (!structure.is_large())
+                    .then(|| structure.rigid_motions_counted())
+                    .flatten(),
                 finite: structure.finite_roots(),
                 idle,
             },
@@ -361,6 +382,15 @@ fn check_mass(mass: &Form) -> Result<(), SparseError> {
         0 => Ok(()),
         _ => Err(SparseError::MassNotDefinite),
     }
+}
+
+/// Of each, how many there are that its error does not tell it from, itself included.
+fn clusters(pairs: &[Pair]) -> Vec<usize> {
+    const UNKNOWN: f64 = 1e-3;
+    let error = |pair: &Pair| pair.error.unwrap_or(UNKNOWN * pair.square.abs());
+    let near = |a: &Pair, b: &Pair| (a.square - b.square).abs() <= error(a) + error(b);
+    let count = |a: &Pair| pairs.iter().filter(|b| near(a, b)).count();
+    pairs.iter().map(count).collect()
 }
 
 /// Makes those that are not told from 0 exactly 0 where as many motions are proved to need no force, and none

@@ -21,7 +21,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) floating: &'a [Vec<usize>],
     /// Parts without mass that no spring ties to the ground.
     pub(crate) idle: &'a [Vec<usize>],
-    /// Whether K is proved to be positive semidefinite.
+    /// Whether K is proved to be positive semidefinite, but for what lies far from the target.
     pub(crate) semidefinite: bool,
     /// The frequency they are to be near; 0 for the lowest.
     pub(crate) target: f64,

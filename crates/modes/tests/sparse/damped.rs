@@ -312,3 +312,41 @@ fn graded_stiffness_with_dashpots() {
     }
     assert!(modes.iter().all(|mode| mode.eigenvalue().bound.is_some()));
 }
+
+#[test]
+fn equal_roots_are_not_called_simple() {
+    let modes = lowest(&membrane(9).system(), 3);
+    let repeats: Vec<_> = modes
+        .iter()
+        .map(|mode| (mode.multiplicity(), mode.cluster()))
+        .collect();
+    assert_eq!(repeats[0].0, Some(1));
+    assert_eq!(repeats[1..], [(None, Some(2)); 2]);
+    // The other one of the last pair was not asked for.
+    let modes = lowest(&membrane(9).system(), 2);
+    assert_eq!(modes.as_slice()[1].multiplicity(), None);
+}
+
+#[test]
+fn some_of_several_rigid_motions() {
+    // Three loose pairs, held by dampers alone.
+    let mut builder = System::builder();
+    for i in 1..=6 {
+        builder = builder.mass(name(i), 1.0 + i as f64);
+    }
+    for i in [1, 3, 5] {
+        builder = builder.spring(name(i), name(i + 1), 7.0);
+        builder = builder.damper("ground", name(i), 0.1 * i as f64);
+    }
+    let system = builder.build().unwrap();
+    for count in [2, 3] {
+        let modes = lowest(&system, count);
+        for mode in &modes {
+            assert_eq!(mode.eigenvalue().value, Complex::ZERO);
+            assert_eq!(
+                (mode.multiplicity(), mode.is_defective()),
+                (Some(3), Some(false))
+            );
+        }
+    }
+}

@@ -359,11 +359,16 @@ fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
     let pencil = Pencil::of(stiffness.clone(), damping.clone(), mass.clone());
     let pencil = pencil.ok_or(SparseError::TooDense)?;
     let zeros = zeros(found, damping);
+    // Motions that rounding alone holds are no measure.
+    const HELD: f64 = 1e-4;
     let own = found.squares.iter().map(|square| square.abs().sqrt());
+    let largest = own.clone().fold(0.0, f64::max);
+    let held = own.filter(|rate| *rate > HELD * largest);
     let rate = match facts.target {
-        0.0 => own.clone().find(|rate| *rate > 0.0).unwrap_or(1.0),
+        0.0 => held.fold(f64::INFINITY, f64::min),
         target => target,
     };
+    let rate = if rate.is_finite() { rate } else { 1.0 };
     let shifts = match facts.target {
         0.0 => vec![Complex::from(0.1 * rate)],
         target => [

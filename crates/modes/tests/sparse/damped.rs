@@ -3,7 +3,7 @@
 use eigentone_modes::{Frequency, Modes, Motion, SparseModes, System};
 use num_complex::Complex;
 
-use crate::elements::{Ends, Model, beam, membrane};
+use crate::elements::{Ends, Model, beam, frame, membrane};
 use crate::inertia::inside;
 use crate::networks::name;
 
@@ -349,4 +349,25 @@ fn some_of_several_rigid_motions() {
             );
         }
     }
+}
+
+#[test]
+fn a_free_frame_with_dashpots() {
+    // Rounding holds its rigid motions by 1e-10 in ω².
+    let nodes: Vec<[f64; 2]> = (0..60).map(|i| [0.1 * f64::from(i), 0.0]).collect();
+    let bars: Vec<[usize; 2]> = (1..60).map(|i| [i - 1, i]).collect();
+    let mut model = frame(&nodes, &bars, [2e7, 300.0, 1.7]);
+    model.damping.add(1, 1, 2.0);
+    model.damping.add(4, 4, 0.5);
+    let modes = lowest(&model.system(), 7);
+    let mut known = 0;
+    for mode in &modes {
+        let root = mode.eigenvalue();
+        let Some(bound) = root.bound else { continue };
+        if root.value.norm() != 0.0 {
+            assert_eq!(inside(&model, root.value, 1.01 * bound), 1, "{root:?}");
+            known += 1;
+        }
+    }
+    assert!(known >= 3);
 }

@@ -243,13 +243,16 @@ fn proportional(found: &SparseModes, proportion: Proportion) -> Answer {
     Answer { roots, complete }
 }
 
+/// A root, and how far it and its real part may be off.
+type Scalar = (Complex<f64>, Option<(f64, f64)>);
+
 /// The roots of λ² + (α + βω²)λ + ω² = 0 with Im λ ≥ 0, given ω² and its error.
 fn quadratic(
     alpha: DoubleDouble,
     beta: DoubleDouble,
     square: f64,
     error: Option<f64>,
-) -> Vec<(Complex<f64>, Option<(f64, f64)>)> {
+) -> Vec<Scalar> {
     let half = (alpha + beta * square) * 0.5;
     let rest = half * half - DoubleDouble::from(square);
     let size = rest.abs().to_f64();

@@ -71,7 +71,7 @@ impl<'a> Inertia<'a> {
                     continue;
                 }
                 let least = unit * (growth[i] + own(i) + added.abs());
-                if !(added.abs() >= least) {
+                if added.abs() < least || least.is_nan() {
                     enough = false;
                     *added = sign * 2.0 * least;
                 }

@@ -310,7 +310,7 @@ impl<'a> ShiftInvert<'a> {
             self.solve_once(&mut correction, &mut work);
             self.pencil.mass.apply(&correction, &mut work);
             let size = dot(&correction, &work).max(0.0).sqrt();
-            if !(size < 0.5 * last) {
+            if size >= 0.5 * last || size.is_nan() {
                 break;
             }
             last = size;

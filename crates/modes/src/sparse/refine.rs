@@ -433,7 +433,7 @@ fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -
         }
         let mut product = times(mass, &own[0]);
         let norm = dot_long(&product, &own[0]).sqrt();
-        if !(norm.to_f64() > 0.0) {
+        if norm.to_f64() <= 0.0 || norm.to_f64().is_nan() {
             return false;
         }
         product.iter_mut().for_each(|x| *x = *x / norm);
@@ -457,7 +457,7 @@ fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -
             for q in p + 1..count {
                 let beside = form[p][q];
                 let size = form[p][p].abs().to_f64().max(form[q][q].abs().to_f64());
-                if !(beside.abs().to_f64() > 1e-30 * size) {
+                if beside.abs().to_f64() <= 1e-30 * size || beside.to_f64().is_nan() {
                     continue;
                 }
                 turned = true;
@@ -476,9 +476,9 @@ fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -
                         row[p] * sine + row[q] * cosine,
                     );
                 }
-                for j in 0..count {
-                    let (a, b) = (form[p][j], form[q][j]);
-                    (form[p][j], form[q][j]) = (a * cosine - b * sine, a * sine + b * cosine);
+                let (first, second) = form.split_at_mut(q);
+                for (a, b) in first[p].iter_mut().zip(&mut second[0]) {
+                    (*a, *b) = (*a * cosine - *b * sine, *a * sine + *b * cosine);
                 }
                 let (first, second) = vectors.split_at_mut(q);
                 for (x, y) in first[p].iter_mut().zip(&mut second[0]) {

@@ -112,7 +112,7 @@ impl<'a> Winding<'a> {
             }
             let reach = reach(&here)?;
             let next = step(angle, reach).min(PI);
-            if !(next > angle) {
+            if next <= angle || next.is_nan() {
                 return None;
             }
             let (there, _) = self.at(at(next))?;
@@ -162,7 +162,8 @@ impl<'a> Winding<'a> {
                 .accumulate_complex(-Complex::ONE, &x, &mut rest);
             self.pencil.mass.accumulate_complex(-(z * z), &x, &mut rest);
             factor.solve(&mut rest, &mut work);
-            if !(size(&rest) <= SOLVED * size(&x)) {
+            let missing = size(&rest) / size(&x);
+            if missing > SOLVED || missing.is_nan() {
                 return None;
             }
             x.iter_mut().zip(&rest).for_each(|(x, rest)| *x += rest);

@@ -185,7 +185,7 @@ fn a_ring_with_a_dashpot_does_not_grow() {
 fn near_an_eigenvalue_of_a_ring() {
     for dashpot in [0.0, 0.25] {
         let system = ring(600).damper("ground", "m1", dashpot).build().unwrap();
-        for target in [1.0, 1.414_213_562_373_095_1] {
+        for target in [1.0, std::f64::consts::SQRT_2] {
             let found =
                 SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 5)
                     .unwrap();

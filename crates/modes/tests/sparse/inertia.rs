@@ -97,7 +97,7 @@ fn direction(model: &Model, z: Complex) -> num_complex::Complex<f64> {
     ] {
         for (&(i, j), &value) in &part.entries {
             let entry = &mut band[i][j + width - i];
-            *entry = *entry + factor * Complex::new(Long::from(value), Long::ZERO);
+            *entry += factor * Complex::new(Long::from(value), Long::ZERO);
         }
     }
     let mut turned = num_complex::Complex::<f64>::ONE;

@@ -144,7 +144,7 @@ fn modes_near_a_frequency() {
     let scene = chain("near", n, "");
     let json = parsed(&["modes", &scene, "--near", "1.0", "--count", "3", "--json"]);
     let mut nearest: Vec<f64> = (1..=n).map(|j| frequency(n, j)).collect();
-    nearest.sort_by(|a, b| (a * a - 1.0).abs().total_cmp(&(b * b - 1.0).abs()));
+    nearest.sort_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()));
     nearest.truncate(3);
     nearest.sort_by(f64::total_cmp);
     let modes = json["modes"].as_array().expect("a list");
@@ -253,4 +253,81 @@ fn a_response_by_some_modes() {
     }
     let bound = json["displacement_bound"][0].as_f64().expect("a bound");
     assert!(bound < 1e-6, "{bound:e}");
+}
+
+/// A ring of unit masses on unit springs, with a dashpot on the first.
+fn ring(name: &str, n: usize, dashpot: f64) -> String {
+    let masses: Vec<String> = (0..n)
+        .map(|i| format!(r#"{{"name": "m{i}", "mass": 1}}"#))
+        .collect();
+    let springs: Vec<String> = (0..n)
+        .map(|i| {
+            format!(
+                r#"{{"between": ["m{i}", "m{}"], "stiffness": 1}}"#,
+                (i + 1) % n
+            )
+        })
+        .collect();
+    let text = format!(
+        r#"{{"masses": [{}], "springs": [{}],
+            "dampers": [{{"between": ["ground", "m0"], "damping": {dashpot}}}]}}"#,
+        masses.join(","),
+        springs.join(",")
+    );
+    let path = directory(name).join("ring.json");
+    fs::write(&path, text).expect("written");
+    path.to_str().expect("a UTF-8 path").to_owned()
+}
+
+#[test]
+fn near_an_exact_eigenvalue() {
+    for dashpot in [0.0, 0.25] {
+        let scene = ring("ring-near", 600, dashpot);
+        for target in ["1", "1.4142135623730951"] {
+            let json = parsed(&["modes", &scene, "--near", target, "--count", "4", "--json"]);
+            assert_eq!(json["complete"], true, "{dashpot}, {target}");
+            let target: f64 = target.parse().expect("a number");
+            let hit = |mode: &&Value| {
+                let found = mode["natural_frequency"].as_f64().expect("a number");
+                (found - target).abs() < 1e-15
+            };
+            let modes = json["modes"].as_array().expect("a list");
+            // Double without the dashpot, and once beside it.
+            let hits = modes.iter().filter(hit).count();
+            assert_eq!(hits, if dashpot == 0.0 { 2 } else { 1 }, "{target}");
+        }
+    }
+}
+
+#[test]
+fn a_passive_ring_does_not_grow() {
+    let scene = ring("ring-lowest", 600, 0.25);
+    let json = parsed(&["modes", &scene, "--lowest", "11", "--json"]);
+    assert_eq!(json["complete"], true);
+    for mode in json["modes"].as_array().expect("a list") {
+        assert_ne!(mode["motion"], "growing");
+        assert!(mode["eigenvalue"]["re"].as_f64().expect("a number") <= 0.0);
+    }
+}
+
+#[test]
+fn damping_without_a_proof_says_so() {
+    let mut dampers = Vec::new();
+    for i in 1..=500 {
+        let damping = 0.001 * (1 + i % 7) as f64;
+        dampers.push(format!(
+            r#"{{"between": ["ground", "m{i}"], "damping": {damping}}}"#
+        ));
+    }
+    let rest = format!(r#", "dampers": [{}]"#, dampers.join(","));
+    let scene = chain("many-dampers", 500, &rest);
+    let json = parsed(&["modes", &scene, "--lowest", "5", "--json"]);
+    assert_eq!(json["complete"], false);
+    assert_eq!(json["selected"]["counted"], false);
+    let table = eigentone(&["modes", &scene, "--lowest", "5"]);
+    let table = String::from_utf8(table.stdout).expect("UTF-8");
+    assert!(
+        table.contains("whether some between them are missing is not known"),
+        "{table}"
+    );
 }

@@ -70,7 +70,7 @@ const LEFT_OUT: [(&str, &str); 12] = [
     ),
     (
         "SparseError::OutOfRange",
-        "takes stiffnesses whose factors leave the range of doubles",
+        "takes matrices that no shift makes regular enough for double-double, or whose factors leave the range of doubles",
     ),
     (
         "SteadyStateError::Undecided",

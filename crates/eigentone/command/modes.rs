@@ -40,7 +40,7 @@ impl Modes {
             let found = found.map_err(Failure::sparse(file))?;
             let modes = found.modes().map_err(Failure::sparse(file))?;
             drop(progress);
-            return self.print(&modes, |report| report.selected(found.is_counted()), names);
+            return self.print(&modes, |report| report.selected(modes.is_complete()), names);
         }
         let modes = all();
         drop(progress);

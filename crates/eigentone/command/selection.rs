@@ -7,7 +7,7 @@ use eigentone::modes::{Frequency, Modes, ModesError, SparseError, SparseModes, S
 #[derive(Clone, Debug, Args)]
 pub struct Selection {
     /// Only so many modes of the smallest frequencies; of systems beyond 400 coordinates without dense
-    /// matrices, and without damping that couples them to others
+    /// matrices
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     lowest: Option<u32>,
     /// Only modes near this natural frequency, in rad/s

@@ -9,7 +9,8 @@
 //! is not kept, with |b| its share of a load g(t), Duhamel's integral by parts gives
 //! q − b g/ω² = −(b/ω²)∫ h dg with |h| ≤ 1 and |h′| ≤ ω, so that in the norms of K and M the
 //! rest of x and v is at most TV(g)·√(bᵀRb), and a rest of the initial state keeps at most its energy. A
-//! coordinate moves by √R_ii at most for xᵀKx = 1. Rounding and the errors of the modes are not counted.
+//! coordinate moves by √R_ii at most for xᵀKx = 1. What ω² of the modes that are kept may be off is counted;
+//! rounding is not.
 
 use eigentone_modes::SparseModes;
 use faer::Mat;
@@ -60,16 +61,37 @@ impl ModalTruncation {
             let instant = Instant::on_grid(problem.grid(), step);
             rest.follow(problem, &instant, &mut displacement, column);
             let [x, v] = rest.bounds(problem, &instant);
-            let own = |bound: Option<f64>| Some(bound? * kept.largest);
-            let sum = |rest: Option<f64>, own: Option<f64>| Some(rest? + own?);
-            x_bounds.push(sum(x, own(motion.displacement_bound()[column])));
-            v_bounds.push(sum(v, own(motion.velocity_bound()[column])));
+            let (x_drift, v_drift) = drift(&modes, &motion, column).unzip();
+            let sum = |rest: Option<f64>, own: Option<f64>, drift: Option<f64>| {
+                Some(rest? + (own? + drift?) * kept.largest)
+            };
+            x_bounds.push(sum(x, motion.displacement_bound()[column], x_drift));
+            v_bounds.push(sum(v, motion.velocity_bound()[column], v_drift));
         }
         let (steps, times) = (motion.steps().to_vec(), motion.times().to_vec());
         Ok(Trajectory::new(NAME, steps, times, displacement, velocity)
             .with_bounds(x_bounds, v_bounds)
             .after(motion.operations()))
     }
+}
+
+/// How far the amplitude of a mode and its rate are off by then because ω² is: by Duhamel's integral δω²·q acts as a
+/// force, whose answer grows to δω²·|q|·t/ω at most. `None` where ω² is not known.
+fn drift(modes: &SparseModes, motion: &Trajectory, column: usize) -> Option<(f64, f64)> {
+    let t = motion.times()[column].abs();
+    let (mut largest, mut fastest): (f64, f64) = (0.0, 0.0);
+    let all = modes.squares().iter().zip(modes.square_bounds());
+    for (k, (square, error)) in all.enumerate() {
+        let error = (*error)?;
+        let rate = square.abs().sqrt();
+        let [q, v] = [motion.displacement(), motion.velocity()].map(|part| part[(k, column)]);
+        // How long a force of then has acted with the same sign.
+        let lasting = if rate * t > 1.0 { 1.0 / rate } else { t };
+        let drift = error * q.hypot(v * lasting) * t * lasting;
+        largest = largest.max(drift);
+        fastest = fastest.max(drift * rate.max(1.0 / lasting.max(f64::MIN_POSITIVE)));
+    }
+    Some((largest, fastest)).filter(|(x, v)| x.is_finite() && v.is_finite())
 }
 
 const NAME: &str = "modal truncation";

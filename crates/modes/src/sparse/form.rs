@@ -4,10 +4,14 @@
 //! are joins as they stand. Where no join is negative, no sum over them cancels: soft springs
 //! beside stiff ones keep their digits, as they do not in the assembled matrix.
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real, Wide};
+
+use num_complex::Complex;
 
 use crate::element::{Element, MatrixKind, Node};
 use crate::system::System;
+
+use super::factor::Entry;
 
 /// A join between two nodes.
 #[derive(Clone, Copy, Debug)]
@@ -30,6 +34,8 @@ pub(crate) struct Form {
     /// Parallel ones are kept apart.
     joins: Vec<Join>,
     non_negative: bool,
+    /// Whether the sums to the ground are exact.
+    exact: bool,
 }
 
 impl Form {
@@ -39,6 +45,7 @@ impl Form {
             ground: vec![DoubleDouble::ZERO; system.len()],
             joins: Vec::new(),
             non_negative: false,
+            exact: true,
         };
         let elements: &[Element] = match kind {
             MatrixKind::Mass => &[],
@@ -46,8 +53,8 @@ impl Form {
             MatrixKind::Stiffness => system.springs(),
         };
         if kind == MatrixKind::Mass {
-            for (ground, &mass) in form.ground.iter_mut().zip(system.masses()) {
-                *ground += DoubleDouble::from(mass);
+            for (i, &mass) in system.masses().iter().enumerate() {
+                form.hold(i, mass);
             }
         }
         form.joins.reserve_exact(elements.len());
@@ -87,6 +94,7 @@ impl Form {
             ground: vec![DoubleDouble::ZERO; n],
             joins: Vec::new(),
             non_negative: true,
+            exact: true,
         }
     }
 
@@ -97,15 +105,25 @@ impl Form {
                 weight: element.coefficient,
             }),
             (Node::Coordinate(i), Node::Ground) | (Node::Ground, Node::Coordinate(i)) => {
-                self.ground[i] += DoubleDouble::from(element.coefficient);
+                self.hold(i, element.coefficient);
             }
             (Node::Ground, Node::Ground) => {}
         }
     }
 
+    /// Joins a node to the ground.
+    fn hold(&mut self, i: usize, value: f64) {
+        let before = self.ground[i];
+        self.ground[i] += DoubleDouble::from(value);
+        if before.high() != 0.0 && self.exact {
+            let sum = Wide::<4>::from(before) + Wide::from(value);
+            self.exact = sum == Wide::from(self.ground[i]);
+        }
+    }
+
     /// One of all entries of a symmetric matrix.
     fn entry(&mut self, i: usize, j: usize, value: f64) {
-        self.ground[i] += DoubleDouble::from(value);
+        self.hold(i, value);
         if i < j && value != 0.0 {
             self.joins.push(Join {
                 ends: [i as u32, j as u32],
@@ -127,6 +145,22 @@ impl Form {
     /// The sum of row i.
     pub(crate) fn ground(&self, i: usize) -> f64 {
         self.ground[i].high()
+    }
+
+    /// The sum of row i, to the digits of a double-double.
+    pub(crate) fn ground_long(&self, i: usize) -> DoubleDouble {
+        self.ground[i]
+    }
+
+    /// By nodes, the sums of the absolute values of all that is added up in a row.
+    pub(crate) fn sizes(&self) -> Vec<f64> {
+        let mut sizes: Vec<f64> = self.ground.iter().map(|sum| sum.high().abs()).collect();
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            sizes[i] += 2.0 * join.weight.abs();
+            sizes[j] += 2.0 * join.weight.abs();
+        }
+        sizes
     }
 
     /// Whether no join is negative, so that the matrix is positive semidefinite and no sum cancels.
@@ -217,6 +251,82 @@ impl Form {
             sum += stretch * stretch * join.weight;
         }
         sum.to_f64()
+    }
+
+    /// y += factor·A x in complex doubles.
+    pub(crate) fn accumulate_complex(
+        &self,
+        factor: Complex<f64>,
+        x: &[Complex<f64>],
+        y: &mut [Complex<f64>],
+    ) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y += factor * x * ground.high();
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = factor * (x[i] - x[j]) * join.weight;
+            y[i] += force;
+            y[j] -= force;
+        }
+    }
+
+    /// y += factor·A x for a vector of double-doubles.
+    pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y += *ground * *x * factor;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = (x[i] - x[j]) * join.weight * factor;
+            y[i] += force;
+            y[j] -= force;
+        }
+    }
+
+    /// xᵀAy, and the sum of the sizes of its terms, all in double-double.
+    pub(crate) fn bilinear_long(
+        &self,
+        x: &[DoubleDouble],
+        y: &[DoubleDouble],
+    ) -> (DoubleDouble, f64) {
+        let mut sum = DoubleDouble::ZERO;
+        let mut sizes = 0.0;
+        let mut add = |term: DoubleDouble| {
+            sum += term;
+            sizes += term.high().abs();
+        };
+        for ((ground, &x), &y) in self.ground.iter().zip(x).zip(y) {
+            add(*ground * x * y);
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            add((x[i] - x[j]) * (y[i] - y[j]) * join.weight);
+        }
+        (sum, sizes)
+    }
+
+    /// xᵀAx without rounding that matters, but for that of the sums of rows, and a bound of that.
+    pub(crate) fn quadratic_long(&self, x: &[DoubleDouble]) -> (Wide<4>, f64) {
+        let wide: Vec<Wide<4>> = x.iter().map(|&x| x.into()).collect();
+        let mut sum = Wide::ZERO;
+        for (ground, &x) in self.ground.iter().zip(&wide) {
+            sum = sum + Wide::from(*ground) * x * x;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let stretch = wide[i] - wide[j];
+            sum = sum + stretch * stretch * Wide::from(join.weight);
+        }
+        let rounded = match self.exact {
+            true => 0.0,
+            false => {
+                let terms = self.sizes().into_iter().zip(x);
+                let terms = terms.map(|(size, x)| size * x.high() * x.high());
+                DoubleDouble::UNIT * terms.sum::<f64>()
+            }
+        };
+        (sum, rounded)
     }
 
     /// xᵀAy in doubles, to a small multiple of √(xᵀAx · yᵀAy) where no join is negative.

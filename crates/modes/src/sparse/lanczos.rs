@@ -285,7 +285,7 @@ impl Ritz {
 }
 
 /// A number between −1 and 1, by Marsaglia's xorshift (2003, *J. Stat. Softw.* 8).
-fn uniform(state: &mut u64) -> f64 {
+pub(crate) fn uniform(state: &mut u64) -> f64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
     *state ^= *state << 17;

@@ -1,28 +1,35 @@
 //! Some modes of systems that are too large for dense matrices.
 
+mod arnoldi;
 mod basis;
 mod damped;
 mod factor;
 mod form;
+mod inertia;
 mod inverse_diagonal;
 mod lanczos;
+mod newton;
 mod operator;
 mod ordering;
 mod pencil;
 mod refine;
 mod search;
+mod winding;
 
 use std::sync::Arc;
 
+use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use crate::element::MatrixKind;
 use crate::modes::{Frequency, Modes};
 use crate::solver::ModesError;
+use crate::structure::rayleigh::Proportion;
 use crate::system::System;
 use factor::Factor;
 use form::Form;
+use inertia::{Inertia, Side};
 use pencil::Pencil;
 use refine::Pair;
 use search::Wanted;
@@ -55,19 +62,37 @@ pub struct SparseModes {
     squares: Vec<f64>,
     errors: Vec<Option<f64>>,
     shapes: Mat<f64>,
-    counted: bool,
+    /// How many, with those that are not here, each is not told apart from.
+    clusters: Vec<usize>,
+    /// Between which ω² the signs of pivots prove that none is missing.
+    counted: Option<[f64; 2]>,
     work: SparseWork,
     pencil: Arc<Pencil>,
     /// `None` where C is not symmetric.
     damping: Option<Form>,
-    /// Whether damping is proved not to couple shapes.
-    classical: bool,
+    facts: Facts,
     /// Where K − σM was factorised.
     shift: f64,
-    /// λ near the nearest mode to the shift that is not here.
-    next: Option<f64>,
     /// Infinite roots of the whole system, as far as they were counted.
     infinite: usize,
+}
+
+/// What was asked for, and what is proved of the system.
+#[derive(Clone, Debug)]
+struct Facts {
+    target: f64,
+    count: usize,
+    /// Parts without mass that no spring ties to the ground.
+    idle: Vec<Vec<usize>>,
+    passive: bool,
+    /// K ⪰ 0, but for what lies far from the target.
+    semidefinite: bool,
+    proportion: Option<Proportion>,
+    zero_roots: Option<usize>,
+    /// How many motions K lets go on without force.
+    rigid: Option<usize>,
+    /// How many roots are finite.
+    finite: Option<usize>,
 }
 
 /// What sparse modes took.
@@ -90,11 +115,11 @@ impl SparseModes {
     /// # Errors
     /// [`SparseError`].
     pub fn lowest(system: &System, count: usize) -> Result<SparseModes, SparseError> {
-        SparseModes::find(system, None, count)
+        SparseModes::find(system, 0.0, count)
     }
 
-    /// The `count` modes whose ω² is nearest to that of `target`, or all where there are not so many; in
-    /// the order of ω².
+    /// The `count` modes whose natural frequency √|ω²| is nearest to `target`, or all where there are not so
+    /// many; in the order of ω².
     ///
     /// # Errors
     /// [`SparseError`].
@@ -108,10 +133,10 @@ impl SparseModes {
         if target < 0.0 || !square.is_finite() {
             return Err(SparseError::Target { target });
         }
-        SparseModes::find(system, (square != 0.0).then_some(square), count)
+        SparseModes::find(system, if square == 0.0 { 0.0 } else { target }, count)
     }
 
-    fn find(system: &System, shift: Option<f64>, count: usize) -> Result<SparseModes, SparseError> {
+    fn find(system: &System, target: f64, count: usize) -> Result<SparseModes, SparseError> {
         if count == 0 {
             return Err(SparseError::NoneWanted);
         }
@@ -120,45 +145,79 @@ impl SparseModes {
         let stiffness = form(MatrixKind::Stiffness)?;
         check_mass(&mass)?;
         let has_mass = |part: &Vec<usize>| part.iter().any(|&i| !is_massless(&mass, i));
-        let parts = system.structure().spring_floating();
+        let structure = system.structure();
+        let parts = structure.spring_floating();
         let (floating, idle): (Vec<_>, Vec<_>) = parts.iter().cloned().partition(has_mass);
-        let pencil = Pencil::of(stiffness, mass).ok_or(SparseError::TooDense)?;
+        let semidefinite = stiffness.is_non_negative()
+            || (!structure.is_large() && structure.rigid_motions().is_some());
+        let none = Form::zero(system.len());
+        let pencil = Pencil::of(stiffness, none, mass).ok_or(SparseError::TooDense)?;
         let pencil = Arc::new(pencil);
+        // What lies barely below 0 is far from any other target.
+        let semidefinite = semidefinite
+            || target > 0.0 && {
+                let at = -(1e-3 * target) * (1e-3 * target);
+                let inertia = Inertia::new(&pencil, &idle);
+                inertia.below::<f64>(at, Side::AtMost) == Some(0)
+                    || inertia.below::<DoubleDouble>(at, Side::AtMost) == Some(0)
+            };
         let wanted = Wanted {
             pencil: &pencil,
             floating: &floating,
-            idle: idle.len(),
+            idle: &idle,
+            semidefinite,
+            target,
             count: count.min(system.len()),
         };
-        let mut answer = match shift {
-            None => search::lowest(&wanted)?,
-            Some(shift) => search::nearest(&wanted, shift)?,
+        let mut answer = match target {
+            0.0 => search::lowest(&wanted)?,
+            _ => search::nearest(&wanted)?,
         };
         let work = SparseWork {
             products: answer.applied,
             factorisations: answer.factorised,
             entries: pencil.ordering.rows.len(),
         };
-        let (vectors, next) = answer.needed(wanted.count);
+        let (vectors, next) = answer.needed(&wanted);
         let mut pairs = refine::refined(&answer.operator, vectors, next);
+        if answer.counted.is_some() && !structure.is_large() {
+            let known = floating.len() + idle.len();
+            let zeros = || Some(structure.rigid_motions_counted()?.saturating_sub(known));
+            rest_exactly(&mut pairs, zeros);
+        }
         for part in floating.iter().take(wanted.count) {
             pairs.push(rigid(part, &pencil.mass));
         }
+        let apart = |pair: &Pair| wanted.apart(pair.square);
+        pairs.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let clusters = clusters(&pairs);
+        let mut clustered: Vec<(Pair, usize)> = pairs.into_iter().zip(clusters).collect();
+        clustered.truncate(wanted.count);
+        clustered.sort_by(|a, b| a.0.square.total_cmp(&b.0.square));
+        let (pairs, clusters): (Vec<Pair>, Vec<usize>) = clustered.into_iter().unzip();
         let centre = answer.operator.shift;
-        let distance = |pair: &Pair| (pair.square - centre).abs();
-        pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        pairs.truncate(wanted.count);
-        pairs.sort_by(|a, b| a.square.total_cmp(&b.square));
         Ok(SparseModes {
             squares: pairs.iter().map(|pair| pair.square).collect(),
             errors: pairs.iter().map(|pair| pair.error).collect(),
             shapes: Mat::from_fn(system.len(), pairs.len(), |i, j| pairs[j].shape[i]),
+            clusters,
             counted: answer.counted,
             work,
             damping: Form::of(system, MatrixKind::Damping),
-            classical: system.structure().is_classical(),
+            facts: Facts {
+                target,
+                count: wanted.count,
+                passive: structure.is_passive(),
+                semidefinite,
+                proportion: structure.proportion(),
+                zero_roots: structure.zero_roots(),
+                rigid: (!structure.is_large())
+                    .then(|| structure.rigid_motions_counted())
+                    .flatten(),
+                finite: structure.finite_roots(),
+                idle,
+            },
             shift: centre,
-            next: next.map(|inverse| centre + 1.0 / inverse),
             infinite: system
                 .structure()
                 .finite_roots()
@@ -198,23 +257,24 @@ impl SparseModes {
     /// Whether the number of negative pivots of K − τM on both sides of what was found, by Sylvester's law
     /// of inertia, confirms that no mode between them is missing.
     pub fn is_counted(&self) -> bool {
-        self.counted
+        self.counted.is_some()
     }
 
-    /// The modes with damping, as roots of λ²M + λC + K: where C = 0 those found; else from C projected on their
-    /// shapes, each with its residual in the whole equation as
-    /// [`backward_error`](crate::Mode::backward_error). Damping that couples them to modes that were not
-    /// asked for moves λ; its bound has that to second order, and is `None` where that is not small.
+    /// The modes with damping, as roots of λ²M + λC + K: as many as were asked for, those whose natural frequency
+    /// |λ| is lowest, or nearest to the target, with bounds that are estimates.
+    /// [`Modes::is_complete`](crate::Modes::is_complete) says whether it is proved that none of them is missing:
+    /// by the count of undamped modes without damping and with Rayleigh damping, else by the turns of the
+    /// determinant about a circle where the system is passive and dampers move at most 48 coordinates.
     ///
     /// # Errors
-    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::Projected`] where the projected
-    /// equation has no answer.
+    /// [`SparseError::NotSymmetric`] where C is not symmetric, [`SparseError::OutOfRange`] where the equation has no
+    /// factor in doubles near the roots looked for.
     pub fn modes(&self) -> Result<Modes, SparseError> {
         let Some(damping) = &self.damping else {
             let kind = MatrixKind::Damping;
             return Err(SparseError::NotSymmetric { kind });
         };
-        Ok(damped::modes(self, damping)?)
+        damped::modes(self, damping)
     }
 
     /// The equation of the amplitudes q of the shapes, q″ + ΦᵀCΦ q′ + ΦᵀKΦ q = Φᵀf, as a dense system with
@@ -296,15 +356,6 @@ impl SparseModes {
         Some(diagonal)
     }
 
-    /// The largest estimated error of an ω² relative to it, halved: that of ω.
-    fn relative_error(&self) -> Option<f64> {
-        let pairs = self.squares.iter().zip(&self.errors);
-        pairs
-            .filter(|(square, _)| **square != 0.0)
-            .map(|(square, error)| Some((*error)? / square.abs() / 2.0))
-            .try_fold(0.0, |top: f64, part| Some(top.max(part?)))
-    }
-
     /// What they took.
     pub fn work(&self) -> SparseWork {
         self.work
@@ -325,11 +376,33 @@ fn check_mass(mass: &Form) -> Result<(), SparseError> {
         return Ok(());
     }
     let none = Form::zero(mass.len());
-    let pencil = Pencil::of(mass.clone(), none).ok_or(SparseError::TooDense)?;
+    let pencil = Pencil::of(mass.clone(), none.clone(), none).ok_or(SparseError::TooDense)?;
     let factor = Factor::of(&pencil, 0.0);
     match factor.negative {
         0 => Ok(()),
         _ => Err(SparseError::MassNotDefinite),
+    }
+}
+
+/// Of each, how many there are that its error does not tell it from, itself included.
+fn clusters(pairs: &[Pair]) -> Vec<usize> {
+    const UNKNOWN: f64 = 1e-3;
+    let error = |pair: &Pair| pair.error.unwrap_or(UNKNOWN * pair.square.abs());
+    let near = |a: &Pair, b: &Pair| (a.square - b.square).abs() <= error(a) + error(b);
+    let count = |a: &Pair| pairs.iter().filter(|b| near(a, b)).count();
+    pairs.iter().map(count).collect()
+}
+
+/// Makes those that are not told from 0 exactly 0 where as many motions are proved to need no force, and none
+/// is missing.
+fn rest_exactly(pairs: &mut [Pair], zeros: impl FnOnce() -> Option<usize>) {
+    let unclear = |pair: &&mut Pair| pair.error.is_none_or(|error| pair.square.abs() <= error);
+    let unclear: Vec<&mut Pair> = pairs.iter_mut().filter(unclear).collect();
+    if unclear.is_empty() || zeros() != Some(unclear.len()) {
+        return;
+    }
+    for pair in unclear {
+        (pair.square, pair.error) = (0.0, Some(0.0));
     }
 }
 

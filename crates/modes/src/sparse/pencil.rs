@@ -1,30 +1,38 @@
 //! K − σM assembled in an order of elimination, ready to be factorised at any shift σ.
 
+use eigentone_digits::DoubleDouble;
+
 use super::form::Form;
 use super::ordering::{Adjacency, Ordering};
 
 /// The most entries that a factor may have below its diagonal: 12 bytes each.
 pub(crate) const MOST_ENTRIES: usize = 500_000_000;
 
-/// Symmetric K and M with the pattern of their common factor.
+/// Symmetric K, C and M with the pattern of their common factor.
 #[derive(Clone, Debug)]
 pub(crate) struct Pencil {
     pub(crate) stiffness: Form,
+    /// 0 where there are no dampers, or they do not matter.
+    pub(crate) damping: Form,
     pub(crate) mass: Form,
     pub(crate) ordering: Ordering,
     /// Where each column's joins to later places start, and where the last one's end.
     pub(crate) starts: Vec<usize>,
     pub(crate) rows: Vec<u32>,
     /// Of each join, parallel ones added up.
-    pub(crate) stiffnesses: Vec<f64>,
+    pub(crate) stiffnesses: Vec<DoubleDouble>,
+    /// The same of C; empty where C is diagonal.
+    pub(crate) dampings: Vec<DoubleDouble>,
     /// The same of M; empty where M is diagonal.
-    pub(crate) masses: Vec<f64>,
+    pub(crate) masses: Vec<DoubleDouble>,
+    /// The most terms that an entry of the factor is the sum of.
+    pub(crate) terms: usize,
 }
 
 impl Pencil {
     /// `None` where the factor would be larger than [`MOST_ENTRIES`].
-    pub(crate) fn of(stiffness: Form, mass: Form) -> Option<Pencil> {
-        let graph = adjacency(&[&stiffness, &mass]);
+    pub(crate) fn of(stiffness: Form, damping: Form, mass: Form) -> Option<Pencil> {
+        let graph = adjacency(&[&stiffness, &damping, &mass]);
         let ordering = Ordering::of(&graph, MOST_ENTRIES)?;
         let n = graph.len();
         let mut starts = Vec::with_capacity(n + 1);
@@ -37,16 +45,23 @@ impl Pencil {
             rows[starts[place]..].sort_unstable();
             starts.push(rows.len());
         }
+        let terms = terms(&ordering);
         let mut pencil = Pencil {
             stiffness,
+            damping,
             mass,
             ordering,
             starts,
             rows,
             stiffnesses: Vec::new(),
+            dampings: Vec::new(),
+            terms,
             masses: Vec::new(),
         };
         pencil.stiffnesses = pencil.weights(&pencil.stiffness);
+        if !pencil.damping.is_diagonal() {
+            pencil.dampings = pencil.weights(&pencil.damping);
+        }
         if !pencil.mass.is_diagonal() {
             pencil.masses = pencil.weights(&pencil.mass);
         }
@@ -58,18 +73,27 @@ impl Pencil {
         self.stiffness.len()
     }
 
-    fn weights(&self, form: &Form) -> Vec<f64> {
-        let mut weights = vec![0.0; self.rows.len()];
+    fn weights(&self, form: &Form) -> Vec<DoubleDouble> {
+        let mut weights = vec![DoubleDouble::ZERO; self.rows.len()];
         for join in form.joins() {
             let [a, b] = join.ends.map(|node| self.ordering.places[node as usize]);
             let column = a.min(b) as usize;
             let range = self.starts[column]..self.starts[column + 1];
             if let Ok(at) = self.rows[range.clone()].binary_search(&a.max(b)) {
-                weights[range.start + at] += join.weight;
+                weights[range.start + at] += DoubleDouble::from(join.weight);
             }
         }
         weights
     }
+}
+
+/// The most entries that a row and its column of L have together.
+fn terms(ordering: &Ordering) -> usize {
+    let mut counts: Vec<usize> = ordering.starts.windows(2).map(|w| w[1] - w[0]).collect();
+    for &row in &ordering.rows {
+        counts[row as usize] += 1;
+    }
+    counts.into_iter().max().unwrap_or(0)
 }
 
 /// Which nodes are joined in any of the forms.

@@ -8,8 +8,12 @@
 
 use faer::{Mat, Side};
 
+use eigentone_digits::{DoubleDouble, Real};
+
 use super::basis::{combine, dot};
+use super::form::Form;
 use super::operator::ShiftInvert;
+use super::pencil::Pencil;
 use super::search::Vector;
 
 /// An eigenpair with its quality.
@@ -165,24 +169,25 @@ impl Shapes<'_, '_> {
     }
 
     /// Eigenvalues as Rayleigh quotients; but as σ + 1/μ where the rounding of the shape spoils the
-    /// quotient, as that of very stiff systems does.
-    fn pairs(self, next: Option<f64>) -> Vec<Pair> {
+    /// quotient, as that of very stiff systems does; and from shapes in double-double where neither is good
+    /// to the last digits.
+    fn pairs(mut self, next: Option<f64>) -> Vec<Pair> {
         const U: f64 = f64::EPSILON;
+        const GOOD: f64 = 16.0 * U;
         let pencil = self.operator.pencil;
         let (stiffness, mass, shift) = (&pencil.stiffness, &pencil.mass, self.operator.shift);
         let diagonal = stiffness.diagonal();
-        let errors: Vec<f64> = (0..self.vectors.len())
-            .map(|k| relative_error(k, &self.inverses, &self.residuals, next))
-            .collect();
-        let all = self.vectors.into_iter().zip(self.inverses).zip(errors);
-        all.map(|((shape, inverse), part)| {
-            let norm = mass.quadratic(&shape);
-            let quotient = stiffness.quadratic(&shape) / norm;
+        let mut pairs = Vec::with_capacity(self.vectors.len());
+        for k in 0..self.vectors.len() {
+            let part = self.relative_error(k, next);
+            let shape = &self.vectors[k];
+            let norm = mass.quadratic(shape);
+            let quotient = stiffness.quadratic(shape) / norm;
             let terms = shape.iter().zip(&diagonal);
             let noise: f64 = terms.map(|(x, k)| k.abs() * x * x).sum::<f64>() * U * U / norm;
             let distance = (quotient - shift).abs();
             let of_quotient = 2.0 * part * distance + noise + 4.0 * U * quotient.abs();
-            let inverted = shift + 1.0 / inverse;
+            let inverted = shift + 1.0 / self.inverses[k];
             let of_inverted = 2.0 * (part + self.doubt + 4.0 * U) * distance
                 + 4.0 * U * (shift.abs() + inverted.abs());
             let (square, error) = if of_quotient <= 2.0 * of_inverted {
@@ -190,13 +195,163 @@ impl Shapes<'_, '_> {
             } else {
                 (inverted, of_inverted)
             };
-            Pair {
+            pairs.push(Pair {
                 square,
-                shape,
+                shape: Vec::new(),
                 error: (part <= SMALL && error.is_finite()).then_some(error),
+            });
+        }
+        let poor = |pair: &Pair| {
+            pair.error
+                .is_none_or(|error| error > GOOD * pair.square.abs())
+        };
+        if pairs.iter().any(poor) {
+            self.sharpen(next, &mut pairs);
+        }
+        for (pair, shape) in pairs.iter_mut().zip(self.vectors) {
+            pair.shape = shape;
+        }
+        pairs
+    }
+
+    /// Whether their residuals do not tell two values apart.
+    fn together(&self, k: usize, j: usize) -> bool {
+        let part = |k: usize| self.residuals[k] * self.inverses[k].abs();
+        (self.inverses[k] - self.inverses[j]).abs() <= 4.0 * part(k).max(part(j))
+    }
+
+    /// All that hang together with a vector.
+    fn group(&self, first: usize) -> Vec<usize> {
+        let mut group = vec![first];
+        let mut at = 0;
+        while let Some(&k) = group.get(at) {
+            for j in 0..self.vectors.len() {
+                if !group.contains(&j) && self.together(k, j) {
+                    group.push(j);
+                }
             }
-        })
-        .collect()
+            at += 1;
+        }
+        group
+    }
+
+    /// More steps for all vectors in double-double, and the eigenvectors in their span, as long as that makes
+    /// errors less.
+    fn sharpen(&mut self, next: Option<f64>, pairs: &mut [Pair]) {
+        const STEPS: usize = 4;
+        const GOOD: f64 = 2.0 * f64::EPSILON;
+        let operator = self.operator;
+        let Pencil {
+            stiffness, mass, ..
+        } = operator.pencil;
+        // How much what the last correction left can add, if it is of the fastest motion.
+        let rates = stiffness.sizes().into_iter().zip(mass.diagonal());
+        let rate = rates
+            .filter(|(_, mass)| *mass > 0.0)
+            .map(|(stiffness, mass)| stiffness / mass)
+            .fold(0.0, f64::max);
+        let long = |x: &Vec<f64>| x.iter().map(|&x| x.into()).collect();
+        let mut vectors: Vec<[Vec<DoubleDouble>; 2]> =
+            self.vectors.iter().map(|x| [long(x), Vec::new()]).collect();
+        for _ in 0..STEPS {
+            let mut last: f64 = 0.0;
+            for [vector, before] in &mut vectors {
+                operator.project_long(vector);
+                let (product, left) = operator.apply_long(vector);
+                let norm = mass.quadratic_long(&product).0.sqrt().to_f64();
+                last = last.max(left / norm);
+                *before = std::mem::replace(vector, product);
+            }
+            if !ritz(stiffness, mass, &mut vectors) {
+                return;
+            }
+            let mut squares = Vec::new();
+            for (k, [product, before]) in vectors.iter().enumerate() {
+                let resisted = times(mass, before);
+                let along = dot_long(&resisted, product) / dot_long(&resisted, before);
+                let terms = product.iter().zip(before);
+                let rest: Vec<DoubleDouble> = terms.map(|(&y, &x)| y - x * along).collect();
+                let residual = dot_long(&times(mass, &rest), &rest).abs().sqrt().to_f64();
+                let (energy, of_energy) = stiffness.quadratic_long(product);
+                let (norm, of_norm) = mass.quadratic_long(product);
+                let square = (energy / norm).to_f64();
+                squares.push((
+                    square,
+                    of_energy + of_norm * square.abs() + rate * last * last,
+                ));
+                self.residuals[k] = residual + last;
+                self.inverses[k] = 1.0 / (square - operator.shift);
+            }
+            let mut poor = false;
+            for (k, (square, rounding)) in squares.into_iter().enumerate() {
+                let group = self.group(k);
+                let joint = group.iter().map(|&j| self.residuals[j] * self.residuals[j]);
+                let joint = joint.sum::<f64>().sqrt();
+                let others = self.inverses.iter().enumerate();
+                let others = others.filter(|(j, _)| !group.contains(j));
+                let gap = others
+                    .map(|(_, inverse)| *inverse)
+                    .chain(next)
+                    .map(|other| (1.0 - other / self.inverses[k]).abs())
+                    .fold(f64::INFINITY, f64::min);
+                let part = joint.min(joint * joint / gap);
+                let distance = (square - operator.shift).abs();
+                let error = 2.0 * part * distance + rounding + f64::EPSILON * square.abs();
+                let pair = &mut pairs[k];
+                if part <= SMALL && pair.error.is_none_or(|before| error < before) {
+                    pair.square = square;
+                    pair.error = Some(error);
+                    self.vectors[k] = vectors[k][0].iter().map(|x| x.to_f64()).collect();
+                }
+                poor |= pair
+                    .error
+                    .is_none_or(|error| error > GOOD * pair.square.abs());
+            }
+            if !poor {
+                return;
+            }
+        }
+    }
+
+    /// Of μ_k: ρ, or ρ²/γ where that is less. Values that their residuals do not tell apart are judged
+    /// together: then what couples their vectors is added.
+    fn relative_error(&self, k: usize, next: Option<f64>) -> f64 {
+        let (inverses, residuals) = (&self.inverses, &self.residuals);
+        let own = inverses[k];
+        let mut residual = residuals[k] * residuals[k];
+        let mut gap = next.map_or(f64::INFINITY, |next| (own - next).abs());
+        let mut coupling = 0.0;
+        for (j, (other, size)) in inverses.iter().zip(residuals).enumerate() {
+            let apart = (own - other).abs();
+            if !self.together(k, j) {
+                gap = gap.min(apart);
+            } else if j != k {
+                residual += size * size;
+                coupling += self.coupling(k, j);
+            }
+        }
+        let gap = gap / own.abs();
+        let residual = residual.sqrt();
+        residual.min(residual * residual / gap + coupling)
+    }
+
+    /// |xᵀ(K − θM)y| for two of the vectors, θ the quotient of the first, relative to its distance from the
+    /// shift.
+    fn coupling(&self, k: usize, j: usize) -> f64 {
+        let Pencil {
+            stiffness, mass, ..
+        } = self.operator.pencil;
+        let (x, y) = (&self.vectors[k], &self.vectors[j]);
+        let square = self.operator.shift + 1.0 / self.inverses[k];
+        let beside = if stiffness.is_non_negative() && mass.is_non_negative() {
+            stiffness.bilinear(x, y) - square * mass.bilinear(x, y)
+        } else {
+            let long = |x: &[f64]| x.iter().map(|&x| x.into()).collect::<Vec<DoubleDouble>>();
+            let (x, y) = (long(x), long(y));
+            let square = DoubleDouble::from(square);
+            (stiffness.bilinear_long(&x, &y).0 - mass.bilinear_long(&x, &y).0 * square).to_f64()
+        };
+        (beside * self.inverses[k]).abs()
     }
 }
 
@@ -258,21 +413,96 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
     }
 }
 
-/// Of μ_k: ρ, or ρ²/γ where that is less. Values that their residuals do not tell apart are judged
-/// together.
-fn relative_error(k: usize, inverses: &[f64], residuals: &[f64], next: Option<f64>) -> f64 {
-    let own = inverses[k];
-    let mut residual = residuals[k] * residuals[k];
-    let mut gap = next.map_or(f64::INFINITY, |next| (own - next).abs());
-    for (other, size) in inverses.iter().zip(residuals) {
-        let apart = (own - other).abs();
-        if apart > 4.0 * (residuals[k] * own.abs()).max(size * other.abs()) {
-            gap = gap.min(apart);
-        } else if size != &residuals[k] {
-            residual += size * size;
+/// The eigenvectors of (K, M) in the span of the first vector of each pair, of M-norm 1, with the second ones
+/// combined in the same way, by Jacobi's method (Golub & Van Loan 2013, *Matrix Computations*, §8.5), all in
+/// double-double. `false` where they are not independent.
+fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -> bool {
+    const SWEEPS: usize = 20;
+    let mut resisted: Vec<Vec<DoubleDouble>> = Vec::new();
+    for k in 0..vectors.len() {
+        let (before, rest) = vectors.split_at_mut(k);
+        let own = &mut rest[0];
+        for _ in 0..2 {
+            for (other, resisted) in before.iter().zip(&resisted) {
+                let along = dot_long(resisted, &own[0]);
+                for (own, other) in own.iter_mut().zip(other) {
+                    let pairs = own.iter_mut().zip(other);
+                    pairs.for_each(|(x, y)| *x -= *y * along);
+                }
+            }
+        }
+        let mut product = times(mass, &own[0]);
+        let norm = dot_long(&product, &own[0]).sqrt();
+        if norm.to_f64() <= 0.0 || norm.to_f64().is_nan() {
+            return false;
+        }
+        product.iter_mut().for_each(|x| *x = *x / norm);
+        for own in own {
+            own.iter_mut().for_each(|x| *x = *x / norm);
+        }
+        resisted.push(product);
+    }
+    let count = vectors.len();
+    let mut form = vec![vec![DoubleDouble::ZERO; count]; count];
+    for i in 0..count {
+        let product = times(stiffness, &vectors[i][0]);
+        for j in 0..=i {
+            form[i][j] = dot_long(&product, &vectors[j][0]);
+            form[j][i] = form[i][j];
         }
     }
-    let gap = gap / own.abs();
-    let residual = residual.sqrt();
-    residual.min(residual * residual / gap)
+    for _ in 0..SWEEPS {
+        let mut turned = false;
+        for p in 0..count {
+            for q in p + 1..count {
+                let beside = form[p][q];
+                let size = form[p][p].abs().to_f64().max(form[q][q].abs().to_f64());
+                if beside.abs().to_f64() <= 1e-30 * size || beside.to_f64().is_nan() {
+                    continue;
+                }
+                turned = true;
+                let one = DoubleDouble::from(1.0);
+                let theta = (form[q][q] - form[p][p]) / (beside + beside);
+                let root = (theta * theta + one).sqrt();
+                let tangent = match theta.to_f64() < 0.0 {
+                    true => -(one / (root - theta)),
+                    false => one / (root + theta),
+                };
+                let cosine = one / (tangent * tangent + one).sqrt();
+                let sine = cosine * tangent;
+                for row in &mut form {
+                    (row[p], row[q]) = (
+                        row[p] * cosine - row[q] * sine,
+                        row[p] * sine + row[q] * cosine,
+                    );
+                }
+                let (first, second) = form.split_at_mut(q);
+                for (a, b) in first[p].iter_mut().zip(&mut second[0]) {
+                    (*a, *b) = (*a * cosine - *b * sine, *a * sine + *b * cosine);
+                }
+                let (first, second) = vectors.split_at_mut(q);
+                for (x, y) in first[p].iter_mut().zip(&mut second[0]) {
+                    for (x, y) in x.iter_mut().zip(y) {
+                        (*x, *y) = (*x * cosine - *y * sine, *x * sine + *y * cosine);
+                    }
+                }
+            }
+        }
+        if !turned {
+            break;
+        }
+    }
+    true
+}
+
+/// A x.
+fn times(form: &Form, x: &[DoubleDouble]) -> Vec<DoubleDouble> {
+    let mut product = vec![DoubleDouble::ZERO; x.len()];
+    form.accumulate_long(1.0, x, &mut product);
+    product
+}
+
+fn dot_long(x: &[DoubleDouble], y: &[DoubleDouble]) -> DoubleDouble {
+    let terms = x.iter().zip(y);
+    terms.fold(DoubleDouble::ZERO, |sum, (x, y)| sum + *x * *y)
 }

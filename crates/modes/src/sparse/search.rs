@@ -6,10 +6,12 @@
 //! Lanczos algorithm for solving sparse symmetric generalized eigenproblems").
 
 use super::SparseError;
-use super::factor::Factor;
+use super::factor::{Entry, Factor};
+use super::inertia::{Inertia, Side};
 use super::lanczos::{Found, Goal, lanczos};
 use super::operator::{Rigid, ShiftInvert};
 use super::pencil::Pencil;
+use eigentone_digits::DoubleDouble;
 
 /// What is looked for.
 #[derive(Clone, Debug)]
@@ -17,9 +19,31 @@ pub(crate) struct Wanted<'a> {
     pub(crate) pencil: &'a Pencil,
     /// Parts with mass that no spring ties to the ground.
     pub(crate) floating: &'a [Vec<usize>],
-    /// How many parts without mass no spring ties to the ground.
-    pub(crate) idle: usize,
+    /// Parts without mass that no spring ties to the ground.
+    pub(crate) idle: &'a [Vec<usize>],
+    /// Whether K is proved to be positive semidefinite, but for what lies far from the target.
+    pub(crate) semidefinite: bool,
+    /// The frequency they are to be near; 0 for the lowest.
+    pub(crate) target: f64,
     pub(crate) count: usize,
+}
+
+impl Wanted<'_> {
+    /// How far the natural frequency of ω² is from the target.
+    pub(crate) fn apart(&self, square: f64) -> f64 {
+        (square.abs().sqrt() - self.target).abs()
+    }
+
+    /// How far from the shift an eigenvalue can lie whose natural frequency is so near to the target.
+    fn reach(&self, apart: f64, shift: f64) -> f64 {
+        let (low, high) = ((self.target - apart).max(0.0), self.target + apart);
+        let above = high * high - shift;
+        let below = match self.semidefinite {
+            true => shift - low * low,
+            false => shift + high * high,
+        };
+        above.max(below).max(0.0)
+    }
 }
 
 /// An eigenvector other than the rigid ones.
@@ -38,21 +62,28 @@ pub(crate) struct Answer<'a> {
     pub(crate) vectors: Vec<Vector>,
     /// The nearest inverse of what was not found.
     pub(crate) next: Option<f64>,
-    /// Whether the signs of pivots confirm that none is missing.
-    pub(crate) counted: bool,
+    /// Between which numbers the signs of pivots prove that none is missing.
+    pub(crate) counted: Option<[f64; 2]>,
     pub(crate) applied: usize,
     pub(crate) factorised: usize,
 }
 
 impl Answer<'_> {
-    /// The nearest `count` vectors with those that lie as near as the last of them, and the nearest inverse of
-    /// all others.
-    pub(crate) fn needed(&mut self, count: usize) -> (Vec<Vector>, Option<f64>) {
+    /// The vectors that are wanted with all that lie as near to the shift, and the nearest inverse of all
+    /// others.
+    pub(crate) fn needed(&mut self, wanted: &Wanted<'_>) -> (Vec<Vector>, Option<f64>) {
         const AS_NEAR: f64 = 0.999;
         let mut vectors = std::mem::take(&mut self.vectors);
-        if let Some(last) = vectors.get(count.saturating_sub(1)) {
-            let edge = AS_NEAR * last.inverse.abs();
-            let kept = vectors.partition_point(|vector| vector.inverse.abs() >= edge);
+        let shift = self.operator.shift;
+        let apart = |vector: &Vector| wanted.apart(shift + 1.0 / vector.inverse);
+        let mut all: Vec<f64> = vectors.iter().map(apart).collect();
+        all.sort_by(f64::total_cmp);
+        if let Some(last) = all.get(wanted.count.saturating_sub(1)) {
+            let near = vectors.iter().filter(|vector| apart(vector) <= *last);
+            let edge = near
+                .map(|vector| vector.inverse.abs())
+                .fold(f64::INFINITY, f64::min);
+            let kept = vectors.partition_point(|vector| vector.inverse.abs() >= AS_NEAR * edge);
             let next = vectors.get(kept).map(|vector| vector.inverse);
             vectors.truncate(kept);
             return (vectors, next.or(self.next));
@@ -72,9 +103,10 @@ const APART: f64 = 1e-6;
 /// The eigenvalues of smallest size.
 pub(crate) fn lowest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     let factor = Factor::of(wanted.pencil, 0.0);
-    let zeros = wanted.floating.len() + wanted.idle;
+    let idle = wanted.idle.len();
+    let zeros = wanted.floating.len() + idle;
     let exact = wanted.pencil.stiffness.is_non_negative() && factor.zeros == zeros;
-    if exact || (zeros == wanted.idle && factor.zeros == zeros && factor.least > FIRM) {
+    if exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM) {
         return about(wanted, factor, 0.0, 1);
     }
     below_zero(wanted)
@@ -121,13 +153,17 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     Err(SparseError::OutOfRange)
 }
 
-/// The eigenvalues nearest to `shift`, which is moved a little where it meets one.
-pub(crate) fn nearest<'a>(wanted: &Wanted<'a>, shift: f64) -> Result<Answer<'a>, SparseError> {
-    const MOVES: [f64; 5] = [0.0, 1e-9, -1e-8, 1e-7, 1e-6];
+/// The eigenvalues nearest to that of the target, from a shift that is moved where K − σM is singular or a
+/// leading part of it is.
+pub(crate) fn nearest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
+    const MOVES: [f64; 10] = [
+        0.0, 1e-9, -1e-8, 1e-7, 1e-6, -1e-5, 1e-4, -3e-4, 1e-3, -3e-3,
+    ];
+    let shift = wanted.target * wanted.target;
     for (tried, part) in MOVES.iter().enumerate() {
         let moved = shift * (1.0 + part);
         let factor = Factor::of(wanted.pencil, moved);
-        if factor.zeros == wanted.idle && factor.least > FIRM {
+        if factor.zeros == wanted.idle.len() && factor.least > FIRM {
             return about(wanted, factor, moved, tried + 1);
         }
     }
@@ -140,14 +176,15 @@ fn operator<'a>(
     shift: f64,
 ) -> Result<ShiftInvert<'a>, SparseError> {
     let operator = ShiftInvert::new(factor, wanted.pencil, shift);
-    if wanted.floating.is_empty() {
-        return Ok(operator);
-    }
-    let rigid = Rigid::of(wanted.floating, &wanted.pencil.mass);
-    let rigid = rigid.ok_or(SparseError::TooManyParts {
-        count: wanted.floating.len(),
-    })?;
-    Ok(operator.without(rigid))
+    let operator = match wanted.floating {
+        [] => operator,
+        parts => {
+            let rigid = Rigid::of(parts, &wanted.pencil.mass);
+            let count = parts.len();
+            operator.without(rigid.ok_or(SparseError::TooManyParts { count })?)
+        }
+    };
+    operator.accurate().ok_or(SparseError::OutOfRange)
 }
 
 fn about<'a>(
@@ -162,6 +199,7 @@ fn about<'a>(
     let mut search = Search {
         operator: operator(wanted, factor, shift)?,
         wanted,
+        inertia: Inertia::new(wanted.pencil, wanted.idle),
         shapes: Vec::new(),
         inverses: Vec::new(),
         next: 0.0,
@@ -179,16 +217,16 @@ fn about<'a>(
     if besides > 0 {
         search.run(besides)?;
     }
-    let mut counted = false;
+    let mut counted = None;
     for _ in 0..ROUNDS {
         if besides == 0 {
             // All that is wanted is exactly 0.
-            counted = shift == 0.0;
+            counted = (shift == 0.0 && wanted.semidefinite).then_some([0.0; 2]);
             break;
         }
         match search.missing() {
-            Missing::None => {
-                counted = true;
+            Missing::None(between) => {
+                counted = Some(between);
                 break;
             }
             Missing::Some(count) => search.run(count)?,
@@ -204,6 +242,7 @@ const ROUNDS: usize = 24;
 struct Search<'a, 'w> {
     operator: ShiftInvert<'a>,
     wanted: &'w Wanted<'a>,
+    inertia: Inertia<'a>,
     shapes: Vec<Vec<f64>>,
     inverses: Vec<f64>,
     /// The largest inverse seen, in size, that was not found.
@@ -214,7 +253,8 @@ struct Search<'a, 'w> {
 }
 
 enum Missing {
-    None,
+    /// None between these numbers.
+    None([f64; 2]),
     Some(usize),
     Unknown,
 }
@@ -243,50 +283,50 @@ impl<'a> Search<'a, '_> {
         Ok(())
     }
 
-    /// How many eigenvalues are missing among the nearest.
+    /// How many eigenvalues are missing among those that are wanted.
     fn missing(&mut self) -> Missing {
-        let shift = self.operator.shift;
-        let mut distances: Vec<f64> = self
-            .inverses
-            .iter()
-            .map(|inverse| 1.0 / inverse.abs())
-            .collect();
-        distances.extend(self.wanted.floating.iter().map(|_| shift.abs()));
-        distances.sort_by(f64::total_cmp);
-        let edge = if self.exhausted {
-            f64::INFINITY
-        } else {
-            1.0 / self.next.abs()
-        };
-        let known = distances.len();
-        if known < self.wanted.count && !self.exhausted {
-            return Missing::Some(self.wanted.count - known);
+        let (wanted, shift) = (self.wanted, self.operator.shift);
+        let found = self.inverses.iter().map(|inverse| shift + 1.0 / inverse);
+        let squares: Vec<f64> = found.chain(wanted.floating.iter().map(|_| 0.0)).collect();
+        let known = squares.len();
+        if known < wanted.count && !self.exhausted {
+            return Missing::Some(wanted.count - known);
         }
-        let least = self.wanted.count.min(known);
+        let edge = match self.exhausted {
+            true => f64::INFINITY,
+            false => 1.0 / self.next.abs(),
+        };
+        let mut apart: Vec<f64> = squares.iter().map(|square| wanted.apart(*square)).collect();
+        apart.sort_by(f64::total_cmp);
+        let last = apart.get(wanted.count.min(known).saturating_sub(1));
+        let reach = last.map_or(0.0, |last| wanted.reach(*last, shift));
+        let mut distances: Vec<f64> = squares.iter().map(|s| (s - shift).abs()).collect();
+        distances.sort_by(f64::total_cmp);
         distances.retain(|distance| *distance <= edge);
-        if distances.len() < least {
-            return Missing::Some(2);
+        let least = distances.partition_point(|d| *d <= reach * (1.0 + APART));
+        if edge <= reach || distances.len() < wanted.count.min(known) {
+            return Missing::Some(2 + known / 4);
         }
         let upper = |at: usize| distances.get(at).copied().unwrap_or(edge);
-        let gap = (least..=distances.len())
-            .map(|at| (at, distances[at - 1], upper(at)))
+        let gap = (least.max(1)..=distances.len())
+            .map(|at| (at, distances[at - 1].max(reach), upper(at)))
             .find(|(_, below, above)| above - below > APART * below);
         let Some((expected, below, above)) = gap else {
             return Missing::Some(2);
         };
         // Beyond the last one there is room.
-        let above = if above.is_finite() {
-            above
-        } else {
-            1.5 * below
+        let above = match above.is_finite() {
+            true => above,
+            false => 1.5 * below,
         };
         for part in [0.5, 0.37, 0.71] {
             let radius = below + part * (above - below);
-            let Some(count) = self.count(shift, radius) else {
+            let room = part.min(1.0 - part) * (above - below);
+            let Some(count) = self.count(shift, radius, expected, room) else {
                 continue;
             };
             return match count.cmp(&expected) {
-                std::cmp::Ordering::Equal => Missing::None,
+                std::cmp::Ordering::Equal => Missing::None([shift - radius, shift + radius]),
                 std::cmp::Ordering::Greater => Missing::Some(count - expected),
                 std::cmp::Ordering::Less => Missing::Unknown,
             };
@@ -294,23 +334,34 @@ impl<'a> Search<'a, '_> {
         Missing::Unknown
     }
 
-    /// How many eigenvalues lie so near to the shift.
-    fn count(&mut self, shift: f64, radius: f64) -> Option<usize> {
-        let pencil = self.wanted.pencil;
-        let mut below = |at: f64| {
-            if at < 0.0 && pencil.stiffness.is_non_negative() {
-                return Some(0);
-            }
-            self.factorised += 1;
-            let factor = Factor::of(pencil, at);
-            let clear =
-                factor.is_finite() && factor.zeros == self.wanted.idle && factor.least > CLEAR;
-            clear.then_some(factor.negative)
-        };
-        below(shift + radius)?.checked_sub(below(shift - radius)?)
+    /// At most how many eigenvalues lie so near to the shift. Doubles are trusted where they confirm what is
+    /// expected, or what they round is small beside the room that there is.
+    fn count(&mut self, shift: f64, radius: f64, expected: usize, room: f64) -> Option<usize> {
+        let count = self.between::<f64>(shift, radius);
+        if count == Some(expected) {
+            return count;
+        }
+        let noise = |shape: &Vec<f64>| self.inertia.noise(shift.abs() + radius, shape);
+        let noise = self.shapes.iter().map(noise).fold(0.0, f64::max);
+        if count.is_some() && noise < 0.1 * room {
+            return count;
+        }
+        self.between::<DoubleDouble>(shift, radius)
     }
 
-    fn answer(self, counted: bool) -> Answer<'a> {
+    fn between<T: Entry>(&mut self, shift: f64, radius: f64) -> Option<usize> {
+        let none_below = shift - radius < 0.0 && self.wanted.semidefinite;
+        self.factorised += 1;
+        let above = self.inertia.below::<T>(shift + radius, Side::AtMost)?;
+        if none_below {
+            return Some(above);
+        }
+        self.factorised += 1;
+        let below = self.inertia.below::<T>(shift - radius, Side::AtLeast)?;
+        Some(above.saturating_sub(below))
+    }
+
+    fn answer(self, counted: Option<[f64; 2]>) -> Answer<'a> {
         let pairs = self.inverses.into_iter().zip(self.shapes);
         let mut vectors: Vec<Vector> = pairs
             .map(|(inverse, shape)| Vector { inverse, shape })
@@ -326,6 +377,3 @@ impl<'a> Search<'a, '_> {
         }
     }
 }
-
-/// Pivots nearer to 0 in proportion to their terms have signs that rounding may have made.
-const CLEAR: f64 = 1e-13;

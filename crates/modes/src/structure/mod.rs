@@ -15,7 +15,7 @@ mod network;
 mod overdamped;
 mod passive;
 mod polynomial;
-mod rayleigh;
+pub(crate) mod rayleigh;
 #[cfg(test)]
 pub(crate) mod samples;
 mod semidefinite;

@@ -82,7 +82,7 @@ fn modes_inside_the_spectrum() {
                 SparseModes::nearest(&system, Frequency::from_radians_per_second(target), 12)
                     .unwrap();
             let mut nearest = all.clone();
-            let distance = |square: &f64| (square - target * target).abs();
+            let distance = |square: &f64| (square.sqrt() - target).abs();
             nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
             nearest.truncate(12);
             nearest.sort_by(f64::total_cmp);

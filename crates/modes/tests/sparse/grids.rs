@@ -100,7 +100,7 @@ fn inside_the_spectrum_of_a_ring() {
     let modes =
         SparseModes::nearest(&torus(a, b), Frequency::from_radians_per_second(target), 12).unwrap();
     let mut nearest = all.clone();
-    let distance = |square: &f64| (square - target * target).abs();
+    let distance = |square: &f64| (square.sqrt() - target).abs();
     nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     // Up to a whole number of multiples.
     let last = distance(&nearest[11]);

@@ -2,14 +2,18 @@
 //!
 //! - `chains`: closed forms of chains of any length, held, free, massless in between, with a
 //!   consistent mass matrix.
-//! - `damped`: damped modes by projection, against the dense solvers.
+//! - `damped`: damped modes against the dense solvers, and against counts in small discs in 384 bits.
 //! - `grids`: closed forms of grids and rings, whose eigenvalues are multiple: none may be lost.
 //! - `small`: every mode of small random systems against the proven ones of the dense solvers.
+//! - `undamped`: finite elements against counts of their eigenvalues in 384 bits.
 //! - `refusals`: what cannot be answered says why.
 
 mod chains;
 mod damped;
+mod elements;
 mod grids;
+mod inertia;
 mod networks;
 mod refusals;
 mod small;
+mod undamped;

@@ -109,7 +109,7 @@ proptest! {
         let all = proven(&system);
         let target = (all[0] + place * (all[all.len() - 1] - all[0])).sqrt();
         let mut nearest = all.clone();
-        let distance = |square: &f64| (square - target * target).abs();
+        let distance = |square: &f64| (square.sqrt() - target).abs();
         nearest.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
         let count = nearest.len().min(4);
         // Which of two at equal distances is taken is not determined.

@@ -599,6 +599,119 @@ fn names_command_neither_terminal_nor_document() {
     assert!(names.eq(["<b>&\"\u{1b}[2J\n"]));
 }
 
+/// Every file of every command, of a title and names that mean something to a browser, a spreadsheet, Markdown and TeX.
+#[test]
+fn titles_and_names_stay_text_in_every_file() {
+    let directory = fresh("titles_and_names_stay_text_in_every_file");
+    let out = directory.join("out");
+    fs::create_dir_all(&out).expect("it can be made");
+    let file = directory.join("scene.json");
+    let names = ["=cmd|'/C calc'!A1", "@a", "+1", "-<i>b</i>", "[c](d) *e*"];
+    let masses = names.map(|name| format!("{{\"name\": \"{name}\", \"mass\": 1}}"));
+    let springs =
+        names.map(|name| format!("{{\"between\": [\"ground\", \"{name}\"], \"stiffness\": 1}}"));
+    let text = format!(
+        "{{\"title\": \"<script>alert(1)</script> # *t* | \\\\input{{x}}\", \"masses\": [{}], \"springs\": [{}], \"time\": {{\"end\": 1, \"step\": 0.5}}}}",
+        masses.join(", "),
+        springs.join(", ")
+    );
+    fs::write(&file, text).expect("it can be written");
+    let (file, out) = (file.to_str().expect("UTF-8"), out.to_str().expect("UTF-8"));
+    for command in ["analyze", "check", "tables"] {
+        printed(&[command, file, "--out", out]);
+    }
+    let mut seen = 0;
+    for name in listed(Path::new(out)) {
+        let text = fs::read_to_string(Path::new(out).join(&name)).expect("text");
+        let ending = name.rsplit('.').next().unwrap_or_default();
+        match ending {
+            "html" | "svg" | "md" => {
+                assert!(!text.contains("<script") && !text.contains("<i>"), "{name}");
+            }
+            "tex" => assert!(!text.contains("\\input"), "{name}"),
+            "csv" => {
+                // No name of these has a comma, so that every cell stands between two.
+                for cell in text.lines().flat_map(|line| line.split(',')) {
+                    let formula = cell.trim_matches('"').starts_with(['=', '+', '-', '@']);
+                    assert!(!formula || cell.parse::<f64>().is_ok(), "{name}: {cell}");
+                }
+            }
+            _ => {}
+        }
+        if ending == "md" {
+            assert!(!text.contains("*t*") && !text.contains("*e*") && !text.contains("[c](d)"));
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 3);
+}
+
+/// A pipe that nobody writes to would be waited for without end.
+#[cfg(unix)]
+#[test]
+fn only_regular_files_are_scenes() {
+    let directory = fresh("only_regular_files_are_scenes");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let pipe = directory.join("pipe.json");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo runs").success());
+    for path in [pipe.as_path(), Path::new("/dev/zero")] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+            .arg("modes")
+            .arg(path)
+            .stdin(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the binary runs");
+        let started = std::time::Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().expect("it can be asked") {
+                break status;
+            }
+            if started.elapsed().as_secs() > 20 {
+                child.kill().expect("it can be ended");
+                panic!("{} is waited for", path.display());
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        };
+        assert_eq!(status.code(), Some(2), "{}", path.display());
+    }
+    let message = refused(&["modes", pipe.to_str().expect("UTF-8")], 2);
+    assert!(message.contains("is not a regular file"), "{message}");
+}
+
+/// Free masses, nodes without mass, and what grows faster than numbers can follow: an answer, or a clear word, at once.
+#[test]
+fn systems_at_the_edge_pass_every_command() {
+    let directory = fresh("systems_at_the_edge_pass_every_command");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let out = directory.join("out");
+    let out = out.to_str().expect("UTF-8");
+    let scene = |name: &str, text: &str| {
+        let file = directory.join(name);
+        fs::write(&file, text).expect("it can be written");
+        file.to_str().expect("UTF-8").to_owned()
+    };
+    let free = scene("free.json", r#"{"masses": [{"name": "m", "mass": 1}]}"#);
+    for command in ["analyze", "check", "tables"] {
+        printed(&[command, &free, "--out", out]);
+    }
+    let table = fs::read_to_string(Path::new(out).join("free.md")).expect("a table");
+    assert!(table.contains("| 1 | rigid | 2 |"), "{table}");
+    let grows = r#"{"masses": [{"name": "a", "mass": 1}, {"name": "free", "mass": 1}],
+        "springs": [{"between": ["ground", "a"], "stiffness": -1e14}],
+        "initial": {"NAME": {"displacement": 1}}, "time": {"end": 2, "step": 1}}"#;
+    for name in ["a", "free"] {
+        let file = scene("grows.json", &grows.replace("NAME", name));
+        let started = std::time::Instant::now();
+        for command in ["analyze", "check", "tables"] {
+            let message = refused(&[command, &file, "--out", out], 1);
+            assert!(message.contains("grow"), "{message}");
+        }
+        assert!(started.elapsed().as_secs() < 30, "{:?}", started.elapsed());
+    }
+}
+
 #[test]
 fn what_would_not_fit_in_memory_is_refused_at_once() {
     let directory = fresh("what_would_not_fit_in_memory_is_refused_at_once");

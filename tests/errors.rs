@@ -174,6 +174,8 @@ fn every_error_of_a_scene_is_listed() {
         "(a directory)",
         Scene::read(&folder).expect_err("a directory"),
     );
+    let null = Scene::read(Path::new("/dev/null"));
+    list("(a device)", null.expect_err("no regular file"));
     let file = folder.join("latin.json");
     fs::write(&file, b"{\"title\": \"\xe4\"}").expect("it can be written");
     list("(not in UTF-8)", Scene::read(&file).expect_err("not UTF-8"));

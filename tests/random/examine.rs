@@ -70,7 +70,7 @@ pub fn examined(scene: &Scene, proven: Proven) -> Answers {
 }
 
 /// An error says something, in one line.
-fn said<E: std::error::Error>(error: E) {
+pub fn said<E: std::error::Error>(error: E) {
     let message = error.to_string();
     assert!(
         !message.is_empty() && !message.contains('\n') && !message.contains("NaN"),

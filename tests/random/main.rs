@@ -4,7 +4,9 @@
 
 mod choices;
 mod damage;
+mod edge;
 mod estimates;
+mod everything;
 mod examine;
 mod number;
 mod scene;
@@ -19,6 +21,7 @@ use proptest::prelude::*;
 
 use choices::Choices;
 use estimates::agree_with_estimates;
+use everything::{every_command, peaks_and_settling_hold};
 use examine::{Proven, examined};
 
 fn parse(text: &str) -> Result<Scene, SceneError> {
@@ -75,6 +78,30 @@ proptest! {
             let proven = if few { Proven::All } else { Proven::Modes };
             agree_with_estimates(&scene, &examined(&scene, proven));
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// Free, massless, unstable and resting systems through every command.
+    #[test]
+    fn every_command_answers_or_refuses(bytes in vec(any::<u8>(), 4..80)) {
+        let text = edge::still(&mut Choices::of(&bytes));
+        match parse(&text) {
+            Ok(scene) => every_command(&scene),
+            Err(error) => check_message(&error),
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn no_jump_is_missed(bytes in vec(any::<u8>(), 8..80)) {
+        let text = edge::jumping(&mut Choices::of(&bytes));
+        peaks_and_settling_hold(&parse(&text).expect("it is a scene"));
     }
 }
 

@@ -3,10 +3,9 @@
 use eigentone_response::Trajectory;
 use faer::MatRef;
 
-/// How far a trajectory lies from a reference: at each instant, the largest difference over the
-/// coordinates, relative to the largest value of any coordinate of the reference up to then; over
-/// the instants, the largest of these. Instants before the reference moves at all are counted with
-/// the first at which it does; if it never does, any difference is infinite.
+/// How far a trajectory lies from a reference: the largest difference at any instant and coordinate,
+/// relative to the peak of the reference, which is its largest value at any instant and coordinate. Where the
+/// reference does not move at all, any difference is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrajectoryError {
     /// Of the displacements.
@@ -27,36 +26,40 @@ impl TrajectoryError {
     /// If the two differ in coordinates or instants.
     pub fn between(trajectory: &Trajectory, reference: &Trajectory) -> TrajectoryError {
         assert_eq!(trajectory.steps(), reference.steps(), "the same instants");
-        // The running maximum follows time, not the order in which instants were asked for.
-        let mut order: Vec<usize> = (0..reference.len()).collect();
-        order.sort_by_key(|column| reference.steps()[*column]);
         TrajectoryError {
-            displacement: distance(trajectory.displacement(), reference.displacement(), &order),
-            velocity: distance(trajectory.velocity(), reference.velocity(), &order),
+            displacement: distance(trajectory.displacement(), reference.displacement()),
+            velocity: distance(trajectory.velocity(), reference.velocity()),
         }
     }
 }
 
-fn distance(values: MatRef<'_, f64>, reference: MatRef<'_, f64>, order: &[usize]) -> f64 {
+fn distance(values: MatRef<'_, f64>, reference: MatRef<'_, f64>) -> f64 {
     assert_eq!(values.nrows(), reference.nrows(), "the same coordinates");
-    let (mut largest, mut worst, mut at_rest) = (0.0f64, 0.0f64, 0.0f64);
-    for &column in order {
-        let mut off = at_rest;
-        for i in 0..reference.nrows() {
-            let (value, truth) = (values[(i, column)], reference[(i, column)]);
-            largest = largest.max(truth.abs());
-            let difference = (value - truth).abs();
-            off = match difference.is_nan() {
-                true => f64::INFINITY,
-                false => off.max(difference),
-            };
-        }
-        if largest > 0.0 {
-            worst = worst.max(off / largest);
-            at_rest = 0.0;
-        } else {
-            at_rest = off;
-        }
+    let places = (0..reference.ncols()).flat_map(|k| (0..reference.nrows()).map(move |i| (i, k)));
+    relative(places.map(|place| {
+        let truth = reference[place];
+        ((values[place] - truth).abs(), truth.abs())
+    }))
+}
+
+/// The largest of some errors relative to the largest of the sizes beside them; infinite where one is
+/// NaN, and where all sizes are 0 and an error is not.
+pub(crate) fn relative(errors_and_sizes: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let (off, peak) = errors_and_sizes.fold((0.0, 0.0), |(off, peak), (error, size)| {
+        (greater(off, error), greater(peak, size))
+    });
+    match off {
+        0.0 => 0.0,
+        off if off.is_finite() && peak > 0.0 => off / peak,
+        _ => f64::INFINITY,
     }
-    if at_rest > 0.0 { f64::INFINITY } else { worst }
+}
+
+/// The larger one; infinite if one is NaN.
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::INFINITY
+    } else {
+        a.max(b)
+    }
 }

@@ -136,13 +136,13 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
     }
-    let participation = Participation::of(system).ok();
+    let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
         system,
         problem: problem.as_ref(),
         energy: energy.as_ref(),
-        participation: participation.as_ref(),
+        participation: &participation,
     };
     files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;
     files.keep()

@@ -142,7 +142,8 @@ impl Analysis<'_> {
                 separator = "; ";
                 let without = bounds.iter().filter(|bound| bound.is_none()).count();
                 if (1..bounds.len()).contains(&without) {
-                    let _ = write!(text, " where there is one, at all but {without} samples");
+                    let without = number::count(without, "sample", "samples");
+                    let _ = write!(text, " where there is one, at all but {without}");
                 }
             }
         }
@@ -154,11 +155,11 @@ impl Answer<'_> {
     pub(super) fn heading(&self) -> String {
         let times = self.trajectory.times();
         let end = times.last().map_or(0.0, |end| *end);
-        format!(
-            "Response, {} samples from 0 to {} s",
-            times.len(),
-            number::short(end)
-        )
+        let samples = number::count(times.len(), "sample", "samples");
+        match times.len() {
+            1 => format!("Response, {samples} at {} s", number::short(end)),
+            _ => format!("Response, {samples} from 0 to {} s", number::short(end)),
+        }
     }
 
     /// The steady state or why there is none; `None` without harmonic loads.
@@ -232,11 +233,15 @@ impl Answer<'_> {
     /// What the columns mean.
     pub(super) fn explained(&self) -> &'static str {
         if self.summary.is_between() {
-            "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at any\n\
-             time. Settled after: the last time outside ±2 % of the largest deviation from that end.\n"
+            "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
+             largest displacement at any time. Overshoot: how far it goes beyond that end, in parts of the way there,\n\
+             where that way is at least a tenth of the largest deviation. Settled after: the last time outside ±2 % of\n\
+             the largest deviation from that end.\n"
         } else {
-            "Ends at: the equilibrium under the final constant loads. Peak: the largest displacement at a\n\
-             sample. Settled after: the last sample outside ±2 % of the largest deviation from that end.\n"
+            "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
+             largest displacement at a sample. Overshoot: how far it goes beyond that end, in parts of the way there,\n\
+             where that way is at least a tenth of the largest deviation. Settled after: the last sample outside ±2 % of\n\
+             the largest deviation from that end.\n"
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Comma-separated values as RFC 4180 has them, with all digits of every number.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// One row; a cell that needs quotes gets them.
@@ -21,9 +22,25 @@ pub(crate) fn row(
     out.write_all(b"\r\n")
 }
 
-/// The shortest form that reads back to the same double.
+/// What begins a formula in some spreadsheet.
+const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
+
+/// Text for the beginning of a cell: an apostrophe before what a spreadsheet would take for a formula says that it is
+/// none.
+pub(crate) fn text(text: &str) -> Cow<'_, str> {
+    match text.trim_start().starts_with(FORMULA) {
+        true => format!("'{text}").into(),
+        false => text.into(),
+    }
+}
+
+/// The shortest form that reads back to the same double; an empty cell for what is no number.
 pub(crate) fn number(value: f64) -> String {
-    format!("{value:?}")
+    if value.is_finite() {
+        format!("{value:?}")
+    } else {
+        String::new()
+    }
 }
 
 /// A number, or an empty cell.
@@ -46,10 +63,21 @@ mod tests {
     }
 
     #[test]
+    fn names_are_no_formulas() {
+        for name in ["=1+1", "+a", "-a", "@a", "\t=1", " =1", "＝1"] {
+            assert_eq!(text(name), format!("'{name}"));
+        }
+        for name in ["m1", "a=b", "'=1", ""] {
+            assert_eq!(text(name), name);
+        }
+    }
+
+    #[test]
     fn numbers_read_back_to_the_same_double() {
         for value in [0.1, -1e-300, 5e-324, 1e22, f64::MAX, 123_456.789] {
             assert_eq!(number(value).parse(), Ok(value));
         }
         assert!(number(1e-300).len() < 10);
+        assert_eq!([number(f64::NAN), number(f64::INFINITY)], ["", ""]);
     }
 }

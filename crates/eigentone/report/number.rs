@@ -32,7 +32,15 @@ pub(crate) fn scientific(value: f64) -> String {
     if value.is_infinite() {
         return "∞".to_owned();
     }
+    if value.is_nan() {
+        return NONE.to_owned();
+    }
     format!("{value:.2e}").replace('-', "−")
+}
+
+/// How many there are, and of what.
+pub(crate) fn count(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// A bound: two significant digits, never rounded below the number.
@@ -51,7 +59,10 @@ pub(crate) fn bound(value: f64) -> String {
 /// The numbers of one column: with the same decimals, enough for six digits of the smallest, where
 /// the column does not span too much; else each by itself.
 pub(crate) fn column(values: impl IntoIterator<Item = Option<f64>>) -> Vec<String> {
-    let values: Vec<Option<f64>> = values.into_iter().collect();
+    let finite = values
+        .into_iter()
+        .map(|value| value.filter(|value| value.is_finite()));
+    let values: Vec<Option<f64>> = finite.collect();
     let exponents = || {
         let present = values.iter().flatten().filter(|value| **value != 0.0);
         present.map(|value| exponent(*value, DIGITS))
@@ -126,6 +137,9 @@ fn digits(value: f64, count: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
     let leading = exponent(value, count);
     let text = if PLAIN.contains(&leading) {
         format!("{value:.*}", (count - 1 - leading).max(0) as usize)
@@ -152,6 +166,8 @@ mod tests {
             (999_999.7, "1.00000e6"),
             (-1.5e-9, "−1.50000e−9"),
             (6.02e23, "6.02000e23"),
+            (f64::INFINITY, NONE),
+            (f64::NAN, NONE),
         ];
         for (value, text) in cases {
             assert_eq!(significant(value), text, "{value:e}");
@@ -164,6 +180,7 @@ mod tests {
         assert_eq!(column(values), ["−0.105537", "−2.954328", "–", "0"]);
         // Too wide a span for one number of decimals.
         assert_eq!(column([Some(1e-3), Some(5e4)]), ["0.00100000", "50000.0"]);
+        assert_eq!(column([Some(1.5), Some(f64::NAN)]), ["1.50000", NONE]);
     }
 
     #[test]

@@ -83,7 +83,7 @@ impl Table {
     /// The same as a Markdown table.
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let escape = |cell: &str| cell.trim().replace('\\', "\\\\").replace('|', "\\|");
+        let escape = |cell: &str| markdown_text(cell.trim());
         let headers = self.columns.iter().map(|(header, ..)| escape(header));
         let rules = self.columns.iter().map(|(_, align, _)| match align {
             Align::Left => ":--".to_owned(),
@@ -98,6 +98,24 @@ impl Table {
         }
         out
     }
+}
+
+/// Text in which nothing is taken for Markdown or HTML.
+pub(crate) fn markdown_text(text: &str) -> String {
+    let mut out = String::new();
+    for c in visible(text).chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '\\' | '|' | '`' | '*' | '_' | '[' | ']' | '#' | '~' | '$' | '!' => {
+                out.push('\\');
+                out.push(c);
+            }
+            c => out.push(c),
+        }
+    }
+    out
 }
 
 /// How many letters a number has from its decimal point on; `None` if it is no number.
@@ -128,7 +146,7 @@ mod tests {
 
     fn table() -> Table {
         Table::default()
-            .column("mass", Align::Left, ["m1", "a|b", "evil\n\u{1b}[2J"])
+            .column("mass", Align::Left, ["m1", "a|b", "<b>evil\n\u{1b}[2J"])
             .column("x, m", Align::Right, ["1.5", "−20.25", "–"])
     }
 
@@ -161,5 +179,6 @@ mod tests {
             assert_eq!(line.replace("\\|", "").matches('|').count(), 3, "{line}");
         }
         assert_eq!(text.lines().count(), 5);
+        assert!(text.contains("&lt;b&gt;evil"), "{text}");
     }
 }

@@ -29,6 +29,12 @@ pub enum SceneError {
         /// The directory.
         file: PathBuf,
     },
+    /// It is a pipe, a socket or a device.
+    #[error("{}: is not a regular file: save the scene in one and give its path", file.display())]
+    NotFile {
+        /// What was given.
+        file: PathBuf,
+    },
     /// It has more than [`MAX_BYTES`].
     #[error("{}: is larger than {} MiB, the most a scene may have", file.display(), MAX_BYTES >> 20)]
     TooLarge {

@@ -1,6 +1,6 @@
 //! From a file to text, and from text to the layout of a scene.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -22,16 +22,20 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
         file: path.to_owned(),
         source,
     };
-    let open = File::open(path).map_err(failed)?;
-    let metadata = open.metadata().map_err(failed)?;
+    // To open a pipe would wait for its other end.
+    let metadata = fs::metadata(path).map_err(failed)?;
     if metadata.is_dir() {
         return Err(SceneError::Directory { file });
+    }
+    if !metadata.is_file() {
+        return Err(SceneError::NotFile { file });
     }
     if metadata.len() > MAX_BYTES {
         return Err(SceneError::TooLarge { file });
     }
     let mut bytes = Vec::new();
-    // A pipe does not know its length.
+    // It may have grown.
+    let open = File::open(path).map_err(failed)?;
     open.take(MAX_BYTES + 1)
         .read_to_end(&mut bytes)
         .map_err(failed)?;

@@ -4,7 +4,8 @@ use super::DIGITS;
 use super::error::TableError;
 use super::modes::ModeTable;
 use super::response::ResponseTable;
-use super::sheet::{json_text, latex_text, markdown_text};
+use super::sheet::{json_text, latex_text};
+use crate::report::table::markdown_text;
 use crate::scene::Scene;
 
 /// What a document says of its numbers.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::value::Value;
 use crate::report::csv;
-use crate::report::table::visible;
+use crate::report::table::{markdown_text, visible};
 
 /// A column: what it is called in programs, and what people read above it.
 pub(super) struct Column {
@@ -78,7 +78,7 @@ impl Sheet {
                 Cell::Value(value) => value.to_string(),
                 Cell::Chosen(value) => value.trimmed(),
                 Cell::Whole(number) => number.to_string(),
-                Cell::Text(text) => text.clone(),
+                Cell::Text(text) => csv::text(text).into_owned(),
                 Cell::None => String::new(),
             });
             cells.collect::<Vec<String>>()
@@ -149,24 +149,6 @@ impl Sheet {
     }
 }
 
-/// Text in which nothing is taken for Markdown or HTML.
-pub(super) fn markdown_text(text: &str) -> String {
-    let mut out = String::new();
-    for c in visible(text).chars() {
-        match c {
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '&' => out.push_str("&amp;"),
-            '\\' | '|' | '`' | '*' | '_' | '[' | ']' | '#' | '~' | '$' | '!' => {
-                out.push('\\');
-                out.push(c);
-            }
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 /// Text in which nothing is taken for a command.
 pub(super) fn latex_text(text: &str) -> String {
     let mut out = String::new();
@@ -230,5 +212,7 @@ mod tests {
                 .ends_with("\"<script>|\\input{x}%\n\"\"*_`,[a](b)\",\r\n")
         );
         assert!(sheet.csv().starts_with("coordinate,x [m]\r\n"));
+        let formula = self::sheet("=cmd|'/C calc'!A1").csv();
+        assert!(formula.contains("\r\n'=cmd|"), "{formula}");
     }
 }

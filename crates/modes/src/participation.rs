@@ -4,6 +4,7 @@ use eigentone_digits::DoubleDouble;
 use thiserror::Error;
 
 use crate::element::MatrixKind;
+use crate::solver::parts::{groups, part};
 use crate::solver::{ClassicalModes, ModesError};
 use crate::system::System;
 
@@ -41,12 +42,57 @@ pub struct Participation {
 }
 
 impl Participation {
-    /// Participation in a motion that is the same for all coordinates: ι of ones.
+    /// Participation in a motion that is the same for all coordinates: ι of ones. A spring or damper pulls by a difference
+    /// of two coordinates, so that both have one direction and unit; only where these join all of them is
+    /// there such a motion. Elsewhere masses may stand beside moments of inertia, which do not add up:
+    /// see [`of_parts`](Self::of_parts).
     ///
     /// # Errors
-    /// As [`along`](Self::along).
+    /// As [`along`](Self::along), and [`ParticipationError::NoCommonDirection`].
     pub fn of(system: &System) -> Result<Participation, ParticipationError> {
-        Participation::along(system, &vec![1.0; system.len()])
+        let participation = Participation::along(system, &vec![1.0; system.len()])?;
+        match groups(system, &[]).len() {
+            1 => Ok(participation),
+            _ => Err(ParticipationError::NoCommonDirection),
+        }
+    }
+
+    /// The same for each part that springs and dampers join: its coordinates, rising, and the modes of these by
+    /// themselves. Where a mass or stiffness matrix joins several such parts, they have no modes by themselves,
+    /// and the whole has no common direction.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, Participation, System};
+    ///
+    /// // A hoist beside a shaft: 300 kg and 5 kg·m².
+    /// let system = System::builder()
+    ///     .mass("cage", 300.0)
+    ///     .mass("rotor", 5.0)
+    ///     .spring(GROUND, "cage", 1e5)
+    ///     .spring(GROUND, "rotor", 2e4)
+    ///     .build()?;
+    /// let totals: Vec<f64> = Participation::of_parts(&system)
+    ///     .into_iter()
+    ///     .map(|(_, part)| Ok(part?.total_mass()))
+    ///     .collect::<Result<_, eigentone_modes::ParticipationError>>()?;
+    /// assert_eq!(totals, [300.0, 5.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn of_parts(
+        system: &System,
+    ) -> Vec<(Vec<usize>, Result<Participation, ParticipationError>)> {
+        let matrices = [MatrixKind::Mass, MatrixKind::Stiffness];
+        let apart = groups(system, &matrices);
+        let parts = groups(system, &[]);
+        if apart.len() < parts.len() {
+            let whole = (0..system.len()).collect();
+            return vec![(whole, Err(ParticipationError::NoCommonDirection))];
+        }
+        let each = parts.into_iter().map(|coordinates| {
+            let participation = Participation::of(&part(system, &coordinates));
+            (coordinates, participation)
+        });
+        each.collect()
     }
 
     /// Participation in a motion with influence vector ι, one entry for each coordinate.
@@ -146,6 +192,11 @@ pub enum ParticipationError {
         "the system is not proved to have real modes: participation needs symmetric M ≻ 0 and K, and no damping or C M⁻¹ K = K M⁻¹ C"
     )]
     NoRealModes,
+    /// Not all coordinates have one direction and unit.
+    #[error(
+        "springs and dampers do not join all coordinates, so that some may have another direction or unit, and no motion is common to them: give the influence vector"
+    )]
+    NoCommonDirection,
     /// The influence vector has the wrong length.
     #[error("the influence vector has {found} entries: it must have {expected}")]
     InfluenceLength {
@@ -283,6 +334,55 @@ mod tests {
             let sum: f64 = terms.map(|(r, factor)| factor * shapes[(i, r)]).sum();
             assert!((sum - entry).abs() < 1e-14);
         }
+    }
+
+    /// Heave in m, pitch in rad, and two wheels: 1000 kg, 1500 kg·m² and 85 kg have no sum.
+    #[test]
+    fn a_half_car_has_no_total_mass() {
+        let (front, rear, a, b) = (18_000.0, 22_000.0, 1.1, 1.4);
+        let stiffness = [
+            [front + rear, -a * front + b * rear, -front, -rear],
+            [
+                -a * front + b * rear,
+                a * a * front + b * b * rear,
+                a * front,
+                -b * rear,
+            ],
+            [-front, a * front, front + 190e3, 0.0],
+            [-rear, -b * rear, 0.0, rear + 190e3],
+        ];
+        let stiffness = Mat::from_fn(4, 4, |i, j| stiffness[i][j]);
+        let masses = [
+            ("body", 1000.0),
+            ("pitch", 1500.0),
+            ("fw", 42.5),
+            ("rw", 42.5),
+        ];
+        let car = masses
+            .into_iter()
+            .fold(System::builder(), |car, (name, mass)| car.mass(name, mass));
+        let car = car.matrix(MatrixKind::Stiffness, stiffness.as_ref());
+        let car = car.build().unwrap();
+        let none = Some(ParticipationError::NoCommonDirection);
+        assert_eq!(Participation::of(&car).err(), none);
+        let parts = Participation::of_parts(&car);
+        assert_eq!((parts.len(), parts[0].1.clone().err()), (1, none));
+        // Whoever says which way each one points has an answer.
+        let heave = Participation::along(&car, &[1.0, 0.0, 1.0, 1.0]).unwrap();
+        assert!((heave.total_mass() - 1085.0).abs() < 1e-9 && heave.defect() < 1e-12);
+    }
+
+    /// Parts that only the ground joins have a total each, even where their frequencies are the same.
+    #[test]
+    fn parts_are_summed_by_themselves() {
+        let both = chain(3, true).mass("p", 7.0).mass("q", 9.0);
+        let both = both.spring(GROUND, "q", 9.0).spring("p", "q", 2.0);
+        let parts = Participation::of_parts(&both.build().unwrap());
+        let found: Vec<(Vec<usize>, f64)> = parts
+            .into_iter()
+            .map(|(coordinates, part)| (coordinates, part.unwrap().total_mass()))
+            .collect();
+        assert_eq!(found, [(vec![0, 1, 2], 3.0), (vec![3, 4], 16.0)]);
     }
 
     #[test]

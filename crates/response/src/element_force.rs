@@ -44,18 +44,22 @@ impl ElementForces {
     /// The forces along a trajectory of `system`; those of added matrices are not elements.
     ///
     /// # Errors
-    /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates.
+    /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates, or a force leaves the
+    /// range of doubles.
     pub fn along(system: &System, trajectory: &Trajectory) -> Result<ElementForces, ResponseError> {
+        let refuse = |reason: &str| ResponseError::NotApplicable {
+            method: "element forces",
+            reason: reason.to_owned(),
+        };
         if trajectory.displacement().nrows() != system.len() {
-            return Err(ResponseError::NotApplicable {
-                method: "element forces",
-                reason: "the trajectory is that of another system".to_owned(),
-            });
+            return Err(refuse("the trajectory is that of another system"));
         }
-        Ok(ElementForces {
-            springs: forces(system.springs(), trajectory.displacement()),
-            dampers: forces(system.dampers(), trajectory.velocity()),
-        })
+        let springs = forces(system.springs(), trajectory.displacement());
+        let dampers = forces(system.dampers(), trajectory.velocity());
+        match springs.is_all_finite() && dampers.is_all_finite() {
+            true => Ok(ElementForces { springs, dampers }),
+            false => Err(refuse("a force leaves the range of doubles")),
+        }
     }
 
     /// Row i is the i-th of [`System::springs`], column j the j-th instant.
@@ -103,5 +107,11 @@ mod tests {
         assert_eq!(forces.dampers(), Mat::from_fn(1, 2, |_, j| [-1.0, 2.0][j]));
         let one = System::builder().mass("a", 1.0).build().expect("a system");
         assert!(ElementForces::along(&one, &trajectory).is_err());
+        let stiff = System::builder().mass("a", 1.0).mass("b", 1.0);
+        let stiff = stiff
+            .spring(GROUND, "b", 1.5e308)
+            .build()
+            .expect("a system");
+        assert!(ElementForces::along(&stiff, &trajectory).is_err());
     }
 }

@@ -67,8 +67,8 @@ impl Energy {
     /// # Errors
     /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates, where
     /// M or K is not symmetric, so that there is no such
-    /// energy, where there is no first-order form, and where an impulse acts on a damped node
-    /// without mass, for that takes infinite work.
+    /// energy, where there is no first-order form, where an impulse acts on a damped node
+    /// without mass, for that takes infinite work, and where an energy leaves the range of doubles.
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
         /// States and loads for which more digits are quick.
         const FEW: usize = 80;
@@ -100,11 +100,21 @@ impl Energy {
             )));
         }
         let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
-        Ok(if form.states() + 4 * problem.loads().len() <= FEW {
+        let energy = if form.states() + 4 * problem.loads().len() <= FEW {
             Account::<DoubleDouble>::of(problem, &form).keep(trajectory)
         } else {
             Account::<f64>::of(problem, &form).keep(trajectory)
-        })
+        };
+        match energy.is_finite() {
+            true => Ok(energy),
+            false => Err(refuse("it leaves the range of doubles".to_owned())),
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let parts = [&self.kinetic, &self.potential, &self.dissipated, &self.work];
+        let mut values = parts.into_iter().flatten();
+        self.initial.is_finite() && values.all(|value| value.is_finite())
     }
 
     /// The energy at t = 0 before any impulse.

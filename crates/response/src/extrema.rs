@@ -113,12 +113,12 @@ impl Extrema {
         Some(extrema)
     }
 
-    /// The highest displacement of each coordinate.
+    /// The highest displacement of each coordinate. Where a load makes it jump, both values count.
     pub fn highest(&self) -> &[Extremum] {
         &self.highest
     }
 
-    /// The lowest displacement of each coordinate.
+    /// The lowest displacement of each coordinate. Where a load makes it jump, both values count.
     pub fn lowest(&self) -> &[Extremum] {
         &self.lowest
     }
@@ -153,11 +153,15 @@ fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
     // What is equal but for rounding is reached first where it is reached first.
     let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > 1e-12 * x.abs();
     let (left, right) = (stretch.left, stretch.right);
-    if beats(right.x(i), best) {
-        *best = Extremum {
-            displacement: right.x(i),
-            time: stretch.start + stretch.length,
-        };
+    // The left end may be beside a jump.
+    for (point, time) in [
+        (left, stretch.start),
+        (right, stretch.start + stretch.length),
+    ] {
+        let displacement = point.x(i);
+        if beats(displacement, best) {
+            *best = Extremum { displacement, time };
+        }
     }
     let turns = sign * left.v(i) > 0.0 && sign * right.v(i) < 0.0;
     if !turns {
@@ -224,7 +228,8 @@ pub(crate) fn last_outside(
                 continue;
             };
             if out == 1.0 {
-                last[i] = None;
+                // Outside at the end of a stretch; what follows tells more, but for the last one.
+                last[i] = (stretch.length > 0.0).then(|| stretch.start + stretch.length);
                 continue;
             }
             // It comes in between this place and the next.

@@ -73,6 +73,7 @@ mod problem;
 mod response;
 mod state;
 mod steady_state;
+mod straight;
 mod strides;
 mod summary;
 mod sweep;

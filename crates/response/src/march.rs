@@ -268,13 +268,7 @@ fn strike(
         let moves_at_once =
             |d: &Mat<f64>| (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0);
         if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
-            let name = problem.system().names()[coordinate].clone();
-            let is_it = |applied: &crate::problem::AppliedLoad| {
-                applied.coordinate == coordinate
-                    && matches!(applied.load, crate::load::Load::Impulse(_))
-            };
-            let index = problem.loads().iter().position(is_it).unwrap_or(0);
-            return Err(ResponseError::ImpulseOnMassless { index, name });
+            return Err(problem.unresisted(coordinate));
         }
         for (entry, column) in z.iter_mut().zip(b.col(coordinate).iter()) {
             *entry += column * magnitude;

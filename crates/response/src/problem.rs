@@ -137,6 +137,17 @@ impl<'a> Problem<'a> {
         self.precision
     }
 
+    /// Why an impulse on this coordinate, which neither mass nor damper resists, is refused.
+    pub(crate) fn unresisted(&self, coordinate: usize) -> ResponseError {
+        let is_it = |applied: &AppliedLoad| {
+            applied.coordinate == coordinate && matches!(applied.load, Load::Impulse(_))
+        };
+        ResponseError::ImpulseOnMassless {
+            index: self.loads.iter().position(is_it).unwrap_or(0),
+            name: self.system.names()[coordinate].clone(),
+        }
+    }
+
     /// Whether accelerations are asked for.
     pub fn wants_acceleration(&self) -> bool {
         self.acceleration
@@ -231,7 +242,7 @@ pub enum ResponseError {
     },
     /// An impulse on a node that nothing resists at once.
     #[error(
-        "load {index} is an impulse on {name:?}, which has neither mass nor damper: its displacement would be infinite"
+        "load {index} is an impulse on {name:?}, where neither mass nor damper resists it: a displacement would be infinite"
     )]
     ImpulseOnMassless {
         /// Which load, from 0.
@@ -296,7 +307,9 @@ pub enum ResponseError {
         reason: String,
     },
     /// The motion leaves the range of doubles.
-    #[error("the motion exceeds the largest double at step {index}: the system grows too fast")]
+    #[error(
+        "the motion exceeds the largest double at step {index}: it grows too fast, or what drives it is too large"
+    )]
     Overflow {
         /// The first step index affected.
         index: u64,

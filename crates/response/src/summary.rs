@@ -20,6 +20,9 @@ const ROUNDING: f64 = 1e-12;
 /// counts as settled.
 const BAND: f64 = 0.02;
 
+/// A coordinate overshoots where it goes some way to its end: at least this part of its largest deviation from it.
+const WAY: f64 = 0.1;
+
 /// A trajectory in a few numbers for each coordinate.
 ///
 /// ```
@@ -80,7 +83,7 @@ pub enum Destination {
         /// there is none; `None` if it still is at the end.
         settled: Option<f64>,
         /// How far it goes beyond the end, in parts of the way there from where it starts; `None`
-        /// if it starts there.
+        /// if it starts there, or so near that this way is less than a tenth of the largest deviation from the end.
         overshoot: Option<f64>,
     },
     /// It keeps oscillating.
@@ -475,7 +478,7 @@ impl Range {
         (self.highest - end).abs().max((self.lowest - end).abs())
     }
 
-    /// How far it goes beyond `end` in parts of the way from `start`, a way of at least `rounding`.
+    /// How far it goes beyond `end` in parts of the way from `start`, unless that is too short to overshoot.
     fn overshoot(&self, start: f64, end: f64, rounding: f64) -> Option<f64> {
         let way = end - start;
         let beyond = if way > 0.0 {
@@ -483,7 +486,8 @@ impl Range {
         } else {
             end - self.lowest
         };
-        (way.abs() > rounding).then(|| (beyond / way.abs()).max(0.0))
+        let least = rounding.max(WAY * self.deviation(end));
+        (way.abs() > least).then(|| (beyond / way.abs()).max(0.0))
     }
 }
 
@@ -508,7 +512,7 @@ fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Harmonic, Ramp, Response, State, Step};
+    use crate::{Harmonic, Impulse, Ramp, Response, State, Step};
     use eigentone_modes::{GROUND, SystemBuilder};
 
     fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
@@ -559,6 +563,109 @@ mod tests {
         assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
         assert!(summary.is_between());
         assert_rests(course.destination, 1.0);
+    }
+
+    /// An impulse on a damped node without mass displaces it at once: x = 2e^(−2(t − ¼)).
+    #[test]
+    fn a_jump_between_samples_is_a_peak_and_unsettles() {
+        let node = || System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let jump = |at: f64| {
+            summary(node().damper(GROUND, "p", 0.5), |response| {
+                let blow = Impulse::of(1.0).at(at);
+                response.load("p", blow).every(1.0).until(10.0)
+            })
+        };
+        for at in [0.0, 0.25, 3.0, 7.5] {
+            let course = jump(at).coordinates()[0];
+            assert!((course.peak - 2.0).abs() < 1e-12, "{at}: {course:?}");
+            assert_eq!(course.peak_time, at);
+            assert!((course.fastest + 4.0).abs() < 1e-12 && course.fastest_time == at);
+            let Destination::Rest {
+                settled, overshoot, ..
+            } = course.destination
+            else {
+                panic!("{course:?}");
+            };
+            let settled = settled.expect("it settles");
+            assert!((settled - at - 50f64.ln() / 2.0).abs() < 1e-9, "{settled}");
+            // Where it is there from the start, there is no way to go beyond.
+            assert_eq!(overshoot, (at == 0.0).then_some(0.0));
+        }
+        // At the end itself, where it is not settled.
+        let course = jump(10.0).coordinates()[0];
+        assert!((course.peak - 2.0).abs() < 1e-12 && course.peak_time == 10.0);
+        let Destination::Rest { settled: None, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+    }
+
+    /// Held by springs alone, a node without mass follows its load at once: to 2 m at 0.5 s and back at 1.5 s,
+    /// to −3 m at 2.25 s and back at 2.75 s.
+    #[test]
+    fn jumps_there_and_back_are_seen() {
+        let node = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let summary = summary(node, |response| {
+            let steps = [(2.0, 0.5), (-2.0, 1.5), (-3.0, 2.25), (3.0, 2.75)];
+            let loads = steps.into_iter().fold(response, |response, (force, at)| {
+                response.load("p", Step::of(force).starting_at(at))
+            });
+            loads.every(1.0).until(10.0)
+        });
+        let course = summary.coordinates()[0];
+        assert_eq!((course.peak, course.peak_time), (-3.0, 2.25));
+        let Destination::Rest { settled, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+        assert_eq!(settled, Some(2.75));
+    }
+
+    /// Springs alone, and no load: without any state there is nothing to follow.
+    #[test]
+    fn what_has_no_state_is_at_rest() {
+        let node = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let summary = summary(node, |response| response.every(0.5).until(2.0));
+        assert_eq!(summary.coordinates()[0].peak, 0.0);
+        assert_rests(summary.coordinates()[0].destination, 0.0);
+    }
+
+    /// A jump at the last instant, of a displacement and of a velocity; and a motion that is that instant alone.
+    #[test]
+    fn jumps_at_the_end_are_seen() {
+        for end in [4.0, 0.0] {
+            let pair = one().mass("p", 0.0).spring(GROUND, "p", 1.0);
+            let summary = summary(pair, |response| {
+                let response = response.load("p", Step::of(5.0).starting_at(end));
+                response
+                    .load("m", Impulse::of(-6.0).at(end))
+                    .every(1.0)
+                    .until(end)
+            });
+            let [m, p] = [0, 1].map(|i| summary.coordinates()[i]);
+            assert!(summary.is_between());
+            assert_eq!((m.fastest, m.fastest_time), (-3.0, end));
+            assert_eq!((p.peak, p.peak_time), (5.0, end));
+        }
+    }
+
+    /// A quake ends with some small value that holds: 1e-9 N on 8 N/m. Its way to there is no step, and what goes beyond
+    /// it no overshoot.
+    #[test]
+    fn a_way_that_cannot_be_seen_has_no_overshoot() {
+        let quake = |last: f64| {
+            let summary = summary(one().damper(GROUND, "m", 4.0), |response| {
+                let values = vec![0.0, 3.0, -5.0, 4.0, last];
+                let (step, hold) = (0.5, crate::Hold::Zero);
+                let samples = crate::Samples { step, values, hold };
+                response.load("m", samples).every(0.1).until(60.0)
+            });
+            match summary.coordinates()[0].destination {
+                Destination::Rest { overshoot, .. } => overshoot,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(quake(1e-9), None);
+        assert_eq!(quake(0.0), None);
+        assert!(quake(8.0).is_some_and(|beyond| (0.0..10.0).contains(&beyond)));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! All loads together, cut into pieces at the instants where one of them changes.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real};
 
 use crate::grid::TimeGrid;
 use crate::load::{Harmonic, Hold, Load, LoadError, Samples};
 use crate::problem::AppliedLoad;
+use crate::straight::{StraightLoad, StraightLoads, units};
 
 /// An exact instant: a fraction of the grid's step times a whole number, or any double.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,16 +157,6 @@ impl SampleGrid {
             SampleGrid::Divided(p) => Fraction::of(1, p),
         }
     }
-
-    /// The samples' spacing in s.
-    fn spacing(self, grid: &TimeGrid) -> DoubleDouble {
-        match self {
-            SampleGrid::Multiple(p) => DoubleDouble::product(p as f64, grid.step()),
-            SampleGrid::Divided(p) => {
-                DoubleDouble::from(grid.step()) / DoubleDouble::from(p as f64)
-            }
-        }
-    }
 }
 
 fn greatest_common_divisor(a: u64, b: u64) -> u64 {
@@ -216,42 +206,29 @@ enum Run {
     },
 }
 
-/// A value and a bound of its error.
-type Known<T> = (T, Magnitude);
-
-/// A law at an instant.
-pub(crate) struct StraightIn<T> {
-    pub(crate) value: Known<T>,
-    pub(crate) slope: Known<T>,
-}
-
 impl Law {
     pub(crate) fn is_sloped(&self) -> bool {
         !matches!(self.run, Run::Constant(_))
     }
 
-    /// Force and slope when `time` s have passed since the law set in, known to `error` s.
-    pub(crate) fn at<T: Real>(&self, time: T, error: Magnitude) -> StraightIn<T> {
-        // Each operation errs by a unit of its result, of which no part exceeds the sum of sizes.
-        let units = T::unit() * Magnitude::from(8.0);
-        let grow = |start: T, slope: T, slope_error: Magnitude| {
-            let rise = slope * time;
-            let rounding = (start.upper() + rise.upper()) * units + T::floor();
-            let error =
-                rounding + (slope.upper() + slope_error) * error + slope_error * time.upper();
-            StraightIn {
-                value: (start + rise, error),
-                slope: (slope, slope_error),
-            }
-        };
+    /// Force and slope when the law sets in.
+    pub(crate) fn start<T: Real>(&self) -> StraightLoad<T> {
+        let known = |value: f64| (T::from(value), Magnitude::ZERO);
         match self.run {
-            Run::Constant(force) => StraightIn {
-                value: (T::from(force), Magnitude::ZERO),
-                slope: (T::ZERO, Magnitude::ZERO),
+            Run::Constant(force) => StraightLoad {
+                value: known(force),
+                slope: known(0.0),
             },
             Run::Growing { rate, lead } => {
                 let start = T::from(rate) * T::from(lead);
-                grow(start, T::from(rate), Magnitude::ZERO)
+                let error = match lead == 0.0 || rate == 0.0 {
+                    true => Magnitude::ZERO,
+                    false => start.upper() * T::unit() + T::floor(),
+                };
+                StraightLoad {
+                    value: (start, error),
+                    slope: known(rate),
+                }
             }
             Run::Towards {
                 from,
@@ -260,7 +237,11 @@ impl Law {
                 step,
             } => {
                 let slope = (T::from(to) - T::from(from)) / (steps.value::<T>() * T::from(step));
-                grow(T::from(from), slope, slope.upper() * units + T::floor())
+                let error = slope.upper() * units::<T>() + T::floor();
+                StraightLoad {
+                    value: known(from),
+                    slope: (slope, error),
+                }
             }
         }
     }
@@ -309,13 +290,6 @@ pub struct Timeline {
     harmonics: Vec<(usize, Harmonic)>,
 }
 
-/// From an instant on, a load has this value and slope, rounded, by this law.
-struct Change {
-    law: Law,
-    value: f64,
-    slope: f64,
-}
-
 impl Timeline {
     /// The pieces; the first begins at 0.
     pub fn pieces(&self) -> &[Piece] {
@@ -346,18 +320,18 @@ impl Timeline {
     pub(crate) fn of(loads: &[AppliedLoad], grid: &TimeGrid) -> Timeline {
         let origin = Instant::on_grid(grid, 0);
         let end = Instant::on_grid(grid, grid.last());
-        let mut changes = Vec::new();
+        let mut laws: Vec<Law> = Vec::new();
         let mut impulses = Vec::new();
         let mut harmonics = Vec::new();
-        for (index, applied) in loads.iter().enumerate() {
-            let mut change = |since, run, value, slope| {
-                let law = Law {
-                    load: index,
-                    coordinate: applied.coordinate,
+        for (load, applied) in loads.iter().enumerate() {
+            let coordinate = applied.coordinate;
+            let mut law = |since, run| {
+                laws.push(Law {
+                    load,
+                    coordinate,
                     since,
                     run,
-                };
-                changes.push(Change { law, value, slope });
+                });
             };
             // What starts before 0 is already on at 0.
             let begin = |start: f64| {
@@ -368,52 +342,56 @@ impl Timeline {
                 }
             };
             match &applied.load {
-                Load::Step(step) => {
-                    let run = Run::Constant(step.force);
-                    change(begin(step.start).0, run, step.force, 0.0);
-                }
+                Load::Step(step) => law(begin(step.start).0, Run::Constant(step.force)),
                 Load::Ramp(ramp) => {
                     let (since, lead) = begin(ramp.start);
                     let rate = ramp.rate;
-                    change(since, Run::Growing { rate, lead }, rate * lead, rate);
+                    law(since, Run::Growing { rate, lead });
                 }
                 Load::Impulse(impulse) => {
                     let at = Instant::event(grid, impulse.at);
-                    impulses.push((at, applied.coordinate, impulse.magnitude));
+                    impulses.push((at, coordinate, impulse.magnitude));
                 }
-                Load::Harmonic(harmonic) => harmonics.push((applied.coordinate, *harmonic)),
-                Load::Samples(samples) => sample_changes(samples, grid, change),
+                Load::Harmonic(harmonic) => harmonics.push((coordinate, *harmonic)),
+                Load::Samples(samples) => sample_laws(samples, grid, law),
             }
         }
-        changes.retain(|change| change.law.since.order(&end) != Ordering::Greater);
+        laws.retain(|law| law.since.order(&end) != Ordering::Greater);
         impulses.retain(|(at, ..)| at.order(&end) != Ordering::Greater);
-        changes.sort_by(|a, b| a.law.since.order(&b.law.since));
+        laws.sort_by(|a, b| a.since.order(&b.since));
 
         let mut starts: Vec<Instant> = vec![origin];
-        starts.extend(changes.iter().map(|change| change.law.since));
+        starts.extend(laws.iter().map(|law| law.since));
         starts.extend(impulses.iter().map(|(at, ..)| *at));
         starts.sort_by(Instant::order);
         starts.dedup_by(|a, b| a.order(b) == Ordering::Equal);
 
         impulses.sort_by(|a, b| a.0.order(&b.0));
-        let mut now: BTreeMap<usize, Change> = BTreeMap::new();
-        let mut upcoming = changes.into_iter().peekable();
+        let mut now = StraightLoads::<DoubleDouble>::of(loads);
+        let seconds = |from: &Instant, to: &Instant| (to.elapsed(from, grid), Magnitude::ZERO);
+        let mut upcoming = laws.into_iter().peekable();
         let mut blows = impulses.into_iter().peekable();
         let pieces = starts.into_iter().map(|start| {
             let mut changes = Vec::new();
-            while let Some(change) =
-                upcoming.next_if(|change| change.law.since.order(&start) != Ordering::Greater)
+            while let Some(law) =
+                upcoming.next_if(|law| law.since.order(&start) != Ordering::Greater)
             {
-                changes.push(change.law);
-                now.insert(change.law.load, change);
+                now.set(&law, seconds);
+                changes.push(law);
             }
             let here = std::iter::from_fn(|| {
                 blows.next_if(|(at, ..)| at.order(&start) != Ordering::Greater)
             });
+            let straight = now.now(|since| seconds(since, &start));
+            let straight = straight.map(|(coordinate, straight)| Straight {
+                coordinate,
+                value: straight.value.0.to_f64(),
+                slope: straight.slope.0.to_f64(),
+            });
             Piece {
                 start,
                 changes,
-                straight: straight_at(&start, &now, grid),
+                straight: straight.collect(),
                 impulses: here
                     .map(|(_, coordinate, magnitude)| (coordinate, magnitude))
                     .collect(),
@@ -426,54 +404,24 @@ impl Timeline {
     }
 }
 
-/// The changes that the samples of one load make, up to the grid's end.
-fn sample_changes(
-    samples: &Samples,
-    grid: &TimeGrid,
-    mut change: impl FnMut(Instant, Run, f64, f64),
-) {
+/// The laws that the samples of one load follow, up to the grid's end.
+fn sample_laws(samples: &Samples, grid: &TimeGrid, mut law: impl FnMut(Instant, Run)) {
     let lie = SampleGrid::of(samples.step, grid.step()).expect("checked in Problem::new");
-    let spacing = lie.spacing(grid);
     for (j, value) in samples.values.iter().enumerate() {
         let Some(at) = lie.instant(j as u64, grid) else {
             break;
         };
-        let (run, slope) = match (samples.hold, samples.values.get(j + 1)) {
-            (Hold::First, Some(next)) if next != value => {
-                let run = Run::Towards {
-                    from: *value,
-                    to: *next,
-                    steps: lie.steps(),
-                    step: grid.step(),
-                };
-                let rise = DoubleDouble::from(*next) - DoubleDouble::from(*value);
-                (run, (rise / spacing).to_f64())
-            }
-            _ => (Run::Constant(*value), 0.0),
+        let run = match (samples.hold, samples.values.get(j + 1)) {
+            (Hold::First, Some(next)) if next != value => Run::Towards {
+                from: *value,
+                to: *next,
+                steps: lie.steps(),
+                step: grid.step(),
+            },
+            _ => Run::Constant(*value),
         };
-        change(at, run, *value, slope);
+        law(at, run);
     }
-}
-
-/// The sum of all loads that run straight, by coordinate, at the start of a piece.
-fn straight_at(start: &Instant, now: &BTreeMap<usize, Change>, grid: &TimeGrid) -> Vec<Straight> {
-    let mut sums: Vec<Straight> = Vec::new();
-    for change in now.values() {
-        let value = change.value + change.slope * start.since(&change.law.since, grid);
-        let coordinate = change.law.coordinate;
-        match sums.iter_mut().find(|sum| sum.coordinate == coordinate) {
-            Some(sum) => {
-                sum.value += value;
-                sum.slope += change.slope;
-            }
-            None => sums.push(Straight {
-                coordinate,
-                value,
-                slope: change.slope,
-            }),
-        }
-    }
-    sums
 }
 
 #[cfg(test)]
@@ -526,8 +474,10 @@ mod tests {
                     since: Instant::on_grid(&grid, 0),
                     run,
                 };
-                let coarse = law.at::<DoubleDouble>(time, Magnitude::ZERO);
-                let exact = law.at::<Wide<16>>(Wide::from(time), Magnitude::ZERO);
+                let coarse = law.start::<DoubleDouble>();
+                let coarse = coarse.after((time, Magnitude::ZERO));
+                let exact = law.start::<Wide<16>>();
+                let exact = exact.after((Wide::from(time), Magnitude::ZERO));
                 let (value, error) = coarse.value;
                 let off = (exact.value.0 - Wide::from(value)).to_f64().abs();
                 assert!(

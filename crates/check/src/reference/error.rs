@@ -24,6 +24,11 @@ pub enum ReferenceError {
         /// The bits of the last attempt.
         bits: u64,
     },
+    /// The motion may grow beyond all that doubles span.
+    #[error(
+        "a motion of the system may grow by more than 2^2200 until the end: ask for an earlier end"
+    )]
+    TooFast,
     /// M is singular and not only by coordinates without mass.
     #[error("the mass matrix is singular although no row and column of it vanishes")]
     SingularMass,

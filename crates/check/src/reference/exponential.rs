@@ -7,24 +7,46 @@ use num_rational::BigRational;
 use num_traits::{One, Signed};
 
 use super::equation::log2;
+use super::error::ReferenceError;
 use super::fixed_matrix::FixedMatrix;
 use super::rational_matrix::RationalMatrix;
 
+/// The bits before the point of the largest exponential: doubles do not span as much.
+const MOST_GROWTH: u64 = 2200;
+
 /// e^(A t) to `bits` bits after the point, less what squaring loses; `None` where that is all.
+///
+/// # Errors
+/// [`ReferenceError::TooFast`].
 pub(super) fn exponential(
     matrix: &RationalMatrix,
     time: &BigRational,
     bits: u64,
-) -> Option<FixedMatrix> {
+) -> Result<Option<FixedMatrix>, ReferenceError> {
     let (mut power, halvings) = scaled(matrix, time, bits);
     for _ in 0..halvings {
-        power = power.times(&power).known()?;
+        match squared(&power)? {
+            Some(square) => power = square,
+            None => return Ok(None),
+        }
     }
-    Some(power)
+    Ok(Some(power))
+}
+
+/// The square, as long as it is known and not too long.
+fn squared(power: &FixedMatrix) -> Result<Option<FixedMatrix>, ReferenceError> {
+    let square = power.times(power);
+    match square.row_norm().bits() > square.bits + MOST_GROWTH {
+        true => Err(ReferenceError::TooFast),
+        false => Ok(square.known()),
+    }
 }
 
 /// For each component, a bound of γ_i = Σ_j |e^(A τ)|_ij over all τ from 0 to t, in units of
 /// 2^−`bits`: what errors of 1 in all components may have become. `None` where `bits` do not suffice.
+///
+/// # Errors
+/// [`ReferenceError::TooFast`].
 ///
 /// For τ ≤ t 2^−s, |e^(A τ)| ≤ e^(|A| t 2^−s). Every τ ≤ t 2^(1−s) is τ′ or t 2^−s + τ′ with
 /// τ′ ≤ t 2^−s, so that |e^(A t 2^−s)| γ is a bound for twice the range, if it is not less than γ.
@@ -32,7 +54,7 @@ pub(super) fn growth(
     matrix: &RationalMatrix,
     time: &BigRational,
     bits: u64,
-) -> Option<Vec<BigUint>> {
+) -> Result<Option<Vec<BigUint>>, ReferenceError> {
     let (mut power, halvings) = scaled(matrix, time, bits);
     let order = power.order;
     let sizes = RationalMatrix::from_fn(order, order, |i, j| matrix.at(i, j).abs());
@@ -42,9 +64,12 @@ pub(super) fn growth(
     for _ in 0..halvings {
         let later = power.carry(&most);
         most = most.into_iter().zip(later).map(|(a, b)| a.max(b)).collect();
-        power = power.times(&power).known()?;
+        match squared(&power)? {
+            Some(square) => power = square,
+            None => return Ok(None),
+        }
     }
-    Some(most)
+    Ok(Some(most))
 }
 
 /// How often A t is halved before its series is summed, so that ‖A t‖_∞ 2^−s is about ½.

@@ -146,6 +146,9 @@ impl IntegerPolynomial {
 /// polynomial factorization*, 1971).
 pub(super) fn squarefree(polynomial: &IntegerPolynomial) -> Vec<(IntegerPolynomial, usize)> {
     let mut factors = Vec::new();
+    if polynomial.degree() == 0 {
+        return factors;
+    }
     let mut repeated = polynomial.common_divisor(&polynomial.derivative());
     let mut roots = polynomial.divided_by(&repeated).expect("it divides");
     for multiplicity in 1.. {

@@ -9,6 +9,7 @@ use num_traits::Zero;
 use super::ball::Ball;
 use super::driven_form::{DrivenForm, shifted};
 use super::equation::log2;
+use super::error::ReferenceError;
 use super::exponential::{exponential, growth, halvings};
 use super::fixed_matrix::FixedMatrix;
 use super::rational_matrix::RationalMatrix;
@@ -81,19 +82,27 @@ impl March {
 
     /// The motion at the instants asked for, computed with `bits` bits; `None` if they are too few.
     ///
+    /// # Errors
+    /// [`ReferenceError::TooFast`].
+    ///
     /// With ẑ the computed state, e its error and E = e^(A t) for one gap, known as Ê, each step
     /// adds (E − Ê) ẑ and a rounding to E e. All that is added at some time is carried to any later
     /// one by e^(A τ), of which [`growth`] bounds all entries: it suffices to add up what is added.
-    pub(super) fn run(&self, bits: u64) -> Option<Vec<Moment>> {
+    pub(super) fn run(&self, bits: u64) -> Result<Option<Vec<Moment>>, ReferenceError> {
         let form = &self.form;
         let start = form.start(bits + 64);
         let unit = self.unit(&start) - bits as i64;
         let horizon = self.times.last().cloned().unwrap_or_default();
-        let carried = growth(&form.motion, &horizon, bits)?;
-        let power = |gap| Some((gap, exponential(&form.motion, gap, bits)?));
-        let powers: Option<BTreeMap<&BigRational, FixedMatrix>> =
-            self.gaps.iter().map(power).collect();
-        let powers = powers?;
+        let Some(carried) = growth(&form.motion, &horizon, bits)? else {
+            return Ok(None);
+        };
+        let mut powers: BTreeMap<&BigRational, FixedMatrix> = BTreeMap::new();
+        for gap in &self.gaps {
+            let Some(power) = exponential(&form.motion, gap, bits)? else {
+                return Ok(None);
+            };
+            powers.insert(gap, power);
+        }
         let outputs = [&form.displacement, &form.velocity]
             .map(|matrix| Output::of(matrix, &form.scale, bits));
 
@@ -134,7 +143,7 @@ impl March {
                 });
             }
         }
-        Some(moments)
+        Ok(Some(moments))
     }
 
     /// The power of two above the largest component that the state starts or jumps with.

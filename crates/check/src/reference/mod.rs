@@ -106,12 +106,3 @@ impl Reference {
         }
     }
 }
-
-/// The larger one; infinite if one is NaN.
-fn greater(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::INFINITY
-    } else {
-        a.max(b)
-    }
-}

@@ -4,13 +4,14 @@ use std::cmp::Ordering;
 
 use eigentone_modes::{Eigenvalue, Modes, System};
 
+use super::Reference;
 use super::ball::Ball;
 use super::characteristic_polynomial::WholePencil;
 use super::complex::Complex;
 use super::error::ReferenceError;
 use super::integer_polynomial::{IntegerPolynomial, squarefree};
 use super::isolation::{is_known, roots};
-use super::{Reference, greater};
+use crate::trajectory_error::greater;
 
 /// A root λ of det(λ²M + λC + K).
 #[derive(Clone, Debug)]

@@ -3,13 +3,13 @@
 use eigentone_response::{Problem, Trajectory};
 use faer::MatRef;
 
+use super::Reference;
 use super::ball::Ball;
 use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::events::grid_time;
 use super::march::{March, Moment};
-use super::{Reference, greater};
-use crate::trajectory_error::TrajectoryError;
+use crate::trajectory_error::{TrajectoryError, relative};
 
 /// The longest numbers that are tried.
 const MOST_BITS: u64 = 1 << 14;
@@ -65,7 +65,7 @@ impl Reference {
         loop {
             bits = bits.next_multiple_of(64);
             self.afford(march.work(bits))?;
-            let found = march.run(bits).filter(|found| self.reached(found));
+            let found = march.run(bits)?.filter(|found| self.reached(found));
             if let Some(found) = found {
                 let place = |step| {
                     let place = sorted.binary_search(step);
@@ -162,38 +162,19 @@ impl ReferenceResponse {
         if !same {
             return Err(ReferenceError::OtherProblem);
         }
-        let mut order: Vec<usize> = (0..self.steps.len()).collect();
-        order.sort_by_key(|position| self.steps[*position]);
         let distance = |values: MatRef<'_, f64>, truth: fn(&Moment) -> &[Ball]| {
-            let differences = order.iter().map(|&column| {
-                let truth = truth(&self.moments[column]);
-                let off = |(i, truth): (usize, &Ball)| truth.minus(values[(i, column)]).abs();
-                let off = truth.iter().enumerate().map(off).fold(0.0, greater);
-                let sizes = truth.iter().map(|truth| truth.nearest().abs());
-                (off, sizes.fold(0.0, greater))
-            });
-            relative(differences)
+            let moments = self.moments.iter().enumerate();
+            relative(moments.flat_map(|(k, moment)| {
+                let each = truth(moment).iter().enumerate();
+                each.map(move |(i, truth)| {
+                    let off = truth.minus(values[(i, k)]).abs();
+                    (off, truth.nearest().abs())
+                })
+            }))
         };
         Ok(TrajectoryError {
             displacement: distance(trajectory.displacement(), |moment| &moment.displacement),
             velocity: distance(trajectory.velocity(), |moment| &moment.velocity),
         })
     }
-}
-
-/// The largest difference relative to the largest value so far. Instants before anything moves are
-/// counted with the first at which something does; if nothing ever does, any difference is infinite.
-fn relative(differences: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let (mut largest, mut worst, mut at_rest) = (0.0f64, 0.0f64, 0.0f64);
-    for (off, size) in differences {
-        largest = greater(largest, size);
-        let off = greater(off, at_rest);
-        if largest > 0.0 {
-            worst = greater(worst, off / largest);
-            at_rest = 0.0;
-        } else {
-            at_rest = off;
-        }
-    }
-    if at_rest > 0.0 { f64::INFINITY } else { worst }
 }

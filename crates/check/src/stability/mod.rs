@@ -46,7 +46,7 @@ pub struct StabilityRow {
 pub enum Cell {
     /// It answered.
     Answered {
-        /// How far it is off: of motions, the largest error of a displacement relative to the largest so far; of
+        /// How far it is off: of motions, the largest error of a displacement relative to the peak; of
         /// modes, the largest |λ − μ|/|μ|.
         error: f64,
         /// How long it took, in s.

@@ -428,6 +428,45 @@ fn what_it_cannot_do_is_refused() {
     );
 }
 
+/// Free masses have roots at 0 alone, nodes without mass on springs none that is finite.
+#[test]
+fn systems_without_any_other_root_than_0_are_answered() {
+    let free = System::builder().mass("a", 1.0).mass("b", 2.0);
+    let free = free.build().expect("valid");
+    let found = modes(&free);
+    let [root] = found.eigenvalues() else {
+        panic!("{found:?}");
+    };
+    assert_eq!((root.multiplicity, found.infinite()), (4, 0));
+    assert!(root.re.minus(0.0) == 0.0 && root.im.minus(0.0) == 0.0);
+    let still = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+    let still = still.build().expect("valid");
+    assert!(modes(&still).eigenvalues().is_empty());
+    assert_eq!(modes(&still).infinite(), 2);
+}
+
+/// By a factor of e^(2e7), which no number of bits in reach holds; what is moved and what is not.
+#[test]
+fn what_grows_too_fast_is_refused_at_once() {
+    let unstable = System::builder()
+        .mass("m1", 1.0)
+        .mass("still", 1.0)
+        .spring(GROUND, "m1", -1e14)
+        .spring(GROUND, "still", 1.0);
+    let unstable = unstable.build().expect("valid");
+    for name in ["m1", "still"] {
+        let asked = Response::of(&unstable).from(State::at_rest().displace(name, 1.0));
+        let problem = asked.every(1.0).until(2.0).problem().expect("valid");
+        let refusal = Reference::default().response(&problem);
+        assert_eq!(refusal.err(), Some(ReferenceError::TooFast));
+    }
+    // e^1000 is beyond the doubles, and no trouble.
+    let asked = Response::of(&unstable).from(State::at_rest().displace("m1", 1.0));
+    let problem = asked.every(1e-4).until(1e-4).problem().expect("valid");
+    let found = response(&problem);
+    assert_eq!(found.displacement(1)[0].to_decimal(5), "9.8504e433");
+}
+
 #[test]
 fn no_instants_and_only_the_first_are_answered() {
     let system = scenes::system(1.3, 0.4, 4.1);

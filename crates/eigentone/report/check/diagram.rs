@@ -32,7 +32,7 @@ pub(super) fn of<'a>(title: &str, response: &'a WorkPrecision) -> Plot<'a> {
     let pick = response.pick.as_ref().and_then(|pick| place(pick.row));
     Plot {
         title: title.to_owned(),
-        x: Axis::logarithmic("largest relative error of a displacement", ""),
+        x: Axis::logarithmic("largest error of a displacement, relative to the peak", ""),
         y: Axis::logarithmic("run time", "s"),
         lines: lines.collect(),
         ring: pick.map(|at| Ring {

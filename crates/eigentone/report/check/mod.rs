@@ -12,7 +12,7 @@ use eigentone_check::{
 };
 
 use super::plot::Plot;
-use super::table::{Table, visible};
+use super::table::{Table, markdown_text, visible};
 
 /// How every solver and method did on one scene.
 pub struct CheckReport<'a> {
@@ -54,12 +54,12 @@ impl CheckReport<'_> {
 
     /// The same in Markdown.
     pub fn markdown(&self) -> String {
-        let mut text = format!("# {}\n", visible(self.title));
+        let mut text = format!("# {}\n", markdown_text(self.title));
         for section in self.sections() {
-            text += &format!("\n## {}\n\n", section.heading);
+            text += &format!("\n## {}\n\n", markdown_text(&section.heading));
             text += &section.table.markdown();
             for remark in lines(&section.remarks) {
-                text += &format!("\n{remark}\n");
+                text += &format!("\n{}\n", markdown_text(remark));
             }
         }
         if self.response.is_none() {

@@ -8,9 +8,13 @@ use eigentone_check::{
 use eigentone_response::ResponseError;
 
 use super::{Section, measured, named, setting};
-use crate::report::number::{NONE, scientific, short};
+use crate::report::number::{NONE, count, scientific, short};
 use crate::report::table::{Align, Table};
 use crate::report::worth;
+
+/// What the errors of a response mean.
+const ERROR: &str = "Error of x: the largest difference of a displacement at any of these instants, relative to the peak, the \
+     largest displacement of any coordinate at any of them. Error of v: the same of velocities.";
 
 /// More rows that beat the pick are only counted.
 const MOST_NAMED: usize = 3;
@@ -119,14 +123,17 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
     let times = rows().map(|row| measured(row).map(|one| one.time));
     Section {
         heading: format!(
-            "Response at {} instants, compared with {}",
-            response.instants, response.reference
+            "Response at {}, compared with {}",
+            count(response.instants, "instant", "instants"),
+            response.reference
         ),
         table: timed(table, times)
             .column("work", Align::Left, rows().map(work))
             .column("front", Align::Left, on_front)
             .column("", Align::Left, notes),
-        remarks: remarks(response),
+        remarks: std::iter::once(ERROR.to_owned())
+            .chain(remarks(response))
+            .collect(),
     }
 }
 

@@ -9,12 +9,13 @@ mod motion;
 mod pole_map;
 mod schematic;
 
-use eigentone_modes::{Participation, System};
+use eigentone_modes::{Participation, ParticipationError, System};
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::Analysis;
 use super::modes::ModeReport;
 use super::number;
+use super::plot::{escape, shorten};
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table};
 use html::{Section, definitions, paragraph, remark, table};
@@ -29,8 +30,8 @@ pub struct Page<'a> {
     pub problem: Option<&'a Problem<'a>>,
     /// The energies along its motion.
     pub energy: Option<&'a Energy>,
-    /// Effective modal masses, where the system has real modes.
-    pub participation: Option<&'a Participation>,
+    /// Effective modal masses of the parts that springs and dampers join: [`Participation::of_parts`].
+    pub participation: &'a [(Vec<usize>, Result<Participation, ParticipationError>)],
 }
 
 impl Page<'_> {
@@ -49,11 +50,7 @@ impl Page<'_> {
 
     fn lead(&self) -> String {
         let system = self.system;
-        let count = |count: usize, one: &str, many: &str| match count {
-            1 => format!("1 {one}"),
-            count => format!("{count} {many}"),
-        };
-        let mut parts = vec![count(system.len(), "coordinate", "coordinates")];
+        let mut parts = vec![number::count(system.len(), "coordinate", "coordinates")];
         let elements = [
             (system.springs().len(), "spring", "springs"),
             (system.dampers().len(), "damper", "dampers"),
@@ -64,7 +61,7 @@ impl Page<'_> {
             ),
         ];
         let present = elements.into_iter().filter(|(number, _, _)| *number > 0);
-        parts.extend(present.map(|(number, one, many)| count(number, one, many)));
+        parts.extend(present.map(|(count, one, many)| number::count(count, one, many)));
         remark(&format!(
             "{}. Analysed by eigentone {}.",
             parts.join(", "),
@@ -108,18 +105,43 @@ impl Page<'_> {
             "<div class=\"cards\">\n{}</div>\n",
             pole_map::figures(modes)
         );
-        if let Some(participation) = self.participation {
-            body += "<h3>Participation</h3>\n";
-            body += &table(&participation_table(participation));
-            body += &remark(
-                "For a motion of the ground that is the same for all coordinates. Effective masses add up to the total mass.",
-            );
-        }
+        body += &self.participation();
         Section {
             id: "modes",
             heading: "Modes".to_owned(),
             body,
         }
+    }
+
+    fn participation(&self) -> String {
+        let mut out = String::new();
+        let several = self.participation.len() > 1;
+        for (coordinates, participation) in self.participation {
+            match participation {
+                Ok(one) if one.total_mass() > 0.0 => {
+                    let names = coordinates.iter().map(|i| self.analysis.names[*i].as_str());
+                    let names = shorten(&names.collect::<Vec<&str>>().join(", "), 60);
+                    let of = if several {
+                        format!(" of {}", escape(&names))
+                    } else {
+                        String::new()
+                    };
+                    out += &format!("<h3>Participation{of}</h3>\n");
+                    out += &table(&participation_table(one));
+                }
+                Err(error @ ParticipationError::NoCommonDirection) => {
+                    out += "<h3>Participation</h3>\n";
+                    out += &paragraph(&format!("There are no effective masses: {error}."));
+                }
+                _ => {}
+            }
+        }
+        if self.participation.iter().any(|(_, part)| part.is_ok()) {
+            out += &remark(
+                "For a motion of the ground that is the same for all coordinates that springs and dampers join, which have one direction and unit. Effective masses add up to the mass of these. Where they are rotations, masses are moments of inertia, in kg·m².",
+            );
+        }
+        out
     }
 
     fn response(&self) -> Vec<Section> {
@@ -174,7 +196,8 @@ impl Page<'_> {
 fn participation_table(participation: &Participation) -> Table {
     let modes = participation.modes();
     let stiffness = modes.stiffness().iter().zip(modes.mass());
-    let frequencies = stiffness.map(|(k, m)| (k / m).sqrt());
+    // A mode that springs push away has none.
+    let frequencies = stiffness.map(|(k, m)| (*k >= 0.0).then(|| (k / m).sqrt()));
     let column = |values: &[f64]| number::column(values.iter().copied().map(Some));
     let total = participation.total_mass();
     let shares = participation
@@ -187,7 +210,7 @@ fn participation_table(participation: &Participation) -> Table {
         .column(
             "undamped ω, rad/s",
             Align::Point,
-            number::column(frequencies.map(Some)),
+            number::column(frequencies),
         )
         .column("modal mass, kg", Align::Point, column(modes.mass()))
         .column(

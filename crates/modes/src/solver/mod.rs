@@ -12,7 +12,7 @@ mod low_rank;
 mod modal_damping;
 mod modal_matrix;
 mod newton;
-mod parts;
+pub(crate) mod parts;
 mod real_mode;
 mod rigid;
 mod roots;

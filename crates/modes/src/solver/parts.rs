@@ -13,6 +13,11 @@ const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKin
 
 /// The coordinates in groups that no spring, damper or matrix entry joins, each rising.
 pub(crate) fn parts(system: &System) -> Vec<Vec<usize>> {
+    groups(system, &KINDS)
+}
+
+/// The same, with the matrices of these kinds only.
+pub(crate) fn groups(system: &System, kinds: &[MatrixKind]) -> Vec<Vec<usize>> {
     let n = system.len();
     let mut parent: Vec<usize> = (0..n).collect();
     fn root(parent: &mut [usize], mut i: usize) -> usize {
@@ -33,7 +38,7 @@ pub(crate) fn parts(system: &System) -> Vec<Vec<usize>> {
             join(i, j);
         }
     }
-    for matrix in KINDS.iter().filter_map(|kind| system.added(*kind)) {
+    for matrix in kinds.iter().filter_map(|kind| system.added(*kind)) {
         for j in 0..n {
             for i in (0..n).filter(|i| *i != j && matrix[(*i, j)] != 0.0) {
                 join(i, j);

@@ -1,6 +1,8 @@
 //! e^{τW} with more digits and a proven bound: scaling and squaring with a Taylor polynomial
 //! (Paterson & Stockmeyer 1973, *SIAM J. Comput.* 2), every error counted in the 2-norm.
 
+use std::sync::LazyLock;
+
 use eigentone_digits::{Magnitude, Real};
 
 use super::normed::{Normed, growth};
@@ -105,13 +107,24 @@ struct Plan {
     squarings: i64,
 }
 
+/// The widest polynomial that is thought of, by one.
+const WIDTHS: usize = 40;
+
+/// log₂ k! for every degree k that a plan may ask for.
+static LOG2_FACTORIALS: LazyLock<Vec<f64>> = LazyLock::new(|| {
+    let mut sum = 0.0;
+    let next = |k: usize| {
+        sum += (k.max(1) as f64).log2();
+        sum
+    };
+    (0..=WIDTHS * WIDTHS).map(next).collect()
+});
+
 impl Plan {
     /// The cheapest for ‖X‖ = 2^size and a unit of 2^unit: its truncation stays below the unit.
     fn of(size: f64, unit: i32) -> Plan {
-        let shapes = (2..40usize).flat_map(|width| [(width, width), (width, width + 1)]);
+        let shapes = (2..WIDTHS).flat_map(|width| [(width, width), (width, width + 1)]);
         let mut best: Option<Plan> = None;
-        // log₂ of (degree + 1)!, of one shape after the other.
-        let (mut reached, mut factorial) = (0, 0.0);
         for (width, height) in shapes {
             // More products than the best takes with its squarings.
             let work = |plan: &Plan| plan.products() as i64 + plan.squarings;
@@ -119,10 +132,7 @@ impl Plan {
                 break;
             }
             let degree = width * height;
-            factorial += (reached + 1..=degree + 1)
-                .map(|k| (k as f64).log2())
-                .sum::<f64>();
-            reached = degree + 1;
+            let factorial = LOG2_FACTORIALS[degree + 1];
             // x^(degree + 1)/(degree + 1)! ≤ 2^unit, and x ≤ 1.
             let reach = ((f64::from(unit) + factorial) / (degree + 1) as f64).min(0.0);
             let plan = Plan {

@@ -126,8 +126,11 @@ struct Way {
     halves: Vec<Vec<f64>>,
     /// How often bisections have halved it.
     halvings: u64,
-    make: Box<dyn Fn(usize) -> Vec<f64>>,
+    make: Halver,
 }
+
+/// Makes the matrix of a way halved so many times, by rows.
+type Halver = Box<dyn Fn(usize) -> Vec<f64>>;
 
 impl Way {
     fn point(&self, zeta: impl ExactSizeIterator<Item = f64>) -> Point {
@@ -137,7 +140,10 @@ impl Way {
         for (entry, value) in states.iter_mut().zip(zeta) {
             *entry = value;
         }
-        for (output, row) in outputs.iter_mut().zip(self.outputs.chunks_exact(size)) {
+        for (output, row) in outputs
+            .iter_mut()
+            .zip(self.outputs.chunks_exact(size.max(1)))
+        {
             *output = dot(row, states);
         }
         Point { n: self.n, values }
@@ -150,7 +156,7 @@ impl Way {
             self.halves.push(half);
         }
         let zeta = from.zeta();
-        let rows = self.halves[depth].chunks_exact(zeta.len());
+        let rows = self.halves[depth].chunks_exact(zeta.len().max(1));
         self.point(rows.map(|row| dot(row, zeta)))
     }
 }
@@ -206,7 +212,8 @@ pub(crate) const INVISIBLE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;
 
 /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
-/// turn. `range` is the largest displacement known of each coordinate. `None` where the motion asks
+/// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
+/// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each coordinate. `None` where the motion asks
 /// for too many stretches, or 32 digits do not suffice to set out.
 pub(crate) fn follow(
     problem: &Problem<'_>,
@@ -230,6 +237,13 @@ pub(crate) fn follow(
         end: grid.time(grid.last()),
     };
     let mut walker = Walker::new(problem, generator);
+    let way = |make| Way {
+        n: problem.system().len(),
+        outputs: outputs.clone(),
+        halves: Vec::new(),
+        halvings: 0,
+        make,
+    };
     let mut known: HashMap<u64, Way> = HashMap::new();
     let pieces = problem.timeline().pieces();
     let mut piece = 0;
@@ -247,13 +261,7 @@ pub(crate) fn follow(
                 let (length, error) = walker.seconds(start, finish);
                 let way = known
                     .entry(length.to_f64().to_bits())
-                    .or_insert_with(|| Way {
-                        n: problem.system().len(),
-                        outputs: outputs.clone(),
-                        halves: Vec::new(),
-                        halvings: 0,
-                        make: maker(w.clone(), length, error),
-                    });
+                    .or_insert_with(|| way(maker(w.clone(), length, error)));
                 let left = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
                 let right = way.advance(&left, 0);
                 let mut stretch = Stretch {
@@ -278,6 +286,17 @@ pub(crate) fn follow(
             walker.begin(piece);
         }
         if index == grid.last() {
+            // What the loads make of the end itself.
+            let mut way = way(Box::new(|_| Vec::new()));
+            let here = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
+            visit(&mut Stretch {
+                start: now.time().to_f64(),
+                length: 0.0,
+                left: &here,
+                right: &here,
+                way: &mut way,
+                depth: 0,
+            });
             return Some(());
         }
         index += 1;
@@ -285,11 +304,7 @@ pub(crate) fn follow(
 }
 
 /// e^{W·length/2^depth}, by rows in doubles.
-fn maker(
-    w: super::normed::Normed<DoubleDouble>,
-    length: DoubleDouble,
-    error: Magnitude,
-) -> Box<dyn Fn(usize) -> Vec<f64>> {
+fn maker(w: super::normed::Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
     Box::new(move |depth| {
         let time = Real::scale(length, -(depth as i64));
         let relative = error / length.magnitude();

@@ -7,7 +7,7 @@ use super::energy::{Energy, frobenius};
 use super::exponential::cos_sin;
 use super::normed::Normed;
 use crate::problem::Problem;
-use crate::timeline::Law;
+use crate::straight::{Known, StraightLoad};
 
 /// ζ holds, in this order: the state in energy coordinates; sine and cosine of each frequency; the
 /// force on each coordinate with a straight load; its slope where it has one. Loads are in units of
@@ -19,6 +19,8 @@ pub(crate) struct Generator<T> {
     pub(crate) states: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
+    /// By coordinate: whether a force on it displaces something at once, so that a blow would without limit.
+    pub(crate) gives_way: Vec<bool>,
     channels: Vec<Channel>,
     /// Each entry of ζ beyond the states is 2 to this power times the load; 0 for the states.
     units: Vec<i64>,
@@ -128,6 +130,11 @@ impl<T: Real> Generator<T> {
         for (at, channel) in channels.iter().enumerate() {
             forces.set(channel.coordinate, straight + at, T::ONE, Magnitude::ZERO);
         }
+        let displaces = |j: usize| {
+            let d = form.d();
+            (0..system.len()).any(|i| d.radius(i, j) < d.middle(i, j).upper())
+        };
+        let gives_way = (0..system.len()).map(displaces).collect();
         let mut whole = form.b().times(&forces);
         whole.put(0, 0, form.a());
         let mut position = form.d().times(&forces);
@@ -189,6 +196,7 @@ impl<T: Real> Generator<T> {
             w,
             states: n,
             straight,
+            gives_way,
             channels,
             units,
             blow: energy.r.times(form.b()),
@@ -279,47 +287,33 @@ impl<T: Real> Generator<T> {
         error
     }
 
-    /// Sets the straight loads in ζ to what the laws make them, `elapsed` (by law) after they set
-    /// in; the error that they have there.
+    /// Sets the straight loads in ζ, each with its coordinate; the error that they have there.
     pub(crate) fn set_straight(
         &self,
         zeta: &mut [T],
-        laws: &[Law],
-        elapsed: impl Fn(&Law) -> (T, Magnitude),
+        loads: impl Iterator<Item = (usize, StraightLoad<T>)>,
     ) -> Magnitude {
         for entry in &mut zeta[self.straight..] {
             *entry = T::ZERO;
         }
         let mut total = Magnitude::ZERO;
-        for law in laws {
+        for (coordinate, straight) in loads {
             let at = self
                 .channels
                 .iter()
-                .position(|channel| channel.coordinate == law.coordinate)
+                .position(|channel| channel.coordinate == coordinate)
                 .expect("collected from the same pieces");
-            let (time, time_error) = if law.is_sloped() {
-                elapsed(law)
-            } else {
-                (T::ZERO, Magnitude::ZERO)
-            };
-            let straight = law.at::<T>(time, time_error);
-            let mut add = |place: usize, (value, error): (T, Magnitude)| {
+            let mut set = |place: usize, (value, error): Known<T>| {
                 let unit = self.units[place];
-                let size = Magnitude::power_of_two(unit);
-                let entry = &mut zeta[place];
-                let sum = *entry + value.scale(unit);
-                if !entry.is_zero() {
-                    total = total + sum.upper() * T::unit();
-                }
-                total = total + error * size;
+                total = total + error * Magnitude::power_of_two(unit);
                 if !value.is_zero() {
                     total = total + T::floor();
                 }
-                *entry = sum;
+                zeta[place] = value.scale(unit);
             };
-            add(self.straight + at, straight.value);
+            set(self.straight + at, straight.value);
             if let Some(slope) = self.channels[at].slope {
-                add(slope, straight.slope);
+                set(slope, straight.slope);
             }
         }
         total

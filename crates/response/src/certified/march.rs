@@ -11,13 +11,15 @@ use super::{Attempt, too_dear};
 use crate::collector::{Collector, Wanted};
 use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
-use crate::timeline::{Fraction, Instant, Law};
+use crate::straight::StraightLoads;
+use crate::timeline::{Fraction, Instant};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the
 /// `last` attempt, it ends at the first instant that misses the tolerance.
 ///
 /// # Errors
-/// [`ResponseError::TooLarge`], [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
+/// [`ResponseError::TooLarge`], [`ResponseError::ImpulseOnMassless`] for one that displaces without limit,
+/// [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
 /// [`ResponseError::Lost`] where nothing is left to be known of it.
 pub(crate) fn march<T: Real>(
     problem: &Problem<'_>,
@@ -31,7 +33,14 @@ pub(crate) fn march<T: Real>(
         Some(generator) if !last && too_dear(problem, &wanted, &generator.w) => {
             Ok(Attempt::TooDear)
         }
-        Some(generator) => Walker::new(problem, generator).walk(wanted, method, tolerance, last),
+        Some(generator) => {
+            let pieces = problem.timeline().pieces().iter();
+            let mut blows = pieces.flat_map(|piece| piece.impulses());
+            match blows.find(|(on, magnitude)| *magnitude != 0.0 && generator.gives_way[*on]) {
+                Some((on, _)) => Err(problem.unresisted(*on)),
+                None => Walker::new(problem, generator).walk(wanted, method, tolerance, last),
+            }
+        }
     }
 }
 
@@ -57,8 +66,7 @@ pub(super) struct Walker<'a, 'b, T> {
     next: Vec<T>,
     /// The error of the states and of sines and cosines, in the 2-norm.
     drift: Drift,
-    /// The laws in force, one for each load.
-    laws: Vec<Law>,
+    straight: StraightLoads<T>,
     /// The error of the straight loads in ζ.
     straight_error: Magnitude,
     /// The state in its own coordinates where it is known without any motion: at the start, and at
@@ -77,7 +85,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             next: zeta.clone(),
             zeta,
             drift: Drift::new(error),
-            laws: Vec::new(),
+            straight: StraightLoads::of(problem.loads()),
             straight_error: Magnitude::ZERO,
             fresh: Some(generator.given(problem)),
             operations: Operations::default(),
@@ -98,7 +106,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let mut judge = Judge::new(tolerance, end, self.generator.fastest());
         let pieces = problem.timeline().pieces();
         let mut piece = 0;
-        let mut now = Moment::Units(0);
+        let mut now = Instant::on_grid(problem.grid(), 0);
         self.begin(0);
         self.prepare_all(&wanted);
         while let Some(target) = collector.next() {
@@ -106,8 +114,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             loop {
                 let begins = pieces.get(piece + 1).map(|next| next.start);
                 let stop = begins.filter(|start| start.order(&target).is_le());
-                let end = self.clock.moment(&stop.unwrap_or(target));
-                self.go(now, end);
+                let end = stop.unwrap_or(target);
+                // One instant may be told in two ways: as an event, and as part of a step.
+                if now.order(&end).is_lt() {
+                    self.go(self.clock.moment(&now), self.clock.moment(&end));
+                }
                 now = end;
                 if stop.is_none() {
                     break;
@@ -154,10 +165,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             self.drift.restart(total);
         }
         for law in piece.changes() {
-            match self.laws.iter_mut().find(|known| known.load == law.load) {
-                Some(known) => *known = *law,
-                None => self.laws.push(*law),
-            }
+            let clock = &self.clock;
+            self.straight.set(law, |from, to| {
+                clock.seconds(clock.moment(from), clock.moment(to))
+            });
         }
         if !piece.changes().is_empty() {
             self.set_straight(self.clock.moment(&piece.start));
@@ -172,10 +183,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// Sets the straight loads to their values at `now`.
     fn set_straight(&mut self, now: Moment) {
         let clock = &self.clock;
-        let elapsed = |law: &Law| clock.seconds(clock.moment(&law.since), now);
-        self.straight_error = self
-            .generator
-            .set_straight(&mut self.zeta, &self.laws, elapsed);
+        let loads = self
+            .straight
+            .now(|since| clock.seconds(clock.moment(since), now));
+        self.straight_error = self.generator.set_straight(&mut self.zeta, loads);
     }
 
     /// From one moment to a later one.
@@ -220,7 +231,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     fn follow_slopes(&mut self, now: Moment) {
-        if self.laws.iter().any(Law::is_sloped) {
+        if self.straight.are_sloped() {
             self.set_straight(now);
         }
     }
@@ -310,7 +321,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 bounds[kind] = Some(bound.to_f64());
                 motion[kind] = (top, worst);
             }
-            if last && !bound.is_finite() {
+            if last && !bound.to_f64().is_finite() {
                 let digits = (f64::from(-T::UNIT_LOG2) * std::f64::consts::LOG10_2) as usize;
                 return Err(ResponseError::Lost { index, digits });
             }
@@ -494,7 +505,71 @@ fn common_divisor(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{ByCertifiedExponential, Response, ResponseMethod, State};
     use eigentone_digits::{DoubleDouble, Wide};
+    use eigentone_modes::{GROUND, System};
+
+    /// A damper holds q on p, but nothing holds p at once: a blow on q would displace both without limit.
+    #[test]
+    fn a_blow_that_only_springs_resist_is_refused() {
+        let system = System::builder().mass("p", 0.0).mass("q", 0.0);
+        let system = system.spring(GROUND, "p", 1.0).damper("p", "q", 3.0);
+        let system = system.build().expect("a system");
+        let blow = |size: f64| {
+            let ask = Response::of(&system).load("q", crate::Impulse::of(size).at(0.7));
+            let problem = ask.every(0.5).until(2.0).problem().expect("a problem");
+            ByCertifiedExponential
+                .run(&problem)
+                .map(|motion| motion.displacement().norm_max())
+        };
+        let (index, name) = (0, "q".to_owned());
+        assert_eq!(
+            blow(1.0),
+            Err(ResponseError::ImpulseOnMassless { index, name })
+        );
+        assert_eq!(blow(0.0), Ok(0.0));
+    }
+
+    /// A sample between two instants of the grid, and an event and a time asked for that are the same.
+    #[test]
+    fn a_time_may_be_that_of_a_sample() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let (values, hold) = (vec![0.0, 1.0], crate::Hold::Zero);
+        let samples = crate::Samples {
+            step: 0.25,
+            values,
+            hold,
+        };
+        let ask = Response::of(&system).load("m", samples);
+        let ask = ask.load("m", crate::Impulse::of(2.0).at(0.25));
+        let problem = ask.every(1.0).until(4.0).problem().expect("a problem");
+        let motion = ByCertifiedExponential.at(&problem, &[0.25, 0.75]);
+        let motion = motion.expect("a motion");
+        assert_eq!(
+            (motion.displacement()[(0, 0)], motion.velocity()[(0, 0)]),
+            (0.0, 2.0)
+        );
+        let wanted = 2.0 * 0.5f64.sin() + 1.0 - 0.5f64.cos();
+        assert!((motion.displacement()[(0, 1)] - wanted).abs() < 1e-15);
+    }
+
+    /// A bound beyond the doubles says nothing, even where the one in more digits is finite: b is free, and lost in what a
+    /// at rest could have become.
+    #[test]
+    fn a_bound_beyond_the_doubles_is_no_bound() {
+        let system = System::builder()
+            .mass("a", 1.0)
+            .mass("b", 1.0)
+            .spring(GROUND, "a", -1e8);
+        let system = system.build().expect("a system");
+        let ask = Response::of(&system).from(State::at_rest().displace("b", 1.0));
+        let problem = ask.every(1.0).until(1.0).problem().expect("a problem");
+        match ByCertifiedExponential.run(&problem) {
+            Err(ResponseError::Lost { index: 1, .. }) => {}
+            other => panic!("{other:?}"),
+        }
+    }
 
     /// Instants of 106 bits against those of 1024: k·step and parts of it are rounded, and that counts.
     #[test]

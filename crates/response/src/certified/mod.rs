@@ -19,6 +19,7 @@ pub(crate) use exponential::{exponential, of_any_size, products};
 pub(crate) use normed::Normed;
 
 use crate::collector::Wanted;
+use crate::load::{Hold, Load};
 use crate::method::ResponseMethod;
 use crate::problem::{Problem, ResponseError};
 use crate::trajectory::Trajectory;
@@ -198,7 +199,7 @@ const MOST_MORE: f64 = 2e9;
 /// About how many operations it takes with so many limbs, in units of one with 32 digits. The exponential of a step
 /// that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
 fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, limbs: usize, squarings: f64) -> f64 {
-    let states = 2.0 * problem.system().len() as f64 + problem.loads().len() as f64;
+    let states = (2 * problem.system().len() + load_states(problem)) as f64;
     let instants = wanted.count(problem.grid()) as f64;
     let pieces = problem.timeline().pieces();
     let off_grid = pieces
@@ -219,6 +220,29 @@ fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, limbs: usize, squarings: f64
     };
     let products = 60.0 + (squarings - 20.0).max(0.0);
     (products * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
+}
+
+/// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate.
+fn load_states(problem: &Problem<'_>) -> usize {
+    let mut laws: Vec<(u8, u64)> = Vec::new();
+    for applied in problem.loads() {
+        let on = applied.coordinate as u64;
+        match &applied.load {
+            Load::Impulse(_) => {}
+            Load::Harmonic(load) => {
+                let frequency = load.frequency.to_bits();
+                laws.extend([(0, frequency), (1, frequency)]);
+            }
+            Load::Samples(samples) if samples.hold == Hold::First => {
+                laws.extend([(2, on), (3, on)]);
+            }
+            Load::Ramp(_) => laws.extend([(2, on), (3, on)]),
+            Load::Step(_) | Load::Samples(_) => laws.push((2, on)),
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    laws.len()
 }
 
 /// Whether the halvings that its matrix asks for make an attempt too dear. The first one never is.

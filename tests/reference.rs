@@ -233,17 +233,11 @@ fn errors_of_doubles_are_measured_below_their_last_place() {
         let error = Reference::default().response(&problem);
         let error = error.and_then(|reference| reference.error_of(&rounded));
         let error = error.expect("there is a reference of each");
-        let mut expected = 0.0f64;
-        let mut largest = 0.0f64;
-        for sample in samples {
-            for x in &sample.displacement {
-                largest = largest.max(x.to_f64().abs());
-            }
-            for x in &sample.displacement {
-                let off = x.minus(x.to_f64()).abs();
-                expected = expected.max(if off > 0.0 { off / largest } else { 0.0 });
-            }
-        }
+        let all = || samples.iter().flat_map(|sample| &sample.displacement);
+        let peak = all().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
+        let off = all().map(|x| x.minus(x.to_f64()).abs());
+        let off = off.fold(0.0, f64::max);
+        let expected = if off > 0.0 { off / peak } else { 0.0 };
         let (found, name) = (error.displacement, &known.name);
         approx::assert_relative_eq!(found, expected, max_relative = 1e-10, epsilon = 1e-28);
         assert!(found <= f64::EPSILON / 2.0, "{name}: {found:e}");

@@ -83,7 +83,8 @@ impl Table {
     /// The same as a Markdown table.
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let escape = |cell: &str| markdown_text(cell.trim());
+        // Behind a bar no line begins, and no heading.
+        let escape = |cell: &str| markdown_text(cell.trim()).replace("\\#", "#");
         let headers = self.columns.iter().map(|(header, ..)| escape(header));
         let rules = self.columns.iter().map(|(_, align, _)| match align {
             Align::Left => ":--".to_owned(),

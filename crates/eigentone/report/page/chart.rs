@@ -114,7 +114,9 @@ impl Chart<'_> {
                 index % COLOURS
             );
         }
-        for (px, py) in &series.marks {
+        // A peak may leave the doubles.
+        let shown = |(px, py): &&(f64, f64)| px.is_finite() && py.is_finite();
+        for (px, py) in series.marks.iter().filter(shown) {
             let _ = writeln!(
                 out,
                 "<circle class=\"mark s{}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"4.5\"/>",

@@ -229,7 +229,7 @@ pub(crate) fn last_outside(
             };
             if out == 1.0 {
                 // Outside at the end of a stretch; what follows tells more, but for the last one.
-                last[i] = (stretch.length > 0.0).then(|| stretch.start + stretch.length);
+                last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
                 continue;
             }
             // It comes in between this place and the next.

@@ -396,3 +396,12 @@ fn roots_below_the_doubles_are_listed() {
         }
     }
 }
+
+/// Critical damping beside a pair 3e-7 off the real axis, mixed by a shear: in doubles the estimates of single roots do not
+/// see each other.
+#[test]
+fn a_critical_root_beside_a_pair_keeps_its_estimate() {
+    let motions = [[3.0, 3.0, 0.75], [3.0, 3.0, 0.7500000000001705]];
+    let system = planted(&motions, &[(0, 1, 1)], false).expect("a system");
+    examine(&system).expect("right within its bounds");
+}

@@ -7,7 +7,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use crate::element::MatrixKind;
-use crate::modes::{Bounds, Mode, Modes, Repeats, listed, order};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
 use crate::structure::{DistinctRoots, Structure};
 use crate::system::System;
 
@@ -39,7 +39,7 @@ pub(crate) fn settle(system: &System, structure: &Structure, modes: &mut Modes) 
     let mut each: Vec<Option<Mode>> = modes.modes.drain(..).map(Some).collect();
     for group in groups {
         let mut members: Vec<Mode> = group.iter().filter_map(|i| each[*i].take()).collect();
-        unite(system, structure, &mut members);
+        unite(system, structure, &mut members, modes.bounds);
         modes.modes.extend(members);
     }
     modes.modes.extend(each.into_iter().flatten());
@@ -87,7 +87,7 @@ fn places(modes: &[Mode], groups: &[Vec<usize>]) -> Option<usize> {
 }
 
 /// Makes the modes of a cluster those of one root.
-fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>) {
+fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>, bounds: Bounds) {
     let all: Vec<usize> = (0..members.len()).collect();
     let count = match together(members, &all) {
         Repeats::Cluster(count) | Repeats::Exactly { count, .. } => count,
@@ -99,6 +99,17 @@ fn unite(system: &System, structure: &Structure, members: &mut Vec<Mode>) {
     let bound = |mode: &Mode| mode.eigenvalue.bound.unwrap_or(f64::INFINITY);
     let nearest = members.iter().min_by(|a, b| bound(a).total_cmp(&bound(b)));
     let mut root = nearest.expect("a cluster has a member").eigenvalue;
+    if bounds == Bounds::Estimated {
+        // Of estimates the least is no better than the others.
+        let reach = |of: fn(&Eigenvalue) -> Option<f64>| {
+            let each = members.iter().map(|mode| {
+                let apart = (mode.eigenvalue.value - root.value).norm();
+                of(&mode.eigenvalue).map_or(f64::INFINITY, |bound| bound + apart)
+            });
+            Some(each.fold(0.0, f64::max))
+        };
+        (root.bound, root.real_bound) = (reach(|root| root.bound), reach(|root| root.real_bound));
+    }
     if on_axis {
         root.value.im = 0.0;
     }

@@ -216,6 +216,7 @@ fn improved(
         }
     }
     let vague = covered(&roots);
+    let mut closer = Vec::new();
     for (i, (root, vague)) in roots.iter_mut().zip(vague).enumerate() {
         if vague {
             root.error = Some((f64::INFINITY, f64::INFINITY));
@@ -225,10 +226,41 @@ fn improved(
         {
             rated(std::slice::from_mut(&mut better));
             *root = better;
+            closer.push(i);
+        }
+    }
+    let reaches: Vec<f64> = closer.iter().map(|i| hidden(&roots, *i)).collect();
+    for (i, reach) in closer.into_iter().zip(reaches) {
+        if let Some((whole, real)) = &mut roots[i].error {
+            (*whole, *real) = (whole.max(reach), real.max(reach));
         }
     }
     apart(&mut roots, before);
     roots
+}
+
+/// How far off a root may be that Newton's method found in double-double, beside others so near that p(z) = Π (z − z_j) is below
+/// its rounding there.
+fn hidden(roots: &[Root], i: usize) -> f64 {
+    const ROUNDING: f64 = 1e-28;
+    const STEP: f64 = 1.25;
+    let (value, size) = (roots[i].value, roots[i].value.norm());
+    let all = roots.iter().enumerate().flat_map(|(j, root)| {
+        let own = (j != i).then_some(root.value);
+        let conjugate = (root.value.im != 0.0).then(|| root.value.conj());
+        own.into_iter().chain(conjugate)
+    });
+    let gaps: Vec<f64> = all.map(|z| (z - value).norm() / size).collect();
+    let mut reach = ROUNDING;
+    while reach < 1.0 {
+        let each = gaps.iter().filter(|gap| **gap < 1.0);
+        let product: f64 = each.map(|gap| (reach - gap).abs()).product();
+        if reach * product >= ROUNDING {
+            break;
+        }
+        reach *= STEP;
+    }
+    if reach > ROUNDING { reach * size } else { 0.0 }
 }
 
 /// Which roots others may be as well, as far as doubles tell: there the shapes, and so κ and η, can

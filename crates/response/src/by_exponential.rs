@@ -47,7 +47,6 @@ impl ResponseMethod for ByExponential {
             next: vec![0.0; form.states()],
         };
         let coordinates = Coordinates {
-            crossing: 0.0,
             b: form.b(),
             enter: &<[f64]>::to_vec,
             outputs: &Outputs::of(&form, None),

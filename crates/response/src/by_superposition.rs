@@ -62,7 +62,6 @@ impl ResponseMethod for BySuperposition {
             modal
         };
         let coordinates = Coordinates {
-            crossing: basis.crossing,
             b: b.as_ref(),
             enter: &enter,
             outputs: &Outputs::of(form, Some(basis.t.as_ref())),

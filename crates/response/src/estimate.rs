@@ -21,8 +21,6 @@ pub(crate) struct Estimate {
     states: f64,
     /// The condition of the springs on undamped massless nodes, times the number of nodes; 0 without any.
     at_once: f64,
-    /// How much displacement a rounding of a velocity leaves, in seconds.
-    crossing: f64,
     steps: f64,
     elapsed: f64,
     displacement: f64,
@@ -59,17 +57,11 @@ impl Estimate {
             condition,
             states: form.states() as f64,
             at_once,
-            crossing: 0.0,
             steps: 0.0,
             elapsed: 0.0,
             displacement: 0.0,
             velocity: 0.0,
         }
-    }
-
-    /// The same of a method whose own coordinates leave so much displacement of a rounding of a velocity, in seconds.
-    pub(crate) fn crossing(self, crossing: f64) -> Estimate {
-        Estimate { crossing, ..self }
     }
 
     /// What the rounding of A alone makes of the motion over `elapsed` seconds, relative to its
@@ -105,7 +97,7 @@ impl Estimate {
         let units = 8.0 * (self.states * (self.steps + 1.0) + self.at_once)
             + 4.0 * self.rate * self.elapsed * self.condition;
         let factor = units * f64::EPSILON;
-        let displacement = factor * (self.displacement + self.crossing * self.velocity);
+        let displacement = factor * self.displacement;
         let velocity = factor * (self.velocity + self.rate * self.displacement);
         // Beyond the size of the motion, a first-order estimate says nothing.
         let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);

@@ -193,8 +193,6 @@ pub(crate) struct Coordinates<'a> {
     /// ζ of a state.
     pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
     pub(crate) outputs: &'a Outputs,
-    /// How much displacement the way there and back leaves of a velocity, in units of rounding: seconds.
-    pub(crate) crossing: f64,
 }
 
 /// Runs the flow over the problem's timeline and collects the instants asked for.
@@ -208,17 +206,12 @@ pub(crate) fn march(
     let grid = problem.grid();
     let inputs = Inputs::of(problem);
     let n = problem.system().len();
-    let Coordinates {
-        b,
-        enter,
-        outputs,
-        crossing,
-    } = *coordinates;
+    let Coordinates { b, enter, outputs } = *coordinates;
     let mut recorder = Recorder {
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
         forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
-        estimate: Estimate::of(problem.system(), form).crossing(crossing),
+        estimate: Estimate::of(problem.system(), form),
     };
     let mut z = enter(&form.state(problem.initial_displacement(), problem.initial_velocity()));
     let state = |x: &[f64]| enter(&form.state(x, &vec![0.0; n]));

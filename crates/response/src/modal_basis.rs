@@ -18,8 +18,6 @@ pub(crate) struct Basis {
     pub(crate) blocks: Vec<Block>,
     /// By how much rounding errors of displacements or velocities may grow on the way to modes and back.
     pub(crate) enlargement: f64,
-    /// How much displacement that way makes of a unit of velocity before all of it cancels, in seconds.
-    pub(crate) crossing: f64,
 }
 
 /// One or two states that move by themselves, with the generator by rows.
@@ -85,7 +83,6 @@ impl Basis {
         Basis {
             blocks: blocks.collect(),
             enlargement: enlargement(&t, &inverse, &rows, nf),
-            crossing: crossing(&t, &inverse, nf),
             form,
             t,
             inverse,
@@ -147,8 +144,7 @@ impl Basis {
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
         let inverse = even.partial_piv_lu().inverse();
         let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
-        let half = form.massive().len();
-        let enlargement = enlargement(&t, &inverse, &rows, half);
+        let enlargement = enlargement(&t, &inverse, &rows, form.massive().len());
         if enlargement.is_nan() || enlargement > LARGEST_CONDITION {
             return Err(format!(
                 "its complex shapes are ill-conditioned ({enlargement:.0e})"
@@ -156,7 +152,6 @@ impl Basis {
         }
         Ok(Basis {
             form,
-            crossing: crossing(&t, &inverse, half),
             t,
             inverse,
             blocks,
@@ -194,15 +189,6 @@ fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f
     (0..n)
         .map(sum)
         .fold(0.0, |top, sum| if sum <= top { top } else { sum })
-}
-
-/// The largest sum of |T||T⁻¹| from velocities to a displacement.
-fn crossing(t: &Mat<f64>, inverse: &Mat<f64>, half: usize) -> f64 {
-    let n = t.nrows();
-    let into = |k: usize| (half..n).map(|j| inverse[(k, j)].abs()).sum::<f64>();
-    let into: Vec<f64> = (0..n).map(into).collect();
-    let sum = |i: usize| (0..n).map(|k| t[(i, k)].abs() * into[k]).sum::<f64>();
-    (0..half).map(sum).fold(0.0, f64::max)
 }
 
 /// The hold of one block.

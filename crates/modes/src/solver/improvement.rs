@@ -244,6 +244,8 @@ fn improved(
 fn hidden(roots: &[Root], i: usize) -> f64 {
     const ROUNDING: f64 = 1e-28;
     const STEP: f64 = 1.25;
+    /// Of the root; what lies farther away shows in its condition alone.
+    const CLOSE: f64 = 1e-2;
     let (value, size) = (roots[i].value, roots[i].value.norm());
     let all = roots.iter().enumerate().flat_map(|(j, root)| {
         let own = (j != i).then_some(root.value);
@@ -253,8 +255,8 @@ fn hidden(roots: &[Root], i: usize) -> f64 {
     let gaps: Vec<f64> = all.map(|z| (z - value).norm() / size).collect();
     let mut reach = ROUNDING;
     while reach < 1.0 {
-        let each = gaps.iter().filter(|gap| **gap < 1.0);
-        let product: f64 = each.map(|gap| (reach - gap).abs()).product();
+        let each = gaps.iter().filter(|gap| **gap < CLOSE);
+        let product: f64 = each.map(|gap| (reach - gap).abs() / CLOSE).product();
         if reach * product >= ROUNDING {
             break;
         }

@@ -116,20 +116,24 @@ pub(crate) fn squares(
     Some(found)
 }
 
-/// All σ = ω² of (K, M) with their shapes, given the elastic ones approximately, refined until doubles are as near as they
-/// come. `None` where these are too far from the true ones.
+/// All σ = ω² of (K, M), how far each may be off, relative, and their shapes, given the elastic ones approximately, refined
+/// until doubles are about as near as they come. `None` where these are too far from the true ones.
 pub(crate) fn refined(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
-) -> Option<Vec<(f64, Vec<f64>)>> {
+) -> Option<Vec<(f64, f64, Vec<f64>)>> {
     const GOAL: f64 = 1e-14;
     let mut basis = basis(system, structure, shapes)?;
     let forms = basis.refine(Goal::always(GOAL))?;
     let square = |i: usize| forms.squares.get(i).map_or(0.0, |square| square.to_f64());
     let rounded = basis.columns.iter().enumerate().map(|(i, column)| {
         let shape = column.iter().map(|x| x.to_f64()).collect();
-        (square(i), shape)
+        let reach = forms
+            .reach
+            .get(i)
+            .map_or(0.0, |reach| reach / square(i).abs());
+        (square(i), reach, shape)
     });
     Some(rounded.collect())
 }

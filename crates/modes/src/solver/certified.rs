@@ -369,14 +369,16 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         if value.norm() == 0.0 {
             continue;
         }
-        let count = mode.roots();
-        // The points of a cluster start on a circle as wide as it is uncertain.
+        // The points of a cluster start on a circle as wide as it is uncertain, those of all modes with one value on the same.
+        let alike = |other: &&Mode| other.eigenvalue().value == value;
+        let roots = |modes: &[Mode]| modes.iter().filter(alike).map(Mode::roots).sum::<usize>();
+        let (count, before) = (roots(modes), roots(&modes[..index]));
         let reach = mode
             .eigenvalue()
             .bound
             .unwrap_or(f64::INFINITY)
             .min(0.1 * value.norm());
-        for turn in 0..count {
+        for turn in before..before + mode.roots() {
             let angle = 0.4 + std::f64::consts::TAU * turn as f64 / count as f64;
             let offset = if count > 1 {
                 Complex::from_polar(reach, angle)

@@ -95,6 +95,17 @@ pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Ve
 /// Of a mode that the estimates are still to tell from others.
 const UNKNOWN: Repeats = Repeats::Cluster(0);
 
+/// Takes the bounds of all roots but those at 0, which are counted exactly.
+pub(crate) fn doubt(modes: &mut Modes) {
+    let moving = |mode: &&mut Mode| mode.eigenvalue.value.norm() > 0.0;
+    for mode in modes.modes.iter_mut().filter(moving) {
+        (mode.eigenvalue.bound, mode.eigenvalue.real_bound) = (None, None);
+        mode.repeats = UNKNOWN;
+    }
+    tell_apart(&mut modes.modes);
+    modes.eigenvalues = listed(&modes.modes);
+}
+
 /// Puts the modes whose estimated discs touch, directly or through others, into clusters.
 fn tell_apart(modes: &mut [Mode]) {
     let open: Vec<usize> = (0..modes.len())

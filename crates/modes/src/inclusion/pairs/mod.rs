@@ -32,6 +32,7 @@ mod enclose;
 mod mixing;
 mod pair;
 mod refine;
+mod ritz;
 mod rounded;
 mod rows;
 mod separate;

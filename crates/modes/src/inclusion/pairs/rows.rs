@@ -292,14 +292,16 @@ impl Rows {
         (own * UPWARD, others * UPWARD, mixed * UPWARD)
     }
 
-    /// The largest radius, relative to its root.
+    /// The largest radius, relative to its root; more than 1 where the rows bound none.
     pub(super) fn spread(&self) -> f64 {
         let relative = |i: usize| {
             let (own, others, mixed) = self.sums(i);
             let size = self.rho[i].norm();
             let reach = own + others;
-            if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
-                1.0
+            if reach.is_nan() || mixed.is_nan() {
+                f64::INFINITY
+            } else if mixed > 0.25 {
+                1.0 + mixed
             } else if size == 0.0 {
                 0.0
             } else {

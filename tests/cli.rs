@@ -924,6 +924,41 @@ fn an_interrupt_leaves_nothing_half_done() {
     }
 }
 
+/// A chain of 66 with a dashpot and a node without mass, which is more than is proven.
+#[test]
+fn why_bounds_are_not_proven_is_said() {
+    let directory = fresh("estimated");
+    fs::create_dir(&directory).expect("it can be made");
+    let file = directory.join("chain.json");
+    let mass = |i: usize| format!(r#"{{"name": "m{i}", "mass": {}}}"#, u8::from(i != 20));
+    let spring = |i: usize| {
+        format!(
+            r#"{{"between": ["m{i}", "m{}"], "stiffness": {}}}"#,
+            i + 1,
+            1 + i % 3
+        )
+    };
+    let masses: Vec<String> = (0..66).map(mass).collect();
+    let springs: Vec<String> = (0..65).map(spring).collect();
+    let scene = format!(
+        r#"{{"masses": [{}], "springs": [{}], "dampers": [{{"between": ["ground", "m7"], "damping": 0.5}}]}}"#,
+        masses.join(", "),
+        springs.join(", ")
+    );
+    fs::write(&file, scene).expect("it can be written");
+    let output = eigentone(&["modes", file.to_str().expect("a UTF-8 path")]);
+    assert!(output.status.success());
+    let note = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(
+        note.starts_with("note: ") && note.contains("bounds are estimated"),
+        "{note}"
+    );
+    assert!(
+        note.contains("66 coordinates are more than the 64"),
+        "{note}"
+    );
+}
+
 /// −1 three times and another root 2^-42.4 beside it twice, which doubles do not tell.
 const NEARLY_FIVE_FOLD: &str = r#"{"matrices": {
     "mass": [[1, 0, -1], [0, 0, 0], [0, 0, 1]],

@@ -322,7 +322,7 @@ fn without_springs(
     })
 }
 
-/// Of a system that has mass wherever it moves, by its roots and shapes.
+/// Of a system with a mass or a damper wherever it moves, by its roots and shapes.
 fn by_pairs(
     system: &System,
     structure: &Structure,

@@ -62,7 +62,7 @@ pub(super) struct Pairs<'a> {
     pub(super) drifting: Vec<Vec<DoubleDouble>>,
 }
 
-/// Which of the 2n columns: that of a pair, or its conjugate.
+/// Which column: that of a pair, or its conjugate.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Column {
     pub(super) pair: usize,
@@ -81,7 +81,8 @@ impl<'a> Pairs<'a> {
     ) -> Option<Pairs<'a>> {
         let n = system.len();
         let is_symmetric = structure.is_symmetric();
-        let applies = structure.finite_roots() == Some(2 * n)
+        let states = n + massive(system);
+        let applies = structure.finite_roots() == Some(states)
             && (is_symmetric || structure.zero_roots() == Some(0));
         if !applies {
             return None;
@@ -144,7 +145,7 @@ impl<'a> Pairs<'a> {
             .iter()
             .map(|pair| if pair.is_real() { 1 } else { 2 })
             .sum();
-        (count + drifts == 2 * n).then_some(Pairs {
+        (count + drifts == states).then_some(Pairs {
             system,
             pairs,
             drifting,
@@ -251,7 +252,7 @@ impl<'a> Pairs<'a> {
         self.pairs.iter().any(|pair| pair.left.is_some())
     }
 
-    /// All 2n columns, less those that drift.
+    /// The columns of all states, less those that drift.
     pub(super) fn columns(&self) -> Vec<Column> {
         let both = |(pair, found): (usize, &Pair)| {
             let column = |conjugate| Column { pair, conjugate };
@@ -263,6 +264,13 @@ impl<'a> Pairs<'a> {
         };
         self.pairs.iter().enumerate().flat_map(both).collect()
     }
+}
+
+/// How many coordinates have a row or column of M that is not 0.
+fn massive(system: &System) -> usize {
+    let mass = system.mass_matrix();
+    let moves = |i: &usize| (0..mass.nrows()).any(|j| mass[(*i, j)] != 0.0 || mass[(j, *i)] != 0.0);
+    (0..mass.nrows()).filter(moves).count()
 }
 
 /// Vectors made orthogonal by a form to a few digits, as far as doubles hold the combinations exactly.

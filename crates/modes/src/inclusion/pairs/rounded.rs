@@ -60,7 +60,7 @@ impl Pairs<'_> {
                 bound = bound.max((re.hypot(im) + radius) * UPWARD);
                 real_bound = real_bound.max((re + radius) * UPWARD);
             }
-            if on_axis && undamped {
+            if on_axis && (undamped || structure.is_gyroscopic()) {
                 real_bound = 0.0;
             }
             let (shape, left) = match disc.members.as_slice() {

@@ -132,6 +132,7 @@ pub(crate) fn plan(
         reason: solver.reason().to_owned(),
         bounds: roots::DOUBLES.to_owned(),
         left_out,
+        incomplete: None,
     };
     Ok((solver, plan))
 }

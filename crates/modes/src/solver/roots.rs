@@ -184,6 +184,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         reason: "asked for by name".to_owned(),
         bounds: DOUBLES.to_owned(),
         left_out: Vec::new(),
+        incomplete: None,
     };
     Modes {
         modes,

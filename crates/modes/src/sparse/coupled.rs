@@ -253,8 +253,8 @@ impl Zeros {
 /// those at 0.
 fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Approximate>> {
     const SMALL: f64 = 1e-3;
-    let mut groups: Vec<Vec<Approximate>> = Vec::new();
-    for search in searches {
+    let mut groups: Vec<Vec<(usize, Approximate)>> = Vec::new();
+    for (k, search) in searches.iter().enumerate() {
         let mut roots = search.roots();
         roots.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
         let still = roots
@@ -262,35 +262,26 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Appr
             .take(zeros.roots)
             .filter(|root| root.value.norm() <= SMALL * search.rate())
             .count();
-        let mut own: Vec<Vec<Approximate>> = Vec::new();
         for root in roots.drain(still..) {
-            let near = |group: &&mut Vec<Approximate>| {
-                let apart = |other: &Approximate| (other.value - root.value).norm();
-                group
-                    .iter()
-                    .any(|other| apart(other) <= newton::NEAR * root.value.norm())
-            };
-            match own.iter_mut().find(near) {
-                Some(group) => group.push(root),
-                None => own.push(vec![root]),
-            }
-        }
-        // Of what several searches found the one that found most is taken.
-        for group in own {
-            let centre = group[0].value;
-            let near = |other: &&mut Vec<Approximate>| {
-                let apart = |other: &Approximate| (other.value - centre).norm();
-                other
-                    .iter()
-                    .any(|other| apart(other) <= 2.0 * newton::NEAR * centre.norm())
-            };
-            match groups.iter_mut().find(near) {
-                Some(other) if other.len() >= group.len() => {}
-                Some(other) => *other = group,
-                None => groups.push(group),
-            }
+            let reach = newton::NEAR * root.value.norm();
+            let near =
+                |(_, other): &(usize, Approximate)| (other.value - root.value).norm() <= reach;
+            let (mut joined, apart): (Vec<_>, Vec<_>) =
+                groups.into_iter().partition(|group| group.iter().any(near));
+            let mut group: Vec<_> = joined.drain(..).flatten().collect();
+            group.push((k, root));
+            groups = apart;
+            groups.push(group);
         }
     }
+    // Of what several searches found the one that found most is taken.
+    let most = |group: Vec<(usize, Approximate)>| -> Vec<Approximate> {
+        let found = |k: usize| group.iter().filter(|(search, _)| *search == k).count();
+        let best = (0..searches.len()).rev().max_by_key(|&k| found(k));
+        let own = |(k, root)| (Some(k) == best).then_some(root);
+        group.into_iter().filter_map(own).collect()
+    };
+    let mut groups: Vec<Vec<Approximate>> = groups.into_iter().map(most).collect();
     let apart = |group: &Vec<Approximate>| (group[0].value.norm() - target).abs();
     groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
     groups

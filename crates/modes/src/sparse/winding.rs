@@ -25,8 +25,9 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use faer::Mat;
 use num_complex::Complex;
 
+use super::factor::Entry;
 use super::form::Form;
-use super::impedance::{Impedance, Square};
+use super::impedance::{Disc, Impedance, Square};
 use super::inertia::{Inertia, Side};
 use super::pencil::Pencil;
 use crate::vector::settle;
@@ -65,9 +66,11 @@ impl<'a> Winding<'a> {
             let mut product = vec![DoubleDouble::ZERO; sizes.len()];
             damping.accumulate(1.0, &unit, &mut product);
             let entry = |&other: &usize| {
-                let value = product[other].high();
-                let radius = f64::EPSILON * value.abs() + 1e-25 * sizes[other];
-                Ball::new(WideComplex::new(value, 0.0), Magnitude::from(radius))
+                let radius = 1e-25 * sizes[other];
+                Ball::new(
+                    WideComplex::new(product[other], 0.0),
+                    Magnitude::from(radius),
+                )
             };
             nodes.iter().map(entry).collect()
         };
@@ -157,7 +160,7 @@ impl Point {
         const NEAR: f64 = 0.9;
         let count = damping.len();
         let power = |i: usize| -> Option<i64> {
-            let own = -impedance[i][i].middle().re;
+            let own = -impedance[i][i].middle().re.to_f64();
             (own > 0.0 && own.is_finite()).then(|| (-0.5 * own.log2()).round() as i64)
         };
         let powers: Vec<i64> = (0..count).map(power).collect::<Option<_>>()?;
@@ -211,7 +214,7 @@ impl Turn {
         let count = matrix.len();
         let middles = Mat::from_fn(count, count, |i, j| {
             let middle = matrix[j][i].middle();
-            Complex::new(middle.re, middle.im)
+            Complex::new(middle.re.to_f64(), middle.im.to_f64())
         });
         let eigen = middles.eigen().ok()?;
         settle();
@@ -225,10 +228,11 @@ impl Turn {
         let mut angle = 0.0;
         for k in 0..count {
             let value = solved[k][k].middle();
+            let value = Complex::new(value.re.to_f64(), value.im.to_f64());
             let least = (1.0 + value.re).max(value.im.abs());
             (1.0 + value.re > 0.0).then_some(())?;
             angle += value.im.atan2(1.0 + value.re);
-            let size = |(j, column): (usize, &Vec<Ball<f64>>)| match j == k {
+            let size = |(j, column): (usize, &Vec<Disc>)| match j == k {
                 true => column[k].radius().to_f64(),
                 false => column[k].upper().to_f64(),
             };
@@ -260,7 +264,7 @@ fn scaled(matrix: &Square, powers: &[i64]) -> Square {
     })
 }
 
-fn square(count: usize, entry: impl Fn(usize, usize) -> Ball<f64>) -> Square {
+fn square(count: usize, entry: impl Fn(usize, usize) -> Disc) -> Square {
     let column = |j: usize| (0..count).map(|i| entry(i, j)).collect();
     (0..count).map(column).collect()
 }
@@ -274,20 +278,20 @@ fn times(left: &Square, right: &Square) -> Square {
 }
 
 /// A lower triangle T, by columns, with T Tᵀ ⪰ −Re P.
-fn cholesky(impedance: &Square) -> Option<Vec<Vec<f64>>> {
+fn cholesky(impedance: &Square) -> Option<Vec<Vec<DoubleDouble>>> {
     let count = impedance.len();
     let entry = |i: usize, j: usize| {
         let [a, b] = [impedance[j][i], impedance[i][j]].map(|entry| entry.middle().re);
-        -0.5 * (a + b)
+        (a + b) * -0.5
     };
-    let trace: f64 = (0..count).map(|i| entry(i, i)).sum();
+    let trace: f64 = (0..count).map(|i| entry(i, i).to_f64()).sum();
     // Not less than the Frobenius norm of what is not known, and what rounding adds.
     let all = impedance.iter().flatten();
     let unknown: f64 = all.map(|entry| entry.radius().to_f64()).sum();
-    let mut raised = 2.0 * unknown + 16.0 * (count + 4) as f64 * f64::EPSILON * trace;
-    for _ in 0..8 {
+    let mut raised = 2.0 * unknown + 16.0 * (count + 4) as f64 * DoubleDouble::UNIT * trace;
+    for _ in 0..12 {
         if let Some(lower) = factored(count, |i, j| match i == j {
-            true => entry(i, i) + raised,
+            true => entry(i, i) + DoubleDouble::from(raised),
             false => entry(i, j),
         }) {
             return Some(lower);
@@ -297,30 +301,36 @@ fn cholesky(impedance: &Square) -> Option<Vec<Vec<f64>>> {
     None
 }
 
-fn factored(count: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Vec<Vec<f64>>> {
-    let mut lower = vec![vec![0.0; count]; count];
+fn factored(
+    count: usize,
+    entry: impl Fn(usize, usize) -> DoubleDouble,
+) -> Option<Vec<Vec<DoubleDouble>>> {
+    let mut lower = vec![vec![DoubleDouble::ZERO; count]; count];
     for j in 0..count {
         let (before, rest) = lower.split_at_mut(j);
         let column = &mut rest[0];
         for i in j..count {
             let known = before.iter().map(|column| column[i] * column[j]);
-            column[i] = entry(i, j) - known.sum::<f64>();
+            column[i] = known.fold(entry(i, j), |rest, known| rest - known);
         }
         let pivot = column[j];
-        if !(pivot > 0.0 && pivot.is_finite()) {
+        if !(pivot.to_f64() > 0.0 && pivot.to_f64().is_finite()) {
             return None;
         }
         let root = pivot.sqrt();
-        column[j..].iter_mut().for_each(|entry| *entry /= root);
+        column[j..]
+            .iter_mut()
+            .for_each(|entry| *entry = *entry / root);
     }
     Some(lower)
 }
 
 /// TᵀA T.
-fn congruent(matrix: &Square, lower: &[Vec<f64>]) -> Square {
+fn congruent(matrix: &Square, lower: &[Vec<DoubleDouble>]) -> Square {
     let count = lower.len();
-    let combined = |entry: &dyn Fn(usize) -> Ball<f64>, column: usize| {
-        let terms = (column..count).map(|k| entry(k) * lower[column][k]);
+    let combined = |entry: &dyn Fn(usize) -> Disc, column: usize| {
+        let factor = |k: usize| Ball::from(WideComplex::new(lower[column][k], 0.0));
+        let terms = (column..count).map(|k| entry(k) * factor(k));
         terms.fold(Ball::ZERO, |sum, term| sum + term)
     };
     let half = square(count, |i, j| combined(&|k| matrix[k][i], j));
@@ -345,7 +355,7 @@ fn largest(matrix: &Square) -> f64 {
     if !(size > 1e-300 && size < 1e300) {
         return size;
     }
-    let conjugate = |entry: Ball<f64>| Ball::new(entry.middle().conj(), entry.radius());
+    let conjugate = |entry: Disc| Ball::new(entry.middle().conj(), entry.radius());
     let power = 2f64.powi(-(size.log2().round() as i32));
     let one = square(count, |i, j| matrix[j][i] * power);
     let adjoint = square(count, |i, j| conjugate(one[i][j]));

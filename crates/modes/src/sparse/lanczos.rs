@@ -9,7 +9,7 @@ use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};
 use super::operator::ShiftInvert;
-use crate::symmetric_eigen::symmetric_eigen;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// What a run found.
 #[derive(Debug)]

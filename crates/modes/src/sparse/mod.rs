@@ -25,7 +25,7 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::modes::{Frequency, Modes};
 use crate::solver::ModesError;
 use crate::structure::rayleigh::Proportion;

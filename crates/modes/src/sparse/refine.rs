@@ -15,7 +15,7 @@ use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
 use super::search::Vector;
-use crate::symmetric_eigen::symmetric_eigen;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// An eigenpair with its quality.
 #[derive(Clone, Debug)]

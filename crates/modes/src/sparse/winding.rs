@@ -30,7 +30,7 @@ use super::form::Form;
 use super::impedance::{Disc, Impedance, Square};
 use super::inertia::{Inertia, Side};
 use super::pencil::Pencil;
-use crate::vector::settle;
+use crate::linear::vector::settle;
 
 /// More coordinates with dampers are not few.
 const FEW: usize = 48;

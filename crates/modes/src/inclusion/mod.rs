@@ -11,6 +11,7 @@ pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod shape;
+pub(crate) mod slow;
 pub(crate) mod springless;
 mod weierstrass;
 

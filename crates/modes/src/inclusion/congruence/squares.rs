@@ -124,14 +124,35 @@ pub(crate) fn refined(
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<(f64, Vec<f64>)>> {
     const GOAL: f64 = 1e-14;
-    let mut basis = basis(system, structure, shapes)?;
-    let forms = basis.refine(Goal::always(GOAL))?;
-    let square = |i: usize| forms.squares.get(i).map_or(0.0, |square| square.to_f64());
-    let rounded = basis.columns.iter().enumerate().map(|(i, column)| {
+    let (squares, columns) = within(system, structure, shapes, GOAL)?;
+    let square = |i: usize| squares.get(i).map_or(0.0, |square| square.to_f64());
+    let rounded = columns.iter().enumerate().map(|(i, column)| {
         let shape = column.iter().map(|x| x.to_f64()).collect();
         (square(i), shape)
     });
     Some(rounded.collect())
+}
+
+/// The same as near as double-doubles come, without proof: σ, 0 for shapes that are counted as such, and all shapes, after
+/// these those of parts that move as a whole.
+pub(in crate::inclusion) fn precise(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+) -> Option<(Vec<DoubleDouble>, Vec<Vec<DoubleDouble>>)> {
+    const GOAL: f64 = 1e-27;
+    within(system, structure, shapes, GOAL)
+}
+
+fn within(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+    goal: f64,
+) -> Option<(Vec<DoubleDouble>, Vec<Vec<DoubleDouble>>)> {
+    let mut basis = basis(system, structure, shapes)?;
+    let forms = basis.refine(Goal::always(goal))?;
+    Some((forms.squares, basis.columns))
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.

@@ -42,6 +42,7 @@ use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::slow::Slow;
 use pair::Pairs;
 pub(crate) use rounded::Paired;
 
@@ -52,9 +53,10 @@ pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
+    slow: Option<&Slow>,
     tolerance: f64,
 ) -> Option<Vec<Paired>> {
-    let mut pairs = Pairs::of(system, structure, modes)?;
+    let mut pairs = Pairs::of(system, structure, modes, slow)?;
     let rows = pairs.refine()?;
     let discs = pairs.enclosed(rows, structure, tolerance)?;
     pairs.found(structure, discs)

@@ -69,7 +69,7 @@ impl Pairs<'_> {
             self.change(rows, Pair::right, along)
         };
         for (i, pair) in self.pairs.iter_mut().enumerate() {
-            if pair.mode.is_none() {
+            if pair.mode().is_none() {
                 continue;
             }
             pair.value = rows.rho[i];
@@ -98,9 +98,9 @@ impl Pairs<'_> {
         let n = self.system.len();
         let (all, count) = (rows.columns.len(), self.pairs.len());
         let mut change = Mat::<c64>::zeros(all, count);
-        for i in (0..count).filter(|i| self.pairs[*i].mode.is_some()) {
+        for i in (0..count).filter(|i| self.pairs[*i].mode().is_some()) {
             for (at, other) in rows.columns.iter().enumerate() {
-                if other.pair == i && !other.conjugate {
+                if other.pair == i && !other.conjugate || rows.counted[other.pair] {
                     continue;
                 }
                 let gap = plain(rows.rho[i] - rows.rho_of(*other));
@@ -148,7 +148,12 @@ impl Rows {
             for (at, other) in self.columns.iter().enumerate() {
                 let j = other.pair;
                 let gap = plain(self.rho[i] - self.rho_of(*other));
-                if j == i || other.conjugate || gap.norm() > NEAR * self.rho[i].norm() {
+                if j == i
+                    || other.conjugate
+                    || self.counted[j]
+                    || self.counted[i]
+                    || gap.norm() > NEAR * self.rho[i].norm()
+                {
                     continue;
                 }
                 let share = row.h[at] / (self.own_of(*other) * gap);

@@ -43,7 +43,7 @@ impl Pairs<'_> {
                 return None;
             }
             let members: Option<Vec<usize>> =
-                disc.members.iter().map(|i| self.pairs[*i].mode).collect();
+                disc.members.iter().map(|i| self.pairs[*i].mode()).collect();
             let middle = disc.centres[disc.centres.len() / 2];
             let mut value = plain(middle);
             let on_axis = !real && disc.is_on_axis();

@@ -3,7 +3,7 @@
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 
-use super::pair::{Column, Pair, Pairs, plain};
+use super::pair::{Column, Origin, Pair, Pairs, plain};
 use crate::inclusion::gram::{Form, Gram, UPWARD};
 
 /// What a few operations on double-doubles err by, of the sizes that they begin with.
@@ -18,6 +18,8 @@ pub(super) struct Rows {
     pub(super) tau: Vec<f64>,
     /// How much of the motions that drift each shape holds at most, in any component.
     pub(super) drift: Vec<f64>,
+    /// Whether the root of each pair is one of those at 0 that are only counted.
+    pub(super) counted: Vec<bool>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
 }
@@ -72,7 +74,9 @@ impl Pairs<'_> {
             }
         };
         let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
-            let fixed = self.pairs[i].mode.is_none() || self.pairs[other.pair].mode.is_none();
+            let fixed = [i, other.pair]
+                .map(|i| self.pairs[i].origin)
+                .contains(&Origin::Rest);
             let (k, k_error) = if fixed {
                 (ComplexDoubleDouble::ZERO, 0.0)
             } else {
@@ -105,9 +109,10 @@ impl Pairs<'_> {
         let mut rho = Vec::with_capacity(self.pairs.len());
         for i in 0..self.pairs.len() {
             let entry = of(i, own(i), ComplexDoubleDouble::ZERO);
-            let quotient = match self.pairs[i].mode {
-                Some(_) => entry.a / entry.b,
-                None => ComplexDoubleDouble::ZERO,
+            let quotient = if self.pairs[i].value.norm() > 0.0 {
+                entry.a / entry.b
+            } else {
+                ComplexDoubleDouble::ZERO
             };
             if !quotient.is_finite() || entry.b.norm() == 0.0 {
                 return None;
@@ -147,12 +152,20 @@ impl Pairs<'_> {
             row
         };
         let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
-        let sizes = rho.iter().map(|rho| rho.norm()).filter(|size| *size > 0.0);
-        let least = sizes.fold(f64::INFINITY, f64::min);
-        let tau = rho
+        let counted: Vec<bool> = self
+            .pairs
             .iter()
-            .zip(&rows)
-            .map(|(rho, row)| (rho.norm().max(least) * row.own.norm()).sqrt().recip());
+            .map(|pair| pair.origin == Origin::Null)
+            .collect();
+        let sizes = rho.iter().map(|rho| rho.norm());
+        let known = sizes
+            .zip(&counted)
+            .filter(|(size, null)| *size > 0.0 && !**null);
+        let least = known.fold(f64::INFINITY, |least, (size, _)| least.min(size));
+        let tau = rho.iter().zip(&rows).map(|(rho, row)| {
+            let size = if rho.norm() > 0.0 { rho.norm() } else { least };
+            (size * row.own.norm()).sqrt().recip()
+        });
         let tau: Vec<f64> = tau.collect();
         let usable = tau.iter().all(|tau| tau.is_normal());
         usable.then_some(Rows {
@@ -161,6 +174,7 @@ impl Pairs<'_> {
             rows,
             tau,
             drift,
+            counted,
             places,
         })
     }
@@ -300,7 +314,7 @@ impl Rows {
             let reach = own + others;
             if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
                 1.0
-            } else if size == 0.0 {
+            } else if size == 0.0 || self.counted[i] {
                 0.0
             } else {
                 reach / size

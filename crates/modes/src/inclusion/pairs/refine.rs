@@ -62,11 +62,11 @@ impl Pairs<'_> {
         let along = |i: usize, at: usize| rows.rows[i].h[at];
         let left = self
             .has_left()
-            .then(|| self.change(rows, Pair::left, along));
+            .then(|| self.change(rows, Pair::left, true, along));
         let right = if left.is_some() {
-            self.change(rows, Pair::right, |i, at| rows.across(i, at))
+            self.change(rows, Pair::right, false, |i, at| rows.across(i, at))
         } else {
-            self.change(rows, Pair::right, along)
+            self.change(rows, Pair::right, false, along)
         };
         for (i, pair) in self.pairs.iter_mut().enumerate() {
             if pair.mode().is_none() {
@@ -93,18 +93,36 @@ impl Pairs<'_> {
         &self,
         rows: &Rows,
         side: fn(&Pair) -> &Parts,
+        on_left: bool,
         coupling: impl Fn(usize, usize) -> c64,
     ) -> Mat<c64> {
         let n = self.system.len();
         let (all, count) = (rows.columns.len(), self.pairs.len());
         let mut change = Mat::<c64>::zeros(all, count);
         for i in (0..count).filter(|i| self.pairs[*i].mode().is_some()) {
+            let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
-                if other.pair == i && !other.conjugate || rows.counted[other.pair] {
+                if at == own || rows.counted[other.pair] {
                     continue;
                 }
-                let gap = plain(rows.rho[i] - rows.rho_of(*other));
-                let share = coupling(i, at) / (rows.own_of(*other) * gap);
+                let share = match rows.twin(at).filter(|twin| *twin != own) {
+                    None => {
+                        let gap = plain(rows.rho[i] - rows.rho_of(*other));
+                        coupling(i, at) / (rows.own_of(*other) * gap)
+                    }
+                    // The shares of nearly the same shape may cancel but for little.
+                    Some(twin) => {
+                        let entry = |j: usize, l: usize| rows.shifted(j, l, rows.rho[i]);
+                        let (first, second) = (coupling(i, at), coupling(i, twin));
+                        let [across, back] = if on_left {
+                            [entry(twin, at), entry(at, twin)]
+                        } else {
+                            [entry(at, twin), entry(twin, at)]
+                        };
+                        let (a, b) = (entry(at, at), entry(twin, twin));
+                        (second * across - first * b) / (a * b - across * back)
+                    }
+                };
                 if !rows.mixes(i, *other, share) {
                     change[(at, i)] = share;
                 }
@@ -122,12 +140,7 @@ impl Pairs<'_> {
 impl Rows {
     /// a_ji − ρ_i b_ji for the column j.
     fn across(&self, i: usize, at: usize) -> c64 {
-        let Column { pair, conjugate } = self.columns[at];
-        let row = &self.rows[pair];
-        let place = self.place(i, conjugate);
-        let turn = |z: c64| if conjugate { z.conj() } else { z };
-        let apart = plain(self.rho_of(self.columns[at]) - self.rho[i]);
-        turn(row.h[place]) + apart * turn(row.b[place])
+        self.shifted(at, self.place(i, false), self.rho[i])
     }
 
     /// Whether so large a share of another column is more than a correction.

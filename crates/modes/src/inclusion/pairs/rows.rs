@@ -20,6 +20,8 @@ pub(super) struct Rows {
     pub(super) drift: Vec<f64>,
     /// Whether the root of each pair is one of those at 0 that are only counted.
     pub(super) counted: Vec<bool>,
+    /// Pairs with real roots whose shapes are nearly the same: the other one of each.
+    twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
 }
@@ -175,8 +177,33 @@ impl Pairs<'_> {
             tau,
             drift,
             counted,
+            twin: self.twins(&mass, &places),
             places,
         })
+    }
+}
+
+impl Pairs<'_> {
+    /// The pairs with real roots whose shapes are nearly the same, two by two.
+    fn twins(&self, mass: &Gram, places: &[usize]) -> Vec<Option<usize>> {
+        /// Of the square of the cosine between them.
+        const ALIKE: f64 = 0.5;
+        let mut twin = vec![None; self.pairs.len()];
+        let is_single = |i: &usize| self.pairs[*i].is_real() && self.pairs[*i].mode().is_some();
+        let singles: Vec<usize> = (0..self.pairs.len()).filter(is_single).collect();
+        let product = |i: usize, j: usize| mass.at(places[i], places[j]).to_f64();
+        for (at, &i) in singles.iter().enumerate() {
+            let alike = |j: usize| product(i, j).powi(2) / (product(i, i) * product(j, j));
+            let open = singles[at + 1..]
+                .iter()
+                .copied()
+                .filter(|j| twin[*j].is_none());
+            let best = open.max_by(|a, b| alike(*a).total_cmp(&alike(*b)));
+            if let Some(j) = best.filter(|j| twin[i].is_none() && alike(*j) > ALIKE) {
+                (twin[i], twin[j]) = (Some(j), Some(i));
+            }
+        }
+        twin
     }
 }
 
@@ -283,6 +310,25 @@ impl Rows {
         let next = self.columns.get(own + 1);
         let has_two = next.is_some_and(|next| next.pair == pair);
         own + usize::from(conjugate && has_two)
+    }
+
+    /// The column that has nearly the same shape: of the conjugate, or of another real root.
+    pub(super) fn twin(&self, at: usize) -> Option<usize> {
+        let Column { pair, conjugate } = self.columns[at];
+        let other = self.place(pair, !conjugate);
+        match self.twin[pair] {
+            Some(twin) => Some(self.place(twin, false)),
+            None => Some(other).filter(|other| *other != at),
+        }
+    }
+
+    /// a_jl − ρ b_jl of two columns.
+    pub(super) fn shifted(&self, j: usize, l: usize, rho: ComplexDoubleDouble) -> c64 {
+        let (row, other) = (self.columns[j], self.columns[l]);
+        let place = self.place(other.pair, row.conjugate != other.conjugate);
+        let (h, b) = (self.rows[row.pair].h[place], self.rows[row.pair].b[place]);
+        let turn = |z: c64| if row.conjugate { z.conj() } else { z };
+        turn(h) + plain(self.rho_of(row) - rho) * turn(b)
     }
 
     pub(super) fn own_of(&self, column: Column) -> c64 {

@@ -463,7 +463,7 @@ fn with_slow_roots(
     modes: &[Mode],
 ) -> Vec<Mode> {
     /// Of the least frequency of other shapes.
-    const LIMITS: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+    const LIMITS: [f64; 4] = [1e-2, 1e-3, 1e-4, 0.1];
     let reduced = slow
         .reduced(system)
         .and_then(|reduced| reduced.modes().ok());

@@ -247,14 +247,7 @@ fn at_once(
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         repeats: Some(of_disc(mode.multiplicity)),
-        error: Some((
-            mode.bound,
-            if mode.value.re == 0.0 {
-                0.0
-            } else {
-                mode.bound
-            },
-        )),
+        error: Some((mode.bound, mode.real_bound)),
         ..with_shape(mode.value, mode.shape)
     };
     let found = congruence::certify(system, structure, modes, tolerance)?;

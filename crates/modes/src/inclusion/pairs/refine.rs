@@ -30,7 +30,7 @@ impl Pairs<'_> {
                 break;
             }
         }
-        (rows.spread() <= LARGEST).then_some(rows)
+        (rows.spread_of_told() <= LARGEST).then_some(rows)
     }
 
     /// The rows after a step, and whether another would gain little; `None`, with all as before, where the step
@@ -45,13 +45,18 @@ impl Pairs<'_> {
             self.correct(rows);
         }
         let next = self.project().and_then(|()| self.rows());
-        let spread = rows.spread();
-        let better = next.filter(|next| separated || next.spread() < spread);
+        let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_told];
+        let last = measures.map(|measure| measure(rows));
+        let gains = |next: &Rows, part: f64| {
+            let mut each = measures.iter().zip(last);
+            each.any(|(measure, last)| measure(next) < part * last)
+        };
+        let better = next.filter(|next| separated || gains(next, 1.0));
         if better.is_none() {
             self.pairs = before;
         }
         better.map(|next| {
-            let slow = !separated && next.spread() > 0.5 * spread;
+            let slow = !separated && !gains(&next, 0.5);
             (next, slow)
         })
     }

@@ -354,18 +354,55 @@ impl Rows {
 
     /// The largest radius, relative to its root.
     pub(super) fn spread(&self) -> f64 {
-        let relative = |i: usize| {
+        let relative = self.reaches().map(relative);
+        relative.fold(0.0, f64::max)
+    }
+
+    /// The same without real roots that are told from all others by being so small.
+    pub(super) fn spread_of_told(&self) -> f64 {
+        const KNOWN: f64 = 1e-3;
+        let all: Vec<(f64, f64)> = self.reaches().collect();
+        let known = all.iter().filter(|root| relative(**root) <= KNOWN);
+        let least = known
+            .map(|(size, _)| *size)
+            .filter(|size| *size > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let is_hidden = |i: usize| {
+            let (size, reach) = all[i];
+            least.is_finite() && self.is_real(i) && size + reach <= KNOWN * least
+        };
+        let told = (0..all.len()).filter(|i| !is_hidden(*i));
+        told.map(|i| relative(all[i])).fold(0.0, f64::max)
+    }
+
+    fn is_real(&self, pair: usize) -> bool {
+        self.place(pair, true) == self.place(pair, false)
+    }
+
+    /// The size and the radius of each root; of those at 0, nothing.
+    fn reaches(&self) -> impl Iterator<Item = (f64, f64)> {
+        (0..self.rows.len()).map(|i| {
             let (own, others, mixed) = self.sums(i);
             let size = self.rho[i].norm();
             let reach = own + others;
             if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
-                1.0
+                (size, f64::INFINITY)
             } else if size == 0.0 || self.counted[i] {
-                0.0
+                (0.0, 0.0)
             } else {
-                reach / size
+                (size, reach)
             }
-        };
-        (0..self.rows.len()).map(relative).fold(0.0, f64::max)
+        })
+    }
+}
+
+/// A radius as a part of its root, 1 where there is none.
+fn relative((size, reach): (f64, f64)) -> f64 {
+    if reach.is_infinite() {
+        1.0
+    } else if size == 0.0 {
+        0.0
+    } else {
+        reach / size
     }
 }

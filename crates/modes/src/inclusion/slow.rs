@@ -9,7 +9,7 @@ use eigentone_digits::DoubleDouble;
 use faer::Mat;
 use num_complex::Complex;
 
-use super::congruence::precise;
+use super::congruence::{Precise, precise};
 use super::gram::Form;
 use crate::structure::Structure;
 use crate::system::System;
@@ -26,6 +26,8 @@ pub(crate) struct Slow {
     resisted: Columns,
     /// The least frequency of all others.
     pub(crate) elastic: f64,
+    /// The largest frequency that double-doubles do not tell from 0.
+    pub(crate) hidden: f64,
 }
 
 impl Slow {
@@ -41,27 +43,26 @@ impl Slow {
         let rigid = structure.rigid_motions_counted()?;
         let drifts = structure.zero_roots()?.checked_sub(rigid)?;
         let creeps = rigid.checked_sub(drifts)?;
-        let (squares, columns) = precise(system, structure, shapes)?;
-        let mut resisted: Vec<(f64, &Vec<DoubleDouble>)> = Vec::new();
-        let mut free = Vec::new();
-        for (i, column) in columns.iter().enumerate() {
-            match squares.get(i) {
-                Some(square) if *square != DoubleDouble::ZERO => {
-                    resisted.push((square.to_f64().abs(), column));
-                }
-                _ => free.push(column.clone()),
-            }
+        let mut resisted = precise(system, structure, shapes)?;
+        let mut free: Columns = Vec::new();
+        while let Some(last) = resisted.pop_if(|last| last.square == 0.0) {
+            free.push(last.shape);
         }
-        resisted.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let size = |of: &Precise| of.square.abs();
+        resisted.sort_by(|a, b| size(a).total_cmp(&size(b)));
         let gaps = resisted.windows(2).take(MOST).enumerate();
-        let gaps = gaps.map(|(below, pair)| (pair[1].0 / pair[0].0, below + 1));
+        let gaps = gaps.map(|(below, pair)| (size(&pair[1]) / size(&pair[0]), below + 1));
         let widest = gaps.max_by(|a, b| a.0.total_cmp(&b.0));
         let small = widest.map_or(0, |(gap, below)| if gap > GAP { below } else { 0 });
         if free.len() != rigid || small + rigid == 0 {
             return None;
         }
-        let elastic = resisted.get(small).map_or(f64::INFINITY, |first| first.0);
-        let resisted = resisted[..small].iter().map(|(_, column)| column.to_vec());
+        let elastic = resisted.get(small).map_or(f64::INFINITY, size);
+        resisted.truncate(small);
+        let is_hidden = |of: &&Precise| size(of) <= of.reach;
+        let hidden = resisted.iter().filter(is_hidden);
+        let hidden = hidden.map(|of| size(of) + of.reach).fold(0.0, f64::max);
+        let resisted = resisted.into_iter().map(|of| of.shape);
         let (mass, damping) = (Form::mass(system), Form::damping(system));
         uncouple(&damping, &mut free, creeps);
         let mut drifting = free.split_off(creeps);
@@ -74,7 +75,20 @@ impl Slow {
             drifting,
             resisted: resisted.collect(),
             elastic: elastic.sqrt(),
+            hidden: hidden.sqrt(),
         })
+    }
+
+    /// Whether a real root stands for one that is not told from 0.
+    pub(super) fn hides(&self, value: f64) -> bool {
+        value.abs() == self.stand_in()
+    }
+
+    /// The size of two real roots ±ε that stand for two that are not told from 0: large enough that rounding does not hide
+    /// what they leave off the diagonal.
+    pub(crate) fn stand_in(&self) -> f64 {
+        const TIMES: f64 = 4.0;
+        TIMES * self.hidden
     }
 
     fn columns(&self) -> Columns {

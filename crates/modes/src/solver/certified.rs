@@ -484,7 +484,29 @@ fn with_slow_roots(
     let small = reduced
         .iter()
         .filter(|mode| size(mode) > 0.0 && size(mode) <= limit);
-    let small = small.map(|mode| Root::simple(mode.eigenvalue().value, slow.shape(mode.shape())));
+    let small: Vec<&Mode> = small.collect();
+    let small = small.iter().flat_map(|mode| {
+        let value = mode.eigenvalue().value;
+        let is_opposite = |other: &&Mode| {
+            let sum = other.eigenvalue().value + value;
+            sum.norm() <= 1e-2 * value.norm()
+        };
+        let hidden = value.norm() <= slow.stand_in();
+        let values = if hidden && value.im != 0.0 {
+            vec![slow.stand_in(), -slow.stand_in()]
+        } else if hidden && small.iter().copied().any(|other| is_opposite(&other)) {
+            vec![slow.stand_in().copysign(value.re)]
+        } else {
+            Vec::new()
+        };
+        let shape = slow.shape(mode.shape());
+        if values.is_empty() {
+            return vec![Root::simple(value, shape)];
+        }
+        let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(x.re)).collect();
+        let stand_in = |value| Root::simple(Complex::from(value), shape.clone());
+        values.into_iter().map(stand_in).collect()
+    });
     collect(solver, system, larger.chain(small).collect())
         .as_slice()
         .to_vec()

@@ -124,35 +124,43 @@ pub(crate) fn refined(
     shapes: Vec<Vec<f64>>,
 ) -> Option<Vec<(f64, Vec<f64>)>> {
     const GOAL: f64 = 1e-14;
-    let (squares, columns) = within(system, structure, shapes, GOAL)?;
-    let square = |i: usize| squares.get(i).map_or(0.0, |square| square.to_f64());
-    let rounded = columns.iter().enumerate().map(|(i, column)| {
+    const KNOWN: f64 = 1e-3;
+    let mut basis = basis(system, structure, shapes)?;
+    let forms = basis.refine(Goal::always(GOAL))?;
+    if forms.spread > KNOWN {
+        return None;
+    }
+    let square = |i: usize| forms.squares.get(i).map_or(0.0, |square| square.to_f64());
+    let rounded = basis.columns.iter().enumerate().map(|(i, column)| {
         let shape = column.iter().map(|x| x.to_f64()).collect();
         (square(i), shape)
     });
     Some(rounded.collect())
 }
 
-/// The same as near as double-doubles come, without proof: σ, 0 for shapes that are counted as such, and all shapes, after
-/// these those of parts that move as a whole.
+/// A shape in double-double with its σ and a bound of its error.
+pub(in crate::inclusion) struct Precise {
+    pub(in crate::inclusion) square: f64,
+    pub(in crate::inclusion) reach: f64,
+    pub(in crate::inclusion) shape: Vec<DoubleDouble>,
+}
+
+/// All shapes as near as double-doubles come, those with σ = 0, which are counted, last.
 pub(in crate::inclusion) fn precise(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
-) -> Option<(Vec<DoubleDouble>, Vec<Vec<DoubleDouble>>)> {
+) -> Option<Vec<Precise>> {
     const GOAL: f64 = 1e-27;
-    within(system, structure, shapes, GOAL)
-}
-
-fn within(
-    system: &System,
-    structure: &Structure,
-    shapes: Vec<Vec<f64>>,
-    goal: f64,
-) -> Option<(Vec<DoubleDouble>, Vec<Vec<DoubleDouble>>)> {
     let mut basis = basis(system, structure, shapes)?;
-    let forms = basis.refine(Goal::always(goal))?;
-    Some((forms.squares, basis.columns))
+    let forms = basis.refine(Goal::always(GOAL))?;
+    let each = basis.columns.into_iter().enumerate();
+    let each = each.map(|(i, shape)| Precise {
+        square: forms.squares.get(i).map_or(0.0, |square| square.to_f64()),
+        reach: forms.reach.get(i).copied().unwrap_or(0.0),
+        shape,
+    });
+    Some(each.collect())
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.

@@ -45,6 +45,8 @@ pub(super) struct Pair {
 pub(super) enum Origin {
     /// One of the given modes.
     Mode(usize),
+    /// The same of a root that double-doubles do not tell from 0; its value stays as it is given.
+    Hidden(usize),
     /// λ = 0 exactly, with an exact shape.
     Rest,
     /// λ = 0, which is counted exactly, with a shape that is not exact; one of two that are so near to a column (0, x) and
@@ -55,7 +57,7 @@ pub(super) enum Origin {
 impl Pair {
     pub(super) fn mode(&self) -> Option<usize> {
         match self.origin {
-            Origin::Mode(mode) => Some(mode),
+            Origin::Mode(mode) | Origin::Hidden(mode) => Some(mode),
             Origin::Rest | Origin::Null => None,
         }
     }
@@ -169,7 +171,11 @@ impl<'a> Pairs<'a> {
                 value: ComplexDoubleDouble::new(value.re, value.im),
                 right: parts(mode.shape(), 1.0),
                 left,
-                origin: Origin::Mode(index),
+                origin: if value.im == 0.0 && slow.is_some_and(|slow| slow.hides(value.re)) {
+                    Origin::Hidden(index)
+                } else {
+                    Origin::Mode(index)
+                },
             });
         }
         let count: usize = pairs

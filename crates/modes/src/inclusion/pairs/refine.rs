@@ -7,7 +7,7 @@
 use eigentone_digits::DoubleDouble;
 use faer::{Mat, c64};
 
-use super::pair::{Column, Pair, Pairs, Parts, plain};
+use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
 
 impl Pairs<'_> {
@@ -77,7 +77,9 @@ impl Pairs<'_> {
             if pair.mode().is_none() {
                 continue;
             }
-            pair.value = rows.rho[i];
+            if !matches!(pair.origin, Origin::Hidden(_)) {
+                pair.value = rows.rho[i];
+            }
             if pair.is_real() {
                 pair.value.im = DoubleDouble::ZERO;
             }

@@ -37,7 +37,8 @@ impl Slow {
         structure: &Structure,
         shapes: Vec<Vec<f64>>,
     ) -> Option<Slow> {
-        /// Squares below a gap as wide as this are small, if they are few.
+        /// Squares that are so small beside the largest, with a gap as wide as this above them, if they are few.
+        const SMALL: f64 = 1e-11;
         const GAP: f64 = 1e3;
         const MOST: usize = 24;
         let rigid = structure.rigid_motions_counted()?;
@@ -51,9 +52,13 @@ impl Slow {
         let size = |of: &Precise| of.square.abs();
         resisted.sort_by(|a, b| size(a).total_cmp(&size(b)));
         let gaps = resisted.windows(2).take(MOST).enumerate();
-        let gaps = gaps.map(|(below, pair)| (size(&pair[1]) / size(&pair[0]), below + 1));
-        let widest = gaps.max_by(|a, b| a.0.total_cmp(&b.0));
-        let small = widest.map_or(0, |(gap, below)| if gap > GAP { below } else { 0 });
+        let most = SMALL * resisted.last().map_or(0.0, size);
+        let is_gap = |pair: &[Precise]| {
+            let [below, above] = [&pair[0], &pair[1]].map(size);
+            below <= most && above > GAP * below
+        };
+        let last = gaps.filter(|(_, pair)| is_gap(pair)).last();
+        let small = last.map_or(0, |(below, _)| below + 1);
         if free.len() != rigid || small + rigid == 0 {
             return None;
         }

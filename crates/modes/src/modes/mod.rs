@@ -1,10 +1,12 @@
 //! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality.
 
+mod plan;
+
 use std::cmp::Ordering;
 
 use num_complex::Complex;
 
-use crate::plan::ModePlan;
+pub use plan::ModePlan;
 
 /// A frequency; radians per second inside, hertz only by asking.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -33,7 +35,7 @@ impl Frequency {
 pub enum Motion {
     /// λ = 0: it stays, or drifts, where it is put.
     Rigid,
-    /// λ real and negative: it creeps back without crossing.
+    /// λ real and negative: a relaxation mode, which returns to rest without oscillating.
     Decaying,
     /// λ complex, and not known to grow.
     Oscillating,

@@ -1,11 +1,15 @@
 //! The system as first-order equations z′ = A z + B f, with massless nodes eliminated.
 
+mod enclosed_form;
+
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use crate::element::{Element, MatrixKind};
+use crate::model::{Element, MatrixKind};
 use crate::system::System;
+
+pub use enclosed_form::EnclosedFirstOrder;
 
 /// z′ = A z + B f(t), x = X z + D f, with n coordinates and N = 2·(massive) + (relaxing) states.
 ///
@@ -30,7 +34,7 @@ pub enum FirstOrderError {
     /// The masses that are there do not determine all accelerations: loads on what has no inertia act
     /// through its derivatives, and not every initial state is consistent.
     #[error(
-        "the mass matrix is singular although no row of it vanishes, so that only modes are to be had; \
+        "the mass matrix is singular although no row of it vanishes, so that only modes can be computed; \
          a motion needs coordinates in which what has no mass is a row and column of zeros"
     )]
     SingularMass,

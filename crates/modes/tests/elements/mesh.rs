@@ -225,3 +225,114 @@ pub fn truss(bays: usize, held: bool) -> Model {
         model
     }
 }
+
+/// Integrals of products of cubic Hermite polynomials over a length: values, slopes, curvatures, and curvatures by values.
+fn hermite(h: f64) -> [[[f64; 4]; 4]; 4] {
+    let shapes = [
+        [1.0, 0.0, -3.0, 2.0],
+        [0.0, h, -2.0 * h, h],
+        [0.0, 0.0, 3.0, -2.0],
+        [0.0, 0.0, -h, h],
+    ];
+    let derivative = |p: [f64; 4]| [p[1] / h, 2.0 * p[2] / h, 3.0 * p[3] / h, 0.0];
+    let integral = |p: [f64; 4], q: [f64; 4]| {
+        let terms = (0..16).map(|k| p[k / 4] * q[k % 4] / (k / 4 + k % 4 + 1) as f64);
+        h * terms.sum::<f64>()
+    };
+    let all =
+        |left: [[f64; 4]; 4], right: [[f64; 4]; 4]| left.map(|p| right.map(|q| integral(p, q)));
+    let slopes = shapes.map(derivative);
+    let curvatures = slopes.map(derivative);
+    [
+        all(shapes, shapes),
+        all(slopes, slopes),
+        all(curvatures, curvatures),
+        all(curvatures, shapes),
+    ]
+}
+
+/// A free plate of 1.2 m × 0.9 m, Dν = 180 N·m and 7.8 kg/m², of Bogner, Fox and Schmit's elements.
+pub fn plate(columns: usize, rows: usize) -> Model {
+    const POISSON: f64 = 0.3;
+    let [value, slope, curvature, mixed] = hermite(1.2 / columns as f64);
+    let across = hermite(0.9 / rows as f64);
+    let mut model = Model::new(4 * (columns + 1) * (rows + 1));
+    for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let place = |k: usize| {
+            let (p, q) = (k / 4, k % 4);
+            4 * ((i + p / 2) * (rows + 1) + j + q / 2) + p % 2 + 2 * (q % 2)
+        };
+        let at: Vec<usize> = (0..16).map(place).collect();
+        for (k, l) in (0..16).flat_map(|k| (0..16).map(move |l| (k, l))) {
+            // Symmetric to the last bit.
+            let (a, b) = (k.min(l), k.max(l));
+            let (p, q, r, s) = (a / 4, a % 4, b / 4, b % 4);
+            let bending = curvature[p][r] * across[0][q][s] + value[p][r] * across[2][q][s];
+            let coupling = mixed[p][r] * across[3][s][q] + mixed[r][p] * across[3][q][s];
+            let twist = 2.0 * (1.0 - POISSON) * slope[p][r] * across[1][q][s];
+            model.stiffness[(at[k], at[l])] += 180.0 * (bending + POISSON * coupling + twist);
+            model.mass[(at[k], at[l])] += 7.8 * value[p][r] * across[0][q][s];
+        }
+    }
+    model
+}
+
+/// A free plane frame of 2 bays of 5 m and 3 storeys of 3.2 m, each member in two, EA = 4.2e8 N, EI = 1.68e6 N·m² and
+/// 15.7 kg/m: two displacements and a slope at each node.
+pub fn frame() -> Model {
+    let mut nodes: Vec<(usize, usize)> = Vec::new();
+    let is_node = |(x, y): &(usize, usize)| x % 2 == 0 || y % 2 == 0 && *y > 0;
+    nodes.extend(
+        (0..7)
+            .flat_map(|y| (0..5).map(move |x| (x, y)))
+            .filter(is_node),
+    );
+    let place = |node: (usize, usize)| nodes.iter().position(|other| *other == node);
+    let mut model = Model::new(3 * nodes.len());
+    for &(x, y) in &nodes {
+        let right = (x + 1, y, 2.5, y % 2 == 0 && y > 0);
+        let above = (x, y + 1, 3.2 / 2.0, x % 2 == 0);
+        for (p, q, h, is_member) in [right, above] {
+            let (Some(first), Some(second), true) = (place((x, y)), place((p, q)), is_member)
+            else {
+                continue;
+            };
+            // Along and across the member, and its slope.
+            let axes = if q > y { [1, 0, 2] } else { [0, 1, 2] };
+            let turn = if q > y { -1.0 } else { 1.0 };
+            let signs = [1.0, turn, 1.0, 1.0, turn, 1.0];
+            let at: Vec<usize> = (0..6)
+                .map(|k| 3 * if k < 3 { first } else { second } + axes[k % 3])
+                .collect();
+            let (a, b, m) = (4.2e8 / h, 1.68e6 / (h * h * h), 15.7 * h / 420.0);
+            let (s, t) = (b * h, b * h * h);
+            let stiffness = [
+                [a, 0.0, 0.0, -a, 0.0, 0.0],
+                [0.0, 12.0 * b, 6.0 * s, 0.0, -12.0 * b, 6.0 * s],
+                [0.0, 6.0 * s, 4.0 * t, 0.0, -6.0 * s, 2.0 * t],
+                [-a, 0.0, 0.0, a, 0.0, 0.0],
+                [0.0, -12.0 * b, -6.0 * s, 0.0, 12.0 * b, -6.0 * s],
+                [0.0, 6.0 * s, 2.0 * t, 0.0, -6.0 * s, 4.0 * t],
+            ];
+            let (s, t) = (m * h, m * h * h);
+            let mass = [
+                [140.0 * m, 0.0, 0.0, 70.0 * m, 0.0, 0.0],
+                [0.0, 156.0 * m, 22.0 * s, 0.0, 54.0 * m, -13.0 * s],
+                [0.0, 22.0 * s, 4.0 * t, 0.0, 13.0 * s, -3.0 * t],
+                [70.0 * m, 0.0, 0.0, 140.0 * m, 0.0, 0.0],
+                [0.0, 54.0 * m, 13.0 * s, 0.0, 156.0 * m, -22.0 * s],
+                [0.0, -13.0 * s, -3.0 * t, 0.0, -22.0 * s, 4.0 * t],
+            ];
+            let turned = |matrix: [[f64; 6]; 6]| {
+                let entry = |k: usize, l: usize| signs[k] * signs[l] * matrix[k][l];
+                [0, 1, 2, 3, 4, 5].map(|k| [0, 1, 2, 3, 4, 5].map(|l| entry(k, l)))
+            };
+            model.add(
+                &at,
+                &turned(mass).each_ref().map(|r| &r[..]),
+                &turned(stiffness).each_ref().map(|r| &r[..]),
+            );
+        }
+    }
+    model
+}

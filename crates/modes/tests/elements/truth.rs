@@ -36,6 +36,23 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
             Number::new(z.re, z.im) + Number::new(turn.re, turn.im)
         })
         .collect();
+    // Conjugates are computed once.
+    let conjugate = |i: usize| {
+        let before = approximations[..i].iter();
+        let rank = before.filter(|z| **z == approximations[i]).count();
+        let mut each =
+            (0..approximations.len()).filter(|j| approximations[*j] == approximations[i].conj());
+        each.nth(rank).filter(|_| approximations[i].im < 0.0)
+    };
+    let conjugate: Vec<Option<usize>> = (0..points.len()).map(conjugate).collect();
+    let mirror = |points: &mut [Number]| {
+        for (i, other) in conjugate.iter().enumerate() {
+            if let Some(other) = other {
+                points[i] = points[*other].conj();
+            }
+        }
+    };
+    mirror(&mut points);
     let mass = model.determinant(Number::ZERO, true);
     let correction = |points: &[Number], i: usize| {
         let others = points.iter().enumerate().filter(|(j, _)| *j != i);
@@ -43,13 +60,14 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
         model.determinant(points[i], false) / product
     };
     let mut open: Vec<usize> = (0..points.len())
-        .filter(|i| approximations[*i].norm() > 0.0)
+        .filter(|i| approximations[*i].norm() > 0.0 && conjugate[*i].is_none())
         .collect();
     for _ in 0..STEPS {
         let moves: Vec<Number> = open.iter().map(|i| correction(&points, *i)).collect();
         for (i, w) in open.iter().zip(&moves) {
             points[*i] = points[*i] - *w;
         }
+        mirror(&mut points);
         let sizes = open.iter().zip(&moves);
         open = sizes
             .filter(|(i, w)| w.norm() > ENOUGH * approximations[**i].norm())
@@ -57,7 +75,12 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
             .collect();
     }
     let count = points.len() as f64;
-    let radius = |i: usize| count * correction(&points, i).norm() * 1.001;
+    let radius = |i: usize| match conjugate[i] {
+        Some(_) => 0.0,
+        None => count * correction(&points, i).norm() * 1.001,
+    };
+    let known: Vec<f64> = (0..points.len()).map(radius).collect();
+    let radius = |i: usize| known[conjugate[i].unwrap_or(i)];
     Roots {
         radii: (0..points.len()).map(radius).collect(),
         centres: points,

@@ -20,6 +20,8 @@ pub(super) struct Rows {
     pub(super) drift: Vec<f64>,
     /// Whether the root of each pair is one of those at 0 that are only counted.
     pub(super) counted: Vec<bool>,
+    /// Whether it stands for one that is not told from 0.
+    hidden: Vec<bool>,
     /// Pairs with real roots whose shapes are nearly the same: the other one of each.
     twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
@@ -154,11 +156,9 @@ impl Pairs<'_> {
             row
         };
         let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
-        let counted: Vec<bool> = self
-            .pairs
-            .iter()
-            .map(|pair| pair.origin == Origin::Null)
-            .collect();
+        let origins = || self.pairs.iter().map(|pair| pair.origin);
+        let counted: Vec<bool> = origins().map(|origin| origin == Origin::Null).collect();
+        let hidden = origins().map(|origin| matches!(origin, Origin::Hidden(_)));
         let sizes = rho.iter().map(|rho| rho.norm());
         let known = sizes
             .zip(&counted)
@@ -177,6 +177,7 @@ impl Pairs<'_> {
             tau,
             drift,
             counted,
+            hidden: hidden.collect(),
             twin: self.twins(&mass, &places),
             places,
         })
@@ -379,7 +380,7 @@ impl Rows {
         self.place(pair, true) == self.place(pair, false)
     }
 
-    /// The size and the radius of each root; of those at 0, nothing.
+    /// The size and the radius of each root; of those at 0 or not told from it, nothing.
     fn reaches(&self) -> impl Iterator<Item = (f64, f64)> {
         (0..self.rows.len()).map(|i| {
             let (own, others, mixed) = self.sums(i);
@@ -387,7 +388,7 @@ impl Rows {
             let reach = own + others;
             if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
                 (size, f64::INFINITY)
-            } else if size == 0.0 || self.counted[i] {
+            } else if size == 0.0 || self.counted[i] || self.hidden[i] {
                 (0.0, 0.0)
             } else {
                 (size, reach)

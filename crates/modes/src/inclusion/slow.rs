@@ -57,7 +57,7 @@ impl Slow {
             let [below, above] = [&pair[0], &pair[1]].map(size);
             below <= most && above > GAP * below
         };
-        let last = gaps.filter(|(_, pair)| is_gap(pair)).last();
+        let last = gaps.rev().find(|(_, pair)| is_gap(pair));
         let small = last.map_or(0, |(below, _)| below + 1);
         if free.len() != rigid || small + rigid == 0 {
             return None;

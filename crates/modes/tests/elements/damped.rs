@@ -2,7 +2,7 @@
 
 use eigentone_modes::{Bounds, Eigenvalue, Precision};
 
-use crate::mesh::{Ends, Model, beam, frame, membrane, plate, truss};
+use crate::mesh::{Ends, Model, beam, chain, membrane, plate, truss};
 use crate::truth::check;
 
 fn models() -> Vec<(String, Model)> {
@@ -25,7 +25,7 @@ fn models() -> Vec<(String, Model)> {
         beam(20, Ends::Pinned).rotating(7.0),
     ));
     // Rigid motions that no vector of doubles is, and others that rounding leaves next to 0.
-    for (elements, damping) in [(60, 0.3), (60, 30.0), (60, 2e4), (100, 0.3)] {
+    for (elements, damping) in [(60, 0.3), (60, 30.0), (60, 2e4)] {
         let beam = beam(elements, Ends::Free);
         let tip = beam.order() - 2;
         models.push((
@@ -72,16 +72,15 @@ fn damped_modes_in_doubles_are_right_or_have_no_bound() {
     }
 }
 
-/// Of one of its tiny roots no digit is known in double-double: it has a bound larger than itself, and all others are proven.
+/// Of its tiny root no digit is known in double-double: it has a bound larger than itself, and all others are proven.
 #[test]
 fn a_root_that_is_not_told_from_0_leaves_the_others_proven() {
-    let frame = frame();
-    let tip = frame.order() - 3;
-    for model in [frame.clone(), frame.damper(tip, 30.0)] {
+    let chain = chain(70);
+    for (model, count) in [(chain.clone(), 2), (chain.damper(69, 0.5), 1)] {
         let modes = model.modes(Precision::default());
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);
         let loose = |root: &&Eigenvalue| root.bound.is_none_or(|b| b > 1e-3 * root.value.norm());
-        assert_eq!(modes.eigenvalues().iter().filter(loose).count(), 2);
-        check("frame", &model, &modes, 1e3);
+        assert_eq!(modes.eigenvalues().iter().filter(loose).count(), count);
+        check("chain", &model, &modes, 1e3);
     }
 }

@@ -5,6 +5,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::by_exponential::ByExponential;
 use crate::deviation::is_near;
+use crate::estimate::Detour;
 use crate::grid_loads::Signal;
 use crate::history::Output;
 use crate::hold::Held;
@@ -201,6 +202,10 @@ impl Strides for Blocks {
             pairs.for_each(|(entry, rest)| *entry -= rest);
         }
         near
+    }
+
+    fn detour(&self) -> Detour {
+        Detour::default()
     }
 
     fn largest(&self) -> [f64; 2] {

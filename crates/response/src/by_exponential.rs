@@ -6,6 +6,7 @@ use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
 use faer::Mat;
 
+use crate::estimate::Detour;
 use crate::exponential::second_order;
 use crate::hold::{Held, exact};
 use crate::march::{Coordinates, Flow, Inputs, Outputs, Signals, march};
@@ -47,6 +48,7 @@ impl ResponseMethod for ByExponential {
             next: vec![0.0; form.states()],
         };
         let coordinates = Coordinates {
+            detour: Detour::default(),
             b: form.b(),
             enter: &<[f64]>::to_vec,
             outputs: &Outputs::of(&form, None),

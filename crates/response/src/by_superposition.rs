@@ -62,6 +62,7 @@ impl ResponseMethod for BySuperposition {
             modal
         };
         let coordinates = Coordinates {
+            detour: basis.detour,
             b: b.as_ref(),
             enter: &enter,
             outputs: &Outputs::of(form, Some(basis.t.as_ref())),

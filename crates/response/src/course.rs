@@ -125,6 +125,7 @@ impl<'a, 'b> Course<'a, 'b> {
                 Output::Velocity(i) => self.start[n + i],
             };
         }
+        self.estimate = self.estimate.by_way_of(strides.detour());
         let [x, v] = strides.largest();
         let mut estimates = vec![self.estimate.bounds(x + farthest, v).into()];
         let mut first = 0;

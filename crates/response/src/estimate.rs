@@ -4,13 +4,24 @@ use eigentone_modes::{FirstOrder, System, balance};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
+/// What going to coordinates of a method's own and back makes of rounding errors on the way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Detour {
+    /// How many times as large they get, of displacements and of velocities.
+    pub(crate) enlargement: f64,
+    /// How much displacement they leave of a velocity, in seconds: what comes of it in the coordinates need not be small
+    /// where it cancels.
+    pub(crate) crossing: f64,
+}
+
 /// Counts the rounding errors met so far.
 ///
 /// In a passive system that is held in place the energy of an error does not grow, so that errors
 /// add up at most linearly: a few units of rounding for each step and state, and for the rounding of
 /// A itself, which acts like a force for as long as the motion lasts, one unit for each radian that
 /// the fastest motion turns, times the condition of A. What undamped massless nodes do at once errs by the condition of
-/// the springs on them. For other systems no estimate is given.
+/// the springs on them. A [`Detour`] by way of modes enlarges what is rounded on it, but not what the rounding of A makes of
+/// the motion. For other systems no estimate is given.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     applies: bool,
@@ -21,6 +32,7 @@ pub(crate) struct Estimate {
     states: f64,
     /// The condition of the springs on undamped massless nodes, times the number of nodes; 0 without any.
     at_once: f64,
+    detour: Detour,
     steps: f64,
     elapsed: f64,
     displacement: f64,
@@ -57,11 +69,17 @@ impl Estimate {
             condition,
             states: form.states() as f64,
             at_once,
+            detour: Detour::default(),
             steps: 0.0,
             elapsed: 0.0,
             displacement: 0.0,
             velocity: 0.0,
         }
+    }
+
+    /// The same for a method that goes by way of other coordinates.
+    pub(crate) fn by_way_of(self, detour: Detour) -> Estimate {
+        Estimate { detour, ..self }
     }
 
     /// What the rounding of A alone makes of the motion over `elapsed` seconds, relative to its
@@ -94,10 +112,13 @@ impl Estimate {
         if !self.applies {
             return (None, None);
         }
-        let units = 8.0 * (self.states * (self.steps + 1.0) + self.at_once)
+        let roundings = 8.0 * (self.steps + 1.0);
+        let units = roundings * self.states.max(self.detour.enlargement)
+            + 8.0 * self.at_once
             + 4.0 * self.rate * self.elapsed * self.condition;
         let factor = units * f64::EPSILON;
-        let displacement = factor * self.displacement;
+        let crossed = roundings * f64::EPSILON * self.detour.crossing * self.velocity;
+        let displacement = factor * self.displacement + crossed;
         let velocity = factor * (self.velocity + self.rate * self.displacement);
         // Beyond the size of the motion, a first-order estimate says nothing.
         let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);

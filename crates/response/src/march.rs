@@ -6,7 +6,7 @@ use faer::{Mat, MatRef};
 
 use crate::collector::{Collector, Wanted};
 use crate::deviation::Deviation;
-use crate::estimate::Estimate;
+use crate::estimate::{Detour, Estimate};
 use crate::hold::Laws;
 use crate::operations::Operations;
 use crate::problem::{Problem, ResponseError};
@@ -193,6 +193,8 @@ pub(crate) struct Coordinates<'a> {
     /// ζ of a state.
     pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
     pub(crate) outputs: &'a Outputs,
+    /// What the way there and back makes of rounding errors.
+    pub(crate) detour: Detour,
 }
 
 /// Runs the flow over the problem's timeline and collects the instants asked for.
@@ -206,12 +208,17 @@ pub(crate) fn march(
     let grid = problem.grid();
     let inputs = Inputs::of(problem);
     let n = problem.system().len();
-    let Coordinates { b, enter, outputs } = *coordinates;
+    let Coordinates {
+        b,
+        enter,
+        outputs,
+        detour,
+    } = *coordinates;
     let mut recorder = Recorder {
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
         forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
-        estimate: Estimate::of(problem.system(), form),
+        estimate: Estimate::of(problem.system(), form).by_way_of(detour),
     };
     let mut z = enter(&form.state(problem.initial_displacement(), problem.initial_velocity()));
     let state = |x: &[f64]| enter(&form.state(x, &vec![0.0; n]));

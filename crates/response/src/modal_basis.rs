@@ -7,6 +7,7 @@ use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use crate::certified::{Normed, exponential};
+use crate::estimate::Detour;
 use crate::exponential::by_taylor;
 use crate::hold::{Laws, exact};
 
@@ -16,8 +17,8 @@ pub(crate) struct Basis {
     pub(crate) t: Mat<f64>,
     pub(crate) inverse: Mat<f64>,
     pub(crate) blocks: Vec<Block>,
-    /// By how much rounding errors of displacements or velocities may grow on the way to modes and back.
-    pub(crate) enlargement: f64,
+    /// What the way to modes and back makes of rounding errors.
+    pub(crate) detour: Detour,
 }
 
 /// One or two states that move by themselves, with the generator by rows.
@@ -82,7 +83,7 @@ impl Basis {
         let rows = row_norms(&t);
         Basis {
             blocks: blocks.collect(),
-            enlargement: enlargement(&t, &inverse, &rows, nf),
+            detour: detour(&t, &inverse, &rows, nf),
             form,
             t,
             inverse,
@@ -144,7 +145,8 @@ impl Basis {
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
         let inverse = even.partial_piv_lu().inverse();
         let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
-        let enlargement = enlargement(&t, &inverse, &rows, form.massive().len());
+        let detour = detour(&t, &inverse, &rows, form.massive().len());
+        let enlargement = detour.enlargement;
         if enlargement.is_nan() || enlargement > LARGEST_CONDITION {
             return Err(format!(
                 "its complex shapes are ill-conditioned ({enlargement:.0e})"
@@ -155,7 +157,7 @@ impl Basis {
             t,
             inverse,
             blocks,
-            enlargement,
+            detour,
         })
     }
 }
@@ -164,11 +166,12 @@ fn row_norms(t: &Mat<f64>) -> Vec<f64> {
     (0..t.nrows()).map(|i| t.row(i).norm_l2()).collect()
 }
 
-/// By how much rounding errors may grow on the way to modal coordinates and back: sums of |D⁻¹T||T⁻¹D| along
+/// Roundings grow as sums of |D⁻¹T||T⁻¹D| along
 /// the rows, D the diagonal matrix of these norms of the rows of T, over displacements for displacements (the first
 /// `half` states) and over the other states for those. Unlike a norm of T times one of T⁻¹, it does not hold
-/// it against fast modes that they move much faster than slow ones (Skeel 1979, *J. ACM* 26).
-fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f64 {
+/// it against fast modes that they move much faster than slow ones (Skeel 1979, *J. ACM* 26). Those of velocities
+/// cross to displacements as sums of |T||T⁻¹|.
+fn detour(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> Detour {
     let n = t.nrows();
     let into = |alike: std::ops::Range<usize>| -> Vec<f64> {
         let sum = |k: usize| -> f64 {
@@ -185,10 +188,18 @@ fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f
             .map(|(k, into)| (t[(i, k)] / rows[i]).abs() * into)
             .sum()
     };
+    let velocities = |k: usize| (half..n).map(|j| inverse[(k, j)].abs()).sum();
+    let velocities: Vec<f64> = (0..n).map(velocities).collect();
+    let cross = |i: usize| -> f64 {
+        let terms = velocities.iter().enumerate();
+        terms.map(|(k, into)| t[(i, k)].abs() * into).sum()
+    };
     // A NaN is to be found.
-    (0..n)
-        .map(sum)
-        .fold(0.0, |top, sum| if sum <= top { top } else { sum })
+    let largest = |top: f64, sum: f64| if sum <= top { top } else { sum };
+    Detour {
+        enlargement: (0..n).map(sum).fold(0.0, largest),
+        crossing: (0..half).map(cross).fold(0.0, largest),
+    }
 }
 
 /// The hold of one block.

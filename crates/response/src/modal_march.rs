@@ -5,6 +5,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::by_exponential::accumulate;
 use crate::deviation::is_near;
+use crate::estimate::Detour;
 use crate::grid_loads::{GridLoads, Signal};
 use crate::history::Output;
 use crate::modal_basis::{Basis, HeldBlock, add_to_block};
@@ -44,7 +45,7 @@ impl ModalMarch {
     /// Whether its error is within what methods in doubles estimate: roundings of a unit for each step, enlarged
     /// on the way to modes and back, beside eight units for each step and state.
     pub(crate) fn is_accurate(basis: &Basis) -> bool {
-        basis.enlargement <= 8.0 * basis.form.states() as f64
+        basis.detour.enlargement <= 8.0 * basis.form.states() as f64
     }
 
     /// From the state `z`.
@@ -203,6 +204,10 @@ impl Strides for ModalMarch {
             self.set(&zeta);
         }
         near
+    }
+
+    fn detour(&self) -> Detour {
+        self.basis.detour
     }
 
     fn largest(&self) -> [f64; 2] {

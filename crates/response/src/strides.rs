@@ -1,5 +1,6 @@
 //! Many steps of a grid at a time, towards few outputs.
 
+use crate::estimate::Detour;
 use crate::operations::Operations;
 
 /// A march of which nothing but its outputs is kept.
@@ -19,6 +20,9 @@ pub(crate) trait Strides {
 
     /// Goes on with the deviation from this state, if that is near; whether it is.
     fn deviate(&mut self, rest: &[f64]) -> bool;
+
+    /// What its own coordinates make of rounding errors.
+    fn detour(&self) -> Detour;
 
     /// The largest displacement and velocity that it came by so far.
     fn largest(&self) -> [f64; 2];

@@ -1,6 +1,6 @@
 //! The extrema of a motion, its largest velocities, and when it settles, between the instants too.
 
-use crate::certified::follow::{INVISIBLE, Point, Stretch, follow};
+use crate::certified::follow::{INVISIBLE, Point, ROUNDING, Stretch, follow};
 use crate::problem::Problem;
 use crate::trajectory::Trajectory;
 
@@ -34,6 +34,7 @@ pub struct Extrema {
     highest: Vec<Extremum>,
     lowest: Vec<Extremum>,
     fastest: Vec<Fastest>,
+    jumps: Vec<Vec<Jump>>,
 }
 
 /// A displacement and when it is reached.
@@ -52,6 +53,17 @@ pub struct Fastest {
     pub velocity: f64,
     /// In s; the first time, where it is reached more than once.
     pub time: f64,
+}
+
+/// An instant at which a coordinate's displacement, its velocity or both change at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// When, in s.
+    pub time: f64,
+    /// Before and after it, in m.
+    pub displacement: [f64; 2],
+    /// Before and after it, in m/s.
+    pub velocity: [f64; 2],
 }
 
 impl Fastest {
@@ -85,8 +97,11 @@ impl Extrema {
             highest: (0..n).map(first).collect(),
             lowest: (0..n).map(first).collect(),
             fastest: (0..n).map(start).collect(),
+            jumps: vec![Vec::new(); n],
         };
         let mut seen = false;
+        // Displacement and velocity at the end of the stretch before.
+        let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
         follow(problem, 0, ranges(trajectory), &mut |stretch| {
             if !seen {
                 // A node without mass does not begin where it is not told to.
@@ -109,6 +124,11 @@ impl Extrema {
                 raise(stretch, i, -1.0, &mut extrema.lowest[i]);
                 hasten(stretch, i, &mut extrema.fastest[i]);
             }
+            if !before.is_empty() {
+                extrema.note_jumps(&before, stretch);
+            }
+            before.clear();
+            before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
         })?;
         Some(extrema)
     }
@@ -127,6 +147,44 @@ impl Extrema {
     /// values count.
     pub fn fastest(&self) -> &[Fastest] {
         &self.fastest
+    }
+
+    /// Where displacement or velocity of a coordinate jump after t = 0, in the order of time, as impulses and loads on
+    /// nodes without mass let them: the first thousand that show in nine digits.
+    pub fn jumps(&self, coordinate: usize) -> &[Jump] {
+        &self.jumps[coordinate]
+    }
+
+    /// Compares the beginning of a stretch with the end of the one before.
+    fn note_jumps(&mut self, before: &[[f64; 2]], stretch: &Stretch<'_>) {
+        const MOST: usize = 1000;
+        let range = |i: usize| {
+            let (high, low) = (self.highest[i].displacement, self.lowest[i].displacement);
+            [high.abs().max(low.abs()), self.fastest[i].velocity.abs()]
+        };
+        let mut all: Option<[f64; 2]> = None;
+        for (i, x_v) in before.iter().enumerate() {
+            let after = [stretch.left.x(i), stretch.left.v(i)];
+            if after == *x_v || self.jumps[i].len() == MOST {
+                continue;
+            }
+            let own = range(i);
+            let all = *all.get_or_insert_with(|| {
+                let ranges = (0..before.len()).map(range);
+                ranges.fold([0.0; 2], |[x, v]: [f64; 2], [a, b]| [x.max(a), v.max(b)])
+            });
+            let shows = |kind: usize| {
+                let least = (INVISIBLE * own[kind]).max(ROUNDING * all[kind]);
+                (after[kind] - x_v[kind]).abs() > least
+            };
+            if shows(0) || shows(1) {
+                self.jumps[i].push(Jump {
+                    time: stretch.start,
+                    displacement: [x_v[0], after[0]],
+                    velocity: [x_v[1], after[1]],
+                });
+            }
+        }
     }
 
     /// The extremum of larger size, the first one on ties, of each coordinate.

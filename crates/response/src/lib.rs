@@ -91,7 +91,7 @@ pub use exponential::{
     BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
     expm, expm_bounded, expm_condition,
 };
-pub use extrema::{Extrema, Extremum, Fastest};
+pub use extrema::{Extrema, Extremum, Fastest, Jump};
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use history::{History, Output};
 pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};

@@ -53,7 +53,7 @@ const WAY: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     coordinates: Vec<CoordinateSummary>,
-    between: bool,
+    extrema: Option<Extrema>,
 }
 
 /// One coordinate's motion in a few numbers.
@@ -212,13 +212,18 @@ impl Summary {
         });
         Some(Summary {
             coordinates: coordinates.collect(),
-            between: between.is_some(),
+            extrema: between,
         })
     }
 
     /// Whether peaks and settling times are those of the motion itself, and not of its instants only.
     pub fn is_between(&self) -> bool {
-        self.between
+        self.extrema.is_some()
+    }
+
+    /// The extrema and jumps that they come from, where they do not come from the instants.
+    pub fn extrema(&self) -> Option<&Extrema> {
+        self.extrema.as_ref()
     }
 
     /// One entry for each coordinate, in order.

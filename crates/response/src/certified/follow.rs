@@ -209,7 +209,7 @@ impl Limits {
 /// Beside the range of a coordinate, a difference below this does not show.
 pub(crate) const INVISIBLE: f64 = 1e-9;
 /// Beside the range of all coordinates, a difference below this is rounding.
-const ROUNDING: f64 = 1e-13;
+pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
 /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion

@@ -4,11 +4,10 @@ use std::collections::HashMap;
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real};
 
-use super::exponential::exponential;
 use super::generator::Generator;
 use super::march::Walker;
-use crate::problem::Problem;
-use crate::timeline::Instant;
+use crate::enclosed::{Normed, exponential};
+use crate::problem::{Instant, Problem};
 
 /// A moment of the motion, in doubles: displacements, velocities and accelerations, then states and
 /// loads.
@@ -304,7 +303,7 @@ pub(crate) fn follow(
 }
 
 /// e^{W·length/2^depth}, by rows in doubles.
-fn maker(w: super::normed::Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
+fn maker(w: Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
     Box::new(move |depth| {
         let time = Real::scale(length, -(depth as i64));
         let relative = error / length.magnitude();

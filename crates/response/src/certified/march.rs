@@ -2,17 +2,14 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
+use super::attempt::Attempt;
 use super::drift::Drift;
-use super::exponential::counted;
 use super::generator::Generator;
 use super::judge::Judge;
-use super::normed::{Normed, growth};
-use super::{Attempt, too_dear};
-use crate::collector::{Collector, Wanted};
-use crate::operations::Operations;
-use crate::problem::{Problem, ResponseError};
-use crate::straight::StraightLoads;
-use crate::timeline::{Fraction, Instant};
+use super::work::too_dear;
+use crate::answer::{Collector, Operations, Wanted};
+use crate::enclosed::{Normed, counted, growth};
+use crate::problem::{Fraction, Instant, Problem, ResponseError, StraightLoads};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the
 /// `last` attempt, it ends at the first instant that misses the tolerance.

@@ -3,12 +3,13 @@
 use eigentone_digits::{Magnitude, Real};
 use faer::{Mat, MatRef};
 
-use super::ExpmError;
 use super::aligned::Aligned;
 use super::dense::Dense;
 use super::dual::{Dual, Pair};
-use super::expm::{check, norm};
+use super::error::ExpmError;
+use super::error::check;
 use super::growth::Growth;
+use super::norm::norm;
 use super::norm::{column_sums, largest, norm_one};
 use super::paths::Paths;
 use super::polynomial::{Degree, Powers, evaluate};
@@ -17,7 +18,7 @@ use super::scales::scales;
 use super::scaling::needed;
 use super::squaring::{MEANINGFUL, square};
 use super::taylor::{first_shift, otherwise, taylor};
-use crate::certified::Normed;
+use crate::enclosed::Normed;
 
 /// The relative condition number of e^A in the 1-norm: κ = max ‖L(A, E)‖·‖A‖ / (‖E‖·‖e^A‖) over
 /// all E, where L is the Fréchet derivative of the exponential (Higham 2008, *Functions of Matrices*,

@@ -4,13 +4,13 @@ use faer::{Mat, MatRef};
 use pulp::{Simd, WithSimd};
 
 use super::algebra::Algebra;
+use super::choice::{Choice, Size, is_upper};
 use super::contiguous::{Columns, with_columns};
 use super::dense::Dense;
 use super::growth::Growth;
-use super::second_order::{Choice, Size, is_upper};
 use super::squaring::square;
 use super::taylor::store;
-use crate::vector::run;
+use super::vector::run;
 
 /// 2^-s [0 G; −K −C] with `N` masses, columns padded to `ROWS`.
 pub(super) struct FewMasses<const N: usize, const ROWS: usize> {

@@ -2,7 +2,7 @@
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 
-use crate::certified::{Normed, of_any_size, products};
+use crate::enclosed::{Normed, of_any_size, products};
 
 /// An entry x·2^e, row by row.
 pub(super) type Entry = (f64, i64);

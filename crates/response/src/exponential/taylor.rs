@@ -6,12 +6,12 @@ use faer::{Mat, MatRef};
 use super::algebra::{Algebra, Explicit};
 use super::aligned::Aligned;
 use super::dense::Dense;
-use super::expm::{ExpmError, check};
+use super::error::{ExpmError, check, in_range};
 use super::growth::Growth;
+use super::method::Exponential;
 use super::polynomial::evaluate;
 use super::scaling::scale;
 use super::squaring::{Extended, MEANINGFUL, square};
-use super::{Exponential, in_range};
 
 /// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
 /// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a

@@ -76,7 +76,7 @@ impl Law {
 
 #[cfg(test)]
 mod tests {
-    use super::grid::TimeGrid;
+    use crate::problem::TimeGrid;
     use super::*;
     use eigentone_digits::{DoubleDouble, Wide};
 

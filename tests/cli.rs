@@ -704,10 +704,30 @@ fn systems_at_the_edge_pass_every_command() {
     for name in ["a", "free"] {
         let file = scene("grows.json", &grows.replace("NAME", name));
         let started = std::time::Instant::now();
-        for command in ["analyze", "check", "tables"] {
-            let message = refused(&[command, &file, "--out", out], 1);
+        let message = refused(&["analyze", &file, "--out", out], 1);
+        assert!(message.contains("grow"), "{message}");
+        // What is said of the modes is given all the same.
+        for (command, result) in [("check", "check.md"), ("tables", "grows.md")] {
+            let output = eigentone(&[command, &file, "--out", out]);
+            assert_eq!(output.status.code(), Some(1), "{command}");
+            let message = String::from_utf8(output.stderr).expect("UTF-8");
             assert!(message.contains("grow"), "{message}");
+            let text = fs::read_to_string(Path::new(out).join(result)).expect("it is written");
+            assert!(
+                text.contains("10000000") || text.contains("certified"),
+                "{text}"
+            );
+            let reason = text
+                .lines()
+                .find(|line| line.contains("one") && line.contains("grow"));
+            assert!(reason.is_some(), "{text}");
         }
+        let json = fs::read_to_string(Path::new(out).join("check.json")).expect("it is written");
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        assert!(json["response"].is_null() && json["response_error"].is_string());
+        let json = fs::read_to_string(Path::new(out).join("grows.json")).expect("it is written");
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        assert!(json["response"].is_null() && json["response_error"].is_string());
         assert!(started.elapsed().as_secs() < 30, "{:?}", started.elapsed());
     }
 }

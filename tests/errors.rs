@@ -117,7 +117,7 @@ const ENUMS: [(&str, &str); 4] = [
         "MatrixMarketError",
     ),
     ("crates/modes/src/builder.rs", "BuildError"),
-    ("crates/response/src/load.rs", "LoadError"),
+    ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
 /// An error and those inside of it.

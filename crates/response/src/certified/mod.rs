@@ -1,4 +1,5 @@
-//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for.
+//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for. It knows `problem`,
+//! `answer` and `enclosed`.
 
 #[cfg(test)]
 mod agreement;

@@ -9,6 +9,7 @@ use super::dense::Dense;
 use super::error::{ExpmError, check, in_range};
 use super::growth::Growth;
 use super::method::Exponential;
+use super::paths::Paths;
 use super::polynomial::evaluate;
 use super::scaling::scale;
 use super::squaring::{Extended, MEANINGFUL, square};
@@ -41,7 +42,7 @@ impl Exponential for Taylor {
 
 /// e^A, and the products and squarings it took, the squarings being products too.
 ///
-/// Entries beyond the range of doubles come out as ∞ or 0 and never as NaN; matrices of norm above 10^16, whose
+/// Entries beyond the range of doubles come out as ∞ or 0, and NaN is what they lose beside others that grow; matrices of norm above 10^16, whose
 /// exponential no digits are left of, at least do not grow beyond e^μ, μ the largest eigenvalue of (A + Aᵀ)/2.
 pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let n = a.nrows();
@@ -52,7 +53,7 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let squarings = scaled.squarings + shift.unsigned_abs();
     let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
     let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-    let matrix = store(n, &result);
+    let matrix = store(a, &result);
     algebra.recycle(result.element);
     (matrix, algebra.products(), squarings)
 }
@@ -84,8 +85,12 @@ pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
     }
 }
 
-/// The matrix in the range of doubles.
-pub(super) fn store(n: usize, result: &Extended<Aligned>) -> Mat<f64> {
+/// The exponential of A in the range of doubles. Entries that are within it, but not within that of the powers of two that all
+/// have in common, are NaN: of these the squarings have lost digits, or all.
+pub(super) fn store(a: MatRef<'_, f64>, result: &Extended<Aligned>) -> Mat<f64> {
+    /// The smallest double, but for room for what sums and products of such have lost.
+    const LEAST: f64 = f64::MIN_POSITIVE * (1u64 << 62) as f64;
+    let n = a.nrows();
     let mut matrix = Mat::zeros(n, n);
     let columns = Dense::value(&result.element).chunks_exact(n.max(1));
     for (j, column) in columns.enumerate() {
@@ -94,6 +99,16 @@ pub(super) fn store(n: usize, result: &Extended<Aligned>) -> Mat<f64> {
         if result.exponent != 0 {
             let scaled = target.iter_mut();
             scaled.for_each(|entry| *entry = entry.scale(result.exponent));
+        }
+    }
+    let values = Dense::value(&result.element);
+    if result.exponent > 0 && values.iter().any(|value| value.abs() < LEAST) {
+        let paths = Paths::of(a);
+        for (at, value) in values.iter().enumerate() {
+            let (i, j) = (at % n, at / n);
+            if value.abs() < LEAST && paths.lead(i, j) {
+                matrix[(i, j)] = f64::NAN;
+            }
         }
     }
     matrix

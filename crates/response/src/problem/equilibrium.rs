@@ -20,12 +20,17 @@ pub(crate) struct Floating {
 }
 
 impl Floating {
-    /// From the proved structure, or else, where `rigid` says that there are some all the same, from
-    /// the singular vectors of K whose singular values are rounding errors.
+    /// The parts of the proved structure; where `rigid` says that there are some, and these are not all, the singular
+    /// vectors of K of the smallest singular values: as many as are proved, or where that is not proved as
+    /// have rounding errors for values.
     pub(crate) fn of(system: &System, structure: &Structure, rigid: bool) -> Floating {
         let n = system.len();
         let parts = structure.spring_floating();
-        if !parts.is_empty() {
+        let counted = match rigid {
+            true => structure.rigid_motions_counted(),
+            false => Some(0),
+        };
+        if !parts.is_empty() && counted.is_none_or(|count| count <= parts.len()) {
             let mut right = Mat::zeros(n, parts.len());
             for (column, part) in parts.iter().enumerate() {
                 part.iter().for_each(|&i| right[(i, column)] = 1.0);
@@ -39,7 +44,7 @@ impl Floating {
             right: Mat::zeros(n, 0),
             left: Mat::zeros(n, 0),
         };
-        if !rigid {
+        if counted == Some(0) {
             return none;
         }
         let Ok(svd) = system.stiffness_matrix().svd() else {
@@ -47,7 +52,8 @@ impl Floating {
         };
         let values = svd.S().column_vector();
         let limit = n as f64 * f64::EPSILON * values[0];
-        let rank = (0..n).take_while(|&i| values[i] > limit).count();
+        let told = || (0..n).take_while(|&i| values[i] > limit).count();
+        let rank = counted.map_or_else(told, |count| n - count);
         Floating {
             right: svd.V().subcols(rank, n - rank).to_owned(),
             left: svd.U().subcols(rank, n - rank).to_owned(),

@@ -76,8 +76,8 @@ impl Law {
 
 #[cfg(test)]
 mod tests {
-    use crate::problem::TimeGrid;
     use super::*;
+    use crate::problem::TimeGrid;
     use eigentone_digits::{DoubleDouble, Wide};
 
     /// Forces of 106 bits against those of 1024: what is rounded is within the errors stated, in units

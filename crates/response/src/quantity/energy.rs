@@ -11,7 +11,7 @@ use eigentone_modes::{FirstOrder, MatrixKind, Node, System};
 use faer::MatRef;
 
 use crate::answer::Trajectory;
-use crate::problem::{Instant, Load, Problem, ResponseError};
+use crate::problem::{Instant, Leg, Load, Problem, ResponseError, Walk};
 
 use driven_form::DrivenForm;
 use gramian::{Square, gramians};
@@ -233,7 +233,7 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
     fn keep(mut self, trajectory: &Trajectory) -> Energy {
         let problem = self.problem;
         let (system, grid) = (problem.system(), problem.grid());
-        let pieces = problem.timeline().pieces();
+        let mut walk = Walk::of(problem);
         let count = trajectory.len();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by_key(|k| trajectory.steps()[*k]);
@@ -241,7 +241,7 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
         let z = self
             .form
             .state(problem.initial_displacement(), problem.initial_velocity());
-        let mut state = self.driven.state(&z, problem, &start, &pieces[0]);
+        let mut state = self.driven.state(&z, problem, &start, walk.piece());
         let (x, v) = self.driven.motion(&state);
         let mut energy = Energy {
             initial: kinetic(system, &v) + potential(system, &x),
@@ -250,33 +250,32 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
             dissipated: vec![0.0; count],
             work: vec![0.0; count],
         };
-        self.work = self.driven.strike(&mut state, pieces[0].impulses());
-        let (mut now, mut piece) = (start, 0);
+        self.work = self.driven.strike(&mut state, walk.piece().impulses());
         for k in order {
             let target = Instant::on_grid(grid, trajectory.steps()[k]);
-            while let Some(next) = pieces.get(piece + 1)
-                && next.start_instant().order(&target).is_le()
-            {
+            let mut piece = walk.piece();
+            while let Some(leg) = walk.towards(&target) {
+                if let Leg::Pass { from, to } = leg {
+                    self.advance(&mut state, &from, &to);
+                    continue;
+                }
+                let next = walk.piece();
                 let event = next.start_instant();
-                self.advance(&mut state, &now, &event);
                 // The harmonic parts go on; only straight ones may jump.
-                self.driven
-                    .load(&mut state, problem, &event, &pieces[piece]);
+                self.driven.load(&mut state, problem, &event, piece);
                 let before = state.clone();
                 self.driven.load(&mut state, problem, &event, next);
                 let jump = self.driven.jump(&before, &state);
                 self.work = self.work + jump + self.driven.strike(&mut state, next.impulses());
-                (now, piece) = (event, piece + 1);
+                piece = next;
             }
-            self.advance(&mut state, &now, &target);
-            now = target;
             let column = |of: MatRef<'_, f64>| of.col(k).iter().copied().collect::<Vec<f64>>();
             let (x, v) = (
                 column(trajectory.displacement()),
                 column(trajectory.velocity()),
             );
             let z = self.form.state(&x, &v);
-            state = self.driven.state(&z, problem, &now, &pieces[piece]);
+            state = self.driven.state(&z, problem, &target, piece);
             energy.kinetic[k] = kinetic(system, &v);
             energy.potential[k] = potential(system, &x);
             energy.dissipated[k] = self.dissipated.to_f64();
@@ -287,9 +286,6 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
 
     /// Moves the state to a later instant, within one piece, and adds up what passes.
     fn advance(&mut self, state: &mut Vec<T>, now: &Instant, end: &Instant) {
-        if !now.order(end).is_lt() {
-            return;
-        }
         let h = end.elapsed(now, self.problem.grid());
         let key = h.high().to_bits();
         if self.intervals.len() >= KEPT && !self.intervals.contains_key(&key) {

@@ -71,7 +71,11 @@ impl Persistence {
         let left = if structure.is_symmetric() {
             right.clone()
         } else {
-            left_shapes(system, &roots).unwrap_or_else(|| right.clone())
+            let left: Vec<Vec<c64>> = lasting
+                .iter()
+                .map(|mode| left_shape(system, mode))
+                .collect();
+            Mat::from_fn(n, count, |i, k| left[k][i])
         };
         let (mass_x, damping_x) = (
             apply(&mass, right.as_ref()),
@@ -174,21 +178,27 @@ fn is_steady(mode: &Mode) -> bool {
     root.value.im != 0.0 && root.value.re.abs() <= bound.min(1e-12 * root.value.norm())
 }
 
-/// yᵀQ(λ) = 0 for each root: the shapes of the transposed system.
-fn left_shapes(system: &System, roots: &[c64]) -> Option<Mat<c64>> {
+/// y with yᵀQ(λ) = 0.
+fn left_shape(system: &System, mode: &Mode) -> Vec<c64> {
+    if let Some(shape) = mode.left_shape() {
+        return shape.iter().map(|entry| entry.conj()).collect();
+    }
+    // At a defective root: the direction that Q(λ) reaches least.
+    let root = mode.eigenvalue().value;
     let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
     let stiffness = system.stiffness_matrix();
-    let transposed =
-        System::from_matrices(mass.transpose(), damping.transpose(), stiffness.transpose());
-    let modes = transposed.ok()?.modes().ok()?;
-    let mut rest: Vec<&Mode> = modes.iter().collect();
-    let mut shapes = Vec::new();
-    for root in roots {
-        let far = |mode: &Mode| (mode.eigenvalue().value - root).norm();
-        let near = (0..rest.len()).min_by(|&a, &b| far(rest[a]).total_cmp(&far(rest[b])))?;
-        shapes.push(rest.swap_remove(near).shape());
-    }
-    Some(Mat::from_fn(system.len(), roots.len(), |i, k| shapes[k][i]))
+    let n = system.len();
+    let q = Mat::from_fn(n, n, |i, j| {
+        root * root * mass[(i, j)] + root * damping[(i, j)] + stiffness[(i, j)]
+    });
+    let Ok(svd) = q.svd() else {
+        return mode.shape().to_vec();
+    };
+    let least: Vec<c64> = (0..n).map(|i| svd.U()[(i, n - 1)].conj()).collect();
+    let size = least
+        .iter()
+        .fold(0.0f64, |top, entry| top.max(entry.norm()));
+    least.iter().map(|entry| entry / size).collect()
 }
 
 /// A real matrix times complex columns.

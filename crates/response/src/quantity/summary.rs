@@ -295,7 +295,7 @@ struct Rest {
 }
 
 /// The motions that no spring resists, seen through the dampers: the singular values and vectors
-/// of WᵀCN.
+/// of WᵀCN, descending; as many as are proved to be 0 are, or where that is not proved those that are rounding errors.
 struct Resisted {
     values: Vec<f64>,
     left: Mat<f64>,
@@ -308,12 +308,23 @@ impl Resisted {
         let damping = system.damping_matrix();
         let reduced = floating.left.transpose() * &damping * &floating.right;
         let d = reduced.nrows();
+        // For K, C ⪰ 0 there are dim N(K) + dim (N(K) ∩ N(C)) roots at 0.
+        let structure = system.structure();
+        let applies = structure.is_passive()
+            && structure.is_symmetric()
+            && structure.rigid_motions_counted() == Some(d);
+        let proved = structure.zero_roots().filter(|_| applies);
+        let proved = proved.and_then(|zeros| zeros.checked_sub(d));
         let limit = 4.0 * (system.len() * d) as f64 * f64::EPSILON * damping.norm_max();
         match reduced.svd() {
             Ok(svd) if d > 0 => Resisted {
                 values: (0..d)
-                    .map(|k| svd.S().column_vector()[k])
-                    .map(|value| if value > limit { value } else { 0.0 })
+                    .map(|k| (k, svd.S().column_vector()[k]))
+                    .map(|(k, value)| match proved {
+                        Some(free) if k + free >= d => 0.0,
+                        None if value <= limit => 0.0,
+                        _ => value,
+                    })
                     .collect(),
                 left: svd.U().to_owned(),
                 right: &floating.right * svd.V(),

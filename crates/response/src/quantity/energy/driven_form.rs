@@ -5,6 +5,7 @@ use eigentone_digits::{DoubleDouble, Real};
 use eigentone_modes::{FirstOrder, MatrixKind, Node, System, balance};
 use faer::MatRef;
 
+use crate::hold::reduced_angle;
 use crate::problem::{Instant, Piece, Problem};
 
 use super::gramian::{Square, dot};
@@ -241,10 +242,8 @@ impl<T: Real> DrivenForm<T> {
                 .position(|known| *known == harmonic.frequency);
             let law = law.expect("all frequencies were collected");
             let at = place(coordinate) + 2 * r * (law + 1);
-            let angle = now.time() * harmonic.frequency;
-            let turns = (angle.to_f64() / std::f64::consts::TAU).round();
-            let angle = angle - DoubleDouble::TAU * turns + harmonic.phase;
-            let (sine, cosine) = angle.to_f64().sin_cos();
+            let angle = reduced_angle(harmonic.frequency, now.time(), harmonic.phase);
+            let (sine, cosine) = angle.sin_cos();
             loads[at] += harmonic.amplitude * sine;
             loads[at + r] += harmonic.amplitude * cosine;
         }

@@ -713,10 +713,7 @@ fn systems_at_the_edge_pass_every_command() {
             let message = String::from_utf8(output.stderr).expect("UTF-8");
             assert!(message.contains("grow"), "{message}");
             let text = fs::read_to_string(Path::new(out).join(result)).expect("it is written");
-            assert!(
-                text.contains("10000000") || text.contains("certified"),
-                "{text}"
-            );
+            assert!(text.contains("## Modes"), "{text}");
             let reason = text
                 .lines()
                 .find(|line| line.contains("one") && line.contains("grow"));

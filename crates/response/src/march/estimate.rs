@@ -9,11 +9,9 @@ use crate::problem::TimeGrid;
 /// What going to coordinates of a method's own and back makes of rounding errors on the way.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Detour {
-    /// How many times as large they get, of displacements and of velocities.
-    pub(crate) enlargement: f64,
-    /// How much displacement they leave of a velocity, in seconds: what comes of it in the coordinates need not be small
-    /// where it cancels.
-    pub(crate) crossing: f64,
+    /// What they leave of displacements and of velocities, as displacements and then as velocities: what comes of one in
+    /// the coordinates need not be small where it cancels.
+    pub(crate) leaves: [[f64; 2]; 2],
 }
 
 /// Counts the rounding errors met so far.
@@ -115,13 +113,16 @@ impl Estimate {
             return (None, None);
         }
         let roundings = 8.0 * (self.steps + 1.0);
-        let units = roundings * self.states.max(self.detour.enlargement)
+        let units = roundings * self.states
             + 8.0 * self.at_once
             + 4.0 * self.rate * self.elapsed * self.condition;
         let factor = units * f64::EPSILON;
-        let crossed = roundings * f64::EPSILON * self.detour.crossing * self.velocity;
-        let displacement = factor * self.displacement + crossed;
-        let velocity = factor * (self.velocity + self.rate * self.displacement);
+        let detour = self.detour.leaves.map(|[of_displacement, of_velocity]| {
+            let left = of_displacement * self.displacement + of_velocity * self.velocity;
+            roundings * f64::EPSILON * left
+        });
+        let displacement = factor * self.displacement + detour[0];
+        let velocity = factor * (self.velocity + self.rate * self.displacement) + detour[1];
         // Beyond the size of the motion, a first-order estimate says nothing.
         let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);
         (telling(displacement), telling(velocity))

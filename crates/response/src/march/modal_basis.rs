@@ -17,7 +17,9 @@ pub(crate) struct Basis {
     pub(crate) t: Mat<f64>,
     pub(crate) inverse: Mat<f64>,
     pub(crate) blocks: Vec<Block>,
-    /// What the way to modes and back makes of rounding errors.
+    /// By how much rounding errors of displacements or velocities may grow on the way to modes and back.
+    pub(crate) enlargement: f64,
+    /// What that way leaves of them.
     pub(crate) detour: Detour,
 }
 
@@ -83,7 +85,8 @@ impl Basis {
         let rows = row_norms(&t);
         Basis {
             blocks: blocks.collect(),
-            detour: detour(&t, &inverse, &rows, nf),
+            enlargement: enlargement(&t, &inverse, &rows, nf),
+            detour: detour(&t, &inverse, nf),
             form,
             t,
             inverse,
@@ -145,19 +148,20 @@ impl Basis {
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
         let inverse = even.partial_piv_lu().inverse();
         let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
-        let detour = detour(&t, &inverse, &rows, form.massive().len());
-        let enlargement = detour.enlargement;
+        let half = form.massive().len();
+        let enlargement = enlargement(&t, &inverse, &rows, half);
         if enlargement.is_nan() || enlargement > LARGEST_CONDITION {
             return Err(format!(
                 "its complex shapes are ill-conditioned ({enlargement:.0e})"
             ));
         }
         Ok(Basis {
+            detour: detour(&t, &inverse, half),
             form,
             t,
             inverse,
             blocks,
-            detour,
+            enlargement,
         })
     }
 }
@@ -166,12 +170,11 @@ fn row_norms(t: &Mat<f64>) -> Vec<f64> {
     (0..t.nrows()).map(|i| t.row(i).norm_l2()).collect()
 }
 
-/// Roundings grow as sums of |D⁻¹T||T⁻¹D| along
+/// By how much rounding errors may grow on the way to modal coordinates and back: sums of |D⁻¹T||T⁻¹D| along
 /// the rows, D the diagonal matrix of these norms of the rows of T, over displacements for displacements (the first
 /// `half` states) and over the other states for those. Unlike a norm of T times one of T⁻¹, it does not hold
-/// it against fast modes that they move much faster than slow ones (Skeel 1979, *J. ACM* 26). Those of velocities
-/// cross to displacements as sums of |T||T⁻¹|.
-fn detour(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> Detour {
+/// it against fast modes that they move much faster than slow ones (Skeel 1979, *J. ACM* 26).
+fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f64 {
     let n = t.nrows();
     let into = |alike: std::ops::Range<usize>| -> Vec<f64> {
         let sum = |k: usize| -> f64 {
@@ -188,18 +191,31 @@ fn detour(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> Detour
             .map(|(k, into)| (t[(i, k)] / rows[i]).abs() * into)
             .sum()
     };
-    let velocities = |k: usize| (half..n).map(|j| inverse[(k, j)].abs()).sum();
-    let velocities: Vec<f64> = (0..n).map(velocities).collect();
-    let cross = |i: usize| -> f64 {
-        let terms = velocities.iter().enumerate();
-        terms.map(|(k, into)| t[(i, k)].abs() * into).sum()
-    };
     // A NaN is to be found.
-    let largest = |top: f64, sum: f64| if sum <= top { top } else { sum };
-    Detour {
-        enlargement: (0..n).map(sum).fold(0.0, largest),
-        crossing: (0..half).map(cross).fold(0.0, largest),
+    (0..n)
+        .map(sum)
+        .fold(0.0, |top, sum| if sum <= top { top } else { sum })
+}
+
+/// The largest sums of |T||T⁻¹| along a row, from displacements and from velocities to either. Of the states the
+/// second `half` are velocities.
+fn detour(t: &Mat<f64>, inverse: &Mat<f64>, half: usize) -> Detour {
+    let n = t.nrows();
+    let kind = |i: usize| usize::from((half..2 * half).contains(&i));
+    let mut into = vec![[0.0; 2]; n];
+    let mut detour = Detour::default();
+    for (k, into) in into.iter_mut().enumerate() {
+        (0..n).for_each(|j| into[kind(j)] += inverse[(k, j)].abs());
     }
+    for i in 0..n {
+        for from in 0..2 {
+            let terms = into.iter().enumerate();
+            let sum: f64 = terms.map(|(k, into)| t[(i, k)].abs() * into[from]).sum();
+            let top = &mut detour.leaves[kind(i)][from];
+            *top = top.max(sum);
+        }
+    }
+    detour
 }
 
 /// The hold of one block.

@@ -44,7 +44,7 @@ impl ModalMarch {
     /// Whether its error is within what methods in doubles estimate: roundings of a unit for each step, enlarged
     /// on the way to modes and back, beside eight units for each step and state.
     pub(crate) fn is_accurate(basis: &Basis) -> bool {
-        basis.detour.enlargement <= 8.0 * basis.form.states() as f64
+        basis.enlargement <= 8.0 * basis.form.states() as f64
     }
 
     /// From the state `z`.

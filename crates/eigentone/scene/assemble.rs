@@ -8,12 +8,14 @@ use eigentone_response::{
 use faer::Mat;
 
 use super::Scene;
-use super::error::{SceneError, hint};
+use super::error::SceneError;
 use super::layout;
 use super::matrix_market;
 use super::place::{self, steps};
+
 use super::shape::{List, Matrix, Number, Object};
 use super::text::Source;
+use super::words::{excerpt, hint};
 
 /// Checks all there is to check.
 pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene, SceneError> {
@@ -146,7 +148,7 @@ fn unknown_name(
 ) -> SceneError {
     SceneError::UnknownName {
         at: source.place(path),
-        name: super::error::excerpt(name),
+        name: excerpt(name),
         hint: hint(name, known),
     }
 }

@@ -8,7 +8,10 @@ use thiserror::Error;
 
 use super::matrix_market::MatrixMarketError;
 use super::place::Place;
-use super::text::MAX_BYTES;
+use super::words::listed;
+
+/// The largest scene file that is read, in bytes.
+pub const MAX_BYTES: u64 = 64 << 20;
 
 /// What is wrong with a scene file: one message with the file, the place in it, what is wrong and
 /// what would be right.
@@ -187,68 +190,4 @@ fn load_kinds(given: &[&str]) -> String {
             listed(given.iter().map(|kind| format!("{kind:?}")), "and")
         ),
     }
-}
-
-/// A text cut to a length that a message can bear.
-pub(super) fn excerpt(text: &str) -> String {
-    const LONGEST: usize = 60;
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text.to_owned(),
-    }
-}
-
-/// What may have been meant by an unknown word: the known one nearest to it if one is near, or all
-/// of them.
-pub(super) fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
-    const SHOWN: usize = 12;
-    if let Some(near) = nearest(word, known) {
-        return format!("did you mean {:?}?", excerpt(near));
-    }
-    let shown = if known.len() > SHOWN + 1 {
-        SHOWN
-    } else {
-        known.len()
-    };
-    let mut words: Vec<String> = known[..shown]
-        .iter()
-        .map(|word| format!("{:?}", excerpt(word.as_ref())))
-        .collect();
-    if known.len() > shown {
-        words.push(format!("{} more", known.len() - shown));
-    }
-    let verb = if known.len() == 1 { "is" } else { "are" };
-    format!("known {verb} {}", listed(words.into_iter(), "and"))
-}
-
-fn listed(words: impl Iterator<Item = String>, last: &str) -> String {
-    let mut words: Vec<String> = words.collect();
-    match words.pop() {
-        Some(word) if words.is_empty() => word,
-        Some(word) => format!("{} {last} {word}", words.join(", ")),
-        None => String::new(),
-    }
-}
-
-/// The known word at the smallest edit distance, if at most one letter in three is wrong.
-fn nearest<'a>(word: &str, known: &'a [impl AsRef<str>]) -> Option<&'a str> {
-    const LONGEST: usize = 64;
-    let length = word.chars().count();
-    if length > LONGEST {
-        return None;
-    }
-    let lower = word.to_lowercase();
-    known
-        .iter()
-        .map(AsRef::as_ref)
-        .filter(|candidate| candidate.len() <= 4 * LONGEST)
-        .map(|candidate| {
-            (
-                strsim::osa_distance(&lower, &candidate.to_lowercase()),
-                candidate,
-            )
-        })
-        .filter(|(distance, _)| 3 * distance <= length)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
 }

@@ -11,7 +11,7 @@ use eigentone_modes::MAX_COORDINATES;
 use faer::sparse::{SparseColMat, Triplet};
 use thiserror::Error;
 
-use super::error::excerpt;
+use super::words::excerpt;
 
 /// The largest matrix file that is read, in bytes.
 pub const MAX_MATRIX_BYTES: u64 = 4 << 30;

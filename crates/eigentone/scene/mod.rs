@@ -11,16 +11,16 @@ mod matrix_market;
 mod place;
 mod shape;
 mod text;
+mod words;
 
 use std::path::Path;
 
 use eigentone_modes::System;
 use eigentone_response::{AppliedLoad, Problem, ResponseError, State, TimeGrid};
 
-pub use error::SceneError;
+pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
-pub use text::MAX_BYTES;
 
 /// A scene that has been read and checked.
 #[derive(Clone, Debug)]

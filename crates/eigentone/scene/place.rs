@@ -65,10 +65,10 @@ pub(super) fn written(steps: &[Step]) -> String {
             Step::Key(key) => {
                 let plain = |c: char| c.is_alphanumeric() || "_-".contains(c);
                 if key.is_empty() || !key.chars().all(plain) {
-                    text += &format!("[{:?}]", super::error::excerpt(key));
+                    text += &format!("[{:?}]", super::words::excerpt(key));
                 } else {
                     text += if text.is_empty() { "" } else { "." };
-                    text += &super::error::excerpt(key);
+                    text += &super::words::excerpt(key);
                 }
             }
         }

@@ -10,7 +10,7 @@ use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, forward_to_deserialize_any};
 
-use super::error::{excerpt, hint};
+use super::words::{excerpt, hint};
 
 /// What can be read from one kind of JSON value; each reader below refuses by default.
 trait Shape<'de>: Sized {

@@ -7,13 +7,10 @@ use std::path::{Path, PathBuf};
 use serde_json::error::Category;
 use serde_path_to_error::Segment;
 
-use super::error::SceneError;
+use super::error::{MAX_BYTES, SceneError};
 use super::layout;
 use super::place::{self, Place, Step};
 use super::shape::Object;
-
-/// The largest scene file that is read, in bytes.
-pub const MAX_BYTES: u64 = 64 << 20;
 
 /// The text of a file, if it is a file, not too large, and text.
 pub(super) fn read(path: &Path) -> Result<String, SceneError> {
@@ -123,7 +120,7 @@ impl<'a> Source<'a> {
         match magnitude.parse::<f64>() {
             Ok(value) if !value.is_finite() => SceneError::NotFinite {
                 at,
-                number: super::error::excerpt(word),
+                number: super::words::excerpt(word),
             },
             _ => SceneError::NotJson { at, source },
         }

@@ -43,38 +43,29 @@
 //! (docs/theory.md, (13), (14)). Nothing here prints or reads files.
 
 mod assurance;
-mod balance;
-mod builder;
-mod element;
-mod enclosed_form;
 mod exact;
 mod first_order;
 mod inclusion;
+mod linear;
+mod model;
 mod modes;
-mod parameter;
 mod participation;
-mod plan;
 mod quality;
 mod sensitivity;
-mod small;
 mod solver;
 mod sparse;
 mod structure;
 mod sweep;
-mod symmetric_eigen;
 mod system;
-mod vector;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
-pub use balance::{Balanced, balance};
-pub use builder::{BuildError, MAX_COORDINATES, MAX_DENSE_COORDINATES, SystemBuilder};
-pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
-pub use enclosed_form::EnclosedFirstOrder;
-pub use first_order::{FirstOrder, FirstOrderError};
-pub use modes::{Bounds, Eigenvalue, Frequency, Mode, Modes, Motion, Precision};
-pub use parameter::Parameter;
+pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
+pub use linear::{Balanced, balance};
+pub use model::{
+    Element, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Node, Term,
+};
+pub use modes::{Bounds, Eigenvalue, Frequency, Mode, ModePlan, Modes, Motion, Precision};
 pub use participation::{Participation, ParticipationError};
-pub use plan::ModePlan;
 pub use sensitivity::{Derivative, Sensitivity, SensitivityError};
 pub use solver::{
     Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
@@ -83,4 +74,4 @@ pub use solver::{
 pub use sparse::{SparseError, SparseModes, SparseWork};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
-pub use system::System;
+pub use system::{BuildError, Parameter, System, SystemBuilder};

@@ -3,7 +3,7 @@
 use eigentone_digits::DoubleDouble;
 use thiserror::Error;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::solver::parts::{groups, part};
 use crate::solver::{ClassicalModes, ModesError};
 use crate::system::System;
@@ -223,8 +223,8 @@ mod tests {
     use faer::Mat;
 
     use super::*;
-    use crate::builder::SystemBuilder;
-    use crate::element::GROUND;
+    use crate::model::GROUND;
+    use crate::system::SystemBuilder;
 
     /// Masses and springs of 1 in a row, the first one tied to the ground if `grounded`.
     fn chain(n: usize, grounded: bool) -> SystemBuilder {

@@ -5,10 +5,9 @@ use num_complex::Complex;
 use thiserror::Error;
 
 use crate::modes::Mode;
-use crate::parameter::{Parameter, Place};
 use crate::quality::bordered::{Resolved, conjugate, difference, signed};
-use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
+use crate::system::{Parameter, Place};
 
 /// The derivatives of one mode with respect to every [`Parameter`] of its system.
 ///
@@ -67,7 +66,7 @@ impl<'a> Sensitivity<'a> {
             None => return Err(unresolved),
         }
         let root = Resolved::of(system, value, mode.shape()).ok_or(unresolved.clone())?;
-        let left = if all_symmetric(system) {
+        let left = if system.structure().is_symmetric() {
             root.x.iter().map(|entry| conjugate(*entry)).collect()
         } else {
             root.left()
@@ -211,7 +210,7 @@ mod tests {
     use faer::Mat;
 
     use super::*;
-    use crate::element::{GROUND, MatrixKind};
+    use crate::model::{GROUND, MatrixKind};
     use crate::modes::Repeats;
 
     fn close(a: Complex<f64>, b: Complex<f64>, tolerance: f64) -> bool {

@@ -5,7 +5,7 @@ use eigentone_response::Timeline;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
-use super::implicit_system::Number;
+use super::number::Number;
 
 /// x″ = M⁻¹(f − C x′ − K x), with the zeros of M⁻¹K, M⁻¹C and M⁻¹ left out.
 pub(crate) struct EquationOfMotion {

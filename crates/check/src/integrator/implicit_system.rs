@@ -1,27 +1,10 @@
 //! The linear system of equations that an implicit step solves.
 
-use std::ops::{Add, AddAssign, Mul, Sub};
-
 use faer::Mat;
-use faer::traits::ComplexField;
 
 use super::Work;
 use super::equation::EquationOfMotion;
-
-/// A real or complex number.
-pub(super) trait Number:
-    ComplexField
-    + Copy
-    + Add<Output = Self>
-    + AddAssign
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Mul<f64, Output = Self>
-{
-}
-
-impl Number for f64 {}
-impl Number for faer::c64 {}
+use super::number::Number;
 
 /// (I + α M⁻¹C + β M⁻¹K) x = b, factorised once for each α and β.
 ///

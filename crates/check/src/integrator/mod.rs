@@ -15,6 +15,7 @@ mod interpolation;
 mod knob;
 mod limit;
 mod newmark;
+mod number;
 mod prediction;
 mod radau;
 mod runge_kutta;

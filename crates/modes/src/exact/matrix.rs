@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 
 use super::prime_field::{PrimeField, Residue};
 use super::sum::{ExactSum, Extent, Parts};
-use crate::element::{Element, MatrixKind, Node};
-use crate::system::System;
+use crate::model::MatrixKind;
+use crate::model::Model;
 
 /// Every double is a multiple of 2 to this power.
 const LOWEST: i32 = -1074;
@@ -24,45 +24,11 @@ pub(crate) struct ExactMatrix {
 
 impl ExactMatrix {
     /// The matrix of this kind: elements and added matrix together.
-    pub(crate) fn of(system: &System, kind: MatrixKind) -> ExactMatrix {
-        let elements = match kind {
-            MatrixKind::Mass => &[],
-            MatrixKind::Damping => system.dampers(),
-            MatrixKind::Stiffness => system.springs(),
-        };
-        let mut parts = Vec::with_capacity(system.len().max(4 * elements.len()));
-        if let Some(added) = system.added(kind) {
-            for i in 0..system.len() {
-                parts.extend(
-                    (0..system.len())
-                        .map(|j| (i, j, added[(i, j)]))
-                        .filter(|part| part.2 != 0.0),
-                );
-            }
-        }
-        if let Some(added) = system.added_sparse(kind) {
-            let entries = added.triplet_iter();
-            parts.extend(entries.map(|entry| (entry.row, entry.col, *entry.val)));
-        }
-        let mut join = |element: &Element| {
-            let value = element.coefficient;
-            for (end, other) in [
-                (element.first, element.second),
-                (element.second, element.first),
-            ] {
-                let Node::Coordinate(i) = end else { continue };
-                parts.push((i, i, value));
-                if let Node::Coordinate(j) = other {
-                    parts.push((i, j, -value));
-                }
-            }
-        };
-        elements.iter().for_each(&mut join);
-        if kind == MatrixKind::Mass {
-            let masses = system.masses().iter().enumerate();
-            parts.extend(masses.map(|(i, &mass)| (i, i, mass)));
-        }
-        ExactMatrix::from_parts(system.len(), parts)
+    pub(crate) fn of(model: &Model, kind: MatrixKind) -> ExactMatrix {
+        let parts = model
+            .terms(kind)
+            .map(|term| (term.row, term.column, term.value));
+        ExactMatrix::from_parts(model.len(), parts.collect())
     }
 
     /// From summands (row, column, value).

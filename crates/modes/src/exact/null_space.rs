@@ -146,14 +146,14 @@ fn short_fraction(field: &PrimeField, residue: Residue) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::MatrixKind;
+    use crate::model::MatrixKind;
     use crate::structure::samples::{free_beam, matrices};
     use faer::Mat;
 
     fn vectors_of(stiffness: Mat<f64>) -> Option<Vec<Vec<f64>>> {
         let n = stiffness.nrows();
         let system = matrices(Mat::identity(n, n), Mat::zeros(n, n), stiffness);
-        let found = null_space(&ExactMatrix::of(&system, MatrixKind::Stiffness))?;
+        let found = null_space(&ExactMatrix::of(system.model(), MatrixKind::Stiffness))?;
         Some(found.iter().map(|vector| vector.dense(n)).collect())
     }
 

@@ -28,7 +28,7 @@ use super::bounded_shape::Shape;
 use super::congruence::{Basis, Goal, Squares, squares};
 use super::gram::{Form, Gram, UPWARD};
 use super::quadratic::{Damped, Modal, around, roots};
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::structure::Structure;
 use crate::system::System;
 

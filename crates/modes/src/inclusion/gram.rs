@@ -4,7 +4,7 @@ use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
 /// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.

@@ -1,6 +1,6 @@
 //! det(λ²M + λC + K) in ball arithmetic, from the elements.
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::MatrixKind;
 use crate::system::System;
 
 use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
@@ -105,9 +105,6 @@ impl Pencil {
         let mut entries: Vec<Entry> = Vec::new();
         let mut index = vec![usize::MAX; n * n];
         let mut add = |row: usize, column: usize, power: usize, value: f64| {
-            if value == 0.0 {
-                return;
-            }
             let at = &mut index[row * n + column];
             if *at == usize::MAX {
                 *at = entries.len();
@@ -119,43 +116,16 @@ impl Pencil {
             }
             entries[*at].terms[power].push(value);
         };
-        let mass_power = if in_square { 1 } else { 2 };
-        for (i, mass) in system.masses().iter().enumerate() {
-            add(i, i, mass_power, *mass);
-        }
-        let mut network = |elements: &[Element], power: usize| {
-            for element in elements {
-                for (end, other) in [
-                    (element.first, element.second),
-                    (element.second, element.first),
-                ] {
-                    let Node::Coordinate(i) = end else { continue };
-                    add(i, i, power, element.coefficient);
-                    if let Node::Coordinate(j) = other {
-                        add(i, j, power, -element.coefficient);
-                    }
-                }
-            }
-        };
-        network(system.springs(), 0);
-        if !in_square {
-            network(system.dampers(), 1);
-        }
         for (kind, power) in [
             (MatrixKind::Stiffness, 0),
             (MatrixKind::Damping, 1),
-            (MatrixKind::Mass, mass_power),
+            (MatrixKind::Mass, if in_square { 1 } else { 2 }),
         ] {
-            let Some(matrix) = system.added(kind) else {
-                continue;
-            };
             if in_square && kind == MatrixKind::Damping {
                 continue;
             }
-            for i in 0..n {
-                for j in 0..n {
-                    add(i, j, power, matrix[(i, j)]);
-                }
+            for term in system.terms(kind) {
+                add(term.row, term.column, power, term.value);
             }
         }
         Pencil {
@@ -441,7 +411,6 @@ mod tests {
     use eigentone_digits::Wide;
 
     use super::*;
-    use crate::structure::Structure;
 
     /// What is unknown is not small because it is written with a small power of two.
     #[test]
@@ -493,7 +462,7 @@ mod tests {
             .matrix(MatrixKind::Stiffness, k.as_ref())
             .build()
             .expect("a system");
-        assert_eq!(Structure::of(&system).finite_roots(), Some(4));
+        assert_eq!(system.structure().finite_roots(), Some(4));
         let modes = system.modes().expect("they are found");
         let known = [
             -2.3679574059732746e-59,

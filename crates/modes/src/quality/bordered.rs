@@ -8,9 +8,9 @@
 use eigentone_digits::ComplexDoubleDouble;
 use num_complex::Complex;
 
-use crate::element::Node;
-use crate::parameter::{Parameter, Place};
+use crate::model::Node;
 use crate::system::System;
+use crate::system::{Parameter, Place};
 
 type Number = ComplexDoubleDouble;
 

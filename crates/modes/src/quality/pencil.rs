@@ -5,9 +5,9 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind};
+use crate::linear::vector::settle;
+use crate::model::{Element, MatrixKind};
 use crate::system::System;
-use crate::vector::settle;
 
 /// M, C, K in doubles with their Frobenius norms.
 pub(crate) struct Pencil {

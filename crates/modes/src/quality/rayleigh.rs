@@ -9,7 +9,7 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Lanes, Real, WideCompl
 use num_complex::Complex;
 use pulp::Arch;
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
 /// y*Mx, y*Cx and y*Kx, or for a real shape x = y their real values, in the precision of T.

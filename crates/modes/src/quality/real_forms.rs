@@ -8,9 +8,9 @@ use eigentone_digits::{DoubleDouble, Lanes, Real};
 use faer::{Mat, MatRef};
 use pulp::Arch;
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::linear::vector::settle;
+use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
-use crate::vector::settle;
 
 /// xᵀMx, xᵀCx and xᵀKx of a real shape x.
 #[derive(Clone, Copy, Debug)]

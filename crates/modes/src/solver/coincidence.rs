@@ -6,7 +6,7 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
 use crate::structure::{DistinctRoots, Structure};
 use crate::system::System;

@@ -4,7 +4,7 @@
 use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::quality::pencil::{Approximate, Pencil, norm};
 use crate::quality::rayleigh::Forms;
 use crate::structure::Structure;

@@ -3,7 +3,7 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::{MatrixKind, Node};
+use crate::model::{MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::pencil::products;
 use crate::quality::real_forms::Entries;

@@ -5,9 +5,7 @@ mod certified;
 mod classical;
 mod cluster;
 mod coincidence;
-mod eigenpairs;
 mod improvement;
-mod jacobi;
 mod low_rank;
 mod modal_damping;
 mod modal_matrix;
@@ -39,8 +37,8 @@ pub use symmetric::Symmetric;
 pub(crate) use roots::normalised;
 
 use crate::first_order::FirstOrderError;
+use crate::modes::ModePlan;
 use crate::modes::{Mode, Modes, Precision};
-use crate::plan::ModePlan;
 use crate::structure::Structure;
 use crate::system::System;
 use shifted::Shifted;
@@ -136,22 +134,37 @@ pub(crate) fn plan(
     Ok((solver, plan))
 }
 
-/// Modes by the solver that the plan picks.
-pub(crate) fn solve(system: &System, precision: Precision) -> Result<Modes, ModesError> {
-    admit_size(system)?;
-    let parts = parts::parts(system);
-    if parts.len() > 1 {
-        let solved = parts.into_iter().map(|coordinates| {
-            let part = parts::part(system, &coordinates);
-            let modes = solve_part(&part, precision)?;
-            Ok((coordinates, part, modes))
-        });
-        return Ok(parts::joined(
-            system,
-            solved.collect::<Result<_, ModesError>>()?,
-        ));
+impl System {
+    /// Natural frequencies, damping ratios and mode shapes with proven bounds, by the solver that
+    /// the [plan](crate::ModePlan) picks: [`modes_to`](Self::modes_to) with the default precision.
+    ///
+    /// # Errors
+    /// [`ModesError`] where no solver reaches an answer.
+    pub fn modes(&self) -> Result<Modes, ModesError> {
+        self.modes_to(Precision::default())
     }
-    solve_part(system, precision)
+
+    /// Modes to the given precision. Where a proof is not reached, the answer has estimated bounds
+    /// and its plan says why.
+    ///
+    /// # Errors
+    /// [`ModesError`] where no solver reaches an answer.
+    pub fn modes_to(&self, precision: Precision) -> Result<Modes, ModesError> {
+        admit_size(self)?;
+        let parts = parts::parts(self);
+        if parts.len() > 1 {
+            let solved = parts.into_iter().map(|coordinates| {
+                let part = parts::part(self, &coordinates);
+                let modes = solve_part(&part, precision)?;
+                Ok((coordinates, part, modes))
+            });
+            return Ok(parts::joined(
+                self,
+                solved.collect::<Result<_, ModesError>>()?,
+            ));
+        }
+        solve_part(self, precision)
+    }
 }
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {

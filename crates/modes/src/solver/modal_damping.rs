@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use crate::element::{MatrixKind, Node};
+use crate::model::{MatrixKind, Node};
 use crate::system::System;
 
 /// XᵀCX for real shapes X, summed over the dampers.

@@ -3,8 +3,8 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind};
 use crate::first_order::FirstOrder;
+use crate::model::{Element, MatrixKind};
 use crate::modes::Modes;
 use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
@@ -161,7 +161,7 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::GROUND;
+    use crate::model::GROUND;
 
     #[test]
     fn a_mode_with_its_damper_in_a_node_stays_undamped() {

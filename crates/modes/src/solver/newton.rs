@@ -42,7 +42,7 @@ pub(crate) fn resolved(system: &System, root: &Root, reach: f64) -> Option<Root>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::MatrixKind;
+    use crate::model::MatrixKind;
     use crate::solver::ModeSolver;
     use crate::solver::state_matrix::StateMatrix;
     use faer::mat;

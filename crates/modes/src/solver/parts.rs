@@ -3,7 +3,7 @@
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node};
 use crate::modes::{Bounds, Mode, Modes, Repeats, order};
 use crate::system::System;
 

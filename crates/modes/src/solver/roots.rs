@@ -3,10 +3,9 @@
 use num_complex::Complex;
 
 use crate::inclusion::shape::Shapes;
+use crate::modes::ModePlan;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
-use crate::plan::ModePlan;
 use crate::quality::pencil::{Approximate, Pencil, Quality};
-use crate::structure::symmetric::all_symmetric;
 use crate::system::System;
 
 use super::{ModeSolver, cluster};
@@ -145,7 +144,7 @@ pub(crate) fn together(modes: &[Mode], members: &[usize]) -> Repeats {
 }
 
 fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds: Bounds) -> Modes {
-    let symmetric = all_symmetric(system);
+    let symmetric = system.structure().is_symmetric();
     let roots: Vec<Root> = roots.into_iter().map(normalised_root).collect();
     let unknown = roots.iter().filter(|root| root.quality.is_none());
     let unknown: Vec<Approximate<'_>> = unknown.map(Root::approximate).collect();
@@ -329,7 +328,7 @@ pub(crate) fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
 mod tests {
     use super::super::StateMatrix;
     use super::*;
-    use crate::element::GROUND;
+    use crate::model::GROUND;
 
     /// Large errors are no estimates, but they are bounds.
     #[test]

@@ -10,8 +10,8 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::MatrixKind;
 use crate::first_order::{FirstOrder, FirstOrderError, Massless};
+use crate::model::MatrixKind;
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;

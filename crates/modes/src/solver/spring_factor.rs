@@ -9,17 +9,17 @@
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::element::Node;
+use crate::linear::symmetric_eigen::symmetric_eigen;
+use crate::model::Node;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
-use crate::symmetric_eigen::symmetric_eigen;
 use crate::system::System;
 
-use super::jacobi::jacobi;
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
 use super::star_mesh::Condensed;
 use super::{ModeSolver, ModesError, admit, rigid, tree_factor};
+use crate::linear::jacobi::jacobi;
 use crate::modes::Modes;
 
 /// Singular values of D_k^{1/2} G M^{-1/2}: for undamped systems of positive springs and lumped
@@ -62,7 +62,7 @@ impl ModeSolver for SpringFactor {
 
 /// Why the springs and masses do not fit the spring factor, damping apart.
 pub(crate) fn refuses_springs(system: &System) -> Option<String> {
-    use crate::element::MatrixKind::{Mass, Stiffness};
+    use crate::model::MatrixKind::{Mass, Stiffness};
     if system.added(Mass).is_some() || system.added(Stiffness).is_some() {
         return Some("it was given matrices, not springs and masses alone".to_owned());
     }

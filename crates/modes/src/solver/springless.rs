@@ -4,7 +4,7 @@
 
 use num_complex::Complex;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
@@ -95,7 +95,7 @@ fn turned(system: &System) -> System {
 
 #[cfg(test)]
 mod tests {
-    use crate::element::GROUND;
+    use crate::model::GROUND;
     use crate::{Bounds, ClassicalModes, Precision, System};
 
     /// Five masses of 1 kg in a chain, the first of which a damper of 1e-12 N·s/m ties to the

@@ -1,6 +1,6 @@
 //! Undamped massless nodes eliminated from a network of springs.
 
-use crate::element::{Element, Node};
+use crate::model::{Element, Node};
 use crate::system::System;
 
 /// The springs between the coordinates with mass, after the massless ones are eliminated by

@@ -3,17 +3,17 @@
 use faer::MatRef;
 use num_complex::Complex;
 
-use crate::balance::balance;
 use crate::first_order::FirstOrder;
+use crate::linear::balance;
 use crate::modes::Modes;
 use crate::quality::pencil::products;
 use crate::structure::Structure;
 use crate::system::System;
 
-use super::eigenpairs::{eigenpairs, is_direction};
 use super::improvement::refine;
 use super::roots::{Root, collect};
 use super::{ModeSolver, ModesError, admit, rigid};
+use crate::linear::eigenpairs::{eigenpairs, is_direction};
 
 /// Eigenvalues of the state matrix A of z′ = A z, balanced, by the QR algorithm; each simple one is
 /// then improved by the Rayleigh functional of its shapes (Lancaster 1966, §5.5). For every system
@@ -143,7 +143,7 @@ fn of_size_one(mut vector: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::GROUND;
+    use crate::model::GROUND;
 
     #[test]
     fn nearly_repeated_roots_keep_their_shapes() {

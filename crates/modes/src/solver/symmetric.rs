@@ -3,13 +3,13 @@
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{ColRef, Mat, Par, Side};
 
-use crate::element::{Element, MatrixKind, Node};
 use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
+use crate::linear::symmetric_eigen::symmetric_eigen;
+use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
-use crate::symmetric_eigen::symmetric_eigen;
 use crate::system::System;
 
 use super::real_mode::{RealMode, unit_shapes};

@@ -15,7 +15,7 @@
 
 use faer::Mat;
 
-use crate::element::{Element, Node};
+use crate::model::{Element, Node};
 
 /// W (r × n) with WᵀW = FᵀF, whose rows are far from dependent once scaled to one length
 /// (algorithm 3.1 of Demmel et al.). `columns` tells the column of each coordinate, `masses` the

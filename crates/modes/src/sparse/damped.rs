@@ -7,8 +7,8 @@
 use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
+use crate::modes::ModePlan;
 use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
-use crate::plan::ModePlan;
 use crate::solver::{ModesError, normalised};
 use crate::structure::rayleigh::Proportion;
 use crate::system::System;

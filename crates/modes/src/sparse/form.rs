@@ -8,7 +8,7 @@ use eigentone_digits::{DoubleDouble, Real, Wide};
 
 use num_complex::Complex;
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
 use super::factor::Entry;

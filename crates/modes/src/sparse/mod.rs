@@ -22,7 +22,7 @@ use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use crate::element::MatrixKind;
+use crate::model::MatrixKind;
 use crate::modes::{Frequency, Modes};
 use crate::solver::ModesError;
 use crate::structure::rayleigh::Proportion;

@@ -373,7 +373,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn verdict(system: &System) -> Verdict {
-        classical(&Coefficients::of(system))
+        classical(&Coefficients::of(system.model()))
     }
 
     #[test]

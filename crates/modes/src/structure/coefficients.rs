@@ -6,11 +6,11 @@ use super::network::Network;
 use super::semidefinite;
 use super::support::floating;
 use super::symmetric::is_symmetric;
-use crate::builder::MAX_DENSE_COORDINATES;
-use crate::element::MatrixKind;
 use crate::exact::matrix::ExactMatrix;
 use crate::exact::null_space::{NullVector, null_space};
-use crate::system::System;
+use crate::model::MAX_DENSE_COORDINATES;
+use crate::model::MatrixKind;
+use crate::model::Model;
 
 /// One of the three matrices.
 #[derive(Debug, PartialEq)]
@@ -72,10 +72,10 @@ pub(crate) struct Coefficients {
 }
 
 impl Coefficients {
-    pub(crate) fn of(system: &System) -> Coefficients {
+    pub(crate) fn of(model: &Model) -> Coefficients {
         let of = |kind| {
-            let matrix = ExactMatrix::of(system, kind);
-            let symmetric = is_symmetric(system, kind);
+            let matrix = ExactMatrix::of(model, kind);
+            let symmetric = is_symmetric(model, kind);
             Coefficient::new(matrix, symmetric)
         };
         Coefficients {

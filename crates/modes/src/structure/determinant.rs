@@ -14,13 +14,13 @@
 use super::coefficients::{Coefficient, Coefficients};
 use super::polynomial::Reduced;
 use super::support::floating;
-use crate::builder::MAX_DENSE_COORDINATES;
-use crate::element::MatrixKind;
 use crate::exact::elimination::{Row, eliminate};
 use crate::exact::null_space::{NullVector, annulled};
 use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
 use crate::exact::sum::{Extent, ceil_log2};
-use crate::system::System;
+use crate::model::MAX_DENSE_COORDINATES;
+use crate::model::MatrixKind;
+use crate::model::Model;
 
 /// The most coordinates for which coefficients are computed.
 const MOST_COORDINATES: usize = 100;
@@ -33,14 +33,13 @@ const ZERO_TESTS: usize = 3;
 /// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
 /// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60. Of large systems only floating parts
 /// without mass are looked for.
-pub(crate) fn vanishes(system: &System) -> bool {
-    let lumped =
-        system.added(MatrixKind::Mass).is_none() && system.added_sparse(MatrixKind::Mass).is_none();
-    if lumped && system.masses().iter().all(|&mass| mass > 0.0) {
+pub(crate) fn vanishes(model: &Model) -> bool {
+    let lumped = model.is_of_elements(MatrixKind::Mass);
+    if lumped && model.masses().iter().all(|&mass| mass > 0.0) {
         return false;
     }
-    let coefficients = Coefficients::of(system);
-    if system.is_large() {
+    let coefficients = Coefficients::of(model);
+    if model.is_large() {
         return Order::at_zero(&coefficients) == Order::Infinite;
     }
     match Order::at_zero(&coefficients) {
@@ -327,15 +326,16 @@ mod tests {
         as_matrices, chain, matrices, network, triple_defect, with_matrices,
     };
     use super::*;
+    use crate::system::System;
     use faer::{Mat, mat};
     use proptest::prelude::*;
 
     /// (finite, zero), `None` where the determinant vanishes.
     fn roots(system: &System) -> Option<(usize, usize)> {
-        if vanishes(system) {
+        if vanishes(system.model()) {
             return None;
         }
-        let roots = Roots::of(&Coefficients::of(system));
+        let roots = Roots::of(&Coefficients::of(system.model()));
         Some((
             roots.finite.expect("finite roots proved"),
             roots.zero.expect("zero roots proved"),
@@ -344,7 +344,7 @@ mod tests {
 
     /// By coefficients modulo primes alone.
     fn computed(system: &System) -> Option<(usize, usize)> {
-        let terms = Terms::of(&Coefficients::of(system)).expect("small enough");
+        let terms = Terms::of(&Coefficients::of(system.model())).expect("small enough");
         assert!(terms.all);
         terms.range.map(|(lowest, highest)| (highest, lowest))
     }

@@ -164,7 +164,10 @@ mod tests {
 
     /// The least number for which it is proved.
     fn different(systems: &[&System]) -> usize {
-        let all: Vec<Coefficients> = systems.iter().map(|s| Coefficients::of(s)).collect();
+        let all: Vec<Coefficients> = systems
+            .iter()
+            .map(|s| Coefficients::of(s.model()))
+            .collect();
         let factor = |coefficients| {
             let Roots { zero, finite } = Roots::of(coefficients);
             Factor {
@@ -218,7 +221,7 @@ mod tests {
     #[test]
     fn what_is_too_much_work_is_not_proved() {
         let critical = network(&[1.0], &[(0, 1, 1.0)], &[(0, 1, 2.0)]);
-        let coefficients = Coefficients::of(&critical);
+        let coefficients = Coefficients::of(critical.model());
         let factor = Factor {
             coefficients: &coefficients,
             degree: 2,
@@ -234,7 +237,7 @@ mod tests {
     fn squares_stand_for_pairs() {
         let identity = Mat::<f64>::identity(2, 2);
         let system = matrices(identity.clone(), Mat::zeros(2, 2), identity);
-        let coefficients = Coefficients::of(&system);
+        let coefficients = Coefficients::of(system.model());
         let factor = |in_square| Factor {
             coefficients: &coefficients,
             degree: 4,

@@ -43,7 +43,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn gyroscopic(system: &System) -> bool {
-        is_gyroscopic(&Coefficients::of(system))
+        is_gyroscopic(&Coefficients::of(system.model()))
     }
 
     fn rotor(g: f64, stiffness: Mat<f64>) -> System {

@@ -22,7 +22,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn rank_of(system: &System) -> Option<usize> {
-        damping_rank(&Coefficients::of(system))
+        damping_rank(&Coefficients::of(system.model()))
     }
 
     fn damping(matrix: Mat<f64>) -> System {

@@ -189,7 +189,7 @@ mod tests {
     use faer::Mat;
 
     fn mirror(system: &System) -> Option<Mirror> {
-        Mirror::of(&Coefficients::of(system))
+        Mirror::of(&Coefficients::of(system.model()))
     }
 
     #[test]
@@ -227,7 +227,8 @@ mod tests {
         for (at, dimension) in [(4, 5), (5, 5), (2, 0)] {
             let mut damping = Mat::<f64>::zeros(n, n);
             damping[(at, at)] = 1.0;
-            let part = Coefficients::of(&matrices(Mat::identity(n, n), damping, free_beam(4)));
+            let part =
+                Coefficients::of(matrices(Mat::identity(n, n), damping, free_beam(4)).model());
             assert_eq!(found.untouched(&part.damping.matrix, |_| true), dimension);
         }
     }

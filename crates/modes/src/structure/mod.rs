@@ -36,11 +36,11 @@ use massless::Massless;
 use passive::Passive;
 use rayleigh::Proportion;
 
-use crate::builder::MAX_DENSE_COORDINATES;
-use crate::element::MatrixKind;
 use crate::exact::null_space::{NullVector, annulled};
 use crate::exact::rank::rank;
-use crate::system::System;
+use crate::model::MAX_DENSE_COORDINATES;
+use crate::model::MatrixKind;
+use crate::model::Model;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
 /// fact a line. A fact that is not stated was not proved, which need not make it untrue.
@@ -82,8 +82,8 @@ pub struct Structure {
 }
 
 impl Structure {
-    pub(crate) fn of(system: &System) -> Structure {
-        let coefficients = Coefficients::of(system);
+    pub(crate) fn of(model: &Model) -> Structure {
+        let coefficients = Coefficients::of(model);
         let Coefficients {
             damping, stiffness, ..
         } = &coefficients;
@@ -92,10 +92,10 @@ impl Structure {
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
         };
         Structure {
-            names: Arc::clone(system.shared_names()),
+            names: Arc::clone(model.names()),
             undamped: undamped::is_undamped(&coefficients),
             gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
-            passive: passive::passive(system, &coefficients),
+            passive: passive::passive(model, &coefficients),
             classical: classical::classical(&coefficients),
             roots: Roots::of(&coefficients),
             massless: Massless::of(&coefficients),
@@ -510,11 +510,12 @@ mod tests {
         almost_classical, chain, matrices, network, triple_defect, with_matrices,
     };
     use super::*;
+    use crate::system::System;
     use faer::{Mat, mat};
 
     #[test]
     fn a_supported_chain_in_words() {
-        let structure = Structure::of(&chain(&[10.0; 8], &[1e5; 9], &[50.0; 9]));
+        let structure = chain(&[10.0; 8], &[1e5; 9], &[50.0; 9]).structure().clone();
         assert!(structure.is_classical() && structure.is_passive() && structure.is_symmetric());
         assert!(!structure.is_undamped());
         assert_eq!(
@@ -536,7 +537,7 @@ mod tests {
             &[(1, 2, 1.0), (0, 5, 1.0)],
             &[(2, 3, 1.0), (0, 4, 1.0)],
         );
-        let structure = Structure::of(&system);
+        let structure = system.structure();
         assert_eq!(structure.zero_roots(), Some(4));
         assert_eq!(structure.floating(), [[0, 1, 2]]);
         assert_eq!(structure.spring_floating(), [vec![0, 1], vec![2], vec![3]]);
@@ -566,7 +567,7 @@ mod tests {
             &springs,
             &[(2, 3, 1.0), (1, 5, 1.0)],
         );
-        let structure = Structure::of(&system);
+        let structure = system.structure();
         assert_eq!(structure.massless(), [1, 2, 4, 5]);
         assert_eq!(structure.damped_massless(), [1, 2, 4]);
         assert_eq!(structure.finite_roots(), Some(6));
@@ -579,7 +580,7 @@ mod tests {
 
     #[test]
     fn damping_in_words() {
-        let printed = |system: &System| Structure::of(system).to_string();
+        let printed = |system: &System| system.structure().to_string();
         let springs = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0), (0, 3, 1.0)];
         let middle = network(&[1.0; 3], &springs, &[(0, 2, 1.0)]);
         let text = printed(&middle);
@@ -587,7 +588,7 @@ mod tests {
             text.contains("\ndamped in part: C has rank 1 of 3\nundamped modes: 1 moves no damper"),
             "{text}"
         );
-        let structure = Structure::of(&middle);
+        let structure = middle.structure();
         assert_eq!(
             (structure.damping_rank(), structure.undamped_modes()),
             (Some(1), Some(1))
@@ -608,7 +609,7 @@ mod tests {
 
     #[test]
     fn asking_again_changes_nothing() {
-        let structure = Structure::of(&almost_classical());
+        let structure = almost_classical().structure().clone();
         let asked = structure.clone();
         let first = (
             asked.is_overdamped(),
@@ -626,14 +627,16 @@ mod tests {
         );
         assert_ne!(
             structure,
-            Structure::of(&chain(&[1.0; 2], &[1.0; 3], &[1.0; 3]))
+            chain(&[1.0; 2], &[1.0; 3], &[1.0; 3]).structure().clone()
         );
     }
 
     #[test]
     fn a_tiny_mass_is_a_mass() {
         let springs = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 1.0)];
-        let structure = Structure::of(&network(&[1e300, 1e-300, f64::from_bits(1)], &springs, &[]));
+        let structure = network(&[1e300, 1e-300, f64::from_bits(1)], &springs, &[])
+            .structure()
+            .clone();
         assert!(structure.massless().is_empty());
         assert!(structure.is_undamped());
         assert_eq!(structure.finite_roots(), Some(6));
@@ -642,7 +645,9 @@ mod tests {
     #[test]
     fn dampers_that_cancel_leave_a_system_undamped() {
         let undamped = |dampers: &[samples::Join]| {
-            Structure::of(&network(&[1.0], &[(0, 1, 1.0)], dampers)).is_undamped()
+            network(&[1.0], &[(0, 1, 1.0)], dampers)
+                .structure()
+                .is_undamped()
         };
         assert!(undamped(&[
             (0, 1, 0.1),
@@ -656,7 +661,7 @@ mod tests {
 
     #[test]
     fn passive_by_elements_by_matrices_or_not() {
-        let passive = |system: &System| Structure::of(system).is_passive();
+        let passive = |system: &System| system.structure().is_passive();
         assert!(passive(&triple_defect()));
         assert!(passive(&almost_classical()));
         assert!(passive(&network(&[1.0], &[(0, 1, 2.0), (0, 1, -1.0)], &[])));
@@ -671,11 +676,9 @@ mod tests {
             &[(1, 2, -1e-300)]
         )));
         let gyroscopic = mat![[0.0, 1.0], [-1.0, 0.0]];
-        let structure = Structure::of(&matrices(
-            Mat::identity(2, 2),
-            gyroscopic,
-            Mat::identity(2, 2),
-        ));
+        let structure = matrices(Mat::identity(2, 2), gyroscopic, Mat::identity(2, 2))
+            .structure()
+            .clone();
         assert!(!structure.is_passive() && !structure.is_symmetric() && !structure.is_classical());
         assert_eq!(
             (structure.finite_roots(), structure.zero_roots()),
@@ -696,7 +699,9 @@ mod tests {
         // 60 Hermite elements, 122 coordinates: rotations make K no network.
         let n = 122;
         let stiffness = samples::free_beam(60);
-        let structure = Structure::of(&matrices(Mat::identity(n, n), Mat::zeros(n, n), stiffness));
+        let structure = matrices(Mat::identity(n, n), Mat::zeros(n, n), stiffness)
+            .structure()
+            .clone();
         assert!(structure.is_passive());
         assert_eq!(
             (structure.finite_roots(), structure.zero_roots()),

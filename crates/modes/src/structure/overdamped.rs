@@ -174,7 +174,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn overdamped(system: &System) -> bool {
-        is_overdamped(&Coefficients::of(system))
+        is_overdamped(&Coefficients::of(system.model()))
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! No part can feed energy in: M, C and K are positive semidefinite.
 
 use super::coefficients::Coefficients;
-use crate::element::MatrixKind;
-use crate::system::System;
+use crate::model::MatrixKind;
+use crate::model::Model;
 
 /// Why a system is passive: no motion grows, Re λ ≤ 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,22 +15,20 @@ pub(crate) enum Passive {
 
 /// `None` where it is not proved. Of elements alone nothing is proved once one is negative, even
 /// where the others outweigh it.
-pub(crate) fn passive(system: &System, coefficients: &Coefficients) -> Option<Passive> {
+pub(crate) fn passive(model: &Model, coefficients: &Coefficients) -> Option<Passive> {
     let parts = [
         (MatrixKind::Mass, &coefficients.mass),
         (MatrixKind::Damping, &coefficients.damping),
         (MatrixKind::Stiffness, &coefficients.stiffness),
     ];
-    let proved = parts.iter().all(|&(kind, part)| match system.added(kind) {
+    let proved = parts.iter().all(|&(kind, part)| match model.added(kind) {
         Some(_) => part.semidefinite_rank().is_some(),
         None => part
             .network
             .as_ref()
             .is_some_and(|network| network.is_non_negative()),
     });
-    let elements_alone = parts
-        .iter()
-        .all(|&(kind, _)| system.added(kind).is_none() && system.added_sparse(kind).is_none());
+    let elements_alone = parts.iter().all(|&(kind, _)| model.is_of_elements(kind));
     proved.then_some(if elements_alone {
         Passive::Elements
     } else {

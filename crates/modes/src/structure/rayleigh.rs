@@ -95,7 +95,7 @@ mod tests {
     use crate::system::System;
 
     fn found(system: &System) -> Option<(f64, f64)> {
-        let found = proportion(&Coefficients::of(system))?;
+        let found = proportion(&Coefficients::of(system.model()))?;
         Some((found.of_mass.to_f64(), found.of_stiffness.to_f64()))
     }
 

@@ -2,7 +2,7 @@
 
 use faer::{Mat, mat};
 
-use crate::element::{Element, Node};
+use crate::model::{Element, Node};
 use crate::system::System;
 
 /// An element between coordinates counted from 1, 0 being the ground.

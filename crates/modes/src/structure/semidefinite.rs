@@ -162,14 +162,14 @@ where
 mod tests {
     use super::super::samples::{free_beam, matrices};
     use super::*;
-    use crate::element::MatrixKind;
+    use crate::model::MatrixKind;
     use faer::{Mat, mat};
     use proptest::prelude::*;
 
     fn rank_of(matrix: Mat<f64>) -> Option<usize> {
         let n = matrix.nrows();
         let system = matrices(Mat::identity(n, n), Mat::zeros(n, n), matrix);
-        rank(&ExactMatrix::of(&system, MatrixKind::Stiffness))
+        rank(&ExactMatrix::of(system.model(), MatrixKind::Stiffness))
     }
 
     #[test]

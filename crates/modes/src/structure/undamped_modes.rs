@@ -321,7 +321,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn count(system: &System) -> Option<usize> {
-        let coefficients = Coefficients::of(system);
+        let coefficients = Coefficients::of(system.model());
         undamped_modes(&coefficients, &Massless::of(&coefficients).nodes)
     }
 

@@ -2,8 +2,8 @@
 
 use thiserror::Error;
 
-use crate::element::{Element, MatrixKind, Node};
-use crate::parameter::Parameter;
+use crate::model::{Element, MatrixKind, Node};
+use crate::system::Parameter;
 use crate::system::System;
 
 /// The elements of a [`System`], with values that can be set again and again. What joins what stays.

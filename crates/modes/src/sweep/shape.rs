@@ -2,7 +2,7 @@
 
 use num_complex::Complex;
 
-use crate::element::{Element, Node};
+use crate::model::{Element, Node};
 
 use super::design::Design;
 

@@ -4,8 +4,8 @@ use num_complex::Complex;
 
 use super::design::{Design, DesignError};
 use super::shape::{Shifted, improved};
-use crate::small;
-use crate::vector::settle;
+use crate::linear::small;
+use crate::linear::vector::settle;
 
 /// The modes of one [`Design`] after another, in doubles, without allocating after the first.
 ///

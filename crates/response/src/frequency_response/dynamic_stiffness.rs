@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use eigentone_digits::{Ball, Real, WideComplex};
-use eigentone_modes::{Element, MatrixKind, Node, System};
+use eigentone_modes::{MatrixKind, System};
 
 use super::elimination::{Row, scaled};
 
@@ -127,39 +127,11 @@ impl DynamicStiffness {
 /// The entries of K, C and M that are not always zero, as sums of doubles.
 fn entries(system: &System) -> BTreeMap<(usize, usize), Terms> {
     let mut entries: BTreeMap<(usize, usize), Terms> = BTreeMap::new();
-    let mut add = |row: usize, column: usize, power: usize, value: f64| {
-        if value != 0.0 {
-            entries.entry((row, column)).or_default()[power].push(value);
-        }
-    };
-    let mut network = |elements: &[Element], power: usize| {
-        for element in elements {
-            for (end, other) in [
-                (element.first, element.second),
-                (element.second, element.first),
-            ] {
-                let Node::Coordinate(i) = end else { continue };
-                add(i, i, power, element.coefficient);
-                if let Node::Coordinate(j) = other {
-                    add(i, j, power, -element.coefficient);
-                }
-            }
-        }
-    };
-    network(system.springs(), 0);
-    network(system.dampers(), 1);
-    for (i, mass) in system.masses().iter().enumerate() {
-        add(i, i, 2, *mass);
-    }
     let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
     for (power, kind) in kinds.into_iter().enumerate() {
-        let Some(matrix) = system.added(kind) else {
-            continue;
-        };
-        for i in 0..system.len() {
-            for j in 0..system.len() {
-                add(i, j, power, matrix[(i, j)]);
-            }
+        for term in system.terms(kind) {
+            let entry = entries.entry((term.row, term.column)).or_default();
+            entry[power].push(term.value);
         }
     }
     entries

@@ -2,7 +2,8 @@
 
 use super::super::Work;
 use super::super::equation::EquationOfMotion;
-use super::super::implicit_system::{ImplicitSystem, Number};
+use super::super::implicit_system::ImplicitSystem;
+use super::super::number::Number;
 
 /// The resolvent of the state matrix at 1/τ.
 pub(super) struct Resolvent<'e, T> {

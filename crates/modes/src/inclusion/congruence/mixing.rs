@@ -13,7 +13,7 @@ use faer::Mat;
 
 use super::forms::Forms;
 use crate::inclusion::gram::{Gram, UPWARD};
-use crate::vector::settle;
+use crate::linear::vector::settle;
 
 /// More than products that underflow take from a sum, for squares within `RANGE`.
 const TINY: f64 = 1e-120;

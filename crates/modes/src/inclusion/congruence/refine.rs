@@ -11,7 +11,7 @@ use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
 use super::forms::{Basis, Forms};
-use crate::symmetric_eigen::symmetric_eigen;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// How small the bound of relative errors is to become.
 #[derive(Clone, Copy, Debug)]

@@ -19,7 +19,7 @@ use super::discs::Disc;
 use super::pair::Pair;
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
-use crate::vector::settle;
+use crate::linear::vector::settle;
 
 /// More than products that underflow take from a sum, for roots and scales within `RANGE` and gaps above `LEAST_GAP`.
 const TINY: f64 = 1e-120;

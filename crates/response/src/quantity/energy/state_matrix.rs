@@ -1,7 +1,7 @@
 //! A and B of z′ = A z + B f for lumped masses, in any precision.
 
 use eigentone_digits::Real;
-use eigentone_modes::{Element, MatrixKind, Node, System};
+use eigentone_modes::{MatrixKind, System};
 
 /// The masses, where each coordinate has its own and nothing else has inertia.
 pub(super) fn lumped(system: &System) -> Option<&[f64]> {
@@ -19,30 +19,9 @@ pub(super) fn state_matrix<T: Real>(system: &System, masses: &[f64]) -> (Vec<T>,
         let at = &mut a[(n + i) * 2 * n + j];
         *at = *at - T::from(value);
     };
-    let mut network = |elements: &[Element], from: usize| {
-        for element in elements {
-            for (end, other) in [
-                (element.first, element.second),
-                (element.second, element.first),
-            ] {
-                let Node::Coordinate(i) = end else { continue };
-                add(i, from + i, element.coefficient);
-                if let Node::Coordinate(j) = other {
-                    add(i, from + j, -element.coefficient);
-                }
-            }
-        }
-    };
-    network(system.springs(), 0);
-    network(system.dampers(), n);
     for (kind, from) in [(MatrixKind::Stiffness, 0), (MatrixKind::Damping, n)] {
-        let Some(matrix) = system.added(kind) else {
-            continue;
-        };
-        for i in 0..n {
-            for j in 0..n {
-                add(i, from + j, matrix[(i, j)]);
-            }
+        for term in system.terms(kind) {
+            add(term.row, from + term.column, term.value);
         }
     }
     for (i, mass) in masses.iter().enumerate() {

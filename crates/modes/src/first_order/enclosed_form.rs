@@ -2,9 +2,9 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
-use crate::element::MatrixKind;
 use crate::exact::matrix::ExactMatrix;
 use crate::first_order::{FirstOrderError, Massless};
+use crate::model::MatrixKind;
 use crate::system::System;
 
 /// z′ = A z + B f(t), x = X z + D f, as in [`FirstOrder`](crate::FirstOrder), but in the arithmetic
@@ -189,7 +189,7 @@ fn transpose<T: Real>(a: &BallMatrix<T>) -> BallMatrix<T> {
 /// M, C or K, summed from its terms.
 fn assembled<T: Real>(system: &System, kind: MatrixKind) -> BallMatrix<T> {
     let n = system.len();
-    let exact = ExactMatrix::of(system, kind);
+    let exact = ExactMatrix::of(system.model(), kind);
     let mut matrix = BallMatrix::zeros(n, n);
     for i in 0..n {
         for (j, terms) in exact.row(i) {
@@ -204,8 +204,8 @@ fn assembled<T: Real>(system: &System, kind: MatrixKind) -> BallMatrix<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::GROUND;
     use crate::first_order::FirstOrder;
+    use crate::model::GROUND;
     use eigentone_digits::DoubleDouble;
 
     /// Mass and massless nodes of every kind: damped, in a floating group, and undamped.

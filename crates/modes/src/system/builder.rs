@@ -7,16 +7,12 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use crate::element::{Element, ElementKind, GROUND, MatrixKind, Node};
+use super::System;
+use crate::model::{
+    Added, Element, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Model,
+    Node,
+};
 use crate::structure::determinant;
-use crate::system::{Added, System};
-
-/// The largest number of coordinates a system may have: a vector of this length takes 80 MB.
-pub const MAX_COORDINATES: usize = 10_000_000;
-
-/// The largest number of coordinates for which dense matrices are made; each takes 128 MB then, and the
-/// dense solvers need several. Larger systems have [`SparseModes`](crate::SparseModes).
-pub const MAX_DENSE_COORDINATES: usize = 4_000;
 
 /// Collects masses, springs, dampers and matrices by name; [`build`](SystemBuilder::build) checks
 /// them and returns the [`System`]. Made by [`System::builder`].
@@ -166,16 +162,16 @@ impl SystemBuilder {
                 added.dense[kind as usize] = Some(matrix.dense());
             }
         }
-        let system = System::assemble(names, masses, springs, dampers, added);
+        let model = Model::new(names, masses, springs, dampers, added);
         for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
-            if let Some((row, column)) = overflow(&system, kind) {
+            if let Some((row, column)) = overflow(&model, kind) {
                 return Err(BuildError::Overflow { kind, row, column });
             }
         }
-        if determinant::vanishes(&system) {
+        if determinant::vanishes(&model) {
             return Err(BuildError::Singular);
         }
-        Ok(system)
+        Ok(model.into())
     }
 
     /// Names and masses of the coordinates, from the masses or else from the matrices' order.
@@ -308,51 +304,17 @@ impl Entries {
 }
 
 /// An entry of an assembled matrix that is not finite. The matrix is not assembled where the sizes
-/// of its elements show that none can be.
-fn overflow(system: &System, kind: MatrixKind) -> Option<(usize, usize)> {
-    let sizes: f64 = match kind {
-        MatrixKind::Mass => system.masses().iter().sum(),
-        MatrixKind::Damping => system.dampers().iter().map(|d| d.coefficient.abs()).sum(),
-        MatrixKind::Stiffness => system.springs().iter().map(|s| s.coefficient.abs()).sum(),
-    };
-    if system.added(kind).is_none() && system.added_sparse(kind).is_none() && sizes.is_finite() {
-        return None;
+/// of its terms show that none can be.
+fn overflow(model: &Model, kind: MatrixKind) -> Option<(usize, usize)> {
+    let mut sums = vec![0.0; model.len()];
+    for term in model.terms(kind) {
+        sums[term.row] += term.value.abs();
     }
-    if system.is_large() {
-        return overfull_row(system, kind).map(|i| (i, i));
+    let row = sums.iter().position(|sum| !sum.is_finite())?;
+    if model.is_large() {
+        return Some((row, row));
     }
-    let matrix = match kind {
-        MatrixKind::Mass => system.mass_matrix(),
-        MatrixKind::Damping => system.damping_matrix(),
-        MatrixKind::Stiffness => system.stiffness_matrix(),
-    };
-    first_not_finite(matrix.as_ref())
-}
-
-/// A row of a large system whose entries' sizes add up to more than the largest double.
-fn overfull_row(system: &System, kind: MatrixKind) -> Option<usize> {
-    let mut sums = match kind {
-        MatrixKind::Mass => system.masses().to_vec(),
-        _ => vec![0.0; system.len()],
-    };
-    let elements = match kind {
-        MatrixKind::Mass => &[],
-        MatrixKind::Damping => system.dampers(),
-        MatrixKind::Stiffness => system.springs(),
-    };
-    for element in elements {
-        for node in [element.first, element.second] {
-            if let Node::Coordinate(i) = node {
-                sums[i] += element.coefficient.abs();
-            }
-        }
-    }
-    if let Some(matrix) = system.added_sparse(kind) {
-        for entry in matrix.triplet_iter() {
-            sums[entry.row] += entry.val.abs();
-        }
-    }
-    sums.iter().position(|sum| !sum.is_finite())
+    first_not_finite(model.matrix(kind).as_ref())
 }
 
 fn first_not_finite(matrix: MatRef<'_, f64>) -> Option<(usize, usize)> {

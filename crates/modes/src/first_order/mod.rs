@@ -1,11 +1,15 @@
 //! The system as first-order equations z′ = A z + B f, with massless nodes eliminated.
 
+mod enclosed_form;
+
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use crate::element::{Element, MatrixKind};
+use crate::model::{Element, MatrixKind};
 use crate::system::System;
+
+pub use enclosed_form::EnclosedFirstOrder;
 
 /// z′ = A z + B f(t), x = X z + D f, with n coordinates and N = 2·(massive) + (relaxing) states.
 ///

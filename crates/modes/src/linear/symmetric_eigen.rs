@@ -8,7 +8,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
 use faer::{Auto, Mat, Par, Spec};
 
-use crate::vector::settle;
+use crate::linear::vector::settle;
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.

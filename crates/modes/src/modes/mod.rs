@@ -1,10 +1,12 @@
 //! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality.
 
+mod plan;
+
 use std::cmp::Ordering;
 
 use num_complex::Complex;
 
-use crate::plan::ModePlan;
+pub use plan::ModePlan;
 
 /// A frequency; radians per second inside, hertz only by asking.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]

@@ -7,15 +7,15 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
-use crate::balance::Balanced;
-use crate::small::{self, Eigenpairs};
-use crate::vector::settle;
+use crate::linear::Balanced;
+use crate::linear::small::{self, Eigenpairs};
+use crate::linear::vector::settle;
 
 /// Up to so many states the routines for small matrices are the quicker ones.
 const SMALL: usize = 48;
 
 /// The eigenvalues, one of each conjugate pair, with their vectors; `None` where the iteration does not converge.
-pub(super) fn eigenpairs(balanced: &Balanced, with_left: bool) -> Option<Eigenpairs> {
+pub(crate) fn eigenpairs(balanced: &Balanced, with_left: bool) -> Option<Eigenpairs> {
     let matrix = balanced.matrix.as_ref();
     let n = matrix.nrows();
     let quick = || {

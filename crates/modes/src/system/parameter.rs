@@ -1,6 +1,6 @@
 //! The numbers a system is made of, one by one.
 
-use crate::element::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
 /// One number of a system: what derivatives are taken with respect to. Indices count from 0.

@@ -1,0 +1,20 @@
+//! Real and complex numbers alike, for implicit steps.
+
+use std::ops::{Add, AddAssign, Mul, Sub};
+
+use faer::traits::ComplexField;
+
+/// A real or complex number.
+pub(super) trait Number:
+    ComplexField
+    + Copy
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+{
+}
+
+impl Number for f64 {}
+impl Number for faer::c64 {}

@@ -1,0 +1,10 @@
+//! Eigenproblems of plain matrices of doubles, and what they need. It knows no mechanics and no other file of the crate.
+
+mod balance;
+pub(crate) mod eigenpairs;
+pub(crate) mod jacobi;
+pub(crate) mod small;
+pub(crate) mod symmetric_eigen;
+pub(crate) mod vector;
+
+pub use balance::{Balanced, balance};

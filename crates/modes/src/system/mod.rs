@@ -1,0 +1,151 @@
+//! A checked system: a model, and what is proved of it when first asked for. It knows the model and the proofs
+//! of its structure; modes are computed above it.
+
+mod builder;
+mod parameter;
+
+use std::sync::{Arc, OnceLock};
+
+use faer::sparse::SparseColMatRef;
+use faer::{Mat, MatRef};
+
+use crate::model::{Added, Element, MatrixKind, Model, Term};
+use crate::structure::Structure;
+
+pub use builder::{BuildError, SystemBuilder};
+pub use parameter::Parameter;
+pub(crate) use parameter::Place;
+
+/// A linear vibrating system M x″ + C x′ + K x = f(t) with n coordinates, checked and immutable.
+///
+/// It keeps the elements it was built from. A spring of 1 beside one of 1e20 is lost as soon as K
+/// is assembled in doubles, while every natural frequency is well determined by the springs and
+/// masses themselves; solvers therefore work from the elements where they can.
+#[derive(Clone, Debug)]
+pub struct System {
+    model: Model,
+    /// Proved when first asked for; clones share it.
+    structure: Arc<OnceLock<Structure>>,
+}
+
+impl System {
+    /// Starts a system from named masses, springs, dampers and matrices.
+    pub fn builder() -> SystemBuilder {
+        SystemBuilder::default()
+    }
+
+    /// A system given by its three n × n matrices, with coordinates x1, x2, ….
+    ///
+    /// # Errors
+    /// [`BuildError`] where shapes disagree, an entry is not finite, or the system is singular.
+    pub fn from_matrices(
+        mass: MatRef<'_, f64>,
+        damping: MatRef<'_, f64>,
+        stiffness: MatRef<'_, f64>,
+    ) -> Result<System, BuildError> {
+        System::builder()
+            .matrix(MatrixKind::Mass, mass)
+            .matrix(MatrixKind::Damping, damping)
+            .matrix(MatrixKind::Stiffness, stiffness)
+            .build()
+    }
+
+    pub(crate) fn assemble(
+        names: Vec<String>,
+        masses: Vec<f64>,
+        springs: Vec<Element>,
+        dampers: Vec<Element>,
+        added: impl Into<Added>,
+    ) -> System {
+        Model::new(names, masses, springs, dampers, added).into()
+    }
+
+    pub(crate) fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The number n of coordinates.
+    #[allow(clippy::len_without_is_empty)] // a system is never empty
+    pub fn len(&self) -> usize {
+        self.model.len()
+    }
+
+    /// The names of the coordinates, in order.
+    pub fn names(&self) -> &[String] {
+        self.model.names()
+    }
+
+    /// The index of the coordinate `name`.
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        self.model.index_of(name)
+    }
+
+    /// The lumped mass on each coordinate, in kg; an added mass matrix is not included.
+    pub fn masses(&self) -> &[f64] {
+        self.model.masses()
+    }
+
+    /// The springs, in the order given.
+    pub fn springs(&self) -> &[Element] {
+        self.model.springs()
+    }
+
+    /// The dampers, in the order given.
+    pub fn dampers(&self) -> &[Element] {
+        self.model.dampers()
+    }
+
+    /// Whether there are more than [`MAX_DENSE_COORDINATES`](crate::MAX_DENSE_COORDINATES) coordinates: then only
+    /// [`SparseModes`](crate::SparseModes) and what builds on them apply.
+    pub fn is_large(&self) -> bool {
+        self.model.is_large()
+    }
+
+    /// The matrix that was added to the elements, if any; of a [large](Self::is_large) system it is
+    /// [sparse](Self::added_sparse) instead.
+    pub fn added(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
+        self.model.added(kind)
+    }
+
+    /// The matrix that was added to the elements of a [large](Self::is_large) system, if any.
+    pub fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
+        self.model.added_sparse(kind)
+    }
+
+    /// The terms of M (kg), C (N·s/m) or K (N/m), each entry being the exact sum of those in its place: of the
+    /// added matrix first, then of the elements in their order. Terms that are 0 are left out.
+    pub fn terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
+        self.model.terms(kind)
+    }
+
+    /// M (n × n, kg): the lumped masses and the added mass matrix, each entry summed in
+    /// double-double and rounded once.
+    pub fn mass_matrix(&self) -> Mat<f64> {
+        self.model.matrix(MatrixKind::Mass)
+    }
+
+    /// C (n × n, N·s/m), summed as [`mass_matrix`](Self::mass_matrix) is.
+    pub fn damping_matrix(&self) -> Mat<f64> {
+        self.model.matrix(MatrixKind::Damping)
+    }
+
+    /// K (n × n, N/m), summed as [`mass_matrix`](Self::mass_matrix) is.
+    pub fn stiffness_matrix(&self) -> Mat<f64> {
+        self.model.matrix(MatrixKind::Stiffness)
+    }
+
+    /// What can be proved of the system from its parameters alone, in exact arithmetic. Proved when
+    /// first asked for, and remembered.
+    pub fn structure(&self) -> &Structure {
+        self.structure.get_or_init(|| Structure::of(&self.model))
+    }
+}
+
+impl From<Model> for System {
+    fn from(model: Model) -> System {
+        System {
+            model,
+            structure: Arc::default(),
+        }
+    }
+}

@@ -624,3 +624,16 @@ fn what_growth_leaves_no_room_for_is_refused() {
         }
     }
 }
+
+/// Of a turn of 1e12 radians doubles keep four digits; with more, the condition is had beyond 64 rows too.
+#[test]
+fn conditions_of_many_rows_may_take_more_digits() {
+    let n = 66;
+    let turn = Mat::from_fn(n, n, |i, j| match i as isize - j as isize {
+        1 => 1e12,
+        -1 => -1e12,
+        _ => 0.0,
+    });
+    let found = expm_condition(turn.as_ref()).expect("it can be afforded");
+    assert!((2e12..2e12 * n as f64).contains(&found), "{found:e}");
+}

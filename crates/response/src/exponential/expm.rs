@@ -190,7 +190,8 @@ fn jointly(
         exponents,
         between: classes.len() > 1,
     };
-    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, limit) {
+    let mut left = limit;
+    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, &mut left) {
         return Ok(BoundedExponential {
             matrix,
             bound,

@@ -114,7 +114,7 @@ impl<const N: usize, const ROWS: usize> FewMasses<N, ROWS> {
         }
         let squarings = squarings.unsigned_abs();
         let result = square(&mut dense, less_one, squarings, || Growth::of(a));
-        let matrix = store(a, &result);
+        let matrix = store(a, &result, squarings);
         dense.recycle(result.element);
         (matrix, products)
     }

@@ -102,7 +102,7 @@ impl SparseSystem {
         self.assemble(&r, &q, 0.0, target);
         let times = squarings.unsigned_abs();
         let result = square(&mut dense, less_one, times, || Growth::of(a));
-        let matrix = store(a, &result);
+        let matrix = store(a, &result, times);
         dense.recycle(result.element);
         (matrix, sparse + f64::from(squarings))
     }

@@ -9,10 +9,11 @@ use super::dense::Dense;
 use super::error::{ExpmError, check, in_range};
 use super::growth::Growth;
 use super::method::Exponential;
+use super::norm::{column_sums, largest};
 use super::paths::Paths;
 use super::polynomial::evaluate;
 use super::scaling::scale;
-use super::squaring::{Extended, MEANINGFUL, square};
+use super::squaring::{Extended, LARGE, MEANINGFUL, square};
 
 /// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
 /// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a
@@ -53,7 +54,7 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let squarings = scaled.squarings + shift.unsigned_abs();
     let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
     let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-    let matrix = store(a, &result);
+    let matrix = store(a, &result, squarings);
     algebra.recycle(result.element);
     (matrix, algebra.products(), squarings)
 }
@@ -85,11 +86,9 @@ pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
     }
 }
 
-/// The exponential of A in the range of doubles. Entries that are within it, but not within that of the powers of two that all
-/// have in common, are NaN: of these the squarings have lost digits, or all.
-pub(super) fn store(a: MatRef<'_, f64>, result: &Extended<Aligned>) -> Mat<f64> {
-    /// The smallest double, but for room for what sums and products of such have lost.
-    const LEAST: f64 = f64::MIN_POSITIVE * (1u64 << 62) as f64;
+/// The exponential of A in the range of doubles, after so many squarings. Beside entries that grow, NaN is what may have
+/// lost digits to the end of that range on the way.
+pub(super) fn store(a: MatRef<'_, f64>, result: &Extended<Aligned>, squarings: u32) -> Mat<f64> {
     let n = a.nrows();
     let mut matrix = Mat::zeros(n, n);
     let columns = Dense::value(&result.element).chunks_exact(n.max(1));
@@ -102,14 +101,29 @@ pub(super) fn store(a: MatRef<'_, f64>, result: &Extended<Aligned>) -> Mat<f64> 
         }
     }
     let values = Dense::value(&result.element);
-    if result.exponent > 0 && values.iter().any(|value| value.abs() < LEAST) {
+    let least = lost(n, values, result.exponent, squarings);
+    if values.iter().any(|value| value.abs() < least) {
         let paths = Paths::of(a);
         for (at, value) in values.iter().enumerate() {
             let (i, j) = (at % n, at / n);
-            if value.abs() < LEAST && paths.lead(i, j) {
+            if value.abs() < least && paths.lead(i, j) {
                 matrix[(i, j)] = f64::NAN;
             }
         }
     }
     matrix
+}
+
+/// Entries below this may have lost a digit: before any squaring the smallest double was lost of each, which then grew as the
+/// matrix did, n times and twice for each squaring. 0 where that is nothing, as nothing grows.
+fn lost(n: usize, values: &[f64], exponent: i64, squarings: u32) -> f64 {
+    const LEAST: i32 = -1074;
+    const DIGITS: i32 = 53;
+    let norm = largest(&column_sums(n, values));
+    let grown = norm.log2() + exponent as f64;
+    if norm.is_finite() && grown > LARGE.log2() {
+        norm * n as f64 * 2f64.powi(LEAST + DIGITS + squarings as i32)
+    } else {
+        0.0
+    }
 }

@@ -116,7 +116,7 @@ const ENUMS: [(&str, &str); 4] = [
         "crates/eigentone/scene/matrix_market.rs",
         "MatrixMarketError",
     ),
-    ("crates/modes/src/builder.rs", "BuildError"),
+    ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 

@@ -588,8 +588,8 @@ fn holds() {
     };
     assert_close(&run(samples.into()), &expected, 1e-14);
     // (23)
-    let struck = &z + scaled(&column, 7.0);
-    assert_close(&run(Impulse::of(7.0).into()), &(&phi * &struck), 1e-13);
+    let after = &z + scaled(&column, 7.0);
+    assert_close(&run(Impulse::of(7.0).into()), &(&phi * &after), 1e-13);
     // (24)
     let (frequency, phase) = (2.5, 0.75);
     let rotation = mat![[0.0, frequency], [-frequency, 0.0]];
@@ -803,8 +803,8 @@ fn energy() {
     let delta = 1e-3;
     let mut error = zeros(6, 1);
     for step in 0..100 {
-        let blow = Mat::from_fn(6, 1, |i, _| ((6 * step + i) as f64).sin());
-        error = &carried * error + scaled(&blow, delta / blow.norm_l2());
+        let rounding = Mat::from_fn(6, 1, |i, _| ((6 * step + i) as f64).sin());
+        error = &carried * error + scaled(&rounding, delta / rounding.norm_l2());
         assert!(error.norm_l2() <= delta * f64::from(step as u32 + 1));
     }
     // In the coordinates of (8) the same step lengthens some error.

@@ -39,7 +39,7 @@ pub fn show(runs: &Runs) {
         all * 1e-6,
         match (before, peak()) {
             (Some(before), Some(after)) => format!("{after:.0} MB ({before:.0} MB before)"),
-            _ => "not told by this system".to_owned(),
+            _ => "not reported by this system".to_owned(),
         }
     );
 }

@@ -21,9 +21,9 @@ use num_complex::Complex;
 use super::listing::Listing;
 
 pub const ENUMS: [(&str, &str); 17] = [
-    ("crates/modes/src/builder.rs", "BuildError"),
+    ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mod.rs", "ModesError"),
-    ("crates/modes/src/first_order.rs", "FirstOrderError"),
+    ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
     ("crates/modes/src/sparse/mod.rs", "SparseError"),
     ("crates/modes/src/participation.rs", "ParticipationError"),
     ("crates/modes/src/assurance.rs", "AssuranceError"),
@@ -391,8 +391,8 @@ fn check_errors(listing: &mut Listing) {
         let problem = Response::of(system).every(1.0).until(10.0).problem();
         problem.expect("a problem")
     };
-    let blow = Response::of(&between).load("p", Impulse::of(1.0));
-    let blow = blow.every(1.0).until(10.0).problem().expect("a problem");
+    let impulse = Response::of(&between).load("p", Impulse::of(1.0));
+    let impulse = impulse.every(1.0).until(10.0).problem().expect("a problem");
     let growing = single(1.0, 0.0, -1e14);
     let fast = problem(&growing);
     let of_one = one.modes().expect("modes");
@@ -402,7 +402,7 @@ fn check_errors(listing: &mut Listing) {
         reference.response(&problem(&joint_mass));
         reference.response(&problem(&one_way));
         reference.response(&problem(&constraint));
-        reference.response(&blow);
+        reference.response(&impulse);
         reference.response(&fast);
         of_pair.error_of(&of_one);
         ExactMass::new(0.0, 1.0, 1.0);

@@ -21,7 +21,7 @@ use serde::Deserialize;
 
 const U: f64 = f64::EPSILON / 2.0;
 
-/// Components below are not told from 0.
+/// Components below are not distinguished from 0.
 const HIDDEN: f64 = 1e-22;
 
 #[derive(Deserialize)]

@@ -71,7 +71,7 @@ pub use reference::{
 };
 pub use run_time::RunTime;
 pub use stability::{
-    Cell, Family, FamilyStudy, Hardship, StabilityRow, StabilityStudy, StudyProgress, Verdict,
+    Cell, Difficulty, Family, FamilyStudy, StabilityRow, StabilityStudy, StudyProgress, Verdict,
 };
 pub use trajectory_error::TrajectoryError;
 pub use work_precision::{

@@ -100,7 +100,7 @@ impl Question {
         self.memory.admit(&self.scene, bytes)
     }
 
-    /// The same for all modes; systems that are too large for dense matrices are told apart later.
+    /// The same for all modes; systems that are too large for dense matrices are recognised later.
     fn admit_modes(&self, scene: &Scene) -> Result<(), Failure> {
         match scene.system().is_large() {
             true => Ok(()),

@@ -262,7 +262,7 @@ fn time_constant(mode: &Mode) -> Option<(f64, f64)> {
 fn motion(mode: &Mode) -> String {
     let coincide = match (mode.multiplicity(), mode.cluster()) {
         (Some(k), _) if k > 1 => format!(", {k}-fold"),
-        (None, Some(k)) if k > 1 => format!(", one of {k} not told apart"),
+        (None, Some(k)) if k > 1 => format!(", one of {k} not separated"),
         _ => String::new(),
     };
     let defective = if mode.is_defective() == Some(true) {

@@ -81,7 +81,7 @@ pub(crate) fn column(values: impl IntoIterator<Item = Option<f64>>) -> Vec<Strin
     fixed.collect()
 }
 
-/// What stands for a number that is not told from 0.
+/// What stands for a number that is not distinguished from 0.
 const NEARLY_ZERO: &str = "≈0";
 
 /// A number with the digits, six at most, that it has when it may be off by `bound`.

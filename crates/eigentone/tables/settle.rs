@@ -8,7 +8,7 @@ use super::value::Value;
 /// The digits of the first attempt; each further one has twice as many.
 const FIRST: u32 = 40;
 
-/// The digits of the last attempt. A number that is not told from 0 by then is given by a bound.
+/// The digits of the last attempt. A number that is not distinguished from 0 by then is given by a bound.
 const LAST: u32 = 320;
 
 /// One attempt: turns enclosures into decided numbers, and remembers whether one was left open.

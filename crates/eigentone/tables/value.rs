@@ -27,7 +27,7 @@ enum Kind {
         digits: String,
         exponent: i64,
     },
-    /// Of no greater size than this power of ten, and not told from 0.
+    /// Of no greater size than this power of ten, and not distinguished from 0.
     Below(i64),
 }
 

@@ -509,7 +509,7 @@ mod tests {
     }
 
     #[test]
-    fn a_simple_root_at_zero_creeps_under_a_first_spring() {
+    fn a_simple_root_at_zero_relaxes_under_a_first_spring() {
         // λ = 0 of m x″ + c x′ becomes −k/c; there is no spring yet.
         let system = System::builder()
             .mass("m", 3.0)

@@ -1,7 +1,7 @@
 //! One mass on a spring and a damper to ground, m x″ + c x′ + k x = f(t), in any number of digits
 //! (S. S. Rao, *Mechanical Vibrations*, §§2.6, 3.3 and 4.2).
 //!
-//! With σ = c/2m, ω² = k/m and δ = σ² − ω², all follows from B, the motion after a blow that gives
+//! With σ = c/2m, ω² = k/m and δ = σ² − ω², all follows from B, the motion after an impulse that gives
 //! the velocity 1:
 //!
 //! | | δ < 0, ω_d = √−δ | δ = 0 | δ > 0, b = σ + √δ, a = ω²/b |
@@ -52,8 +52,8 @@ pub struct ExactMass {
 }
 
 /// B, B′, A and S after some time, with σ and ω².
-struct Blow {
-    blow: Ball,
+struct ImpulseResponse {
+    displacement: Ball,
     rate: Ball,
     release: Ball,
     step: Ball,
@@ -96,35 +96,39 @@ impl ExactMass {
     /// x = x₀ A + v₀ B.
     pub fn free(&self, x0: f64, v0: f64, t: f64) -> ExactMotion {
         self.motion(|bits| {
-            let blow = self.blow(t, bits);
-            blow.free(&exactly(x0, bits), &exactly(v0, bits))
+            let response = self.impulse_response(t, bits);
+            response.free(&exactly(x0, bits), &exactly(v0, bits))
         })
     }
 
     /// The motion from rest `t` s after a constant force of `force` N sets in: x = (F/m) S.
     pub fn step(&self, force: f64, t: f64) -> ExactMotion {
         self.motion(|bits| {
-            let Blow { blow, step, .. } = self.blow(t, bits);
+            let ImpulseResponse {
+                displacement, step, ..
+            } = self.impulse_response(t, bits);
             let pull = exactly(force, bits) / self.ball(&self.mass, bits);
-            [&pull * step, pull * blow]
+            [&pull * step, pull * displacement]
         })
     }
 
     /// The motion from rest `t` s after a force begins to grow by `rate` N/s: x = (rate/m) R.
     pub fn ramp(&self, rate: f64, t: f64) -> ExactMotion {
         self.motion(|bits| {
-            let blow = self.blow(t, bits);
+            let response = self.impulse_response(t, bits);
             let pull = exactly(rate, bits) / self.ball(&self.mass, bits);
-            [&pull * self.unit_ramp(&blow), pull * blow.step]
+            [&pull * self.unit_ramp(&response), pull * response.step]
         })
     }
 
-    /// The motion from rest `t` s after a blow of `momentum` N·s: x = (p/m) B.
+    /// The motion from rest `t` s after an impulse of `momentum` N·s: x = (p/m) B.
     pub fn impulse(&self, momentum: f64, t: f64) -> ExactMotion {
         self.motion(|bits| {
-            let Blow { blow, rate, .. } = self.blow(t, bits);
+            let ImpulseResponse {
+                displacement, rate, ..
+            } = self.impulse_response(t, bits);
             let kick = exactly(momentum, bits) / self.ball(&self.mass, bits);
-            [&kick * blow, kick * rate]
+            [&kick * displacement, kick * rate]
         })
     }
 
@@ -132,20 +136,26 @@ impl ExactMass {
     /// `amplitude`·sin(`frequency`·t + `phase`) in N, with the frequency in rad/s.
     pub fn harmonic(&self, amplitude: f64, frequency: f64, phase: f64, t: f64) -> ExactMotion {
         self.motion(|bits| {
-            let blow = self.blow(t, bits);
+            let response = self.impulse_response(t, bits);
             let phase = exactly(phase, bits);
             let driven = Driven {
                 force: exactly(amplitude, bits),
                 frequency: exactly(frequency, bits),
-                angle: (exactly(frequency, bits) * &blow.time + &phase).sin_cos(),
+                angle: (exactly(frequency, bits) * &response.time + &phase).sin_cos(),
                 start: phase.sin_cos(),
             };
-            self.driven(&blow, &driven, frequency, bits)
+            self.driven(&response, &driven, frequency, bits)
         })
     }
 
     /// By the particular motion and the free motion from where that starts.
-    fn driven(&self, blow: &Blow, driven: &Driven, frequency: f64, bits: u64) -> [Ball; 2] {
+    fn driven(
+        &self,
+        response: &ImpulseResponse,
+        driven: &Driven,
+        frequency: f64,
+        bits: u64,
+    ) -> [Ball; 2] {
         let mass = self.ball(&self.mass, bits);
         let Driven {
             force,
@@ -168,67 +178,70 @@ impl ExactMass {
         } else if exact.is_zero() {
             // A constant force on a free mass.
             let pull = force / mass * start_sin;
-            return [&pull * &blow.step, pull * &blow.blow];
+            return [&pull * &response.step, pull * &response.displacement];
         } else {
             let size = force / (&mass * omega).scaled(1);
-            let swing = cos - omega * &blow.time * sin;
-            let particular = [-(&size * &blow.time * cos), -(&size * swing)];
+            let swing = cos - omega * &response.time * sin;
+            let particular = [-(&size * &response.time * cos), -(&size * swing)];
             (particular, [Ball::zero(), -(size * start_cos)])
         };
-        let [free_x, free_v] = blow.free(&x0, &v0);
+        let [free_x, free_v] = response.free(&x0, &v0);
         [x - free_x, v - free_v]
     }
 
     /// R.
-    fn unit_ramp(&self, blow: &Blow) -> Ball {
-        let Blow { time, step, .. } = blow;
+    fn unit_ramp(&self, response: &ImpulseResponse) -> Ball {
+        let ImpulseResponse { time, step, .. } = response;
         let square = (time * time).scaled(-1);
         match (self.stiffness.is_zero(), self.damping.is_zero()) {
-            (false, _) => (time - &blow.blow - &blow.twice_decay * step) / &blow.natural_squared,
-            (true, false) => (square - step) / &blow.twice_decay,
+            (false, _) => {
+                (time - &response.displacement - &response.twice_decay * step)
+                    / &response.natural_squared
+            }
+            (true, false) => (square - step) / &response.twice_decay,
             (true, true) => square * time / Ball::from(3),
         }
     }
 
-    fn blow(&self, t: f64, bits: u64) -> Blow {
+    fn impulse_response(&self, t: f64, bits: u64) -> ImpulseResponse {
         let ball = |value: &BigRational| self.ball(value, bits);
         let time = exactly(t, bits);
         let twice_decay = ball(&(&self.damping / &self.mass));
         let natural_squared = ball(&(&self.stiffness / &self.mass));
         let decay = twice_decay.clone().scaled(-1);
         let root = ball(&self.discriminant()).abs().sqrt();
-        let (blow, rate) = match self.discriminant().cmp(&BigRational::zero()) {
+        let (displacement, rate) = match self.discriminant().cmp(&BigRational::zero()) {
             Ordering::Less => {
                 let envelope = (-(&decay * &time)).exp();
                 let (sin, cos) = (&root * &time).sin_cos();
-                let blow = &envelope * sin / root;
-                let rate = envelope * cos - decay * &blow;
-                (blow, rate)
+                let displacement = &envelope * sin / root;
+                let rate = envelope * cos - decay * &displacement;
+                (displacement, rate)
             }
             Ordering::Equal => {
                 let envelope = (-(&decay * &time)).exp();
-                let blow = &envelope * &time;
-                let rate = envelope - decay * &blow;
-                (blow, rate)
+                let displacement = &envelope * &time;
+                let rate = envelope - decay * &displacement;
+                (displacement, rate)
             }
             Ordering::Greater => {
                 let fast = decay + &root;
                 let slow = &natural_squared / &fast;
                 let [slowly, quickly] = [&slow, &fast].map(|root| (-(root * &time)).exp());
-                let blow = (slowly - &quickly) / root.scaled(1);
-                let rate = quickly - slow * &blow;
-                (blow, rate)
+                let displacement = (slowly - &quickly) / root.scaled(1);
+                let rate = quickly - slow * &displacement;
+                (displacement, rate)
             }
         };
-        let release = &rate + &twice_decay * &blow;
+        let release = &rate + &twice_decay * &displacement;
         let one = Ball::from(1);
         let step = match (self.stiffness.is_zero(), self.damping.is_zero()) {
             (false, _) => (one - &release) / &natural_squared,
-            (true, false) => (&time - &blow) / &twice_decay,
+            (true, false) => (&time - &displacement) / &twice_decay,
             (true, true) => (&time * &time).scaled(-1),
         };
-        Blow {
-            blow,
+        ImpulseResponse {
+            displacement,
             rate,
             release,
             step,
@@ -262,10 +275,10 @@ struct Driven {
     start: (Ball, Ball),
 }
 
-impl Blow {
+impl ImpulseResponse {
     fn free(&self, x0: &Ball, v0: &Ball) -> [Ball; 2] {
-        let displacement = x0 * &self.release + v0 * &self.blow;
-        let velocity = v0 * &self.rate - x0 * &self.natural_squared * &self.blow;
+        let displacement = x0 * &self.release + v0 * &self.displacement;
+        let velocity = v0 * &self.rate - x0 * &self.natural_squared * &self.displacement;
         [displacement, velocity]
     }
 }

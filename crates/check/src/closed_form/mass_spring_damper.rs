@@ -2,11 +2,11 @@
 //! textbook: Rao, *Mechanical Vibrations*, §§2.6 and 4.2).
 //!
 //! With σ = c/2m, ω = √(k/m), δ = σ² − ω², everything is made of one function, the velocity after
-//! a blow that gives the velocity 1, integrated or differentiated:
+//! an impulse that gives the velocity 1, integrated or differentiated:
 //!
 //! | | δ < 0, ω_d = √−δ | δ ≥ 0, s = √δ, slow root a = ω²/(σ + s), fast root b = σ + s |
 //! |---|---|---|
-//! | blow B | e^(−σt) sin(ω_d t)/ω_d | e^(−at) (1 − e^(−2st))/2s |
+//! | impulse B | e^(−σt) sin(ω_d t)/ω_d | e^(−at) (1 − e^(−2st))/2s |
 //! | its rate B′ | e^(−σt) (cos ω_d t − σ sin(ω_d t)/ω_d) | e^(−bt) − a B |
 //! | release A | e^(−σt) (cos ω_d t + σ sin(ω_d t)/ω_d) | e^(−at) + a B |
 //! | step m S | (1 − A)/ω² | ((1 − e^(−at))/a − B)/b |
@@ -204,19 +204,22 @@ impl MassSpringDamper {
         self.step_after(force, t.into())
     }
 
-    /// The motion from rest `t` s after a blow of `momentum` N·s, which adds the velocity p/m;
+    /// The motion from rest `t` s after an impulse of `momentum` N·s, which adds the velocity p/m;
     /// none for t < 0. It is the [free motion](Self::free) from that velocity.
     pub fn impulse(&self, momentum: f64, t: f64) -> Kinematics {
         self.impulse_after(momentum, t.into())
     }
 
     pub(crate) fn free_after(&self, x0: f64, v0: f64, t: DoubleDouble) -> Kinematics {
-        let Blow { blow, rate, .. } = self.blow(t);
+        let ImpulseResponse {
+            displacement, rate, ..
+        } = self.impulse_response(t);
         let natural_squared = self.natural_squared.to_f64();
         Kinematics {
-            displacement: x0 * self.release(t) + v0 * blow,
-            velocity: v0 * rate - natural_squared * (x0 * blow),
-            acceleration: v0 * self.blow_acceleration(blow, rate) - natural_squared * (x0 * rate),
+            displacement: x0 * self.release(t) + v0 * displacement,
+            velocity: v0 * rate - natural_squared * (x0 * displacement),
+            acceleration: v0 * self.impulse_acceleration(displacement, rate)
+                - natural_squared * (x0 * rate),
         }
     }
 
@@ -224,11 +227,11 @@ impl MassSpringDamper {
         if t < DoubleDouble::ZERO {
             return Kinematics::default();
         }
-        let Blow { blow, rate } = self.blow(t);
+        let ImpulseResponse { displacement, rate } = self.impulse_response(t);
         let pull = force / self.mass.to_f64();
         Kinematics {
             displacement: pull * self.unit_step(t),
-            velocity: pull * blow,
+            velocity: pull * displacement,
             acceleration: pull * rate,
         }
     }
@@ -248,28 +251,28 @@ impl MassSpringDamper {
         }
     }
 
-    fn blow(&self, t: DoubleDouble) -> Blow {
+    fn impulse_response(&self, t: DoubleDouble) -> ImpulseResponse {
         match self.roots {
             Roots::Complex { damped } => {
                 let envelope = exp(-(self.decay * t));
                 let (sin, cos) = sin_cos(damped * t);
                 let ratio = self.decay.to_f64() / damped.to_f64();
-                Blow {
-                    blow: envelope * sin / damped.to_f64(),
+                ImpulseResponse {
+                    displacement: envelope * sin / damped.to_f64(),
                     rate: envelope * (cos - ratio * sin),
                 }
             }
             Roots::Real { slow, fast, gap } => {
-                let blow = exp(-(slow * t)) * t.to_f64() * mean_decay(gap * t);
-                let rate = exp(-(fast * t)) - slow.to_f64() * blow;
-                Blow { blow, rate }
+                let displacement = exp(-(slow * t)) * t.to_f64() * mean_decay(gap * t);
+                let rate = exp(-(fast * t)) - slow.to_f64() * displacement;
+                ImpulseResponse { displacement, rate }
             }
         }
     }
 
     /// B″ = −2σ B′ − ω² B.
-    fn blow_acceleration(&self, blow: f64, rate: f64) -> f64 {
-        -(2.0 * self.decay.to_f64() * rate + self.natural_squared.to_f64() * blow)
+    fn impulse_acceleration(&self, displacement: f64, rate: f64) -> f64 {
+        -(2.0 * self.decay.to_f64() * rate + self.natural_squared.to_f64() * displacement)
     }
 
     /// A.
@@ -280,7 +283,9 @@ impl MassSpringDamper {
                 let ratio = self.decay.to_f64() / damped.to_f64();
                 exp(-(self.decay * t)) * (cos + ratio * sin)
             }
-            Roots::Real { slow, .. } => exp(-(slow * t)) + slow.to_f64() * self.blow(t).blow,
+            Roots::Real { slow, .. } => {
+                exp(-(slow * t)) + slow.to_f64() * self.impulse_response(t).displacement
+            }
         }
     }
 
@@ -306,7 +311,7 @@ impl MassSpringDamper {
             }
             Roots::Real { slow, fast, .. } => {
                 let drift = t.to_f64() * mean_decay(slow * t);
-                (drift - self.blow(t).blow) / fast.to_f64()
+                (drift - self.impulse_response(t).displacement) / fast.to_f64()
             }
         }
     }
@@ -330,8 +335,8 @@ impl MassSpringDamper {
 }
 
 /// B and B′.
-struct Blow {
-    blow: f64,
+struct ImpulseResponse {
+    displacement: f64,
     rate: f64,
 }
 

@@ -131,7 +131,7 @@ pub(crate) fn follow(
     let mut state = problem.initial_displacement().to_vec();
     state.extend_from_slice(problem.initial_velocity());
     for stretch in stretches(problem, &stops) {
-        equation.strike(&mut state, &stretch.forces);
+        equation.apply_impulses(&mut state, &stretch.forces);
         let from = recorder.done;
         cross(&stretch, &mut state, &mut recorder)?;
         if let Some(acceleration) = &mut acceleration {

@@ -132,8 +132,8 @@ impl EquationOfMotion {
         }
     }
 
-    /// Adds the velocities that the blows at the start of a piece give to [x; x′].
-    pub(crate) fn strike(&self, state: &mut [f64], forces: &Forces<'_>) {
+    /// Adds the velocities that the impulses at the start of a piece give to [x; x′].
+    pub(crate) fn apply_impulses(&self, state: &mut [f64], forces: &Forces<'_>) {
         let velocity = &mut state[self.len()..];
         for (coordinate, momentum) in forces.timeline.pieces()[forces.piece].impulses() {
             for (i, mobility) in &self.mobility[*coordinate] {

@@ -42,7 +42,7 @@ impl DrivenForm {
         let mut forces = BTreeMap::new();
         let mut order = r;
         for event in &events.changes {
-            if !matches!(event.change, Change::Blow(_)) {
+            if !matches!(event.change, Change::Impulse(_)) {
                 forces.entry(event.coordinate).or_insert_with(|| {
                     order += 2;
                     order - 2
@@ -87,12 +87,12 @@ impl DrivenForm {
             match event.change {
                 Change::Force(force) => here.push((forces[&event.coordinate], force)),
                 Change::Slope(slope) => here.push((forces[&event.coordinate] + 1, slope)),
-                Change::Blow(_) if form.gives_way[event.coordinate] => {
+                Change::Impulse(_) if form.gives_way[event.coordinate] => {
                     return Err(ReferenceError::ImpulseGivesWay { load: event.load });
                 }
-                Change::Blow(blow) => {
+                Change::Impulse(impulse) => {
                     let column = r + event.coordinate;
-                    let entries = (0..r).map(|i| (i, form.motion.at(i, column) * &blow));
+                    let entries = (0..r).map(|i| (i, form.motion.at(i, column) * &impulse));
                     here.extend(entries.filter(|(_, jump)| !jump.is_zero()));
                 }
             }

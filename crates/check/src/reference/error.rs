@@ -38,7 +38,7 @@ pub enum ReferenceError {
     /// The springs on coordinates without mass leave one of them free.
     #[error("the springs on coordinates without mass cancel, which makes them a constraint")]
     MasslessConstraint,
-    /// A blow on a coordinate that neither mass nor damper resists.
+    /// An impulse on a coordinate that neither mass nor damper resists.
     #[error("load {load} is an impulse that neither mass nor damper resists")]
     ImpulseGivesWay {
         /// Which load, from 0.

@@ -24,14 +24,14 @@ pub(super) enum Change {
     Force(BigRational),
     /// Its growth jumps, in N/s.
     Slope(BigRational),
-    /// A blow, in N·s.
-    Blow(BigRational),
+    /// An impulse, in N·s.
+    Impulse(BigRational),
 }
 
 /// All loads of a problem.
 #[derive(Default)]
 pub(super) struct Events {
-    /// Of the loads that run straight, and the blows; in no order.
+    /// Of the loads that run straight, and the impulses; in no order.
     pub(super) changes: Vec<Event>,
     /// By coordinate; they run from 0 on.
     pub(super) harmonics: Vec<(usize, Harmonic)>,
@@ -64,8 +64,8 @@ impl Events {
                     at(start, Change::Slope(rate));
                 }
                 Load::Impulse(impulse) => {
-                    let blow = Change::Blow(exactly(impulse.magnitude));
-                    at(event(grid, impulse.at), blow);
+                    let change = Change::Impulse(exactly(impulse.magnitude));
+                    at(event(grid, impulse.at), change);
                 }
                 Load::Samples(samples) => sampled(samples, grid, at),
                 Load::Harmonic(harmonic) => events.harmonics.push((coordinate, *harmonic)),

@@ -24,7 +24,7 @@ pub(super) struct FirstOrderForm {
     pub(super) motion: RationalMatrix,
     /// X beside D: n × (r + n).
     pub(super) output: RationalMatrix,
-    /// For each coordinate, whether a blow on it would displace without limit.
+    /// For each coordinate, whether an impulse on it would displace without limit.
     pub(super) gives_way: Vec<bool>,
     /// z at t = 0 from all displacements and velocities: r × 2n.
     start: RationalMatrix,

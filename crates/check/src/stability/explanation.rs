@@ -1,10 +1,10 @@
 //! Why a method loses digits, breaks or takes too long.
 
 use super::contender::{Contender, Kind, Order};
-use super::{Cell, Hardship, Verdict};
+use super::{Cell, Difficulty, Verdict};
 
 /// One sentence for a method that does not stay accurate over a family, or `None` if it does.
-pub(super) fn of(contender: &Contender, hardship: Hardship, cells: &[Cell]) -> Option<String> {
+pub(super) fn of(contender: &Contender, difficulty: Difficulty, cells: &[Cell]) -> Option<String> {
     let first = |verdict: Verdict| cells.iter().find(|cell| cell.verdict() == verdict);
     let lost = first(Verdict::Broken)
         .or_else(|| first(Verdict::NotRun))
@@ -13,13 +13,13 @@ pub(super) fn of(contender: &Contender, hardship: Hardship, cells: &[Cell]) -> O
     if let Cell::Failed { reason } | Cell::Refused { reason } = lost {
         return Some(reason.clone());
     }
-    Some(sentence(&contender.kind, hardship, lost).to_owned())
+    Some(sentence(&contender.kind, difficulty, lost).to_owned())
 }
 
-fn sentence(kind: &Kind, hardship: Hardship, lost: &Cell) -> &'static str {
+fn sentence(kind: &Kind, difficulty: Difficulty, lost: &Cell) -> &'static str {
     match kind {
-        Kind::Exact(_) => match hardship {
-            Hardship::Horizon => {
+        Kind::Exact(_) => match difficulty {
+            Difficulty::Horizon => {
                 "Each step rounds the state, and the errors of so many steps add up: the phase drifts."
             }
             _ => {
@@ -29,22 +29,24 @@ fn sentence(kind: &Kind, hardship: Hardship, lost: &Cell) -> &'static str {
         Kind::Solver(_) => {
             "It starts from the state matrix in doubles: small eigenvalues keep an error of 1e-16 of the largest, not of themselves."
         }
-        Kind::Fixed { order, .. } => fixed(*order, hardship, lost),
-        Kind::Adaptive { explicit: true, .. } => match hardship {
-            Hardship::Stiffness | Hardship::Damping | Hardship::Mass | Hardship::Step => {
+        Kind::Fixed { order, .. } => fixed(*order, difficulty, lost),
+        Kind::Adaptive { explicit: true, .. } => match difficulty {
+            Difficulty::Stiffness | Difficulty::Damping | Difficulty::Mass | Difficulty::Step => {
                 "Explicit: however slow the visible motion, its steps must stay within a few 1/|λ| of the fastest mode, and their number is in proportion to the spread."
             }
-            Hardship::Horizon => {
+            Difficulty::Horizon => {
                 "Its steps are as many as there are turns, and the error of each is carried on: long before the steps take too long, the tolerance of one is not that of the sum."
             }
-            Hardship::Size => "Its steps times n² operations for each evaluation take too long.",
+            Difficulty::Size => "Its steps times n² operations for each evaluation take too long.",
         },
-        Kind::Adaptive { .. } => match (hardship, lost) {
-            (Hardship::Size, _) => "Its steps times n² operations for each solution take too long.",
-            (Hardship::Stiffness | Hardship::Mass, Cell::Answered { .. }) => {
+        Kind::Adaptive { .. } => match (difficulty, lost) {
+            (Difficulty::Size, _) => {
+                "Its steps times n² operations for each solution take too long."
+            }
+            (Difficulty::Stiffness | Difficulty::Mass, Cell::Answered { .. }) => {
                 "It starts from matrices in doubles, where soft springs are rounded away beside a stiff one."
             }
-            (Hardship::Stiffness | Hardship::Mass, _) => {
+            (Difficulty::Stiffness | Difficulty::Mass, _) => {
                 "It stays stable, but to meet its tolerance fast motion that is not damped has to be followed turn by turn."
             }
             _ => "What still moves has to be followed turn by turn until the end.",
@@ -55,20 +57,20 @@ fn sentence(kind: &Kind, hardship: Hardship, lost: &Cell) -> &'static str {
     }
 }
 
-fn fixed(order: Order, hardship: Hardship, lost: &Cell) -> &'static str {
+fn fixed(order: Order, difficulty: Difficulty, lost: &Cell) -> &'static str {
     match (order, lost) {
         (Order::Explicit, Cell::Unstable) => {
             "Explicit: beyond a step of two or three times 1/|λ| of the fastest mode every rounding error of that mode grows from step to step."
         }
-        (_, Cell::NotRun { .. }) => match hardship {
-            Hardship::Size => "Its steps times n² operations each take too long.",
+        (_, Cell::NotRun { .. }) => match difficulty {
+            Difficulty::Size => "Its steps times n² operations each take too long.",
             _ => "A step that resolves one period has to be taken for every period until the end.",
         },
         (Order::Explicit, _) => {
             "Its steps resolve the slow motion only; what turns faster is damped away or out of phase."
         }
-        (Order::Second, _) => match hardship {
-            Hardship::Horizon => {
+        (Order::Second, _) => match difficulty {
+            Difficulty::Horizon => {
                 "It turns a share of (ωh)²/12 too slowly, and the phase it lacks adds up over the periods."
             }
             _ => {

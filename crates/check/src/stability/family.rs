@@ -10,7 +10,7 @@ use crate::truth::{ModesTruth, MotionTruth};
 
 /// What makes the far end of a family hard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hardship {
+pub enum Difficulty {
     /// One spring is far stiffer than the others.
     Stiffness,
     /// A damper is far weaker or far stronger than what would be critical.
@@ -35,7 +35,7 @@ pub struct Family {
     /// The system in one sentence.
     pub about: &'static str,
     /// What makes its far end hard.
-    pub hardship: Hardship,
+    pub difficulty: Difficulty,
     /// The parameter's values, ascending.
     pub values: Vec<f64>,
     /// The period, in s, of the motion that steps are to resolve.
@@ -105,7 +105,7 @@ impl Family {
                 name: "stiffness",
                 parameter: "stiffness ratio",
                 about: "Three masses between walls; the spring between the first two is stiffer than the others by the ratio.",
-                hardship: Hardship::Stiffness,
+                difficulty: Difficulty::Stiffness,
                 values: powers(0..=20, 2),
                 period: TURN / 0.6,
                 modes: true,
@@ -115,7 +115,7 @@ impl Family {
                 name: "damping",
                 parameter: "damping ratio",
                 about: "Two masses on two springs; a damper holds the lower one, critical by itself at a ratio of 1.",
-                hardship: Hardship::Damping,
+                difficulty: Difficulty::Damping,
                 values: powers(-16..=8, 2),
                 period: TURN / 1.6,
                 modes: true,
@@ -125,7 +125,7 @@ impl Family {
                 name: "mass",
                 parameter: "mass ratio",
                 about: "Three masses between walls, with equal springs; the middle one is lighter than the others by the ratio.",
-                hardship: Hardship::Mass,
+                difficulty: Difficulty::Mass,
                 values: powers(0..=20, 2),
                 period: TURN / 1.2,
                 modes: true,
@@ -135,7 +135,7 @@ impl Family {
                 name: "step",
                 parameter: "‖A‖h",
                 about: "Two masses, one of them on a damper that is 100 times critical; 100 steps of the grid, each h long.",
-                hardship: Hardship::Step,
+                difficulty: Difficulty::Step,
                 values: powers(-8..=12, 2),
                 period: TURN,
                 modes: false,
@@ -145,7 +145,7 @@ impl Family {
                 name: "horizon",
                 parameter: "periods",
                 about: "Two masses without dampers, looked at 100 times until so many periods have passed.",
-                hardship: Hardship::Horizon,
+                difficulty: Difficulty::Horizon,
                 values: powers(0..=8, 1),
                 period: TURN / 1.6,
                 modes: false,
@@ -155,7 +155,7 @@ impl Family {
                 name: "size",
                 parameter: "coordinates",
                 about: "A chain of equal masses and springs between walls; the first mass is let go.",
-                hardship: Hardship::Size,
+                difficulty: Difficulty::Size,
                 values: vec![1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0],
                 period: TURN / 2.0,
                 modes: true,

@@ -8,7 +8,7 @@ mod family;
 use std::time::Instant;
 
 use contender::{Contender, contenders};
-pub use family::{Family, Hardship};
+pub use family::{Difficulty, Family};
 
 /// How methods did on several families.
 #[derive(Clone, Debug)]
@@ -149,7 +149,7 @@ impl StabilityStudy {
                 }
             }
             let rows = contenders.iter().zip(cells).map(|(contender, cells)| {
-                let explanation = explanation::of(contender, family.hardship, &cells);
+                let explanation = explanation::of(contender, family.difficulty, &cells);
                 StabilityRow {
                     method: contender.name.clone(),
                     planned: contender.is_planned(),

@@ -188,7 +188,7 @@ fn documented_forced_motions_hold() {
 }
 
 proptest! {
-    /// The equation of motion itself, for free motion, blow and step at once.
+    /// The equation of motion itself, for free motion, impulse and step at once.
     #[test]
     fn obeys_newton(
         mass in 0.01..100.0f64,

@@ -108,7 +108,7 @@ fn loads_act_from_their_exact_starts() {
         &found.displacement(1)[0],
         &exact.step(1.0, 4.0).displacement,
     );
-    // 0.1 + 0.2 is no instant of the grid, 3·0.1 is one: there the blow comes just before.
+    // 0.1 + 0.2 is no instant of the grid, 3·0.1 is one: there the impulse comes just before.
     let struck = |at: f64| {
         let response = Response::of(&system).load("m1", Impulse::of(1.3).at(at));
         let problem = response.every(0.1).until(1.0).problem();
@@ -406,7 +406,7 @@ fn what_it_cannot_do_is_refused() {
     let refusal = Reference::default().response(&problem.expect("valid"));
     assert_eq!(refusal.err(), Some(ReferenceError::SingularMass));
     assert_eq!(modes(&singular).infinite(), 2);
-    // Two nodes without mass, joined by a damper: a blow displaces both without limit.
+    // Two nodes without mass, joined by a damper: an impulse displaces both without limit.
     let joined = System::builder()
         .mass("m1", 1.0)
         .mass("p", 0.0)

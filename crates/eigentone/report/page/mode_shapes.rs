@@ -139,7 +139,7 @@ fn still(out: &mut String, shape: &[Complex<f64>], places: &[f64], scale: f64) {
 enum Motion {
     Still,
     /// Towards rest, again and again.
-    Creeps,
+    Relaxes,
     Swings,
 }
 
@@ -148,7 +148,7 @@ impl Motion {
         match mode.motion() {
             eigentone_modes::Motion::Oscillating => Motion::Swings,
             eigentone_modes::Motion::Growing if mode.eigenvalue().value.im != 0.0 => Motion::Swings,
-            eigentone_modes::Motion::Decaying => Motion::Creeps,
+            eigentone_modes::Motion::Decaying => Motion::Relaxes,
             _ => Motion::Still,
         }
     }
@@ -164,13 +164,13 @@ fn moving(out: &mut String, shape: &[Complex<f64>], places: &[f64], scale: f64, 
                 "<g class=\"swing\" style=\"--a:{size:.2}px;--y:{y:.2}px;--d:{:.3}s\">",
                 delay(*x)
             ),
-            Motion::Creeps if dot => format!("<g class=\"fall\" style=\"--y:{y:.2}px\">"),
+            Motion::Relaxes if dot => format!("<g class=\"fall\" style=\"--y:{y:.2}px\">"),
             _ => format!("<g transform=\"translate(0 {y:.2})\">"),
         }
     };
     // All stretches shrink towards rest together.
-    out.push_str(if motion == Motion::Creeps {
-        "<g class=\"creep\">"
+    out.push_str(if motion == Motion::Relaxes {
+        "<g class=\"relax\">"
     } else {
         "<g>"
     });

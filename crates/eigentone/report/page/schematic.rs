@@ -451,7 +451,7 @@ fn note(load: &Load) -> Note {
         Load::Impulse(impulse) => (
             impulse.magnitude,
             format!(
-                "blow {} N·s at {} s",
+                "impulse {} N·s at {} s",
                 short(impulse.magnitude),
                 short(impulse.at)
             ),

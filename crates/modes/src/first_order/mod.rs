@@ -34,7 +34,7 @@ pub enum FirstOrderError {
     /// The masses that are there do not determine all accelerations: loads on what has no inertia act
     /// through its derivatives, and not every initial state is consistent.
     #[error(
-        "the mass matrix is singular although no row of it vanishes, so that only modes are to be had; \
+        "the mass matrix is singular although no row of it vanishes, so that only modes can be computed; \
          a motion needs coordinates in which what has no mass is a row and column of zeros"
     )]
     SingularMass,

@@ -35,7 +35,7 @@ impl Frequency {
 pub enum Motion {
     /// λ = 0: it stays, or drifts, where it is put.
     Rigid,
-    /// λ real and negative: it creeps back without crossing.
+    /// λ real and negative: a relaxation mode, which returns to rest without oscillating.
     Decaying,
     /// λ complex, and not known to grow.
     Oscillating,

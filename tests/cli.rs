@@ -704,10 +704,27 @@ fn systems_at_the_edge_pass_every_command() {
     for name in ["a", "free"] {
         let file = scene("grows.json", &grows.replace("NAME", name));
         let started = std::time::Instant::now();
-        for command in ["analyze", "check", "tables"] {
-            let message = refused(&[command, &file, "--out", out], 1);
+        let message = refused(&["analyze", &file, "--out", out], 1);
+        assert!(message.contains("grow"), "{message}");
+        // What is said of the modes is given all the same.
+        for (command, result) in [("check", "check.md"), ("tables", "grows.md")] {
+            let output = eigentone(&[command, &file, "--out", out]);
+            assert_eq!(output.status.code(), Some(1), "{command}");
+            let message = String::from_utf8(output.stderr).expect("UTF-8");
             assert!(message.contains("grow"), "{message}");
+            let text = fs::read_to_string(Path::new(out).join(result)).expect("it is written");
+            assert!(text.contains("## Modes"), "{text}");
+            let reason = text
+                .lines()
+                .find(|line| line.contains("one") && line.contains("grow"));
+            assert!(reason.is_some(), "{text}");
         }
+        let json = fs::read_to_string(Path::new(out).join("check.json")).expect("it is written");
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        assert!(json["response"].is_null() && json["response_error"].is_string());
+        let json = fs::read_to_string(Path::new(out).join("grows.json")).expect("it is written");
+        let json: Value = serde_json::from_str(&json).expect("JSON");
+        assert!(json["response"].is_null() && json["response_error"].is_string());
         assert!(started.elapsed().as_secs() < 30, "{:?}", started.elapsed());
     }
 }
@@ -922,6 +939,41 @@ fn an_interrupt_leaves_nothing_half_done() {
         }
         assert!(left.iter().all(|name| !name.ends_with(".tmp")));
     }
+}
+
+/// A chain of 66 with a dashpot and a node without mass, which is more than is proven.
+#[test]
+fn why_bounds_are_not_proven_is_said() {
+    let directory = fresh("estimated");
+    fs::create_dir(&directory).expect("it can be made");
+    let file = directory.join("chain.json");
+    let mass = |i: usize| format!(r#"{{"name": "m{i}", "mass": {}}}"#, u8::from(i != 20));
+    let spring = |i: usize| {
+        format!(
+            r#"{{"between": ["m{i}", "m{}"], "stiffness": {}}}"#,
+            i + 1,
+            1 + i % 3
+        )
+    };
+    let masses: Vec<String> = (0..66).map(mass).collect();
+    let springs: Vec<String> = (0..65).map(spring).collect();
+    let scene = format!(
+        r#"{{"masses": [{}], "springs": [{}], "dampers": [{{"between": ["ground", "m7"], "damping": 0.5}}]}}"#,
+        masses.join(", "),
+        springs.join(", ")
+    );
+    fs::write(&file, scene).expect("it can be written");
+    let output = eigentone(&["modes", file.to_str().expect("a UTF-8 path")]);
+    assert!(output.status.success());
+    let note = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(
+        note.starts_with("note: ") && note.contains("bounds are estimated"),
+        "{note}"
+    );
+    assert!(
+        note.contains("66 coordinates are more than the 64"),
+        "{note}"
+    );
 }
 
 /// −1 three times and another root 2^-42.4 beside it twice, which doubles do not tell.

@@ -116,8 +116,8 @@ const ENUMS: [(&str, &str); 4] = [
         "crates/eigentone/scene/matrix_market.rs",
         "MatrixMarketError",
     ),
-    ("crates/modes/src/builder.rs", "BuildError"),
-    ("crates/response/src/load.rs", "LoadError"),
+    ("crates/modes/src/system/builder.rs", "BuildError"),
+    ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
 /// An error and those inside of it.

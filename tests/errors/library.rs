@@ -21,18 +21,21 @@ use num_complex::Complex;
 use super::listing::Listing;
 
 pub const ENUMS: [(&str, &str); 17] = [
-    ("crates/modes/src/builder.rs", "BuildError"),
+    ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mod.rs", "ModesError"),
-    ("crates/modes/src/first_order.rs", "FirstOrderError"),
+    ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
     ("crates/modes/src/sparse/mod.rs", "SparseError"),
     ("crates/modes/src/participation.rs", "ParticipationError"),
     ("crates/modes/src/assurance.rs", "AssuranceError"),
     ("crates/modes/src/sensitivity.rs", "SensitivityError"),
     ("crates/modes/src/sweep/design.rs", "DesignError"),
-    ("crates/response/src/problem.rs", "ResponseError"),
-    ("crates/response/src/steady_state.rs", "SteadyStateError"),
+    ("crates/response/src/problem/error.rs", "ResponseError"),
+    (
+        "crates/response/src/frequency_response/harmonic_motion.rs",
+        "SteadyStateError",
+    ),
     ("crates/response/src/sweep/mod.rs", "SweepError"),
-    ("crates/response/src/exponential/expm.rs", "ExpmError"),
+    ("crates/response/src/exponential/error.rs", "ExpmError"),
     ("crates/check/src/reference/error.rs", "ReferenceError"),
     ("crates/check/src/closed_form/digits.rs", "ClosedFormError"),
     (
@@ -40,7 +43,7 @@ pub const ENUMS: [(&str, &str); 17] = [
         "OneMassError",
     ),
     ("crates/eigentone/tables/error.rs", "TableError"),
-    ("crates/response/src/load.rs", "LoadError"),
+    ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
 const LEFT_OUT: [(&str, &str); 11] = [

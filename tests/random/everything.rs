@@ -148,16 +148,19 @@ fn checked(scene: &Scene) {
         run: Duration::from_millis(100),
         total: Duration::from_millis(300),
     };
-    let response = problem.and_then(|problem| {
+    let response = problem.map(|problem| {
         let compared =
             WorkPrecision::measure(&problem, methods(), &integrators, effort, &mut |_| {});
-        compared.map_err(said).ok()
+        if let Err(error) = &compared {
+            said(error);
+        }
+        compared
     });
     let report = CheckReport {
         title: "a scene",
         modes: &modes,
         exponentials: exponentials.as_ref(),
-        response: response.as_ref(),
+        response: response.as_ref().map(Result::as_ref),
     };
     clean(&report.text());
     clean(&report.markdown());

@@ -46,19 +46,23 @@ impl Check {
             let (integrators, effort) = (integrators(), Effort::default());
             WorkPrecision::measure(&problem, methods(), &integrators, effort, &mut tell)
         });
-        let response = response.transpose().map_err(Failure::response(file))?;
         let name = self.question.name();
         let report = CheckReport {
             title: scene.title().unwrap_or(&name),
             modes: &modes,
             exponentials: exponentials.as_ref(),
-            response: response.as_ref(),
+            response: response.as_ref().map(Result::as_ref),
         };
         if let Some(directory) = &self.out {
             write(&report, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
-        print(|out| out.write_all(report.text().as_bytes()))
+        print(|out| out.write_all(report.text().as_bytes()))?;
+        // What is said of the modes holds all the same.
+        match response {
+            Some(Err(error)) => Err(Failure::response(file)(error)),
+            _ => Ok(()),
+        }
     }
 }
 

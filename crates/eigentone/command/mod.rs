@@ -17,7 +17,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use eigentone::modes::Modes;
+use eigentone::modes::{Bounds, Modes};
 use eigentone::scene::Scene;
 
 pub use failure::Failure;
@@ -129,6 +129,14 @@ impl Question {
             io::stderr(),
             "note: {scene}: {count} of {of} roots are doubtful: doubles give no bound for them; {help}"
         );
+    }
+
+    /// Says on standard error why bounds that were to be proven are not.
+    fn tell_estimates(&self, modes: &Modes) {
+        if self.precision == Precision::Certified && modes.bounds() == Bounds::Estimated {
+            let (scene, bounds) = (self.scene.display(), &modes.plan().bounds);
+            let _ = writeln!(io::stderr(), "note: {scene}: bounds are {bounds}");
+        }
     }
 
     /// What a scene without a title is called.

@@ -34,6 +34,7 @@ impl Modes {
         if let Some(modes) = self.selection.among_all(scene.system(), all) {
             drop(progress);
             let modes = modes.map_err(Failure::modes(file))?;
+            self.question.tell_estimates(&modes);
             return self.print(&modes, |report| report.selected(modes.is_complete()), names);
         }
         if let Some(found) = self.selection.of(scene.system()) {
@@ -45,6 +46,7 @@ impl Modes {
         let modes = all();
         drop(progress);
         let modes = modes.map_err(Failure::modes(file))?;
+        self.question.tell_estimates(&modes);
         self.print(&modes, |report| report, names)
     }
 

@@ -52,7 +52,8 @@ impl Tables {
                 let tables = tables_of(file, &name, &scene, self.steps.as_deref())?;
                 let mut files = Files::into(&self.out)?.beside(file);
                 write(&mut files, &name, &tables)?;
-                files.keep()
+                files.keep()?;
+                complete(file, &tables)
             }
             None => gallery(&self.out, self.memory),
         }
@@ -71,6 +72,7 @@ fn gallery(directory: &Path, limit: memory::Limit) -> Result<(), Failure> {
         limit.admit(file, memory::of_tables(&scene, steps.len() as u64))?;
         let tables = tables_of(file, name, &scene, Some(&steps))?;
         write(&mut files, name, &tables)?;
+        complete(file, &tables)?;
         let motion = match tables.response() {
             Some(_) => format!("[csv]({name}-response.csv)"),
             None => "–".to_owned(),
@@ -112,6 +114,12 @@ fn tables_of(
 ) -> Result<SceneTables, Failure> {
     let title = scene.title().unwrap_or(name);
     SceneTables::of(title, scene, steps).map_err(Failure::table(file))
+}
+
+/// Fails where the motion did: what is said of the modes holds all the same.
+fn complete(file: &Path, tables: &SceneTables) -> Result<(), Failure> {
+    let error = tables.without_response().cloned();
+    error.map_or(Ok(()), |error| Err(Failure::table(file)(error)))
 }
 
 fn write(files: &mut Files, name: &str, tables: &SceneTables) -> Result<(), Failure> {

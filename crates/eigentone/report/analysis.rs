@@ -10,6 +10,7 @@ use eigentone_response::{
 use super::axis::Axis;
 use super::modes::ModeReport;
 use super::number;
+use super::outline::{Outline, Quantity};
 use super::plot::{Line, Plot};
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table, visible};
@@ -67,29 +68,22 @@ impl Analysis<'_> {
         text
     }
 
-    /// Displacements against time, if there is a response.
+    /// Displacements against time, if there is a response: lines through the samples, the jumps and the extrema.
     pub fn displacement_plot(&self) -> Option<Plot<'_>> {
-        let trajectory = self.response.as_ref()?.trajectory;
         let axis = Axis::linear("displacement", "m");
-        Some(self.plot(axis, trajectory, trajectory.displacement()))
+        Some(self.plot(axis, self.response.as_ref()?, Quantity::Displacement))
     }
 
-    /// Velocities against time, if there is a response.
+    /// Velocities against time, if there is a response: lines through the samples, the jumps and the extrema.
     pub fn velocity_plot(&self) -> Option<Plot<'_>> {
-        let trajectory = self.response.as_ref()?.trajectory;
         let axis = Axis::linear("velocity", "m/s");
-        Some(self.plot(axis, trajectory, trajectory.velocity()))
+        Some(self.plot(axis, self.response.as_ref()?, Quantity::Velocity))
     }
 
-    fn plot<'b>(
-        &'b self,
-        axis: Axis,
-        trajectory: &'b Trajectory,
-        rows: faer::MatRef<'b, f64>,
-    ) -> Plot<'b> {
+    fn plot<'b>(&'b self, axis: Axis, answer: &'b Answer<'_>, quantity: Quantity) -> Plot<'b> {
         let lines = self.names.iter().enumerate().map(|(row, name)| {
-            let times = trajectory.times();
-            Line::new(name, times.len(), move |k| (times[k], rows[(row, k)]))
+            let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
+            Line::new(name, outline.len(), move |k| outline.point(k))
         });
         Plot {
             title: self.title.to_owned(),
@@ -234,14 +228,14 @@ impl Answer<'_> {
     pub(super) fn explained(&self) -> &'static str {
         if self.summary.is_between() {
             "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
-             largest displacement at any time. Overshoot: how far it goes beyond that end, in parts of the way there,\n\
-             where that way is at least a tenth of the largest deviation. Settled after: the last time outside ±2 % of\n\
-             the largest deviation from that end.\n"
+             largest displacement at any time. Overshoot: how far it goes past that end, in % of the way there from\n\
+             where it is at t = 0, if that is at least a tenth of the largest deviation. Settled after: the last time\n\
+             outside ±2 % of the largest deviation from that end.\n"
         } else {
             "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
-             largest displacement at a sample. Overshoot: how far it goes beyond that end, in parts of the way there,\n\
-             where that way is at least a tenth of the largest deviation. Settled after: the last sample outside ±2 % of\n\
-             the largest deviation from that end.\n"
+             largest displacement at a sample. Overshoot: how far it goes past that end, in % of the way there from\n\
+             where it is at t = 0, if that is at least a tenth of the largest deviation. Settled after: the last sample\n\
+             outside ±2 % of the largest deviation from that end.\n"
         }
     }
 }

@@ -12,6 +12,7 @@ mod energy;
 mod heat_map;
 mod modes;
 mod number;
+mod outline;
 mod page;
 mod plot;
 mod response;

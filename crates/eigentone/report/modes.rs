@@ -216,9 +216,13 @@ impl<'a> ModeReport<'a> {
             let of = 2 * self.names.len() - self.modes.infinite();
             return match counted {
                 true => format!("{shown} of {of} roots; none between them is missing\n"),
-                false => format!(
-                    "{shown} of {of} roots; whether some between them are missing is not known\n"
-                ),
+                false => {
+                    let reason = self.modes.plan().incomplete.map(|why| format!(": {why}"));
+                    let reason = reason.unwrap_or_default();
+                    format!(
+                        "{shown} of {of} roots; whether some between them are missing is not known{reason}\n"
+                    )
+                }
             };
         }
         match self.modes.infinite() {

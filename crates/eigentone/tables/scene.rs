@@ -16,12 +16,12 @@ const SHAPES: &str =
 const TIMES: &str = "t is the step's index k times the time step, exactly.";
 const OPEN: &str = "A number with < before it cannot be told from 0, and is no larger.";
 
-/// The tables of a scene: modes, shapes, and the motion if it asks for one.
+/// The tables of a scene: modes, shapes, and the motion if it asks for one and it can be had.
 #[derive(Clone, Debug)]
 pub struct SceneTables {
     title: String,
     modes: ModeTable,
-    response: Option<ResponseTable>,
+    response: Option<Result<ResponseTable, TableError>>,
 }
 
 /// How many parts the time of a scene is divided into where nobody says which instants are wanted.
@@ -32,7 +32,8 @@ impl SceneTables {
     /// evenly spread ones.
     ///
     /// # Errors
-    /// [`TableError`] where the reference refuses, a digit stays open, or there is no such step.
+    /// [`TableError`] where the reference refuses, or a digit stays open, among the modes, or where there is no such step.
+    /// Where only the motion cannot be had, [`without_response`](Self::without_response) says why.
     pub fn of(
         title: &str,
         scene: &Scene,
@@ -46,7 +47,7 @@ impl SceneTables {
                 let mut spread: Vec<u64> = (0..=PARTS).map(part).collect();
                 spread.dedup();
                 let problem = problem.at(steps.unwrap_or(&spread))?;
-                Some(ResponseTable::of(&problem)?)
+                Some(ResponseTable::of(&problem))
             }
         };
         Ok(SceneTables {
@@ -66,9 +67,14 @@ impl SceneTables {
         &self.modes
     }
 
-    /// Its motion, if it asks for one.
+    /// Its motion, if it asks for one and it can be had.
     pub fn response(&self) -> Option<&ResponseTable> {
-        self.response.as_ref()
+        self.response.as_ref()?.as_ref().ok()
+    }
+
+    /// Why there is no motion, if it asks for one.
+    pub fn without_response(&self) -> Option<&TableError> {
+        self.response.as_ref()?.as_ref().err()
     }
 
     /// The shapes as CSV: a row for each component of each mode that has one shape.
@@ -95,8 +101,12 @@ impl SceneTables {
             let gap = if shapes.rows.is_empty() { "" } else { "\n" };
             out += &format!("{gap}{several}\n");
         }
-        if let Some(response) = &self.response {
+        if let Some(response) = self.response() {
             out += &format!("\n## Response\n\n{TIMES}\n\n{}", response.markdown());
+        }
+        if let Some(error) = self.without_response() {
+            let reason = markdown_text(&error.to_string());
+            out += &format!("\n## Response\n\nNone: {reason}.\n");
         }
         out
     }
@@ -118,19 +128,27 @@ impl SceneTables {
         if let Some(several) = self.several() {
             out += &format!("\n{several}\n");
         }
-        if let Some(response) = &self.response {
+        if let Some(response) = self.response() {
             out += &format!("\n\\noindent Response\\par\n{}", response.latex());
+        }
+        if let Some(error) = self.without_response() {
+            let reason = latex_text(&error.to_string());
+            out += &format!("\n\\noindent Response\\par\nNone: {reason}.\n");
         }
         out
     }
 
     /// One JSON object: `title`, `digits`, `modes`, `infinite`, `shapes` and `response`, which is null
-    /// where the scene asks for none. Numbers are in units of m, s and rad; their digits are those
+    /// where the scene asks for none, or where `response_error` says why there is none. Numbers are in units of m, s and rad; their digits are those
     /// of the other forms.
     pub fn json(&self) -> String {
-        let response = self.response.as_ref();
+        let response = self.response();
+        let error = self.without_response().map_or(String::new(), |error| {
+            let reason = json_text(&error.to_string());
+            format!(",\n  \"response_error\":{reason}")
+        });
         format!(
-            "{{\n  \"title\":{},\n  \"digits\":{DIGITS},\n  \"modes\":{},\n  \"infinite\":{},\n  \"shapes\":{},\n  \"response\":{}\n}}\n",
+            "{{\n  \"title\":{},\n  \"digits\":{DIGITS},\n  \"modes\":{},\n  \"infinite\":{},\n  \"shapes\":{},\n  \"response\":{}{error}\n}}\n",
             json_text(&self.title),
             self.modes.sheet().json("  "),
             self.modes.infinite(),
@@ -172,7 +190,8 @@ impl SceneTables {
             .iter()
             .flat_map(|row| row.shape.iter().flatten());
         let shapes = shapes.flat_map(|(re, im)| [re, im]);
-        let rows = self.response.iter().flat_map(|response| response.rows());
+        let rows = self.response().into_iter();
+        let rows = rows.flat_map(|response| response.rows());
         let motion = rows.flat_map(|row| row.displacement.iter().chain(&row.velocity));
         shapes.chain(motion).any(super::Value::is_open)
     }

@@ -42,68 +42,33 @@
 //! coordinates, where errors do not grow (docs/theory.md, (34), (35)), with as many digits as the bounds ask for.
 //! Nothing here prints or reads files.
 
-mod blocks;
-mod by_exponential;
-mod by_superposition;
+mod answer;
 mod certified;
-mod collector;
-mod course;
-mod deviation;
-mod element_force;
-mod energy;
-mod equilibrium;
-mod estimate;
+mod enclosed;
 mod exponential;
-mod extrema;
-mod grid;
-mod grid_loads;
-mod history;
+mod frequency_response;
 mod hold;
-mod load;
 mod march;
-mod massless;
-mod method;
-mod modal_basis;
-mod modal_march;
-mod modal_truncation;
-mod operations;
-mod persistence;
 mod plan;
 mod problem;
-mod response;
-mod state;
-mod steady_state;
-mod straight;
-mod strides;
-mod summary;
+mod quantity;
 mod sweep;
-mod timeline;
-mod trajectory;
-mod vector;
-mod walk;
 
-pub use by_exponential::ByExponential;
-pub use by_superposition::BySuperposition;
+pub use answer::{History, Operations, Output, ResponseMethod, Trajectory};
 pub use certified::ByCertifiedExponential;
-pub use element_force::ElementForces;
-pub use energy::Energy;
 pub use exponential::{
     BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
     expm, expm_bounded, expm_condition,
 };
-pub use extrema::{Extrema, Extremum, Fastest};
-pub use grid::{MAX_STEPS, TimeGrid};
-pub use history::{History, Output};
-pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
-pub use method::ResponseMethod;
-pub use modal_truncation::ModalTruncation;
-pub use operations::Operations;
-pub use plan::{ResponsePlan, methods};
-pub use problem::{AppliedLoad, Problem, ResponseError};
-pub use response::Response;
-pub use state::State;
-pub use steady_state::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
-pub use summary::{CoordinateSummary, Destination, Summary};
+pub use frequency_response::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
+pub use march::{ByExponential, BySuperposition};
+pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
+pub use problem::{
+    AppliedLoad, Harmonic, Hold, Impulse, Instant, Load, LoadError, MAX_STEPS, Piece, Problem,
+    Ramp, ResponseError, Samples, State, Step, Straight, TimeGrid, Timeline,
+};
+pub use quantity::{
+    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,
+    Summary,
+};
 pub use sweep::{Answer, Sweep, SweepError};
-pub use timeline::{Instant, Piece, Straight, Timeline};
-pub use trajectory::Trajectory;

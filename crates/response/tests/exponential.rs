@@ -585,3 +585,59 @@ fn what_vanishes_at_the_end_of_the_doubles_is_0() {
         assert!(power[(0, 0)] == 0.0 && !power[(1, 1)].is_nan());
     }
 }
+
+/// e^A is 10^137 in one entry and 10^-189 in another, further apart than doubles with one power of two for all of them:
+/// what is lost so is refused, and neither 0 nor half of it.
+#[test]
+fn what_growth_leaves_no_room_for_is_refused() {
+    use eigentone_modes::{GROUND, System};
+    use eigentone_response::{ByExponential, Response, ResponseError, State};
+
+    let mut builder = System::builder().mass("m1", 1.0).spring(GROUND, "m1", -1e5);
+    for i in 2..=6 {
+        let (before, name) = (format!("m{}", i - 1), format!("m{i}"));
+        builder = builder.mass(&name, 1.0).spring(GROUND, &name, 1.0);
+        builder = builder.spring(before, name, 1e-60);
+    }
+    let system = builder.damper(GROUND, "m3", 0.5).build().expect("a system");
+    let from = |name: &str| {
+        let response = Response::of(&system).from(State::at_rest().displace(name, 1.0));
+        response.every(1.0).until(2.0).run_by(&ByExponential)
+    };
+    let lost = from("m1");
+    assert!(
+        matches!(lost, Err(ResponseError::Overflow { .. })),
+        "{lost:?}"
+    );
+    for method in [&Taylor as &dyn Exponential, &SecondOrder, &Pade13] {
+        let beside = faer::mat![[400.0, 0.0], [1e-300, -400.0]];
+        if let Ok(found) = method.exponential(beside.as_ref()) {
+            // e^-400, and 1e-300 sinh(400)/400.
+            let wanted = [1.915_169_596_714_005_6e-174, 6.526_837_112_205_18e-130];
+            for (found, wanted) in [found[(1, 1)], found[(1, 0)]].into_iter().zip(wanted) {
+                assert!(
+                    (found / wanted - 1.0).abs() < 1e-10,
+                    "{}: {found:e}",
+                    method.name()
+                );
+            }
+        }
+    }
+}
+
+/// Of a turn of 1e12 radians doubles keep four digits; with more, the condition is had beyond 64 rows too.
+#[test]
+fn conditions_of_many_rows_may_take_more_digits() {
+    let n = 66;
+    let turn = Mat::from_fn(n, n, |i, j| match i as isize - j as isize {
+        1 => 1e12,
+        -1 => -1e12,
+        _ => 0.0,
+    });
+    let found = expm_condition(turn.as_ref()).expect("it can be afforded");
+    // It has six digits.
+    assert!(
+        (1.999_998e12..2e12 * n as f64).contains(&found),
+        "{found:e}"
+    );
+}

@@ -405,3 +405,17 @@ fn a_critical_root_beside_a_pair_keeps_its_estimate() {
     let system = planted(&motions, &[(0, 1, 1)], false).expect("a system");
     examine(&system).expect("right within its bounds");
 }
+
+/// Critical damping of one rate twice, beside free motions: the points of both start on one circle.
+#[test]
+fn critical_pairs_of_one_rate_are_proven() {
+    let motions = [
+        [2.0, 3.0, 1.125],
+        [1.0, 0.25, 0.0],
+        [1.0, 0.5, 0.0],
+        [1.0, 1.5, 0.5625],
+    ];
+    let shears = [(1, 2, 1), (1, 3, -1), (1, 0, 1)];
+    let system = planted(&motions, &shears, true).expect("a system");
+    examine(&system).expect("−3/4 four times");
+}

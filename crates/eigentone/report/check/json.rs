@@ -17,7 +17,11 @@ pub(super) fn write(report: &CheckReport<'_>, mut out: impl io::Write) -> io::Re
         title: report.title,
         modes: ModesJson::of(report.modes),
         exponentials: report.exponentials.map(ExponentialsJson::of),
-        response: report.response.map(ResponseJson::of),
+        response: report.response.and_then(Result::ok).map(ResponseJson::of),
+        response_error: report
+            .response
+            .and_then(Result::err)
+            .map(ToString::to_string),
     };
     serde_json::to_writer_pretty(&mut out, &json)?;
     out.write_all(b"\n")
@@ -29,6 +33,8 @@ struct Json<'a> {
     modes: ModesJson<'a>,
     exponentials: Option<ExponentialsJson>,
     response: Option<ResponseJson<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response_error: Option<String>,
 }
 
 #[derive(Serialize)]

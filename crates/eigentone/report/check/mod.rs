@@ -11,6 +11,8 @@ use eigentone_check::{
     ExponentialComparison, Measurement, ModeComparison, Outcome, WorkPrecision, WorkPrecisionRow,
 };
 
+use eigentone_response::ResponseError;
+
 use super::plot::Plot;
 use super::table::{Table, markdown_text, visible};
 
@@ -22,8 +24,8 @@ pub struct CheckReport<'a> {
     pub modes: &'a ModeComparison,
     /// The matrix exponentials, if the scene asks for a response and is not too large for proofs.
     pub exponentials: Option<&'a ExponentialComparison>,
-    /// The response methods, if the scene asks for a response.
-    pub response: Option<&'a WorkPrecision>,
+    /// The response methods, if the scene asks for a response, or why there is none to compare.
+    pub response: Option<Result<&'a WorkPrecision, &'a ResponseError>>,
 }
 
 const NO_RESPONSE: &str = "Response: left out, the scene has no `time`";
@@ -46,8 +48,8 @@ impl CheckReport<'_> {
                 text += &format!("  {line}\n");
             }
         }
-        if self.response.is_none() {
-            text += &format!("\n{NO_RESPONSE}\n");
+        if let Some(reason) = self.without_response() {
+            text += &format!("\n{reason}\n");
         }
         text
     }
@@ -62,14 +64,15 @@ impl CheckReport<'_> {
                 text += &format!("\n{}\n", markdown_text(remark));
             }
         }
-        if self.response.is_none() {
-            text += &format!("\n{NO_RESPONSE}\n");
+        if let Some(reason) = self.without_response() {
+            text += &format!("\n{}\n", markdown_text(&reason));
         }
         text
     }
 
     /// One JSON object with all digits: run times in s; errors are relative, and null for the
-    /// reference and where they are infinite.
+    /// reference and where they are infinite. Where the response fails, `response` is null and `response_error`
+    /// says why.
     ///
     /// # Errors
     /// Those of `out`.
@@ -81,13 +84,22 @@ impl CheckReport<'_> {
     /// method, a point for each setting, and a ring about what the plan picks. `None` without a response.
     /// The reference, and what agrees with it in every digit, has no place on such an axis.
     pub fn plot(&self) -> Option<Plot<'_>> {
-        Some(diagram::of(self.title, self.response?))
+        Some(diagram::of(self.title, self.response?.ok()?))
+    }
+
+    /// Why nothing is said of a response.
+    fn without_response(&self) -> Option<String> {
+        match self.response {
+            None => Some(NO_RESPONSE.to_owned()),
+            Some(Err(error)) => Some(format!("Response: none, {error}")),
+            Some(Ok(_)) => None,
+        }
     }
 
     fn sections(&self) -> Vec<Section> {
         let mut sections = vec![tables::modes(self.modes)];
         sections.extend(self.exponentials.map(tables::exponentials));
-        sections.extend(self.response.map(tables::response));
+        sections.extend(self.response.and_then(Result::ok).map(tables::response));
         sections
     }
 }

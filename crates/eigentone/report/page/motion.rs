@@ -1,19 +1,18 @@
 //! Displacements and velocities against time, with their peaks, and their bounds.
 
 use eigentone_modes::Bounds;
-use faer::MatRef;
 
 use super::chart::{Chart, Series};
 use crate::report::analysis::Answer;
 use crate::report::axis::Axis;
 use crate::report::number;
+use crate::report::outline::{Outline, Quantity};
 
 /// Lines in one chart.
 const LINES: usize = 10;
 
 /// The charts of a response.
 pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
-    let trajectory = answer.trajectory;
     let mut out = String::new();
     let peaks: Vec<(f64, f64)> = answer
         .summary
@@ -25,17 +24,9 @@ pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
         true => "Rings: the largest displacement at any time.",
         false => "Rings: the largest displacement at a sample.",
     };
-    let displacement = Axis::linear("displacement", "m");
-    let chart = lines(
-        answer,
-        names,
-        trajectory.displacement(),
-        displacement,
-        &peaks,
-        caption,
-    );
+    let axis = Axis::linear("displacement", "m");
+    let chart = lines(answer, names, Quantity::Displacement, axis, &peaks, caption);
     out.push_str(&chart.figure());
-    let velocity = trajectory.velocity();
     let peaks: Vec<(f64, f64)> = answer
         .summary
         .coordinates()
@@ -47,7 +38,7 @@ pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
         false => "Rings: the largest velocity at a sample.",
     };
     let axis = Axis::linear("velocity", "m/s");
-    let chart = lines(answer, names, velocity, axis, &peaks, caption);
+    let chart = lines(answer, names, Quantity::Velocity, axis, &peaks, caption);
     out + &chart.figure()
 }
 
@@ -100,12 +91,11 @@ pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
 fn lines<'a>(
     answer: &'a Answer<'_>,
     names: &'a [String],
-    rows: MatRef<'a, f64>,
+    quantity: Quantity,
     axis: Axis,
     peaks: &[(f64, f64)],
     caption: &str,
 ) -> Chart<'a> {
-    let times = answer.trajectory.times();
     let mut chosen: Vec<usize> = (0..names.len()).collect();
     if names.len() > LINES {
         chosen.sort_by(|a, b| peaks[*b].1.abs().total_cmp(&peaks[*a].1.abs()));
@@ -119,20 +109,23 @@ fn lines<'a>(
             names.len()
         );
     }
-    let series = chosen.into_iter().map(|row| Series {
-        name: match peaks.get(row) {
-            Some((time, peak)) => format!(
-                "{}: {} {} at {} s",
-                crate::report::plot::shorten(&names[row], 14),
-                number::significant(*peak),
-                axis.unit,
-                number::significant(*time)
-            ),
-            None => names[row].clone(),
-        },
-        len: times.len(),
-        point: Box::new(move |k| (times[k], rows[(row, k)])),
-        marks: peaks.get(row).copied().into_iter().collect(),
+    let series = chosen.into_iter().map(|row| {
+        let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
+        Series {
+            name: match peaks.get(row) {
+                Some((time, peak)) => format!(
+                    "{}: {} {} at {} s",
+                    crate::report::plot::shorten(&names[row], 14),
+                    number::significant(*peak),
+                    axis.unit,
+                    number::significant(*time)
+                ),
+                None => names[row].clone(),
+            },
+            len: outline.len(),
+            point: Box::new(move |k| outline.point(k)),
+            marks: peaks.get(row).copied().into_iter().collect(),
+        }
     });
     let mut heading = axis.quantity.clone();
     heading[..1].make_ascii_uppercase();

@@ -41,13 +41,13 @@ pub enum FirstOrderError {
     /// The stiffness seen by undamped massless nodes is singular: they form a constraint.
     #[error(
         "the springs on the massless nodes cancel, which makes them a constraint, so that only modes \
-         are to be had; a motion needs coordinates without that constraint"
+         can be computed; a motion needs coordinates without that constraint"
     )]
     Constraint,
     /// Dampers on massless nodes cancel or act in one direction only.
     #[error(
-        "the dampers on the massless nodes do not determine how they relax, so that only modes are to \
-         be had; a motion needs dampers whose matrix is not singular on the nodes that they meet"
+        "the dampers on the massless nodes do not determine how they relax, so that only modes can \
+         be computed; a motion needs dampers whose matrix is not singular on the nodes that they meet"
     )]
     SingularDamping,
     /// The system is [large](System::is_large).

@@ -11,6 +11,7 @@ pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod shape;
+pub(crate) mod slow;
 pub(crate) mod springless;
 mod weierstrass;
 
@@ -243,20 +244,20 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// The limbs that the largest cluster so far asks for: a root of multiplicity m is known to
-    /// `LIMIT` only with m times its digits.
+    /// The limbs that the clusters so far ask for: where m roots lie within r of each other, the polynomial is below r^m, and a root of
+    /// multiplicity m is known to `LIMIT` only with m times its digits.
     fn wanted(&self, best: &Option<Vec<Certified>>) -> usize {
-        const DIGITS: usize = 110;
-        let largest = |found: &Vec<Certified>| {
-            found
-                .iter()
-                .map(|disc| disc.members.len())
-                .max()
-                .unwrap_or(1)
+        const MOST: f64 = 110.0;
+        /// Beyond what tells the disc of a cluster from a point, for each root.
+        const MORE: f64 = 16.0;
+        let bits = |disc: &Certified| {
+            let each = (disc.value.norm() / disc.bound).log2() + MORE;
+            disc.members.len() as f64 * each.min(MOST)
         };
-        let m = best.as_ref().map_or(1, largest);
-        if m > 1 {
-            (DIGITS * m + 30).div_ceil(64).min(64)
+        let clusters = best.iter().flatten().filter(|disc| disc.members.len() > 1);
+        let most = clusters.map(bits).fold(0.0, f64::max);
+        if most > 0.0 {
+            ((most + 64.0) / 64.0).ceil().min(64.0) as usize
         } else {
             0
         }
@@ -425,6 +426,7 @@ impl Job<'_> {
         let (re_error, im_error) = (off(middle.re, re), off(middle.im, im));
         let reach = times_power(radius(ball), unit);
         let is_exact = re_error == 0.0 && im_error == 0.0 && ball.radius().is_zero();
+        let is_imaginary = re == 0.0 && !real && self.structure.is_gyroscopic();
         let enlarged = |bound: f64| match is_exact {
             true => 0.0,
             false => bound * (1.0 + 1e-9) + f64::from_bits(1),
@@ -433,7 +435,11 @@ impl Job<'_> {
             members: members.to_vec(),
             value: Complex::new(re, im),
             bound: enlarged(reach + re_error.hypot(im_error)),
-            real_bound: enlarged(reach + re_error),
+            real_bound: if is_imaginary {
+                0.0
+            } else {
+                enlarged(reach + re_error)
+            },
             shapes: None,
             disc: Disc::of(ball),
         }

@@ -1,6 +1,6 @@
 //! From approximate roots to proven discs, sweep by sweep and with more digits where they demand it.
 
-use eigentone_digits::{Ball, Real};
+use eigentone_digits::{Ball, Magnitude, Real};
 
 use super::exactly::{exact, middle, radius, real, size, upper};
 use super::weierstrass::{Inclusion, Points, Polynomial};
@@ -52,7 +52,8 @@ pub(crate) fn refine<T: Real>(
 ) -> Level<T> {
     const SWEEPS: usize = 150;
     const PLAIN: usize = 6;
-    let mut best: Option<Vec<Inclusion<T>>> = None;
+    let mut best: Option<(Vec<Inclusion<T>>, Vec<Ball<T>>)> = None;
+    let mut scattered = false;
     let mut stuck = 0;
     let mut previous = f64::INFINITY;
     for sweep in 0..SWEEPS {
@@ -65,9 +66,14 @@ pub(crate) fn refine<T: Real>(
             if discs.iter().all(|disc| goal.meets(disc)) {
                 return Level::Done(discs);
             }
-            if best.as_ref().is_none_or(|best| is_finer(&discs, best)) {
-                best = Some(discs);
+            if best.as_ref().is_none_or(|(best, _)| is_finer(&discs, best)) {
+                best = Some((discs, points.z.clone()));
             }
+        }
+        // Before what is far off has led others away.
+        scattered = (scattered || sweep % PLAIN == 0) && scatter(points);
+        if scattered {
+            continue;
         }
         let mut moved = false;
         let mut progress = 0f64;
@@ -98,17 +104,66 @@ pub(crate) fn refine<T: Real>(
         }
     }
     match best {
-        Some(discs) => Level::Proven(discs),
+        Some((discs, z)) => {
+            // Where digits end, steps may have led away again.
+            (0..z.len()).for_each(|i| points.place(i, z[i]));
+            Level::Proven(discs)
+        }
         None => Level::Failed,
     }
+}
+
+/// Whether the correction of a point is so large that no root is near it.
+fn is_far<T: Real>(points: &Points<T>, i: usize) -> bool {
+    const FAR: f64 = 1e-2;
+    upper(points.corrections[i]) > FAR * size(points.z[i])
+}
+
+/// Places points far from any root whose size cannot be that of a root; whether there were any. Steps would take a point that is
+/// orders of magnitude off back by a constant factor each, and lead others away.
+///
+/// The logarithms of the sizes of the roots of x^N + q_1 x^(N−1) + … + q_N are those slopes of the least concave majorant of log |q_k|
+/// over k, to within a factor of 2N (Ostrowski 1940, *Acta Math.* 72), and good starting points (Bini 1996, *Numer. Algorithms* 13).
+fn scatter<T: Real>(points: &mut Points<T>) -> bool {
+    let mut order: Vec<usize> = (0..points.z.len()).collect();
+    if !order.iter().any(|i| is_far(points, *i)) {
+        return false;
+    }
+    let count = order.len();
+    let heights = coefficients(points, &order, Ball::ZERO);
+    let is_known = |height: &f64| !height.is_nan() && *height < f64::INFINITY;
+    if !heights[count].is_finite() || !heights.iter().all(is_known) {
+        return false;
+    }
+    order.sort_by(|a, b| size(points.z[*b]).total_cmp(&size(points.z[*a])));
+    let most = 4.0 * count as f64;
+    let mut moved = false;
+    let mut from = 0;
+    while from < count {
+        let slope = |to: usize| (heights[to] - heights[from]) / (to - from) as f64;
+        // The last of equal slopes.
+        let steeper = |a: &usize, b: &usize| slope(*a).total_cmp(&slope(*b)).then(a.cmp(b));
+        let to = (from + 1..=count).max_by(steeper).expect("one lies beyond");
+        let reach = slope(to).exp2();
+        for (turn, &i) in order[from..to].iter().enumerate() {
+            let ratio = size(points.z[i]) / reach;
+            if is_far(points, i) && !(1.0 / most..=most).contains(&ratio) {
+                let angle = 0.7 + std::f64::consts::TAU * turn as f64 / (to - from) as f64;
+                let place = exact(T::from(reach * angle.cos()), T::from(reach * angle.sin()));
+                points.place(i, place);
+                moved = true;
+            }
+        }
+        from = to;
+    }
+    moved
 }
 
 /// Real points cannot become a complex pair, nor a pair two different real points, as long as they
 /// mirror each other: those far from any root are turned about 0 by angles of their own.
 fn break_symmetry<T: Real>(points: &mut Points<T>) {
-    const FAR: f64 = 1e-2;
     for i in 0..points.z.len() {
-        if upper(points.corrections[i]) > FAR * size(points.z[i]) {
+        if is_far(points, i) {
             let angle = if i % 2 == 0 { 0.5 } else { -0.3 } + 0.01 * i as f64;
             let turn = exact(T::from(angle.cos()), T::from(angle.sin()));
             points.place(i, points.z[i] * turn);
@@ -195,14 +250,29 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool
     true
 }
 
-/// How far the roots of a group lie from a centre, as far as digits tell: they are those of
+/// How far the roots of a group lie from a centre, as far as digits tell: the largest root x of its
+/// [polynomial](coefficients) is max (|q_k|/(m over k))^(1/k) at least and a few times that at most (Birkhoff 1914, *Bull. AMS* 21).
+fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 {
+    let m = group.len();
+    let mut choices = 1.0;
+    let mut reach = 0f64;
+    for (k, height) in coefficients(points, group, centre)
+        .into_iter()
+        .enumerate()
+        .skip(1)
+    {
+        choices *= (m + 1 - k) as f64 / k as f64;
+        reach = reach.max(((height - choices.log2()) / k as f64).exp2());
+    }
+    reach
+}
+
+/// log₂ |q_k| for k = 0 … m, as far as digits tell, of the polynomial that has the roots of a group of m points,
 ///
 /// q(c + x) = Π (x − (z_i − c)) + Σ W_i Π_{j≠i} (x − (z_j − c)) = x^m + q_1 x^(m−1) + … + q_m
 ///
-/// but for what the points outside add, and the largest root x is max (|q_k|/(m over k))^(1/k) at least and a few times that
-/// at most (Birkhoff 1914, *Bull. AMS* 21).
-fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 {
-    let m = group.len();
+/// but for what the points outside add.
+fn coefficients<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> Vec<f64> {
     let arms: Vec<Ball<T>> = group.iter().map(|i| points.z[*i] - centre).collect();
     // Π (x − arm) of the first few, and what is added to it, by falling powers.
     let (mut whole, mut added) = (vec![real::<T>(1.0)], vec![Ball::ZERO]);
@@ -223,16 +293,10 @@ fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 
         }
         whole = times(&whole);
     }
-    let mut choices = 1.0;
-    let mut reach = 0f64;
-    for k in 1..=m {
-        choices *= (m + 1 - k) as f64 / k as f64;
-        let q = whole[k] + added[k];
-        // Roots that the digits leave open may be as far apart.
-        let size = (size(q) + 16.0 * radius(q)) / choices;
-        reach = reach.max(size.powf(1.0 / k as f64));
-    }
-    reach
+    let sums = whole.into_iter().zip(added).map(|(a, b)| a + b);
+    // Roots that the digits leave open may be as far apart.
+    let size = |q: Ball<T>| q.upper() + q.radius() * Magnitude::power_of_two(4);
+    sums.map(|q| size(q).log2()).collect()
 }
 
 /// Moves each point of a group; whether any moved.

@@ -13,6 +13,8 @@ pub struct ModePlan {
     pub bounds: String,
     /// What the scene does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
+    /// Of some modes of a large system, what the proof lacks that none between them is missing.
+    pub incomplete: Option<&'static str>,
 }
 
 impl fmt::Display for ModePlan {
@@ -22,6 +24,9 @@ impl fmt::Display for ModePlan {
         for (name, reason) in &self.left_out {
             write!(f, "\nleft out {name}: {reason}")?;
         }
-        Ok(())
+        match self.incomplete {
+            Some(reason) => write!(f, "\nnot proved to be complete: {reason}"),
+            None => Ok(()),
+        }
     }
 }

@@ -18,6 +18,8 @@ pub(crate) struct RealForms {
     pub(crate) m: DoubleDouble,
     pub(crate) c: DoubleDouble,
     pub(crate) k: DoubleDouble,
+    /// About how far m, c and k may be off where full matrices are summed in doubles; 0 elsewhere.
+    pub(crate) rounding: [f64; 3],
 }
 
 /// Shapes that are taken at a time.
@@ -51,6 +53,7 @@ impl RealForms {
                     m: m.get(lane),
                     c: c.get(lane),
                     k: k.get(lane),
+                    rounding: [0.0; 3],
                 };
                 let parts = [forms.m, forms.c, forms.k];
                 if !parts.iter().all(|part| part.to_f64().is_finite()) {
@@ -59,34 +62,34 @@ impl RealForms {
                 forms
             }));
         }
-        for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
-            let Some(matrix) = system.added(kind) else {
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        for (kind, matrix) in kinds.into_iter().enumerate() {
+            let Some(matrix) = system.added(matrix) else {
                 continue;
             };
-            let sums: Vec<DoubleDouble> = if entries == Entries::Plain && is_full(matrix) {
+            let sums: Vec<(DoubleDouble, f64)> = if entries == Entries::Plain && is_full(matrix) {
                 products(matrix, shapes)
             } else {
-                shapes.iter().map(|x| quadratic_form(matrix, x)).collect()
+                let exact = |x: &&[f64]| (quadratic_form(matrix, x), 0.0);
+                shapes.iter().map(exact).collect()
             };
-            for (forms, sum) in all.iter_mut().zip(sums) {
-                let form = forms.of_kind(kind);
-                *form += sum;
+            for (forms, (sum, rounding)) in all.iter_mut().zip(sums) {
+                *[&mut forms.m, &mut forms.c, &mut forms.k][kind] += sum;
+                forms.rounding[kind] = rounding;
             }
         }
         all
     }
 
-    fn of_kind(&mut self, kind: MatrixKind) -> &mut DoubleDouble {
-        match kind {
-            MatrixKind::Mass => &mut self.m,
-            MatrixKind::Damping => &mut self.c,
-            MatrixKind::Stiffness => &mut self.k,
-        }
-    }
-
     /// k/m in doubles.
     pub(crate) fn quotient(&self) -> f64 {
         (self.k / self.m).to_f64()
+    }
+
+    /// How far k/m may be off, relative.
+    pub(crate) fn quotient_error(&self) -> f64 {
+        let [m, _, k] = self.rounding;
+        m / self.m.to_f64().abs() + k / self.k.to_f64().abs()
     }
 }
 
@@ -125,6 +128,7 @@ fn by_elements(system: &System, x: &[f64]) -> RealForms {
         }),
         c: elements(system.dampers()),
         k: elements(system.springs()),
+        rounding: [0.0; 3],
     }
 }
 
@@ -140,16 +144,22 @@ fn is_full(matrix: MatRef<'_, f64>) -> bool {
     n > MANY && FULL * filled > n * n
 }
 
-/// xᵀAx of all shapes, in doubles.
-fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<DoubleDouble> {
-    let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| shapes[j][i]);
-    let products = matrix * &columns;
-    settle();
-    let each = products.col_iter().zip(shapes).map(|(product, x)| {
-        let terms = product.iter().zip(*x);
-        DoubleDouble::from(terms.map(|(product, x)| product * x).sum::<f64>())
-    });
-    each.collect()
+/// xᵀAx of all shapes, in doubles, and about how far each may be off: roundings of so many terms are seen to add up to few
+/// units of |x|ᵀ|A||x|.
+fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<(DoubleDouble, f64)> {
+    const UNITS: f64 = 2.0 * f64::EPSILON;
+    let forms = |size: fn(f64) -> f64| -> Vec<f64> {
+        let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| size(shapes[j][i]));
+        let entries = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| size(matrix[(i, j)]));
+        let products = entries * &columns;
+        settle();
+        let each = products.col_iter().zip(columns.col_iter());
+        let form = each.map(|(product, x)| product.iter().zip(x.iter()).map(|(p, x)| p * x).sum());
+        form.collect()
+    };
+    let sums = forms(|x| x).into_iter().map(DoubleDouble::from);
+    let sizes = forms(f64::abs).into_iter();
+    sums.zip(sizes.map(|size| UNITS * size)).collect()
 }
 
 /// xᵀAx.

@@ -5,6 +5,7 @@ use num_complex::Complex;
 use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::quadratic::Damped;
 use crate::inclusion::shape::Enclosed;
+use crate::inclusion::slow::Slow;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
 };
@@ -38,12 +39,17 @@ pub(crate) fn certified(
         .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
         .or_else(|| {
             let many = n > LARGEST || n >= SMALLEST && structure.is_symmetric();
-            many.then(|| by_pairs(system, structure, modes.as_slice(), tolerance))?
+            many.then(|| by_pairs(system, structure, modes.as_slice(), None, tolerance))?
         })
         .or_else(|| {
             // Damping that is classical but for rounding.
             let modes = (n >= SMALLEST).then(|| uncoupled(solver, system, structure))??;
-            by_pairs(system, structure, &modes, tolerance)
+            by_pairs(system, structure, &modes, None, tolerance)
+        })
+        .or_else(|| {
+            let slow = (n >= SMALLEST).then(|| slow(solver, system, structure))??;
+            let modes = with_slow_roots(solver, system, &slow, modes.as_slice());
+            by_pairs(system, structure, &modes, Some(&slow), tolerance)
         });
     let attempt = match at_once {
         Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
@@ -241,14 +247,7 @@ fn at_once(
 ) -> Option<Proof> {
     let root = |mode: congruence::Elastic| Root {
         repeats: Some(of_disc(mode.multiplicity)),
-        error: Some((
-            mode.bound,
-            if mode.value.re == 0.0 {
-                0.0
-            } else {
-                mode.bound
-            },
-        )),
+        error: Some((mode.bound, mode.real_bound)),
         ..with_shape(mode.value, mode.shape)
     };
     let found = congruence::certify(system, structure, modes, tolerance)?;
@@ -322,15 +321,16 @@ fn without_springs(
     })
 }
 
-/// Of a system that has mass wherever it moves, by its roots and shapes.
+/// Of a system with a mass or a damper wherever it moves, by its roots and shapes.
 fn by_pairs(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
+    slow: Option<&Slow>,
     tolerance: f64,
 ) -> Option<Proof> {
     let mut roots = Vec::new();
-    for found in pairs::certify(system, structure, modes, tolerance)? {
+    for found in pairs::certify(system, structure, modes, slow, tolerance)? {
         let count = found.members.len();
         for member in found.members {
             let shape = || Shape {
@@ -369,14 +369,16 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         if value.norm() == 0.0 {
             continue;
         }
-        let count = mode.roots();
-        // The points of a cluster start on a circle as wide as it is uncertain.
+        // The points of a cluster start on a circle as wide as it is uncertain, those of all modes with one value on the same.
+        let alike = |other: &&Mode| other.eigenvalue().value == value;
+        let roots = |modes: &[Mode]| modes.iter().filter(alike).map(Mode::roots).sum::<usize>();
+        let (count, before) = (roots(modes), roots(&modes[..index]));
         let reach = mode
             .eigenvalue()
             .bound
             .unwrap_or(f64::INFINITY)
             .min(0.1 * value.norm());
-        for turn in 0..count {
+        for turn in before..before + mode.roots() {
             let angle = 0.4 + std::f64::consts::TAU * turn as f64 / count as f64;
             let offset = if count > 1 {
                 Complex::from_polar(reach, angle)
@@ -435,6 +437,81 @@ fn uncoupled(solver: &dyn ModeSolver, system: &System, structure: &Structure) ->
     }
     let roots = classical::uncoupled_roots(solver, system, structure)?;
     Some(collect(solver, system, roots).as_slice().to_vec())
+}
+
+/// Shapes that K hardly resists, of a symmetric damped system.
+fn slow(solver: &dyn ModeSolver, system: &System, structure: &Structure) -> Option<Slow> {
+    if structure.is_undamped() || !structure.is_symmetric() {
+        return None;
+    }
+    let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
+    let elastic = modes.into_iter().filter(|mode| !mode.rigid);
+    Slow::of(system, structure, elastic.map(|mode| mode.shape).collect())
+}
+
+/// The same modes with the smallest roots as shapes that K hardly resists have them by themselves, where these are as
+/// many.
+fn with_slow_roots(
+    solver: &dyn ModeSolver,
+    system: &System,
+    slow: &Slow,
+    modes: &[Mode],
+) -> Vec<Mode> {
+    /// Of the least frequency of other shapes.
+    const LIMITS: [f64; 4] = [1e-2, 1e-3, 1e-4, 0.1];
+    let reduced = slow
+        .reduced(system)
+        .and_then(|reduced| reduced.modes().ok());
+    let Some(reduced) = reduced else {
+        return modes.to_vec();
+    };
+    let size = |mode: &Mode| mode.eigenvalue().value.norm();
+    let roots = |modes: &[Mode], limit: f64| -> usize {
+        let small = modes
+            .iter()
+            .filter(|mode| size(mode) > 0.0 && size(mode) <= limit);
+        let count = |mode: &Mode| match mode.eigenvalue().value.im {
+            0.0 => mode.roots(),
+            _ => 2 * mode.roots(),
+        };
+        small.map(count).sum()
+    };
+    let limits = LIMITS.map(|part| part * slow.elastic);
+    let equal = |limit: &f64| roots(modes, *limit) == roots(reduced.as_slice(), *limit);
+    let Some(limit) = limits.into_iter().find(equal) else {
+        return modes.to_vec();
+    };
+    let larger = modes.iter().filter(|mode| size(mode) > limit);
+    let larger = larger.map(|mode| Root::simple(mode.eigenvalue().value, mode.shape().to_vec()));
+    let small = reduced
+        .iter()
+        .filter(|mode| size(mode) > 0.0 && size(mode) <= limit);
+    let small: Vec<&Mode> = small.collect();
+    let small = small.iter().flat_map(|mode| {
+        let value = mode.eigenvalue().value;
+        let is_opposite = |other: &&Mode| {
+            let sum = other.eigenvalue().value + value;
+            sum.norm() <= 1e-2 * value.norm()
+        };
+        let hidden = value.norm() <= slow.stand_in();
+        let values = if hidden && value.im != 0.0 {
+            vec![slow.stand_in(), -slow.stand_in()]
+        } else if hidden && small.iter().copied().any(|other| is_opposite(&other)) {
+            vec![slow.stand_in().copysign(value.re)]
+        } else {
+            Vec::new()
+        };
+        let shape = slow.shape(mode.shape());
+        if values.is_empty() {
+            return vec![Root::simple(value, shape)];
+        }
+        let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(x.re)).collect();
+        let stand_in = |value| Root::simple(Complex::from(value), shape.clone());
+        values.into_iter().map(stand_in).collect()
+    });
+    collect(solver, system, larger.chain(small).collect())
+        .as_slice()
+        .to_vec()
 }
 
 /// The roots that each coordinate has by itself, all others held: of the right size wherever one

@@ -75,11 +75,17 @@ fn modal_roots(
             rigid,
             error,
         } = mode;
-        let stiffness = if rigid { DoubleDouble::ZERO } else { forms.k };
+        let [m_off, c_off, k_off] = forms.rounding;
+        let (k, k_off) = if rigid {
+            (DoubleDouble::ZERO, 0.0)
+        } else {
+            (forms.k, k_off)
+        };
         let quadratic = Quadratic {
             m: forms.m,
             c: forms.c,
-            k: stiffness,
+            k,
+            rounding: [m_off, c_off, k_off],
         };
         if rigid {
             at_rest.push(complex(&shape));
@@ -383,7 +389,13 @@ pub(crate) fn scalar_roots(m: f64, c: f64, k: f64) -> Vec<Complex<f64>> {
         };
     }
     let [m, c, k] = [m, c, k].map(DoubleDouble::from);
-    let roots = Quadratic { m, c, k }.roots(None).into_iter();
+    let quadratic = Quadratic {
+        m,
+        c,
+        k,
+        rounding: [0.0; 3],
+    };
+    let roots = quadratic.roots(None).into_iter();
     let each = roots.flat_map(|root| std::iter::repeat_n(root.value, root.count));
     each.filter(|value| value.norm() != 0.0 && value.is_finite())
         .collect()
@@ -394,6 +406,8 @@ struct Quadratic {
     m: DoubleDouble,
     c: DoubleDouble,
     k: DoubleDouble,
+    /// About how far m, c and k may be off beyond the rounding to doubles.
+    rounding: [f64; 3],
 }
 
 /// A root of a [`Quadratic`] with Im ≥ 0.
@@ -415,10 +429,11 @@ impl ScalarRoot {
 
 impl Quadratic {
     /// The roots without cancellation. A discriminant that the coefficients' own error hides is
-    /// taken for critical damping. Coefficients are exact, or known to rounding and c/m to a coupling more.
+    /// taken for critical damping. Coefficients are exact, or known to rounding, what else they are off by, and c/m to a
+    /// coupling more.
     fn roots(&self, coupling: Option<f64>) -> Vec<ScalarRoot> {
         const HIDDEN: f64 = 1e-28;
-        let Quadratic { m, c, k } = *self;
+        let Quadratic { m, c, k, rounding } = *self;
         // In units in which the larger of c and √(mk) is about 1 and m too: squares stay within the doubles.
         let log2 = |x: DoubleDouble| x.to_f64().abs().log2();
         let unit = log2(c).max(0.5 * (log2(m) + log2(k))).round();
@@ -433,6 +448,7 @@ impl Quadratic {
         let hidden = coupling.map_or(0.0, |_| HIDDEN);
         let size = (c1 * c1).to_f64().max((m1 * k1).to_f64().abs());
         let ulp = 4.0 * f64::EPSILON;
+        let [m_off, c_off, k_off] = rounding;
         // What the coefficients may be off, relative, moves the roots the more the nearer they are to each other.
         let error = |value: f64| {
             let rounding = ulp * value.abs() + f64::from_bits(1);
@@ -442,7 +458,10 @@ impl Quadratic {
             let (m1, c1, k1) = (m1.to_f64(), c1.to_f64().abs(), k1.to_f64().abs());
             let scaled = value.abs().scale(of_mass - unit);
             let coupling = coupling.scale(of_mass - unit);
-            let change = ulp * (scaled * c1 + k1) / m1 + scaled * coupling;
+            let off = m_off.scale(-of_mass) * scaled * scaled
+                + c_off.scale(-unit) * scaled
+                + k_off.scale(of_mass - 2 * unit);
+            let change = (ulp * (scaled * c1 + k1) + off) / m1 + scaled * coupling;
             let gap = discriminant.to_f64().abs().sqrt() / m1;
             let moved = if 16.0 * change <= gap * gap {
                 2.0 * change / gap
@@ -470,7 +489,10 @@ impl Quadratic {
             let im = ((-discriminant).sqrt().scale(unit) / (m * 2.0)).to_f64();
             let value = Complex::new(re, im);
             let whole = error(value.norm());
-            let real = if whole < im { ulp * re.abs() } else { whole };
+            // That of c/m, as long as the roots stay complex.
+            let [m, c] = [m, c].map(DoubleDouble::to_f64);
+            let quotient = ulp * re.abs() + (c_off + m_off * (c / m).abs()) / m;
+            let real = if whole < im { quotient } else { whole };
             return vec![ScalarRoot {
                 value,
                 count: 1,

@@ -12,7 +12,7 @@ use crate::system::System;
 
 use super::cluster;
 use super::newton::{FEW, resolved};
-use super::roots::{Root, SMALL};
+use super::roots::{Root, SMALL, moved_by};
 
 /// Improves simple roots by their Rayleigh functional and replaces groups that belong to one
 /// defective root by their mean; keeps the half with Im ≥ 0.
@@ -243,7 +243,6 @@ fn improved(
 /// its rounding there.
 fn hidden(roots: &[Root], i: usize) -> f64 {
     const ROUNDING: f64 = 1e-28;
-    const STEP: f64 = 1.25;
     /// Of the root; what lies farther away shows in its condition alone.
     const CLOSE: f64 = 1e-2;
     let (value, size) = (roots[i].value, roots[i].value.norm());
@@ -253,15 +252,11 @@ fn hidden(roots: &[Root], i: usize) -> f64 {
         own.into_iter().chain(conjugate)
     });
     let gaps: Vec<f64> = all.map(|z| (z - value).norm() / size).collect();
-    let mut reach = ROUNDING;
-    while reach < 1.0 {
+    let others = |reach: f64| {
         let each = gaps.iter().filter(|gap| **gap < CLOSE);
-        let product: f64 = each.map(|gap| (reach - gap).abs() / CLOSE).product();
-        if reach * product >= ROUNDING {
-            break;
-        }
-        reach *= STEP;
-    }
+        each.map(|gap| (reach - gap).abs() / CLOSE).product()
+    };
+    let reach = moved_by(ROUNDING, others, 1.0);
     if reach > ROUNDING { reach * size } else { 0.0 }
 }
 

@@ -5,6 +5,7 @@ mod certified;
 mod classical;
 mod cluster;
 mod coincidence;
+mod consistency;
 mod improvement;
 mod low_rank;
 mod modal_damping;
@@ -38,7 +39,7 @@ pub(crate) use roots::normalised;
 
 use crate::first_order::FirstOrderError;
 use crate::modes::ModePlan;
-use crate::modes::{Mode, Modes, Precision};
+use crate::modes::{Bounds, Mode, Modes, Precision};
 use crate::structure::Structure;
 use crate::system::System;
 use shifted::Shifted;
@@ -130,6 +131,7 @@ pub(crate) fn plan(
         reason: solver.reason().to_owned(),
         bounds: roots::DOUBLES.to_owned(),
         left_out,
+        incomplete: None,
     };
     Ok((solver, plan))
 }
@@ -169,13 +171,14 @@ impl System {
 
 fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError> {
     let structure = system.structure();
-    let solved: Result<(&dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system) {
+    let solved: Result<(&'static dyn ModeSolver, Modes), ModesError> = if shifted::is_needed(system)
+    {
         let modes = Shifted.solve(system, structure);
-        modes.map(|modes| (&Shifted as &dyn ModeSolver, modes))
+        modes.map(|modes| (&Shifted as &'static dyn ModeSolver, modes))
     } else {
         in_doubles(system, structure)
     };
-    let (solver, mut answer) = match (solved, precision) {
+    let (mut solver, mut answer) = match (solved, precision) {
         (Ok((solver, modes)), Precision::Certified { tolerance }) => {
             let answer = certified::certified(solver, system, structure, modes, tolerance);
             (solver, answer)
@@ -186,6 +189,9 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
         }
         (solved, Precision::Double) => solved?,
     };
+    if answer.bounds() == Bounds::Estimated && !consistency::holds(system, structure, &answer) {
+        (solver, answer) = consistent(system, structure, solver, answer);
+    }
     coincidence::settle(system, structure, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.
     if !is_whole(structure, &answer) {
@@ -228,19 +234,60 @@ fn in_doubles(
         if largest_doubt(structure, &better) >= off {
             continue;
         }
-        let mut plan = plan;
-        plan.solver = other.name();
-        plan.reason = other.reason().to_owned();
-        plan.left_out.retain(|(name, _)| *name != other.name());
         let reason = match found {
             Err(error) => error.to_string(),
             Ok(_) if off.is_infinite() => "rounding lost it some of the roots".to_owned(),
             Ok(_) => format!("rounding left it with backward errors up to {off:.0e}"),
         };
-        plan.left_out.push((first.name(), reason));
+        let plan = replaced(plan, other, first, reason);
         return Ok((other, Modes { plan, ..better? }));
     }
     Ok((first, Modes { plan, ..found? }))
+}
+
+/// Instead of roots that are not those of the system together: what another solver finds, if those are, or the same as doubtful.
+fn consistent(
+    system: &System,
+    structure: &Structure,
+    first: &'static dyn ModeSolver,
+    mut found: Modes,
+) -> (&'static dyn ModeSolver, Modes) {
+    const REASON: &str = "its roots do not sum up to those of M, C and K";
+    for other in solvers().iter().copied() {
+        if other.name() == found.plan.solver || other.refuses(system, structure).is_some() {
+            continue;
+        }
+        let better = other.solve(system, structure);
+        if largest_doubt(structure, &better).is_finite()
+            && let Ok(modes) = better
+            && consistency::holds(system, structure, &modes)
+        {
+            return (
+                other,
+                Modes {
+                    plan: replaced(found.plan, other, first, REASON.to_owned()),
+                    ..modes
+                },
+            );
+        }
+    }
+    roots::doubt(&mut found);
+    found.plan.bounds = format!("doubtful: {REASON}");
+    (first, found)
+}
+
+/// The plan with another solver in place of the first, and why.
+fn replaced(
+    mut plan: ModePlan,
+    other: &dyn ModeSolver,
+    first: &dyn ModeSolver,
+    reason: String,
+) -> ModePlan {
+    plan.solver = other.name();
+    plan.reason = other.reason().to_owned();
+    plan.left_out.retain(|(name, _)| *name != other.name());
+    plan.left_out.push((first.name(), reason));
+    plan
 }
 
 /// Whether as many roots were found as are known to be finite, and to be 0, each with a shape.

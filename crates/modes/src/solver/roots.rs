@@ -95,6 +95,17 @@ pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Ve
 /// Of a mode that the estimates are still to tell from others.
 const UNKNOWN: Repeats = Repeats::Cluster(0);
 
+/// Takes the bounds of all roots but those at 0, which are counted exactly.
+pub(crate) fn doubt(modes: &mut Modes) {
+    let moving = |mode: &&mut Mode| mode.eigenvalue.value.norm() > 0.0;
+    for mode in modes.modes.iter_mut().filter(moving) {
+        (mode.eigenvalue.bound, mode.eigenvalue.real_bound) = (None, None);
+        mode.repeats = UNKNOWN;
+    }
+    tell_apart(&mut modes.modes);
+    modes.eigenvalues = listed(&modes.modes);
+}
+
 /// Puts the modes whose estimated discs touch, directly or through others, into clusters.
 fn tell_apart(modes: &mut [Mode]) {
     let open: Vec<usize> = (0..modes.len())
@@ -183,6 +194,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         reason: "asked for by name".to_owned(),
         bounds: DOUBLES.to_owned(),
         left_out: Vec::new(),
+        incomplete: None,
     };
     Modes {
         modes,
@@ -214,16 +226,28 @@ fn is_small((error, _): (f64, f64), value: Complex<f64>) -> bool {
     error <= (SMALL * value.norm()).max(f64::from_bits(1))
 }
 
+/// How far a root may move where p(z) = (z − z_i) Π (z − z_j) changes by so much: on a circle about it, |p| must be larger than the
+/// change (Rouché's theorem). Given the other factors' product at least at a distance from the root, up to an end.
+pub(crate) fn moved_by(change: f64, others: impl Fn(f64) -> f64, end: f64) -> f64 {
+    const STEP: f64 = 1.125;
+    let mut reach = change;
+    while reach < end {
+        if reach * others(reach) >= change {
+            break;
+        }
+        reach *= STEP;
+    }
+    reach
+}
+
 /// Twice the first-order error, which leaves room for the second order where the first is small. Where others lie so
-/// near that it is not, the root is one of p(z) = Π (z − z_j), and may be off by a change of p that would move it so far if it
-/// stood alone: on a circle about it, |p| must be larger than the change (Rouché's theorem).
+/// near that it is not, the change of p is the one that would move the root so far if it [stood alone](moved_by).
 fn estimate(
     root: &Root,
     quality: Quality,
     values: &[Complex<f64>],
     i: usize,
 ) -> Option<(f64, f64)> {
-    const STEP: f64 = 1.125;
     // No root so well conditioned has others as near as that beside it.
     const GOOD: f64 = 1e-13;
     if root.count > 1 {
@@ -247,14 +271,8 @@ fn estimate(
         .filter(|each| !own(each))
         .map(|(.., z)| (z - root.value).norm())
         .collect();
-    let mut reach = first;
-    while reach < size {
-        let each = gaps.iter().map(|gap| (1.0 - reach / gap).abs());
-        if reach * each.product::<f64>() >= first {
-            break;
-        }
-        reach *= STEP;
-    }
+    let others = |reach: f64| gaps.iter().map(|gap| (1.0 - reach / gap).abs()).product();
+    let reach = moved_by(first, others, size);
     Some((reach, reach))
 }
 

@@ -237,12 +237,16 @@ fn has_mass(system: &System, part: &[usize]) -> bool {
 /// ω² as the Rayleigh quotient of a shape. On very stiff systems the
 /// rounding of the shape itself spoils the quotient: unless it confirms σ to its relative error, σ²
 /// stays. Also how far ω may be off, relative to σ: σ's error, or where the quotient is taken twice
-/// what the two differ by, since either may be the worse.
+/// what the two differ by, since either may be the worse, and no less than its rounding.
 pub(crate) fn refined(forms: &RealForms, sigma: f64, error: f64) -> (f64, f64) {
     let square = forms.quotient();
     let apart = (square.sqrt() - sigma).abs();
     if square.is_finite() && apart <= error * sigma {
-        (square, 2.0 * apart / sigma)
+        // Both may be off by the same, and ω is by half of what its square is.
+        (
+            square,
+            (2.0 * apart / sigma).max(0.5 * forms.quotient_error()),
+        )
     } else {
         (sigma * sigma, error)
     }

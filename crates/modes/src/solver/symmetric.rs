@@ -105,25 +105,30 @@ pub(crate) fn real_modes(
     let error = |largest: f64, square: f64| {
         8.0 * f64::EPSILON * (nf as f64).sqrt() * (largest / square.abs())
     };
-    let mut found: Vec<(f64, Vec<f64>)> = order
+    let mut found: Vec<(f64, f64, Vec<f64>)> = order
         .iter()
-        .map(|j| (square(j), shapes.col(*j).iter().copied().collect()))
+        .map(|j| {
+            let error = error(largest, square(j));
+            (square(j), error, shapes.col(*j).iter().copied().collect())
+        })
         .collect();
     let elastic = || found[rigid..].iter();
+    let mut entries = entries;
     let mut known = false;
-    if elastic().any(|(square, _)| error(largest, *square) > LOST) {
-        let shapes = elastic().map(|(_, shape)| shape.clone()).collect();
+    if elastic().any(|(_, error, _)| *error > LOST) {
+        let shapes = elastic().map(|(.., shape)| shape.clone()).collect();
         if let Some(refined) = congruence::refined(system, structure, shapes) {
-            known = true;
+            (known, entries) = (true, Entries::Exact);
             found = refined;
             found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         }
     }
-    let (squares, shapes): (Vec<f64>, Vec<Vec<f64>>) = found.into_iter().unzip();
-    let formed = unit_shapes(system, shapes, entries)
-        .zip(squares)
-        .enumerate();
-    let modes = formed.map(|(rank, ((shape, forms), square))| {
+    let (values, shapes): (Vec<(f64, f64)>, Vec<Vec<f64>>) = found
+        .into_iter()
+        .map(|(square, error, shape)| ((square, error), shape))
+        .unzip();
+    let formed = unit_shapes(system, shapes, entries).zip(values).enumerate();
+    let modes = formed.map(|(rank, ((shape, mut forms), (square, reach)))| {
         let rigid = rank < rigid;
         // What massless nodes add may cancel.
         let largest = if structure.massless().is_empty() {
@@ -134,18 +139,30 @@ pub(crate) fn real_modes(
         let error = error(largest, square).max(CONFIRMED);
         let (square, doubt) = match square {
             _ if rigid => (0.0, 0.0),
-            square if known => (square, 0.0),
-            square if square > 0.0 => refined(&forms, square.sqrt(), error),
-            square if square < 0.0 => {
-                let turned = RealForms {
-                    k: -forms.k,
+            square if known => (square, reach),
+            0.0 => (0.0, 0.0),
+            square => {
+                let upright = RealForms {
+                    k: forms.k * square.signum(),
                     ..forms
                 };
-                let (size, doubt) = refined(&turned, (-square).sqrt(), error);
-                (-size, doubt)
+                let sigma = square.abs().sqrt();
+                let (size, doubt) = refined(&upright, sigma, error);
+                // An ill-conditioned M spoils either; quotients below the normal doubles have no digits to compare.
+                let apart = if square.is_normal() {
+                    (upright.quotient().max(0.0).sqrt() - sigma).abs()
+                } else {
+                    0.0
+                };
+                let doubt = doubt.max(2.0 * apart / sigma);
+                (
+                    size.copysign(square),
+                    doubt.max(0.5 * forms.quotient_error()),
+                )
             }
-            square => (square, 0.0),
         };
+        let own = 2.0 * doubt * forms.k.to_f64().abs();
+        forms.rounding[2] = forms.rounding[2].max(own);
         RealMode {
             square,
             shape,

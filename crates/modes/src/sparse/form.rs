@@ -271,6 +271,19 @@ impl Form {
         }
     }
 
+    /// y += factor·|A|x for x ≥ 0, or more: the sums of the sizes of all terms of A x.
+    pub(crate) fn accumulate_sizes(&self, factor: f64, x: &[f64], y: &mut [f64]) {
+        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
+            *y += ground.high().abs() * x * factor;
+        }
+        for join in &self.joins {
+            let (i, j) = join.ends();
+            let force = (x[i] + x[j]) * join.weight.abs() * factor;
+            y[i] += force;
+            y[j] += force;
+        }
+    }
+
     /// y += factor·A x for a vector of double-doubles.
     pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
         for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {

@@ -7,6 +7,8 @@
 //! Sylvester's law of inertia; with +diag(p) at most as many. Both together prove the number itself (as
 //! Rump 2006, *BIT* 46, proves definiteness).
 
+use eigentone_digits::DoubleDouble;
+
 use super::factor::{Entry, Factor, Sum};
 use super::pencil::Pencil;
 
@@ -22,7 +24,7 @@ pub(crate) enum Side {
 /// K − τM for many τ.
 #[derive(Debug)]
 pub(crate) struct Inertia<'a> {
-    pencil: &'a Pencil,
+    pub(crate) pencil: &'a Pencil,
     /// Nodes of parts that have neither mass nor a spring to others: their last pivot is 0 for every τ.
     idle: Vec<bool>,
     idle_parts: usize,
@@ -44,6 +46,41 @@ impl<'a> Inertia<'a> {
     /// A bound of the number of eigenvalues below τ, from one factor in numbers T, and `None` where that
     /// rounds too much.
     pub(crate) fn below<T: Entry>(&self, at: f64, side: Side) -> Option<usize> {
+        self.moved::<T>(at, side, 0.0)
+    }
+
+    /// The same in doubles, or else in double-double.
+    pub(crate) fn below_either(&self, at: f64, side: Side) -> Option<usize> {
+        self.below::<f64>(at, side)
+            .or_else(|| self.below::<DoubleDouble>(at, side))
+    }
+
+    /// A diagonal d > 0 with K − τM ⪰ diag(d), in proportion to what is added up in each row; `None` where none
+    /// is found.
+    pub(crate) fn floor(&self, at: f64) -> Option<Vec<f64>> {
+        /// Doubles round more than that.
+        const DOUBLES: f64 = 1e-11;
+        let definite = |part: f64| {
+            let count = match part > DOUBLES {
+                true => self.moved::<f64>(at, Side::AtMost, part),
+                false => self.moved::<DoubleDouble>(at, Side::AtMost, part),
+            };
+            count == Some(0)
+        };
+        let part = (1..9)
+            .map(|power| 1e-3f64.powi(power))
+            .find(|&part| definite(part))?;
+        let [stiffness, mass] = &self.sizes;
+        let rows = stiffness.iter().zip(mass);
+        Some(
+            rows.map(|(k, m)| 0.99 * part * (k + at.abs() * m))
+                .collect(),
+        )
+    }
+
+    /// A bound of the number of negative eigenvalues of K − τM with a part of each row's size added to the
+    /// diagonal, towards that side.
+    fn moved<T: Entry>(&self, at: f64, side: Side, part: f64) -> Option<usize> {
         let [stiffness, mass] = &self.sizes;
         // Terms of an entry, and those of its sum from ground and joins; a fourfold of it for the
         // star–mesh form, whose diagonals are sums over rows.
@@ -56,7 +93,7 @@ impl<'a> Inertia<'a> {
         let mut added: Vec<f64> = (0..self.idle.len())
             .map(|i| match self.idle[i] {
                 true => 0.0,
-                false => sign * 4.0 * unit * own(i),
+                false => sign * (part + 4.0 * unit) * own(i),
             })
             .collect();
         for _ in 0..2 {
@@ -71,9 +108,10 @@ impl<'a> Inertia<'a> {
                     continue;
                 }
                 let least = unit * (growth[i] + own(i) + added.abs());
-                if added.abs() < least || least.is_nan() {
+                let given = part * own(i);
+                if added.abs() - given < least || least.is_nan() {
                     enough = false;
-                    *added = sign * 2.0 * least;
+                    *added = sign * (given + 2.0 * least);
                 }
             }
             if enough {

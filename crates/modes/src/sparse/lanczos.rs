@@ -5,10 +5,11 @@
 //! Known eigenvectors are locked: what is found is orthogonal to them. Of a multiple eigenvalue one
 //! run can in exact arithmetic find one vector; the others are found by runs that have it locked.
 
-use faer::{Mat, Side};
+use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};
 use super::operator::ShiftInvert;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// What a run found.
 #[derive(Debug)]
@@ -254,14 +255,14 @@ impl Ritz {
 
     fn of(krylov: &Krylov<'_, '_>) -> Option<Ritz> {
         let size = krylov.size;
-        let projected = krylov.projected.submatrix(0, 0, size, size);
-        let eigen = projected.self_adjoint_eigen(Side::Lower).ok()?;
-        let value = |k: &usize| eigen.S()[*k];
+        let projected = krylov.projected.submatrix(0, 0, size, size).to_owned();
+        let (values, vectors) = symmetric_eigen(&projected)?;
+        let value = |k: &usize| values[*k];
         let mut order: Vec<usize> = (0..size).collect();
         order.sort_by(|a, b| value(b).abs().total_cmp(&value(a).abs()));
         Some(Ritz {
             values: order.iter().map(value).collect(),
-            vectors: Mat::from_fn(size, size, |i, j| eigen.U()[(i, order[j])]),
+            vectors: Mat::from_fn(size, size, |i, j| vectors[(i, order[j])]),
         })
     }
 

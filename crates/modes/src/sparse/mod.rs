@@ -2,23 +2,26 @@
 
 mod arnoldi;
 mod basis;
+mod coupled;
 mod damped;
 mod factor;
 mod form;
+mod impedance;
 mod inertia;
 mod inverse_diagonal;
+mod judge;
 mod lanczos;
 mod newton;
 mod operator;
 mod ordering;
 mod pencil;
+mod proportional;
 mod refine;
 mod search;
 mod winding;
 
 use std::sync::Arc;
 
-use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
@@ -85,6 +88,8 @@ struct Facts {
     /// Parts without mass that no spring ties to the ground.
     idle: Vec<Vec<usize>>,
     passive: bool,
+    /// M ⪰ 0.
+    has_sound_mass: bool,
     /// K ⪰ 0, but for what lies far from the target.
     semidefinite: bool,
     proportion: Option<Proportion>,
@@ -143,7 +148,7 @@ impl SparseModes {
         let form = |kind| Form::of(system, kind).ok_or(SparseError::NotSymmetric { kind });
         let mass = form(MatrixKind::Mass)?;
         let stiffness = form(MatrixKind::Stiffness)?;
-        check_mass(&mass)?;
+        let has_sound_mass = check_mass(&mass)?;
         let has_mass = |part: &Vec<usize>| part.iter().any(|&i| !is_massless(&mass, i));
         let structure = system.structure();
         let parts = structure.spring_floating();
@@ -158,8 +163,7 @@ impl SparseModes {
             || target > 0.0 && {
                 let at = -(1e-3 * target) * (1e-3 * target);
                 let inertia = Inertia::new(&pencil, &idle);
-                inertia.below::<f64>(at, Side::AtMost) == Some(0)
-                    || inertia.below::<DoubleDouble>(at, Side::AtMost) == Some(0)
+                inertia.below_either(at, Side::AtMost) == Some(0)
             };
         let wanted = Wanted {
             pencil: &pencil,
@@ -173,6 +177,8 @@ impl SparseModes {
             0.0 => search::lowest(&wanted)?,
             _ => search::nearest(&wanted)?,
         };
+        // Pivots count eigenvalues where M ⪰ 0.
+        answer.counted = answer.counted.filter(|_| has_sound_mass);
         let work = SparseWork {
             products: answer.applied,
             factorisations: answer.factorised,
@@ -208,6 +214,7 @@ impl SparseModes {
                 target,
                 count: wanted.count,
                 passive: structure.is_passive(),
+                has_sound_mass,
                 semidefinite,
                 proportion: structure.proportion(),
                 zero_roots: structure.zero_roots(),
@@ -367,20 +374,26 @@ fn is_massless(mass: &Form, i: usize) -> bool {
     mass.is_diagonal() && mass.ground(i) == 0.0
 }
 
-/// M must be positive semidefinite; lumped masses are.
-fn check_mass(mass: &Form) -> Result<(), SparseError> {
+/// Whether M is proved to be positive semidefinite, as lumped masses are; an error where it is not so.
+fn check_mass(mass: &Form) -> Result<bool, SparseError> {
     if mass.is_zero() {
         return Err(SparseError::NoMass);
     }
     if mass.is_non_negative() {
-        return Ok(());
+        return Ok(true);
     }
     let none = Form::zero(mass.len());
     let pencil = Pencil::of(mass.clone(), none.clone(), none).ok_or(SparseError::TooDense)?;
-    let factor = Factor::of(&pencil, 0.0);
-    match factor.negative {
-        0 => Ok(()),
-        _ => Err(SparseError::MassNotDefinite),
+    let sizes = mass.sizes();
+    let bare = (0..sizes.len()).filter(|&i| sizes[i] == 0.0);
+    let bare: Vec<Vec<usize>> = bare.map(|i| vec![i]).collect();
+    let inertia = Inertia::new(&pencil, &bare);
+    if inertia.below_either(0.0, Side::AtMost) == Some(0) {
+        return Ok(true);
+    }
+    match inertia.below_either(0.0, Side::AtLeast) {
+        Some(0) | None => Ok(false),
+        Some(_) => Err(SparseError::MassNotDefinite),
     }
 }
 

@@ -15,6 +15,7 @@ use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
 use super::search::Vector;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// An eigenpair with its quality.
 #[derive(Clone, Debug)]
@@ -395,16 +396,15 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
         reduced.as_mut(),
         faer::Par::Seq,
     );
-    let Ok(eigen) = reduced.self_adjoint_eigen(Side::Lower) else {
+    let Some((values, mut vectors)) = symmetric_eigen(&reduced) else {
         return;
     };
-    let mut vectors = eigen.U().to_owned();
     faer::linalg::triangular_solve::solve_upper_triangular_in_place(
         lower.transpose(),
         vectors.as_mut(),
         faer::Par::Seq,
     );
-    let value = |k: &usize| eigen.S()[*k].abs();
+    let value = |k: &usize| values[*k].abs();
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| value(a).total_cmp(&value(b)));
     let factors = Mat::from_fn(count, count, |i, j| vectors[(i, order[j])] * scale[i]);

@@ -1,7 +1,7 @@
 //! The eigenvalues λ = ω² of K x = λ M x nearest to a shift, and whether any was missed.
 //!
 //! The number of eigenvalues in an interval is the difference of the numbers of negative pivots of
-//! K − τM at its ends. Where that is more than were found, Lanczos' method is run again with those that
+//! K − τM at its ends, each proven from both sides. Where that is more than were found, Lanczos' method is run again with those that
 //! were found locked (Grimes, Lewis & Simon 1994, *SIAM J. Matrix Anal. Appl.* 15, "A shifted block
 //! Lanczos algorithm for solving sparse symmetric generalized eigenproblems").
 
@@ -322,23 +322,22 @@ impl<'a> Search<'a, '_> {
         for part in [0.5, 0.37, 0.71] {
             let radius = below + part * (above - below);
             let room = part.min(1.0 - part) * (above - below);
-            let Some(count) = self.count(shift, radius, expected, room) else {
-                continue;
-            };
-            return match count.cmp(&expected) {
-                std::cmp::Ordering::Equal => Missing::None([shift - radius, shift + radius]),
-                std::cmp::Ordering::Greater => Missing::Some(count - expected),
-                std::cmp::Ordering::Less => Missing::Unknown,
-            };
+            match self.count(shift, radius, expected, room) {
+                Some([least, most]) if least == expected && most == expected => {
+                    return Missing::None([shift - radius, shift + radius]);
+                }
+                Some([_, most]) if most > expected => return Missing::Some(most - expected),
+                _ => {}
+            }
         }
         Missing::Unknown
     }
 
-    /// At most how many eigenvalues lie so near to the shift. Doubles are trusted where they confirm what is
-    /// expected, or what they round is small beside the room that there is.
-    fn count(&mut self, shift: f64, radius: f64, expected: usize, room: f64) -> Option<usize> {
+    /// At least and at most how many eigenvalues lie so near to the shift. Doubles are trusted where they confirm
+    /// what is expected, or what they round is small beside the room that there is.
+    fn count(&mut self, shift: f64, radius: f64, expected: usize, room: f64) -> Option<[usize; 2]> {
         let count = self.between::<f64>(shift, radius);
-        if count == Some(expected) {
+        if count == Some([expected; 2]) {
             return count;
         }
         let noise = |shape: &Vec<f64>| self.inertia.noise(shift.abs() + radius, shape);
@@ -349,16 +348,21 @@ impl<'a> Search<'a, '_> {
         self.between::<DoubleDouble>(shift, radius)
     }
 
-    fn between<T: Entry>(&mut self, shift: f64, radius: f64) -> Option<usize> {
+    fn between<T: Entry>(&mut self, shift: f64, radius: f64) -> Option<[usize; 2]> {
         let none_below = shift - radius < 0.0 && self.wanted.semidefinite;
-        self.factorised += 1;
-        let above = self.inertia.below::<T>(shift + radius, Side::AtMost)?;
+        self.factorised += 2;
+        let most = self.inertia.below::<T>(shift + radius, Side::AtMost)?;
+        let least = self.inertia.below::<T>(shift + radius, Side::AtLeast)?;
         if none_below {
-            return Some(above);
+            return Some([least, most]);
         }
-        self.factorised += 1;
-        let below = self.inertia.below::<T>(shift - radius, Side::AtLeast)?;
-        Some(above.saturating_sub(below))
+        self.factorised += 2;
+        let most_below = self.inertia.below::<T>(shift - radius, Side::AtMost)?;
+        let least_below = self.inertia.below::<T>(shift - radius, Side::AtLeast)?;
+        Some([
+            least.saturating_sub(most_below),
+            most.saturating_sub(least_below),
+        ])
     }
 
     fn answer(self, counted: Option<[f64; 2]>) -> Answer<'a> {

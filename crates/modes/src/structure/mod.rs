@@ -269,7 +269,7 @@ impl Structure {
     }
 
     /// How many independent shapes K lets move without any force, where that was proved for any K.
-    pub(crate) fn rigid_motions_counted(&self) -> Option<usize> {
+    pub fn rigid_motions_counted(&self) -> Option<usize> {
         let stiffness = &self.coefficients.stiffness;
         self.rigid_motions()
             .or_else(|| Some(stiffness.null_space()?.len()))

@@ -442,7 +442,7 @@ pub enum BuildError {
     },
     /// det(λ²M + λC + K) vanishes for every λ: the motion is not determined.
     #[error(
-        "the system is singular: det(λ²M + λC + K) = 0 for every λ, so some motion meets no mass, damper or spring; give the free node a mass, or join it to something"
+        "the system is singular: det(λ²M + λC + K) = 0 for every λ, so nothing determines the motion; give a free node a mass, or join it to something, or look for dependent rows of the matrices"
     )]
     Singular,
 }

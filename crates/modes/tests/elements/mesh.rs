@@ -225,3 +225,71 @@ pub fn truss(bays: usize, held: bool) -> Model {
         model
     }
 }
+
+/// Integrals of products of cubic Hermite polynomials over a length: values, slopes, curvatures, and curvatures by values.
+fn hermite(h: f64) -> [[[f64; 4]; 4]; 4] {
+    let shapes = [
+        [1.0, 0.0, -3.0, 2.0],
+        [0.0, h, -2.0 * h, h],
+        [0.0, 0.0, 3.0, -2.0],
+        [0.0, 0.0, -h, h],
+    ];
+    let derivative = |p: [f64; 4]| [p[1] / h, 2.0 * p[2] / h, 3.0 * p[3] / h, 0.0];
+    let integral = |p: [f64; 4], q: [f64; 4]| {
+        let terms = (0..16).map(|k| p[k / 4] * q[k % 4] / (k / 4 + k % 4 + 1) as f64);
+        h * terms.sum::<f64>()
+    };
+    let all =
+        |left: [[f64; 4]; 4], right: [[f64; 4]; 4]| left.map(|p| right.map(|q| integral(p, q)));
+    let slopes = shapes.map(derivative);
+    let curvatures = slopes.map(derivative);
+    [
+        all(shapes, shapes),
+        all(slopes, slopes),
+        all(curvatures, curvatures),
+        all(curvatures, shapes),
+    ]
+}
+
+/// A free plate of 1.2 m × 0.9 m, Dν = 180 N·m and 7.8 kg/m², of Bogner, Fox and Schmit's elements.
+pub fn plate(columns: usize, rows: usize) -> Model {
+    const POISSON: f64 = 0.3;
+    let [value, slope, curvature, mixed] = hermite(1.2 / columns as f64);
+    let across = hermite(0.9 / rows as f64);
+    let mut model = Model::new(4 * (columns + 1) * (rows + 1));
+    for (i, j) in (0..columns).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let place = |k: usize| {
+            let (p, q) = (k / 4, k % 4);
+            4 * ((i + p / 2) * (rows + 1) + j + q / 2) + p % 2 + 2 * (q % 2)
+        };
+        let at: Vec<usize> = (0..16).map(place).collect();
+        for (k, l) in (0..16).flat_map(|k| (0..16).map(move |l| (k, l))) {
+            // Symmetric to the last bit.
+            let (a, b) = (k.min(l), k.max(l));
+            let (p, q, r, s) = (a / 4, a % 4, b / 4, b % 4);
+            let bending = curvature[p][r] * across[0][q][s] + value[p][r] * across[2][q][s];
+            let coupling = mixed[p][r] * across[3][s][q] + mixed[r][p] * across[3][q][s];
+            let twist = 2.0 * (1.0 - POISSON) * slope[p][r] * across[1][q][s];
+            model.stiffness[(at[k], at[l])] += 180.0 * (bending + POISSON * coupling + twist);
+            model.mass[(at[k], at[l])] += 7.8 * value[p][r] * across[0][q][s];
+        }
+    }
+    model
+}
+
+/// Masses of 1 kg in a row with springs of 1 N/m between them, and 2⁻⁵⁰ N/m more at one end than nothing, less at the other.
+pub fn chain(n: usize) -> Model {
+    let mut model = Model::new(n);
+    for i in 0..n {
+        model.mass[(i, i)] = 1.0;
+    }
+    for i in 1..n {
+        let spring: [&[f64]; 2] = [&[1.0, -1.0], &[-1.0, 1.0]];
+        let nothing: [&[f64]; 2] = [&[0.0; 2]; 2];
+        model.add(&[i - 1, i], &nothing, &spring);
+    }
+    let more = 2f64.powi(-50);
+    model.stiffness[(0, 0)] += more;
+    model.stiffness[(n - 1, n - 1)] -= more;
+    model
+}

@@ -18,7 +18,7 @@ fn assert_covered(network: &Network) {
     covered(&proven, &modes);
 }
 
-fn covered(proven: &Modes, modes: &Modes) {
+pub(crate) fn covered(proven: &Modes, modes: &Modes) {
     let mut left: Vec<Eigenvalue> = proven.eigenvalues().to_vec();
     assert_eq!(modes.eigenvalues().len(), left.len());
     let mut found = modes.eigenvalues().to_vec();

@@ -144,3 +144,35 @@ pub fn inside(model: &Model, centre: num_complex::Complex<f64>, radius: f64) -> 
         .sum();
     (turns / std::f64::consts::TAU).round() as i64
 }
+
+/// How many roots of det Q have |λ| < radius: the winding number along the circle, followed over its upper half with
+/// arcs that are halved until both halves turn by little.
+pub fn below_radius(model: &Model, radius: f64) -> i64 {
+    const ARCS: usize = 48;
+    let at = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let z = Complex::new(Long::from(radius * cos), Long::from(radius * sin));
+        direction(model, z)
+    };
+    fn turn(
+        at: &dyn Fn(f64) -> num_complex::Complex<f64>,
+        ends: [(f64, num_complex::Complex<f64>); 2],
+        depth: usize,
+    ) -> f64 {
+        let [(a, first), (b, last)] = ends;
+        let angle = 0.5 * (a + b);
+        let middle = at(angle);
+        let (one, two) = ((middle / first).arg(), (last / middle).arg());
+        if depth > 40 || one.abs().max(two.abs()) < 0.7 && (one - two).abs() < 0.2 {
+            return one + two;
+        }
+        turn(at, [(a, first), (angle, middle)], depth + 1)
+            + turn(at, [(angle, middle), (b, last)], depth + 1)
+    }
+    let angle = |k: usize| k as f64 / ARCS as f64 * std::f64::consts::PI;
+    let points: Vec<_> = (0..=ARCS).map(|k| (angle(k), at(angle(k)))).collect();
+    let turns = points
+        .windows(2)
+        .map(|pair| turn(&at, [pair[0], pair[1]], 0));
+    (turns.sum::<f64>() / std::f64::consts::PI).round() as i64
+}

@@ -2,6 +2,7 @@
 //!
 //! - `chains`: closed forms of chains of any length, held, free, massless in between, with a
 //!   consistent mass matrix.
+//! - `counts`: completeness of damped modes against winding numbers in 384 bits.
 //! - `damped`: damped modes against the dense solvers, and against counts in small discs in 384 bits.
 //! - `grids`: closed forms of grids and rings, whose eigenvalues are multiple: none may be lost.
 //! - `small`: every mode of small random systems against the proven ones of the dense solvers.
@@ -9,6 +10,7 @@
 //! - `refusals`: what cannot be answered says why.
 
 mod chains;
+mod counts;
 mod damped;
 mod elements;
 mod grids;

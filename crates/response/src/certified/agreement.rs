@@ -5,15 +5,11 @@ use eigentone_digits::{DoubleDouble, Real, Wide};
 use eigentone_modes::System;
 use proptest::prelude::*;
 
-use super::Attempt;
+use super::attempt::Attempt;
 use super::march::march;
-use crate::collector::Wanted;
-use crate::load::{Harmonic, Hold, Impulse, Load, Ramp, Samples, Step};
-use crate::plan::methods;
-use crate::problem::Problem;
-use crate::response::Response;
-use crate::state::State;
-use crate::trajectory::Trajectory;
+use crate::answer::{Trajectory, Wanted};
+use crate::plan::{Response, methods};
+use crate::problem::{Harmonic, Hold, Impulse, Load, Problem, Ramp, Samples, State, Step};
 
 /// A link of two nodes, of which 0 is the ground, and its coefficient.
 type Link = (usize, usize, f64);

@@ -4,11 +4,10 @@ use std::collections::HashMap;
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real};
 
-use super::exponential::exponential;
 use super::generator::Generator;
 use super::march::Walker;
-use crate::problem::Problem;
-use crate::timeline::Instant;
+use crate::enclosed::{Normed, exponential};
+use crate::problem::{Instant, Leg, Problem, Walk};
 
 /// A moment of the motion, in doubles: displacements, velocities and accelerations, then states and
 /// loads.
@@ -209,7 +208,7 @@ impl Limits {
 /// Beside the range of a coordinate, a difference below this does not show.
 pub(crate) const INVISIBLE: f64 = 1e-9;
 /// Beside the range of all coordinates, a difference below this is rounding.
-const ROUNDING: f64 = 1e-13;
+pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
 /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
@@ -245,19 +244,18 @@ pub(crate) fn follow(
         make,
     };
     let mut known: HashMap<u64, Way> = HashMap::new();
-    let pieces = problem.timeline().pieces();
-    let mut piece = 0;
-    let mut now = Instant::on_grid(grid, 0);
+    let mut walk = Walk::of(problem);
     walker.begin(0);
     let mut index = from.min(grid.last());
     loop {
         let target = Instant::on_grid(grid, index);
-        loop {
-            let begins = pieces.get(piece + 1).map(|next| next.start);
-            let stop = begins.filter(|start| start.order(&target).is_le());
-            let end = stop.unwrap_or(target);
-            let (start, finish) = (walker.moment(&now), walker.moment(&end));
-            if index > from && now.order(&end).is_lt() {
+        while let Some(leg) = walk.towards(&target) {
+            let Leg::Pass { from: now, to } = leg else {
+                walker.begin(walk.index());
+                continue;
+            };
+            let (start, finish) = (walker.moment(&now), walker.moment(&to));
+            if index > from {
                 let (length, error) = walker.seconds(start, finish);
                 let way = known
                     .entry(length.to_f64().to_bits())
@@ -278,19 +276,13 @@ pub(crate) fn follow(
                 }
             }
             walker.go(start, finish);
-            now = end;
-            if stop.is_none() {
-                break;
-            }
-            piece += 1;
-            walker.begin(piece);
         }
         if index == grid.last() {
             // What the loads make of the end itself.
             let mut way = way(Box::new(|_| Vec::new()));
             let here = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
             visit(&mut Stretch {
-                start: now.time().to_f64(),
+                start: target.time().to_f64(),
                 length: 0.0,
                 left: &here,
                 right: &here,
@@ -304,7 +296,7 @@ pub(crate) fn follow(
 }
 
 /// e^{W·length/2^depth}, by rows in doubles.
-fn maker(w: super::normed::Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
+fn maker(w: Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
     Box::new(move |depth| {
         let time = Real::scale(length, -(depth as i64));
         let relative = error / length.magnitude();

@@ -3,11 +3,8 @@
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
-use super::energy::{Energy, frobenius};
-use super::exponential::cos_sin;
-use super::normed::Normed;
-use crate::problem::Problem;
-use crate::straight::{Known, StraightLoad};
+use crate::enclosed::{Energy, Normed, cos_sin, frobenius};
+use crate::problem::{Known, Problem, StraightLoad};
 
 /// ζ holds, in this order: the state in energy coordinates; sine and cosine of each frequency; the
 /// force on each coordinate with a straight load; its slope where it has one. Loads are in units of

@@ -2,17 +2,14 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
+use super::attempt::Attempt;
 use super::drift::Drift;
-use super::exponential::counted;
 use super::generator::Generator;
 use super::judge::Judge;
-use super::normed::{Normed, growth};
-use super::{Attempt, too_dear};
-use crate::collector::{Collector, Wanted};
-use crate::operations::Operations;
-use crate::problem::{Problem, ResponseError};
-use crate::straight::StraightLoads;
-use crate::timeline::{Fraction, Instant};
+use super::work::too_dear;
+use crate::answer::{Collector, Operations, Wanted};
+use crate::enclosed::{Normed, counted, growth};
+use crate::problem::{Fraction, Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the
 /// `last` attempt, it ends at the first instant that misses the tolerance.
@@ -104,27 +101,17 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let problem = self.problem;
         let end = problem.grid().time(problem.grid().last());
         let mut judge = Judge::new(tolerance, end, self.generator.fastest());
-        let pieces = problem.timeline().pieces();
-        let mut piece = 0;
-        let mut now = Instant::on_grid(problem.grid(), 0);
+        let mut walk = Walk::of(problem);
         self.begin(0);
         self.prepare_all(&wanted);
         while let Some(target) = collector.next() {
-            // Go to the target, stopping where a piece begins.
-            loop {
-                let begins = pieces.get(piece + 1).map(|next| next.start);
-                let stop = begins.filter(|start| start.order(&target).is_le());
-                let end = stop.unwrap_or(target);
-                // One instant may be told in two ways: as an event, and as part of a step.
-                if now.order(&end).is_lt() {
-                    self.go(self.clock.moment(&now), self.clock.moment(&end));
+            while let Some(leg) = walk.towards(&target) {
+                match leg {
+                    Leg::Pass { from, to } => {
+                        self.go(self.clock.moment(&from), self.clock.moment(&to));
+                    }
+                    Leg::Begin => self.begin(walk.index()),
                 }
-                now = end;
-                if stop.is_none() {
-                    break;
-                }
-                piece += 1;
-                self.begin(piece);
             }
             if !self.record(&mut collector, &mut judge, &target, last)? && !last {
                 return Ok(Attempt::Missed);

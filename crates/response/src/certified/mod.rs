@@ -1,29 +1,24 @@
-//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for.
+//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for. It knows `problem`,
+//! `answer` and `enclosed`.
 
 #[cfg(test)]
 mod agreement;
+mod attempt;
 mod drift;
-mod energy;
-mod exponential;
 pub(crate) mod follow;
 mod generator;
 mod judge;
 mod march;
-mod normed;
+mod work;
 
-use eigentone_digits::{DoubleDouble, Real, Wide};
+use eigentone_digits::{DoubleDouble, Wide};
 use eigentone_modes::{FirstOrder, Precision};
 
-pub(crate) use energy::Energy;
-pub(crate) use exponential::{exponential, of_any_size, products};
-pub(crate) use normed::Normed;
-
-use crate::collector::Wanted;
-use crate::load::{Hold, Load};
-use crate::method::ResponseMethod;
+use crate::answer::{ResponseMethod, Trajectory, Wanted};
 use crate::problem::{Problem, ResponseError};
-use crate::trajectory::Trajectory;
+use attempt::Attempt;
 use march::march;
+use work::{MOST_WORK, work};
 
 /// z(t + h) = e^{Wh} z(t) for state and loads together, with a proven bound at every instant.
 ///
@@ -48,17 +43,6 @@ struct Rung {
 }
 
 type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attempt, ResponseError>;
-
-/// What came of an attempt.
-pub(crate) enum Attempt {
-    Found(Box<Trajectory>),
-    /// An instant missed the tolerance.
-    Missed,
-    /// With so few digits a matrix to be divided by cannot be told from a singular one.
-    Stuck,
-    /// So many halvings of the step, and as many squarings, would take too long with so many digits.
-    TooDear,
-}
 
 const LADDER: [Rung; 6] = [
     Rung {
@@ -188,66 +172,4 @@ fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
     (work > MOST_WORK).then(|| {
         format!("it would take {work:.0e} operations with 32 digits, more than {MOST_WORK:.0e}")
     })
-}
-
-/// The most operations, in units of one with 32 digits.
-const MOST_WORK: f64 = 1e10;
-
-/// The most that an attempt with more digits may add: such an attempt may fail too.
-const MOST_MORE: f64 = 2e9;
-
-/// About how many operations it takes with so many limbs, in units of one with 32 digits. The exponential of a step
-/// that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
-fn work(problem: &Problem<'_>, wanted: &Wanted<'_>, limbs: usize, squarings: f64) -> f64 {
-    let states = (2 * problem.system().len() + load_states(problem)) as f64;
-    let instants = wanted.count(problem.grid()) as f64;
-    let pieces = problem.timeline().pieces();
-    let off_grid = pieces
-        .iter()
-        .filter(|piece| piece.start_instant().fraction().is_none());
-    // An instant off the grid takes an exponential of its own, and one back to the grid.
-    let exponentials = 1.0
-        + 2.0 * off_grid.count() as f64
-        + match wanted {
-            Wanted::Times(_) => instants,
-            _ => 0.0,
-        };
-    let steps = instants + pieces.len() as f64;
-    let one = if limbs == 1 {
-        1.0
-    } else {
-        4.0 + (limbs * limbs) as f64 / 8.0
-    };
-    let products = 60.0 + (squarings - 20.0).max(0.0);
-    (products * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
-}
-
-/// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate.
-fn load_states(problem: &Problem<'_>) -> usize {
-    let mut laws: Vec<(u8, u64)> = Vec::new();
-    for applied in problem.loads() {
-        let on = applied.coordinate as u64;
-        match &applied.load {
-            Load::Impulse(_) => {}
-            Load::Harmonic(load) => {
-                let frequency = load.frequency.to_bits();
-                laws.extend([(0, frequency), (1, frequency)]);
-            }
-            Load::Samples(samples) if samples.hold == Hold::First => {
-                laws.extend([(2, on), (3, on)]);
-            }
-            Load::Ramp(_) => laws.extend([(2, on), (3, on)]),
-            Load::Step(_) | Load::Samples(_) => laws.push((2, on)),
-        }
-    }
-    laws.sort_unstable();
-    laws.dedup();
-    laws.len()
-}
-
-/// Whether the halvings that its matrix asks for make an attempt too dear. The first one never is.
-pub(super) fn too_dear<T: Real>(problem: &Problem<'_>, wanted: &Wanted<'_>, w: &Normed<T>) -> bool {
-    let limbs = ((1 - T::UNIT_LOG2) / 64) as usize;
-    let squarings = exponential::squarings(w, problem.grid().step());
-    limbs > LADDER[0].limbs && work(problem, wanted, limbs, squarings) > MOST_MORE
 }

@@ -1,15 +1,16 @@
 //! How far rounding of the matrix moves its exponential.
 
+use std::cell::Cell;
+
 use eigentone_digits::{Magnitude, Real};
 use faer::{Mat, MatRef};
 
-use super::ExpmError;
 use super::aligned::Aligned;
 use super::dense::Dense;
 use super::dual::{Dual, Pair};
-use super::expm::{check, norm};
+use super::error::{ExpmError, check};
 use super::growth::Growth;
-use super::norm::{column_sums, largest, norm_one};
+use super::norm::{column_sums, largest, norm, norm_one};
 use super::paths::Paths;
 use super::polynomial::{Degree, Powers, evaluate};
 use super::precise::{Judge, LIMIT, precisely};
@@ -17,7 +18,7 @@ use super::scales::scales;
 use super::scaling::needed;
 use super::squaring::{MEANINGFUL, square};
 use super::taylor::{first_shift, otherwise, taylor};
-use crate::certified::Normed;
+use crate::enclosed::Normed;
 
 /// The relative condition number of e^A in the 1-norm: κ = max ‖L(A, E)‖·‖A‖ / (‖E‖·‖e^A‖) over
 /// all E, where L is the Fréchet derivative of the exponential (Higham 2008, *Functions of Matrices*,
@@ -66,6 +67,8 @@ struct Derivative<'a> {
     shift: i32,
     /// Those of [`scales`], where doubles do not serve.
     exponents: Option<Vec<i64>>,
+    /// What may still be spent on more digits.
+    left: Cell<f64>,
 }
 
 impl Derivative<'_> {
@@ -85,6 +88,7 @@ impl Derivative<'_> {
             scaled,
             shift,
             exponents: (!serve).then(|| scales(a, &Paths::of(a).classes())),
+            left: Cell::new(LIMIT),
         }
     }
 
@@ -112,8 +116,10 @@ impl Derivative<'_> {
             }));
         }
         let quotient = Quotient { exponents, size };
-        // An ascent takes two, and there are four from either start.
-        let mut result = precisely(2 * n, 3 * n * n, &entries, &quotient, LIMIT / 16.0)?;
+        let mut left = self.left.get();
+        let result = precisely(2 * n, 3 * n * n, &entries, &quotient, &mut left);
+        self.left.set(left);
+        let mut result = result?;
         // ‖A‖ may be beyond the largest double where the product is not.
         let factor = self.norm;
         let undone = i64::from(self.shift);
@@ -209,12 +215,15 @@ impl Derivative<'_> {
         let n = self.n;
         let identity = (0..n * n).map(|index| f64::from(u8::from(index % (n + 1) == 0)));
         let even = vec![1.0 / n as f64; n * n];
-        let mut best = 0.0;
+        let (mut best, mut ascended) = (0.0, false);
         for start in [identity.collect(), even] {
             let mut e: Vec<f64> = start;
             let mut reached = 0.0;
-            for _ in 0..ASCENTS {
-                let image = self.along(&e)?;
+            for ascent in 0..ASCENTS {
+                // The best of one ascent is a lower bound, as that of four is.
+                let Some(image) = self.along(&e) else {
+                    return ascended.then_some(best);
+                };
                 let sums = column_sums(n, &image);
                 let norm = largest(&sums);
                 if norm.is_nan() {
@@ -224,6 +233,7 @@ impl Derivative<'_> {
                     return Some(norm);
                 }
                 best = largest(&[best, norm]);
+                ascended |= ascent > 0;
                 if norm <= reached {
                     break;
                 }
@@ -233,7 +243,9 @@ impl Derivative<'_> {
                     .iter()
                     .map(|entry| if *entry < 0.0 { -1.0 } else { 1.0 })
                     .collect();
-                let gradient = self.adjoint(&signs, j)?;
+                let Some(gradient) = self.adjoint(&signs, j) else {
+                    return ascended.then_some(best);
+                };
                 e = vec![0.0; n * n];
                 for (column, gradient) in e.chunks_exact_mut(n).zip(gradient.chunks_exact(n)) {
                     let sizes: Vec<f64> = gradient.iter().map(|entry| entry.abs()).collect();

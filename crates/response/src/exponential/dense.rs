@@ -10,7 +10,7 @@ use super::aligned::Aligned;
 use super::contiguous::with_columns;
 use pulp::{Simd, WithSimd};
 
-use crate::vector::run;
+use super::vector::run;
 
 /// n × n matrices, column by column.
 pub(super) struct Dense {

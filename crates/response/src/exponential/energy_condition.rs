@@ -5,7 +5,7 @@ use eigentone_modes::{EnclosedFirstOrder, System};
 use faer::Mat;
 
 use super::condition::expm_condition;
-use crate::certified::Energy;
+use crate::enclosed::Energy;
 
 /// An estimate of the relative condition of e^{Ah} in the 1-norm, as
 /// [`expm_condition`](super::expm_condition) gives it, for the state matrix A of a system and a step

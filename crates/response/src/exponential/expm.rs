@@ -3,59 +3,15 @@
 use eigentone_digits::{Magnitude, Real};
 use eigentone_modes::Bounds;
 use faer::{Mat, MatRef};
-use thiserror::Error;
 
-use super::norm::largest;
+use super::error::{ExpmError, check};
+use super::norm::norm;
 use super::paths::Paths;
 use super::precise::{Judge, LIMIT, precisely};
 use super::scales::scales;
 use super::squaring::MEANINGFUL;
 use super::taylor::{otherwise, taylor};
-use crate::certified::Normed;
-
-/// Why a matrix has no exponential in doubles.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ExpmError {
-    /// The matrix is not square.
-    #[error("the matrix is {rows} × {columns}, but only square ones have an exponential")]
-    NotSquare {
-        /// Its number of rows.
-        rows: usize,
-        /// Its number of columns.
-        columns: usize,
-    },
-    /// An entry is NaN or infinite.
-    #[error("entry ({row}, {column}) of the matrix is not finite")]
-    NotFinite {
-        /// The entry's row, from 0.
-        row: usize,
-        /// The entry's column, from 0.
-        column: usize,
-    },
-    /// A method in doubles was asked for what doubles do not hold: an exponential of which they have no digit, or
-    /// with entries beyond the largest of them.
-    #[error(
-        "the exponential of the matrix has no certain digit in doubles, or leaves their range: `expm` takes more digits"
-    )]
-    BeyondDoubles,
-    /// More digits would be needed than can be afforded at this order.
-    #[error(
-        "the exponential of the matrix of order {order} takes more digits than can be afforded: take that of a fraction of the matrix, or of blocks of it"
-    )]
-    TooManyDigits {
-        /// The number of rows.
-        order: usize,
-    },
-    /// The error of the exponential may be larger than its condition explains.
-    #[error(
-        "the exponential of the matrix is known to {error:.1e} in the 1-norm only: `expm_bounded` gives it with that bound"
-    )]
-    Uncertain {
-        /// The estimated error, in the 1-norm.
-        error: f64,
-    },
-}
+use crate::enclosed::Normed;
 
 /// An exponential, and how far it may be off.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,7 +190,8 @@ fn jointly(
         exponents,
         between: classes.len() > 1,
     };
-    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, limit) {
+    let mut left = limit;
+    if let Some((matrix, bound)) = precisely(n, paths.count(), &entries, &rounding, &mut left) {
         return Ok(BoundedExponential {
             matrix,
             bound,
@@ -368,24 +325,4 @@ impl Judge for Rounding<'_> {
 
 fn sign<T: Real>(x: T) -> f64 {
     if x < T::ZERO { -1.0 } else { 1.0 }
-}
-
-/// That the matrix is square and finite.
-pub(super) fn check(a: MatRef<'_, f64>) -> Result<(), ExpmError> {
-    let (rows, columns) = a.shape();
-    if rows != columns {
-        return Err(ExpmError::NotSquare { rows, columns });
-    }
-    for (column, entries) in a.col_iter().enumerate() {
-        if let Some(row) = entries.iter().position(|entry| !entry.is_finite()) {
-            return Err(ExpmError::NotFinite { row, column });
-        }
-    }
-    Ok(())
-}
-
-/// The largest column sum; NaN if there is one.
-pub(super) fn norm(a: MatRef<'_, f64>) -> f64 {
-    let sums: Vec<f64> = a.col_iter().map(|column| column.norm_l1()).collect();
-    largest(&sums)
 }

@@ -4,13 +4,13 @@ use faer::{Mat, MatRef};
 use pulp::{Simd, WithSimd};
 
 use super::algebra::Algebra;
+use super::choice::{Choice, Size, is_upper};
 use super::contiguous::{Columns, with_columns};
 use super::dense::Dense;
 use super::growth::Growth;
-use super::second_order::{Choice, Size, is_upper};
 use super::squaring::square;
 use super::taylor::store;
-use crate::vector::run;
+use super::vector::run;
 
 /// 2^-s [0 G; −K −C] with `N` masses, columns padded to `ROWS`.
 pub(super) struct FewMasses<const N: usize, const ROWS: usize> {
@@ -114,7 +114,7 @@ impl<const N: usize, const ROWS: usize> FewMasses<N, ROWS> {
         }
         let squarings = squarings.unsigned_abs();
         let result = square(&mut dense, less_one, squarings, || Growth::of(a));
-        let matrix = store(n, &result);
+        let matrix = store(a, &result, squarings);
         dense.recycle(result.element);
         (matrix, products)
     }

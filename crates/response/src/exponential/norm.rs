@@ -1,8 +1,10 @@
 //! 1-norms of matrices that are stored column by column.
 
+use faer::MatRef;
+
 use pulp::{Simd, WithSimd};
 
-use crate::vector::{multiply_add, run};
+use super::vector::{multiply_add, run};
 
 /// e^T|X|: the column sums.
 pub(super) fn column_sums(n: usize, x: &[f64]) -> Vec<f64> {
@@ -88,4 +90,10 @@ fn weighted_sum<S: Simd>(column: &[f64], weights: &[f64]) -> f64 {
     }
     let rest: f64 = rest.iter().zip(last).map(|(x, w)| x.abs() * w).sum();
     sums.iter().sum::<f64>() + rest
+}
+
+/// The largest column sum; NaN if there is one.
+pub(super) fn norm(a: MatRef<'_, f64>) -> f64 {
+    let sums: Vec<f64> = a.col_iter().map(|column| column.norm_l1()).collect();
+    largest(&sums)
 }

@@ -3,9 +3,10 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-use super::expm::{ExpmError, check, norm};
+use super::error::{ExpmError, check, in_range};
+use super::method::Exponential;
+use super::norm::norm;
 use super::squaring::MEANINGFUL;
-use super::{Exponential, in_range};
 
 /// Al-Mohy & Higham 2009, *A new scaling and squaring algorithm for the matrix exponential*
 /// (SIAM J. Matrix Anal. 31), with degree 13 throughout: the scaling is taken from ‖A⁴‖^{1/4} and

@@ -2,7 +2,7 @@
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 
-use crate::certified::{Normed, of_any_size, products};
+use crate::enclosed::{Normed, of_any_size, products};
 
 /// An entry x·2^e, row by row.
 pub(super) type Entry = (f64, i64);
@@ -46,13 +46,13 @@ impl<J: Judge> Rung<J> {
 }
 
 /// The answer for W of order n, of whose powers at most `filled` entries differ from 0, from as few digits as give one, or a few more where they cost little; `None` where none is found
-/// for `limit`.
+/// for `limit`, from which the work is taken.
 pub(super) fn precisely<J: Judge>(
     n: usize,
     filled: usize,
     entries: &[Entry],
     judge: &J,
-    limit: f64,
+    limit: &mut f64,
 ) -> Option<J::Verdict> {
     let rungs: [Rung<J>; 6] = [
         Rung::of::<DoubleDouble>(8.0),
@@ -67,10 +67,16 @@ pub(super) fn precisely<J: Judge>(
     let size = sizes.fold(f64::NEG_INFINITY, f64::max) + (n as f64).log2();
     let (mut best, mut spent) = (None, 0.0);
     for rung in rungs {
-        spent += rung.cost * n as f64 * filled as f64 * (rung.products)(size);
-        if spent > if best.is_some() { SPARE } else { limit } {
+        let work = rung.cost * n as f64 * filled as f64 * (rung.products)(size);
+        spent += work;
+        let affordable = match best {
+            Some(_) => spent <= SPARE,
+            None => work <= *limit,
+        };
+        if !affordable {
             break;
         }
+        *limit -= work;
         if let Some((verdict, last)) = (rung.attempt)(n, entries, judge) {
             best = Some(verdict);
             if last {

@@ -5,17 +5,17 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::algebra::Algebra;
+use super::choice::{Choice, Size, THETA, is_upper};
 use super::contiguous::Columns;
 use super::dense::Dense;
 use super::growth::Growth;
-use super::second_order::{Choice, Size, THETA, is_upper};
 use super::series::Series;
 use super::sparse::{LANES, LowerHalf, Panel, accumulate};
 use super::squaring::square;
 use super::taylor::store;
 use pulp::{Simd, WithSimd};
 
-use crate::vector::run;
+use super::vector::run;
 
 /// 2^-s [0 G; −K −C].
 pub(super) struct SparseSystem {
@@ -102,7 +102,7 @@ impl SparseSystem {
         self.assemble(&r, &q, 0.0, target);
         let times = squarings.unsigned_abs();
         let result = square(&mut dense, less_one, times, || Growth::of(a));
-        let matrix = store(n, &result);
+        let matrix = store(a, &result, times);
         dense.recycle(result.element);
         (matrix, sparse + f64::from(squarings))
     }

@@ -14,7 +14,7 @@ pub(super) struct Extended<E> {
 const SMALL: f64 = 0.7;
 
 /// Norms between the inverse of this and this can be squared twice.
-const LARGE: f64 = 1e70;
+pub(super) const LARGE: f64 = 1e70;
 
 /// So many squarings still leave digits: 2^-53 · 2^45 is small.
 pub(super) const MEANINGFUL: u32 = 45;

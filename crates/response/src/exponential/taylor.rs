@@ -6,12 +6,14 @@ use faer::{Mat, MatRef};
 use super::algebra::{Algebra, Explicit};
 use super::aligned::Aligned;
 use super::dense::Dense;
-use super::expm::{ExpmError, check};
+use super::error::{ExpmError, check, in_range};
 use super::growth::Growth;
+use super::method::Exponential;
+use super::norm::{column_sums, largest};
+use super::paths::Paths;
 use super::polynomial::evaluate;
 use super::scaling::scale;
-use super::squaring::{Extended, MEANINGFUL, square};
-use super::{Exponential, in_range};
+use super::squaring::{Extended, LARGE, MEANINGFUL, square};
 
 /// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
 /// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a
@@ -41,7 +43,7 @@ impl Exponential for Taylor {
 
 /// e^A, and the products and squarings it took, the squarings being products too.
 ///
-/// Entries beyond the range of doubles come out as ∞ or 0 and never as NaN; matrices of norm above 10^16, whose
+/// Entries beyond the range of doubles come out as ∞ or 0, and NaN is what they lose beside others that grow; matrices of norm above 10^16, whose
 /// exponential no digits are left of, at least do not grow beyond e^μ, μ the largest eigenvalue of (A + Aᵀ)/2.
 pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let n = a.nrows();
@@ -52,7 +54,7 @@ pub(super) fn taylor(a: MatRef<'_, f64>) -> (Mat<f64>, u32, u32) {
     let squarings = scaled.squarings + shift.unsigned_abs();
     let less_one = evaluate(&mut algebra, scaled.degree, scaled.powers);
     let result = square(&mut algebra, less_one, squarings, || Growth::of(a));
-    let matrix = store(n, &result);
+    let matrix = store(a, &result, squarings);
     algebra.recycle(result.element);
     (matrix, algebra.products(), squarings)
 }
@@ -84,8 +86,10 @@ pub(super) fn first_shift(a: MatRef<'_, f64>) -> i32 {
     }
 }
 
-/// The matrix in the range of doubles.
-pub(super) fn store(n: usize, result: &Extended<Aligned>) -> Mat<f64> {
+/// The exponential of A in the range of doubles, after so many squarings. Beside entries that grow, NaN is what may have
+/// lost digits to the end of that range on the way.
+pub(super) fn store(a: MatRef<'_, f64>, result: &Extended<Aligned>, squarings: u32) -> Mat<f64> {
+    let n = a.nrows();
     let mut matrix = Mat::zeros(n, n);
     let columns = Dense::value(&result.element).chunks_exact(n.max(1));
     for (j, column) in columns.enumerate() {
@@ -96,5 +100,30 @@ pub(super) fn store(n: usize, result: &Extended<Aligned>) -> Mat<f64> {
             scaled.for_each(|entry| *entry = entry.scale(result.exponent));
         }
     }
+    let values = Dense::value(&result.element);
+    let least = lost(n, values, result.exponent, squarings);
+    if values.iter().any(|value| value.abs() < least) {
+        let paths = Paths::of(a);
+        for (at, value) in values.iter().enumerate() {
+            let (i, j) = (at % n, at / n);
+            if value.abs() < least && paths.lead(i, j) {
+                matrix[(i, j)] = f64::NAN;
+            }
+        }
+    }
     matrix
+}
+
+/// Entries below this may have lost a digit: before any squaring the smallest double was lost of each, which then grew as the
+/// matrix did, n times and twice for each squaring. 0 where that is nothing, as nothing grows.
+fn lost(n: usize, values: &[f64], exponent: i64, squarings: u32) -> f64 {
+    const LEAST: i32 = -1074;
+    const DIGITS: i32 = 53;
+    let norm = largest(&column_sums(n, values));
+    let grown = norm.log2() + exponent as f64;
+    if norm.is_finite() && grown > LARGE.log2() {
+        norm * n as f64 * 2f64.powi(LEAST + DIGITS + squarings as i32)
+    } else {
+        0.0
+    }
 }

@@ -1,10 +1,7 @@
 //! What the loads and the instants ask of every design alike: steps, signals, blows.
 
-use crate::hold::Laws;
-use crate::march::Inputs;
-use crate::problem::Problem;
-use crate::timeline::{Instant, Piece};
-use crate::walk::{Leg, Walk};
+use crate::hold::{Inputs, Laws};
+use crate::problem::{Instant, Leg, Piece, Problem, Walk};
 
 /// The way from t = 0 through all instants that are asked for. It does not depend on the parameters of the
 /// system.

@@ -1,4 +1,4 @@
-//! Modes and responses of many designs that differ in their parameters alone.
+//! Modes and responses of many designs that differ in their parameters alone. It knows `problem` and `hold`.
 
 mod course;
 mod propagator;

@@ -17,6 +17,8 @@ pub(crate) struct Elastic {
     pub(crate) value: Complex<f64>,
     /// Of |λ̂ − λ|; λ is known to be imaginary or real.
     pub(crate) bound: f64,
+    /// 0 where it is known to be imaginary.
+    pub(crate) real_bound: f64,
     /// How many frequencies the bounds do not tell apart.
     pub(crate) multiplicity: usize,
     pub(crate) shape: Shape,
@@ -47,11 +49,11 @@ pub(crate) fn certify(
         where_apart: 1e-20,
     };
     let found = squares(system, structure, shapes.collect(), goal, tolerance)?;
-    Some(elastic_modes(&found))
+    Some(elastic_modes(&found, structure.is_passive()))
 }
 
 /// λ = ±√−σ with bounds; those that are not told apart get one value.
-fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
+fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Elastic> {
     let mut found = Vec::with_capacity(squares.values.len());
     for group in squares.groups() {
         let middle = squares.values[(group.start + group.end) / 2];
@@ -65,15 +67,32 @@ fn elastic_modes(squares: &Squares) -> Vec<Elastic> {
             (rounding + relative * root.to_f64()) * UPWARD
         });
         let bound = bound.fold(f64::from_bits(1), f64::max);
-        let values = if middle > DoubleDouble::ZERO {
-            vec![Complex::new(0.0, size)]
+        // Of a square that is not told from 0 the roots may be imaginary or real, and no larger than this.
+        let largest = group
+            .clone()
+            .map(|i| squares.values[i].to_f64().abs() + squares.reach[i]);
+        let largest = largest.fold(0.0, f64::max).sqrt() * UPWARD;
+        let is_open = group
+            .clone()
+            .any(|i| squares.values[i].to_f64().abs() <= squares.reach[i] * UPWARD);
+        let roots = if is_open {
+            let real_bound = if are_positive { 0.0 } else { largest };
+            vec![(
+                Complex::new(0.0, size),
+                (size + largest) * UPWARD,
+                real_bound,
+            )]
+        } else if middle > DoubleDouble::ZERO {
+            vec![(Complex::new(0.0, size), bound, 0.0)]
         } else {
-            vec![Complex::from(-size), Complex::from(size)]
+            let real = |value: f64| (Complex::from(value), bound, bound);
+            vec![real(-size), real(size)]
         };
-        for value in values {
+        for (value, bound, real_bound) in roots {
             found.extend(group.clone().map(|i| Elastic {
                 value,
                 bound,
+                real_bound,
                 multiplicity: group.len(),
                 shape: squares.shape(i),
             }));

@@ -18,4 +18,4 @@ pub(crate) use elastic::{Elastic, certify};
 pub(super) use forms::Basis;
 pub(super) use refine::Goal;
 pub(crate) use squares::refined;
-pub(super) use squares::{Squares, squares};
+pub(super) use squares::{Precise, Squares, precise, squares};

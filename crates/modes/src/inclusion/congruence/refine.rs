@@ -37,6 +37,19 @@ impl Forms {
         self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
     }
 
+    /// Whether all squares are known to some digits, but for some that are told from all others by being so small.
+    fn tell(&self) -> bool {
+        const LARGEST: f64 = 1e-3;
+        let each = self.reach.iter().zip(&self.squares);
+        let each = each.map(|(reach, square)| (*reach, square.to_f64().abs()));
+        let is_known = |(reach, size): &(f64, f64)| *reach <= LARGEST * size;
+        let known = each.clone().filter(is_known);
+        let least = known.map(|(_, size)| size).fold(f64::INFINITY, f64::min);
+        let mut hidden = each.filter(|square| !is_known(square));
+        least.is_finite() && hidden.all(|(reach, size)| size + reach <= LARGEST * least)
+            || self.spread <= LARGEST
+    }
+
     /// Whether squares are so far apart that neither their bounds nor the mixing of shapes, which is about
     /// the bound divided by the gap, shows in doubles.
     fn are_apart(&self) -> bool {
@@ -118,8 +131,7 @@ impl Basis<'_> {
                 break;
             }
         }
-        // Spreads beyond this tell nothing.
-        (forms.spread <= 1e-3).then_some(forms)
+        forms.tell().then_some(forms)
     }
 
     /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the

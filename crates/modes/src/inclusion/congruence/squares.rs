@@ -116,22 +116,55 @@ pub(crate) fn squares(
     Some(found)
 }
 
-/// All σ = ω² of (K, M) with their shapes, given the elastic ones approximately, refined until doubles are as near as they
-/// come. `None` where these are too far from the true ones.
+/// All σ = ω² of (K, M), how far each may be off, relative, and their shapes, given the elastic ones approximately, refined
+/// until doubles are about as near as they come. `None` where these are too far from the true ones.
 pub(crate) fn refined(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
-) -> Option<Vec<(f64, Vec<f64>)>> {
+) -> Option<Vec<(f64, f64, Vec<f64>)>> {
     const GOAL: f64 = 1e-14;
+    const KNOWN: f64 = 1e-3;
     let mut basis = basis(system, structure, shapes)?;
     let forms = basis.refine(Goal::always(GOAL))?;
+    if forms.spread > KNOWN {
+        return None;
+    }
     let square = |i: usize| forms.squares.get(i).map_or(0.0, |square| square.to_f64());
     let rounded = basis.columns.iter().enumerate().map(|(i, column)| {
         let shape = column.iter().map(|x| x.to_f64()).collect();
-        (square(i), shape)
+        let reach = forms
+            .reach
+            .get(i)
+            .map_or(0.0, |reach| reach / square(i).abs());
+        (square(i), reach, shape)
     });
     Some(rounded.collect())
+}
+
+/// A shape in double-double with its σ and a bound of its error.
+pub(in crate::inclusion) struct Precise {
+    pub(in crate::inclusion) square: f64,
+    pub(in crate::inclusion) reach: f64,
+    pub(in crate::inclusion) shape: Vec<DoubleDouble>,
+}
+
+/// All shapes as near as double-doubles come, those with σ = 0, which are counted, last.
+pub(in crate::inclusion) fn precise(
+    system: &System,
+    structure: &Structure,
+    shapes: Vec<Vec<f64>>,
+) -> Option<Vec<Precise>> {
+    const GOAL: f64 = 1e-27;
+    let mut basis = basis(system, structure, shapes)?;
+    let forms = basis.refine(Goal::always(GOAL))?;
+    let each = basis.columns.into_iter().enumerate();
+    let each = each.map(|(i, shape)| Precise {
+        square: forms.squares.get(i).map_or(0.0, |square| square.to_f64()),
+        reach: forms.reach.get(i).copied().unwrap_or(0.0),
+        shape,
+    });
+    Some(each.collect())
 }
 
 /// The elastic shapes, those with ω = 0 that are not exact, and those that are.

@@ -50,7 +50,18 @@ impl Rows {
             return None;
         }
         let reach = |i: usize| sums[i].0 + sums[i].1;
+        // As many roots at 0 as are counted are in discs together, and 0 in no other.
+        let null = self.counted.iter().position(|counted| *counted);
+        let apart_from_null =
+            |i: usize| self.counted[i] || self.rho[i].norm() > 2.0 * reach(i) * UPWARD;
+        if null.is_some() && !(0..count).all(apart_from_null) {
+            return None;
+        }
         let mut label: Vec<usize> = (0..count).collect();
+        if let Some(null) = null {
+            let counted = (0..count).filter(|i| self.counted[*i]);
+            counted.for_each(|i| label[i] = null);
+        }
         // How many times larger each column can be made.
         let mut times = vec![1e15f64; count];
         for (i, row) in self.rows.iter().enumerate() {
@@ -63,7 +74,7 @@ impl Rows {
                 // With E ≤ ½ each radius is at most twice its sum.
                 let rest = gap - 2.0 * (reach(i) + reach(j)) * UPWARD;
                 if rest.is_nan() || rest <= 0.0 {
-                    if other.conjugate {
+                    if other.conjugate || self.counted[i] != self.counted[j] {
                         return None;
                     }
                     let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
@@ -82,7 +93,10 @@ impl Rows {
         let mut discs = Vec::new();
         for first in 0..count {
             let members: Vec<usize> = (0..count).filter(|i| label[*i] == first).collect();
-            if members.is_empty() || self.rho[first].norm() == 0.0 && members.len() == 1 {
+            if members.is_empty()
+                || null == Some(first)
+                || self.rho[first].norm() == 0.0 && members.len() == 1
+            {
                 continue;
             }
             let alone = members.len() == 1;

@@ -2,7 +2,8 @@
 //!
 //! The pencil A − λB with A = diag(K, −M) and B = −[C M; M 0] has the roots of
 //! Q(λ) = λ²M + λC + K, with vectors z = (x, λx) on the right and w = (y, λy), yᵀQ = 0, on the left (Tisseur & Meerbergen
-//! 2001, *SIAM Review* 43, §3.4). For 2n columns Z = [X; XΛ] and W = [Y; YΛ] it has those of WᵀAZ − λWᵀBZ as well, of
+//! 2001, *SIAM Review* 43, §3.4). Coordinates without mass have no λx there: states are as many as there are coordinates, and
+//! once more those with mass, say N, and B is regular where so many roots are finite. For N columns Z = [X; XΛ] and W = [Y; YΛ] it has those of WᵀAZ − λWᵀBZ as well, of
 //! entries
 //!
 //! a_ij = y_iᵀKx_j − λ_iλ_j y_iᵀMx_j and b_ij = −(y_iᵀCx_j + (λ_i + λ_j) y_iᵀMx_j),
@@ -32,6 +33,7 @@ mod enclose;
 mod mixing;
 mod pair;
 mod refine;
+mod ritz;
 mod rounded;
 mod rows;
 mod separate;
@@ -42,19 +44,21 @@ use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::slow::Slow;
 use pair::Pairs;
 pub(crate) use rounded::Paired;
 
-/// Proves a disc for every nonzero root of a system with a regular mass matrix, given all its modes
-/// approximately, and bounds of the shapes of single roots, which more digits make relative to every component
+/// Proves a disc for every nonzero root of a system in which each coordinate with mass has two roots and each without has
+/// one, given all its modes approximately, and bounds of the shapes of single roots, which more digits make relative to every component
 /// as far as they reach. `None` where no proof was reached, as for defective roots.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
+    slow: Option<&Slow>,
     tolerance: f64,
 ) -> Option<Vec<Paired>> {
-    let mut pairs = Pairs::of(system, structure, modes)?;
+    let mut pairs = Pairs::of(system, structure, modes, slow)?;
     let rows = pairs.refine()?;
     let discs = pairs.enclosed(rows, structure, tolerance)?;
     pairs.found(structure, discs)

@@ -5,6 +5,7 @@ use faer::c64;
 use num_complex::Complex;
 
 use crate::inclusion::gram::{Form, Gram};
+use crate::inclusion::slow::Slow;
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
@@ -36,11 +37,45 @@ pub(super) struct Pair {
     pub(super) right: Parts,
     /// y with yᵀQ = 0, where that is not x by symmetry.
     pub(super) left: Option<Parts>,
-    /// Of which of the given modes; `None` for λ = 0 exactly, with an exact shape.
-    pub(super) mode: Option<usize>,
+    pub(super) origin: Origin,
+}
+
+/// Where a pair comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Origin {
+    /// One of the given modes.
+    Mode(usize),
+    /// The same of a root that double-doubles do not tell from 0; its value stays as it is given.
+    Hidden(usize),
+    /// λ = 0 exactly, with an exact shape.
+    Rest,
+    /// λ = 0, which is counted exactly, with a shape that is not exact; one of two that are so near to a column (0, x) and
+    /// (x, 0) where nothing holds it.
+    Null,
 }
 
 impl Pair {
+    pub(super) fn mode(&self) -> Option<usize> {
+        match self.origin {
+            Origin::Mode(mode) | Origin::Hidden(mode) => Some(mode),
+            Origin::Rest | Origin::Null => None,
+        }
+    }
+
+    fn real(value: f64, shape: Vec<DoubleDouble>, origin: Origin) -> Pair {
+        Pair {
+            value: ComplexDoubleDouble::new(value, 0.0),
+            right: Parts::real(shape),
+            left: None,
+            origin,
+        }
+    }
+
+    /// Whether it is one of two columns (x, ±εx) for a motion that nothing holds.
+    fn drifts(&self) -> bool {
+        self.origin == Origin::Null && self.value.norm() > 0.0
+    }
+
     pub(super) fn is_real(&self) -> bool {
         self.right.im.is_empty()
     }
@@ -62,7 +97,7 @@ pub(super) struct Pairs<'a> {
     pub(super) drifting: Vec<Vec<DoubleDouble>>,
 }
 
-/// Which of the 2n columns: that of a pair, or its conjugate.
+/// Which column: that of a pair, or its conjugate.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Column {
     pub(super) pair: usize,
@@ -78,38 +113,38 @@ impl<'a> Pairs<'a> {
         system: &'a System,
         structure: &Structure,
         modes: &[Mode],
+        slow: Option<&Slow>,
     ) -> Option<Pairs<'a>> {
         let n = system.len();
         let is_symmetric = structure.is_symmetric();
-        let applies = structure.finite_roots() == Some(2 * n)
+        let states = n + massive(system);
+        let applies = structure.finite_roots() == Some(states)
             && (is_symmetric || structure.zero_roots() == Some(0));
         if !applies {
             return None;
         }
-        let loose = structure.null_vectors();
-        let free = structure.undamped_among(&loose).len();
-        if free > 0 && free < loose.len() || structure.zero_roots() != Some(loose.len() + free) {
-            return None;
-        }
-        let at_rest: Vec<Vec<f64>> = loose.iter().map(|vector| vector.dense(n)).collect();
         let precise = |vector: Vec<f64>| vector.into_iter().map(DoubleDouble::from).collect();
-        let (drifting, creeping) = if free > 0 {
-            (nearly_orthogonal(&Form::mass(system), at_rest), Vec::new())
-        } else {
-            (
-                Vec::new(),
-                nearly_orthogonal(&Form::damping(system), at_rest),
-            )
+        let (mut pairs, drifting) = match slow {
+            Some(slow) => (counted(system, slow), Vec::new()),
+            None => {
+                let loose = structure.null_vectors();
+                let free = structure.undamped_among(&loose).len();
+                let zeros = loose.len() + free;
+                if free > 0 && free < loose.len() || structure.zero_roots() != Some(zeros) {
+                    return None;
+                }
+                let at_rest: Vec<Vec<f64>> = loose.iter().map(|vector| vector.dense(n)).collect();
+                if free > 0 {
+                    (Vec::new(), nearly_orthogonal(&Form::mass(system), at_rest))
+                } else {
+                    let creeping = nearly_orthogonal(&Form::damping(system), at_rest);
+                    let rest = |shape| Pair::real(0.0, precise(shape), Origin::Rest);
+                    (creeping.into_iter().map(rest).collect(), Vec::new())
+                }
+            }
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
         let drifts = 2 * drifting.len();
-        let creeping = creeping.into_iter().map(|vector| Pair {
-            value: ComplexDoubleDouble::ZERO,
-            right: Parts::real(precise(vector)),
-            left: None,
-            mode: None,
-        });
-        let mut pairs: Vec<Pair> = creeping.collect();
         for (index, mode) in modes.iter().enumerate() {
             let value = mode.eigenvalue().value;
             if value.norm() == 0.0 {
@@ -137,14 +172,18 @@ impl<'a> Pairs<'a> {
                 value: ComplexDoubleDouble::new(value.re, value.im),
                 right: parts(mode.shape(), 1.0),
                 left,
-                mode: Some(index),
+                origin: if value.im == 0.0 && slow.is_some_and(|slow| slow.hides(value.re)) {
+                    Origin::Hidden(index)
+                } else {
+                    Origin::Mode(index)
+                },
             });
         }
         let count: usize = pairs
             .iter()
             .map(|pair| if pair.is_real() { 1 } else { 2 })
             .sum();
-        (count + drifts == 2 * n).then_some(Pairs {
+        (count + drifts == states).then_some(Pairs {
             system,
             pairs,
             drifting,
@@ -170,13 +209,20 @@ impl<'a> Pairs<'a> {
 
     /// Takes what drifts out of all other shapes, as far as rounding goes.
     pub(super) fn project(&mut self) -> Option<()> {
-        for drifting in self.drifting.clone() {
+        let nearly = self.pairs.iter().filter(|pair| pair.drifts());
+        let nearly = nearly.step_by(2).map(|pair| pair.right.re.clone());
+        let drifting: Vec<Vec<DoubleDouble>> =
+            self.drifting.iter().cloned().chain(nearly).collect();
+        for drifting in drifting {
             let (mut columns, places) = self.real_columns(Pair::right);
             let last = columns.len();
             columns.push(drifting);
             let mass = Form::mass(self.system).gram(&columns);
             let (drifting, own) = (&columns[last], mass.at(last, last));
             for (pair, place) in self.pairs.iter_mut().zip(places) {
+                if pair.origin == Origin::Null {
+                    continue;
+                }
                 for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
                     .into_iter()
                     .enumerate()
@@ -198,13 +244,13 @@ impl<'a> Pairs<'a> {
         Some(())
     }
 
-    /// Takes the exact shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would
+    /// Takes the shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would
     /// keep what they hold of them.
     fn uncouple_from_rest(&mut self) {
         /// Of xᵀ(C + λM)x where it vanishes, as at another root of the same shape.
         const VANISHING: f64 = 1e-3;
         for rest in 0..self.pairs.len() {
-            if self.pairs[rest].mode.is_some() {
+            if self.pairs[rest].mode().is_some() || self.pairs[rest].drifts() {
                 continue;
             }
             let shape = self.pairs[rest].right.re.clone();
@@ -221,7 +267,7 @@ impl<'a> Pairs<'a> {
             };
             let own = [&mass, &damping].map(|gram| gram.at(places[rest], 0));
             for (pair, place) in self.pairs.iter_mut().zip(places) {
-                if pair.mode.is_none() {
+                if pair.mode().is_none() {
                     continue;
                 }
                 let real = |re| ComplexDoubleDouble {
@@ -251,7 +297,7 @@ impl<'a> Pairs<'a> {
         self.pairs.iter().any(|pair| pair.left.is_some())
     }
 
-    /// All 2n columns, less those that drift.
+    /// The columns of all states, less those that drift.
     pub(super) fn columns(&self) -> Vec<Column> {
         let both = |(pair, found): (usize, &Pair)| {
             let column = |conjugate| Column { pair, conjugate };
@@ -263,6 +309,31 @@ impl<'a> Pairs<'a> {
         };
         self.pairs.iter().enumerate().flat_map(both).collect()
     }
+}
+
+/// Columns for the shapes of roots at 0 that are counted.
+fn counted(system: &System, slow: &Slow) -> Vec<Pair> {
+    let creeping = slow.creeping.iter();
+    let mut pairs: Vec<Pair> = creeping
+        .map(|shape| Pair::real(0.0, shape.clone(), Origin::Null))
+        .collect();
+    let stiffness = Form::stiffness(system).gram(&slow.drifting);
+    let mass = Form::mass(system).gram(&slow.drifting);
+    for (i, shape) in slow.drifting.iter().enumerate() {
+        // Where rounding of xᵀKx does not show.
+        let size = 4.0 * (stiffness.upper(i, i) / mass.at(i, i).to_f64()).sqrt();
+        for value in [size, -size] {
+            pairs.push(Pair::real(value, shape.clone(), Origin::Null));
+        }
+    }
+    pairs
+}
+
+/// How many coordinates have a row or column of M that is not 0.
+fn massive(system: &System) -> usize {
+    let mass = system.mass_matrix();
+    let moves = |i: &usize| (0..mass.nrows()).any(|j| mass[(*i, j)] != 0.0 || mass[(j, *i)] != 0.0);
+    (0..mass.nrows()).filter(moves).count()
 }
 
 /// Vectors made orthogonal by a form to a few digits, as far as doubles hold the combinations exactly.

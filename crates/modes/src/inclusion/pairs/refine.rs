@@ -2,12 +2,14 @@
 //!
 //! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j (a_ji − ρ_i b_ji)/(b_jj(ρ_i − ρ_j)),
 //! y_i ← y_i + Σ_j y_j (a_ij − ρ_i b_ij)/(b_jj(ρ_i − ρ_j)) and λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35).
-//! Columns too close for that are first separated.
+//! Columns too close for that are first separated, and those that are mixed however far apart resolved by a
+//! [Rayleigh–Ritz step](super::ritz).
 
 use eigentone_digits::DoubleDouble;
 use faer::{Mat, c64};
 
-use super::pair::{Column, Pair, Pairs, Parts, plain};
+use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
+use super::ritz::End;
 use super::rows::Rows;
 
 impl Pairs<'_> {
@@ -30,28 +32,59 @@ impl Pairs<'_> {
                 break;
             }
         }
-        (rows.spread() <= LARGEST).then_some(rows)
+        (rows.spread_of_told() <= LARGEST).then_some(rows)
     }
 
-    /// The rows after a step, and whether another would gain little; `None`, with all as before, where the step
-    /// gained nothing.
+    /// The rows after a step, and whether another would gain little; `None`, with all as before, where no step
+    /// gains anything.
     pub(super) fn advanced(&mut self, rows: &Rows) -> Option<(Rows, bool)> {
         let before = self.pairs.clone();
-        let mut separated = false;
-        for group in &rows.mixed() {
-            separated |= self.separate(rows, group).is_some();
+        let mut separated = vec![false; before.len()];
+        for group in &rows.mixed(true) {
+            let done = self.separate(rows, group).is_some();
+            group.iter().for_each(|i| separated[*i] = done);
         }
+        let (spread, mixing) = (rows.spread(), rows.mixing());
+        if mixing > 0 {
+            let start = self.pairs.clone();
+            let mut best: Option<(Rows, Vec<Pair>)> = None;
+            for end in [End::Large, End::Small] {
+                self.pairs.clone_from(&start);
+                if !self.resolve(rows, &separated, end) {
+                    continue;
+                }
+                let Some(next) = self.project().and_then(|()| self.rows()) else {
+                    continue;
+                };
+                let gains = next.mixing() < mixing || next.spread() < 0.5 * spread;
+                let is_better = |(best, _): &(Rows, _)| next.spread() < best.spread();
+                if gains && best.as_ref().is_none_or(is_better) {
+                    best = Some((next, self.pairs.clone()));
+                }
+            }
+            if let Some((next, pairs)) = best {
+                self.pairs = pairs;
+                return Some((next, false));
+            }
+            self.pairs = start;
+        }
+        let separated = separated.contains(&true);
         if !separated {
             self.correct(rows);
         }
         let next = self.project().and_then(|()| self.rows());
-        let spread = rows.spread();
-        let better = next.filter(|next| separated || next.spread() < spread);
+        let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_told];
+        let last = measures.map(|measure| measure(rows));
+        let gains = |next: &Rows, part: f64| {
+            let mut each = measures.iter().zip(last);
+            each.any(|(measure, last)| measure(next) < part * last)
+        };
+        let better = next.filter(|next| separated || gains(next, 1.0));
         if better.is_none() {
             self.pairs = before;
         }
         better.map(|next| {
-            let slow = !separated && next.spread() > 0.5 * spread;
+            let slow = !separated && !gains(&next, 0.5);
             (next, slow)
         })
     }
@@ -62,17 +95,19 @@ impl Pairs<'_> {
         let along = |i: usize, at: usize| rows.rows[i].h[at];
         let left = self
             .has_left()
-            .then(|| self.change(rows, Pair::left, along));
+            .then(|| self.change(rows, Pair::left, true, along));
         let right = if left.is_some() {
-            self.change(rows, Pair::right, |i, at| rows.across(i, at))
+            self.change(rows, Pair::right, false, |i, at| rows.across(i, at))
         } else {
-            self.change(rows, Pair::right, along)
+            self.change(rows, Pair::right, false, along)
         };
         for (i, pair) in self.pairs.iter_mut().enumerate() {
-            if pair.mode.is_none() {
+            if pair.mode().is_none() {
                 continue;
             }
-            pair.value = rows.rho[i];
+            if !matches!(pair.origin, Origin::Hidden(_)) {
+                pair.value = rows.rho[i];
+            }
             if pair.is_real() {
                 pair.value.im = DoubleDouble::ZERO;
             }
@@ -93,18 +128,36 @@ impl Pairs<'_> {
         &self,
         rows: &Rows,
         side: fn(&Pair) -> &Parts,
+        on_left: bool,
         coupling: impl Fn(usize, usize) -> c64,
     ) -> Mat<c64> {
         let n = self.system.len();
         let (all, count) = (rows.columns.len(), self.pairs.len());
         let mut change = Mat::<c64>::zeros(all, count);
-        for i in (0..count).filter(|i| self.pairs[*i].mode.is_some()) {
+        for i in (0..count).filter(|i| self.pairs[*i].mode().is_some()) {
+            let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
-                if other.pair == i && !other.conjugate {
+                if at == own || rows.counted[other.pair] {
                     continue;
                 }
-                let gap = plain(rows.rho[i] - rows.rho_of(*other));
-                let share = coupling(i, at) / (rows.own_of(*other) * gap);
+                let share = match rows.twin(at).filter(|twin| *twin != own) {
+                    None => {
+                        let gap = plain(rows.rho[i] - rows.rho_of(*other));
+                        coupling(i, at) / (rows.own_of(*other) * gap)
+                    }
+                    // The shares of nearly the same shape may cancel but for little.
+                    Some(twin) => {
+                        let entry = |j: usize, l: usize| rows.shifted(j, l, rows.rho[i]);
+                        let (first, second) = (coupling(i, at), coupling(i, twin));
+                        let [across, back] = if on_left {
+                            [entry(twin, at), entry(at, twin)]
+                        } else {
+                            [entry(at, twin), entry(twin, at)]
+                        };
+                        let (a, b) = (entry(at, at), entry(twin, twin));
+                        (second * across - first * b) / (a * b - across * back)
+                    }
+                };
                 if !rows.mixes(i, *other, share) {
                     change[(at, i)] = share;
                 }
@@ -122,12 +175,7 @@ impl Pairs<'_> {
 impl Rows {
     /// a_ji − ρ_i b_ji for the column j.
     fn across(&self, i: usize, at: usize) -> c64 {
-        let Column { pair, conjugate } = self.columns[at];
-        let row = &self.rows[pair];
-        let place = self.place(i, conjugate);
-        let turn = |z: c64| if conjugate { z.conj() } else { z };
-        let apart = plain(self.rho_of(self.columns[at]) - self.rho[i]);
-        turn(row.h[place]) + apart * turn(row.b[place])
+        self.shifted(at, self.place(i, false), self.rho[i])
     }
 
     /// Whether so large a share of another column is more than a correction.
@@ -137,32 +185,60 @@ impl Rows {
         !share.is_finite() || share.norm() * ratio > SMALL
     }
 
-    /// Groups of pairs with roots so near, and columns so far from what they should be, that
-    /// corrections do not tell them apart.
-    fn mixed(&self) -> Vec<Vec<usize>> {
-        /// Gaps that may hide it.
+    /// How many columns are mixed with others.
+    fn mixing(&self) -> usize {
+        self.mixed(false).iter().map(Vec::len).sum()
+    }
+
+    /// Whether the gap between two roots may hide that they are mixed.
+    pub(super) fn are_near(&self, i: usize, j: usize) -> bool {
         const NEAR: f64 = 0.1;
+        plain(self.rho[i] - self.rho[j]).norm() <= NEAR * self.rho[i].norm()
+    }
+
+    /// Whether columns are mixed with conjugates of each other.
+    pub(super) fn meet_conjugates(&self, group: &[usize]) -> bool {
+        group.iter().any(|i| {
+            let mut others = self.columns.iter().enumerate();
+            others.any(|(at, other)| {
+                other.conjugate && group.contains(&other.pair) && self.is_mixed(*i, at)
+            })
+        })
+    }
+
+    /// Whether the pair i is mixed with a column.
+    fn is_mixed(&self, i: usize, at: usize) -> bool {
+        let other = self.columns[at];
+        let gap = plain(self.rho[i] - self.rho_of(other));
+        let share = self.rows[i].h[at] / (self.own_of(other) * gap);
+        self.mixes(i, other, share)
+    }
+
+    /// Groups of pairs with columns so far from what they should be that corrections do not tell them apart: those of roots near
+    /// each other, or all, conjugates included.
+    pub(super) fn mixed(&self, near: bool) -> Vec<Vec<usize>> {
         let count = self.rows.len();
         let mut label: Vec<usize> = (0..count).collect();
-        for (i, row) in self.rows.iter().enumerate() {
+        let mut is_clear = vec![true; count];
+        for i in 0..count {
             for (at, other) in self.columns.iter().enumerate() {
                 let j = other.pair;
-                let gap = plain(self.rho[i] - self.rho_of(*other));
-                if j == i || other.conjugate || gap.norm() > NEAR * self.rho[i].norm() {
+                let own = j == i && !other.conjugate;
+                let counted = self.counted[i] || self.counted[j];
+                let far = near && (other.conjugate || !self.are_near(i, j));
+                if own || counted || far || !self.is_mixed(i, at) {
                     continue;
                 }
-                let share = row.h[at] / (self.own_of(*other) * gap);
-                if self.mixes(i, *other, share) {
-                    let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                    let moved = label.iter_mut().filter(|label| **label == from);
-                    moved.for_each(|label| *label = to);
-                }
+                is_clear[i] = false;
+                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
+                let moved = label.iter_mut().filter(|label| **label == from);
+                moved.for_each(|label| *label = to);
             }
         }
         let members = |first: usize| (0..count).filter(|i| label[*i] == first).collect();
         let groups = (0..count).map(members);
         groups
-            .filter(|group: &Vec<usize>| group.len() > 1)
+            .filter(|group: &Vec<usize>| group.iter().any(|i| !is_clear[*i]))
             .collect()
     }
 }

@@ -43,7 +43,7 @@ impl Pairs<'_> {
                 return None;
             }
             let members: Option<Vec<usize>> =
-                disc.members.iter().map(|i| self.pairs[*i].mode).collect();
+                disc.members.iter().map(|i| self.pairs[*i].mode()).collect();
             let middle = disc.centres[disc.centres.len() / 2];
             let mut value = plain(middle);
             let on_axis = !real && disc.is_on_axis();
@@ -60,7 +60,7 @@ impl Pairs<'_> {
                 bound = bound.max((re.hypot(im) + radius) * UPWARD);
                 real_bound = real_bound.max((re + radius) * UPWARD);
             }
-            if on_axis && undamped {
+            if on_axis && (undamped || structure.is_gyroscopic()) {
                 real_bound = 0.0;
             }
             let (shape, left) = match disc.members.as_slice() {

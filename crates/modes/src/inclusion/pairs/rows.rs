@@ -3,7 +3,7 @@
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 
-use super::pair::{Column, Pair, Pairs, plain};
+use super::pair::{Column, Origin, Pair, Pairs, plain};
 use crate::inclusion::gram::{Form, Gram, UPWARD};
 
 /// What a few operations on double-doubles err by, of the sizes that they begin with.
@@ -18,6 +18,12 @@ pub(super) struct Rows {
     pub(super) tau: Vec<f64>,
     /// How much of the motions that drift each shape holds at most, in any component.
     pub(super) drift: Vec<f64>,
+    /// Whether the root of each pair is one of those at 0 that are only counted.
+    pub(super) counted: Vec<bool>,
+    /// Whether it stands for one that is not told from 0.
+    hidden: Vec<bool>,
+    /// Pairs with real roots whose shapes are nearly the same: the other one of each.
+    twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
 }
@@ -72,7 +78,9 @@ impl Pairs<'_> {
             }
         };
         let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
-            let fixed = self.pairs[i].mode.is_none() || self.pairs[other.pair].mode.is_none();
+            let fixed = [i, other.pair]
+                .map(|i| self.pairs[i].origin)
+                .contains(&Origin::Rest);
             let (k, k_error) = if fixed {
                 (ComplexDoubleDouble::ZERO, 0.0)
             } else {
@@ -105,9 +113,10 @@ impl Pairs<'_> {
         let mut rho = Vec::with_capacity(self.pairs.len());
         for i in 0..self.pairs.len() {
             let entry = of(i, own(i), ComplexDoubleDouble::ZERO);
-            let quotient = match self.pairs[i].mode {
-                Some(_) => entry.a / entry.b,
-                None => ComplexDoubleDouble::ZERO,
+            let quotient = if self.pairs[i].value.norm() > 0.0 {
+                entry.a / entry.b
+            } else {
+                ComplexDoubleDouble::ZERO
             };
             if !quotient.is_finite() || entry.b.norm() == 0.0 {
                 return None;
@@ -147,12 +156,18 @@ impl Pairs<'_> {
             row
         };
         let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
-        let sizes = rho.iter().map(|rho| rho.norm()).filter(|size| *size > 0.0);
-        let least = sizes.fold(f64::INFINITY, f64::min);
-        let tau = rho
-            .iter()
-            .zip(&rows)
-            .map(|(rho, row)| (rho.norm().max(least) * row.own.norm()).sqrt().recip());
+        let origins = || self.pairs.iter().map(|pair| pair.origin);
+        let counted: Vec<bool> = origins().map(|origin| origin == Origin::Null).collect();
+        let hidden = origins().map(|origin| matches!(origin, Origin::Hidden(_)));
+        let sizes = rho.iter().map(|rho| rho.norm());
+        let known = sizes
+            .zip(&counted)
+            .filter(|(size, null)| *size > 0.0 && !**null);
+        let least = known.fold(f64::INFINITY, |least, (size, _)| least.min(size));
+        let tau = rho.iter().zip(&rows).map(|(rho, row)| {
+            let size = if rho.norm() > 0.0 { rho.norm() } else { least };
+            (size * row.own.norm()).sqrt().recip()
+        });
         let tau: Vec<f64> = tau.collect();
         let usable = tau.iter().all(|tau| tau.is_normal());
         usable.then_some(Rows {
@@ -161,8 +176,35 @@ impl Pairs<'_> {
             rows,
             tau,
             drift,
+            counted,
+            hidden: hidden.collect(),
+            twin: self.twins(&mass, &places),
             places,
         })
+    }
+}
+
+impl Pairs<'_> {
+    /// The pairs with real roots whose shapes are nearly the same, two by two.
+    fn twins(&self, mass: &Gram, places: &[usize]) -> Vec<Option<usize>> {
+        /// Of the square of the cosine between them.
+        const ALIKE: f64 = 0.5;
+        let mut twin = vec![None; self.pairs.len()];
+        let is_single = |i: &usize| self.pairs[*i].is_real() && self.pairs[*i].mode().is_some();
+        let singles: Vec<usize> = (0..self.pairs.len()).filter(is_single).collect();
+        let product = |i: usize, j: usize| mass.at(places[i], places[j]).to_f64();
+        for (at, &i) in singles.iter().enumerate() {
+            let alike = |j: usize| product(i, j).powi(2) / (product(i, i) * product(j, j));
+            let open = singles[at + 1..]
+                .iter()
+                .copied()
+                .filter(|j| twin[*j].is_none());
+            let best = open.max_by(|a, b| alike(*a).total_cmp(&alike(*b)));
+            if let Some(j) = best.filter(|j| twin[i].is_none() && alike(*j) > ALIKE) {
+                (twin[i], twin[j]) = (Some(j), Some(i));
+            }
+        }
+        twin
     }
 }
 
@@ -271,6 +313,25 @@ impl Rows {
         own + usize::from(conjugate && has_two)
     }
 
+    /// The column that has nearly the same shape: of the conjugate, or of another real root.
+    pub(super) fn twin(&self, at: usize) -> Option<usize> {
+        let Column { pair, conjugate } = self.columns[at];
+        let other = self.place(pair, !conjugate);
+        match self.twin[pair] {
+            Some(twin) => Some(self.place(twin, false)),
+            None => Some(other).filter(|other| *other != at),
+        }
+    }
+
+    /// a_jl − ρ b_jl of two columns.
+    pub(super) fn shifted(&self, j: usize, l: usize, rho: ComplexDoubleDouble) -> c64 {
+        let (row, other) = (self.columns[j], self.columns[l]);
+        let place = self.place(other.pair, row.conjugate != other.conjugate);
+        let (h, b) = (self.rows[row.pair].h[place], self.rows[row.pair].b[place]);
+        let turn = |z: c64| if row.conjugate { z.conj() } else { z };
+        turn(h) + plain(self.rho_of(row) - rho) * turn(b)
+    }
+
     pub(super) fn own_of(&self, column: Column) -> c64 {
         let own = self.rows[column.pair].own;
         if column.conjugate { own.conj() } else { own }
@@ -292,20 +353,68 @@ impl Rows {
         (own * UPWARD, others * UPWARD, mixed * UPWARD)
     }
 
-    /// The largest radius, relative to its root.
+    /// The largest radius, relative to its root; more than 1 where the rows bound none.
     pub(super) fn spread(&self) -> f64 {
-        let relative = |i: usize| {
+        self.reaches().map(|root| root.relative).fold(0.0, f64::max)
+    }
+
+    /// The same without real roots that are separated from all others by being so small.
+    pub(super) fn spread_of_told(&self) -> f64 {
+        const KNOWN: f64 = 1e-3;
+        let all: Vec<Reach> = self.reaches().collect();
+        let known = all.iter().filter(|root| root.relative <= KNOWN);
+        let least = known
+            .map(|root| root.size)
+            .filter(|size| *size > 0.0)
+            .fold(f64::INFINITY, f64::min);
+        let is_hidden = |i: usize| {
+            let Reach { size, radius, .. } = all[i];
+            least.is_finite() && self.is_real(i) && size + radius <= KNOWN * least
+        };
+        let told = (0..all.len()).filter(|i| !is_hidden(*i));
+        told.map(|i| all[i].relative).fold(0.0, f64::max)
+    }
+
+    fn is_real(&self, pair: usize) -> bool {
+        self.place(pair, true) == self.place(pair, false)
+    }
+
+    /// How far each root is known; of those at 0 or not distinguished from it, nothing is asked.
+    fn reaches(&self) -> impl Iterator<Item = Reach> {
+        (0..self.rows.len()).map(|i| {
             let (own, others, mixed) = self.sums(i);
             let size = self.rho[i].norm();
-            let reach = own + others;
-            if mixed > 0.25 || reach.is_nan() || mixed.is_nan() {
-                1.0
-            } else if size == 0.0 {
-                0.0
+            let radius = own + others;
+            let unbounded = |relative: f64| Reach {
+                size,
+                radius: f64::INFINITY,
+                relative,
+            };
+            if radius.is_nan() || mixed.is_nan() {
+                unbounded(f64::INFINITY)
+            } else if mixed > 0.25 {
+                unbounded(1.0 + mixed)
+            } else if size == 0.0 || self.counted[i] || self.hidden[i] {
+                Reach {
+                    size: 0.0,
+                    radius: 0.0,
+                    relative: 0.0,
+                }
             } else {
-                reach / size
+                let relative = radius / size;
+                Reach {
+                    size,
+                    radius,
+                    relative,
+                }
             }
-        };
-        (0..self.rows.len()).map(relative).fold(0.0, f64::max)
+        })
     }
+}
+
+/// The size of a root, the radius of its disc, and what part of the size this is: more than 1 where there is none.
+struct Reach {
+    size: f64,
+    radius: f64,
+    relative: f64,
 }

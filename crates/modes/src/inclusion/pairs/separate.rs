@@ -15,7 +15,7 @@ impl Pairs<'_> {
         let k = group.len();
         let centre = rows.rho[group[0]];
         let real = self.pairs[group[0]].is_real();
-        let alike = |i: &usize| self.pairs[*i].is_real() == real && self.pairs[*i].mode.is_some();
+        let alike = |i: &usize| self.pairs[*i].is_real() == real && self.pairs[*i].mode().is_some();
         if self.has_left() || !group.iter().all(alike) {
             return None;
         }

@@ -21,6 +21,7 @@ fn proven(system: &System) -> Option<Vec<Paired>> {
         system,
         system.structure(),
         approximate(system).as_slice(),
+        None,
         4.0 * UNIT,
     )
 }
@@ -440,10 +441,10 @@ fn no_proof_of_what_it_is_not_meant_for() {
     let system = chain(&[1.0, 2.0], &[1.0, 2.0, 3.0], &[(0, 0.5)]);
     let modes = approximate(&system);
     let structure = system.structure();
-    assert!(certify(&system, structure, modes.as_slice(), 4.0 * UNIT).is_some());
-    assert!(certify(&system, structure, &modes.as_slice()[..1], 4.0 * UNIT).is_none());
+    assert!(certify(&system, structure, modes.as_slice(), None, 4.0 * UNIT).is_some());
+    assert!(certify(&system, structure, &modes.as_slice()[..1], None, 4.0 * UNIT).is_none());
     let twice = [modes.as_slice()[0].clone(), modes.as_slice()[0].clone()];
-    assert!(certify(&system, structure, &twice, 4.0 * UNIT).is_none());
+    assert!(certify(&system, structure, &twice, None, 4.0 * UNIT).is_none());
 }
 
 /// Roots that are proved are those that Weierstrass corrections prove.

@@ -1,0 +1,113 @@
+//! The points of a motion's line: its samples, and what they miss.
+
+use eigentone_response::{Summary, Trajectory};
+use faer::MatRef;
+
+/// What a line shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    Displacement,
+    Velocity,
+}
+
+/// The samples of one coordinate and, where they are known, both sides of its jumps and its extrema in between, by time.
+pub(super) struct Outline<'a> {
+    times: &'a [f64],
+    samples: MatRef<'a, f64>,
+    row: usize,
+    /// What stands between the samples, and at which place of the line.
+    between: Vec<(usize, (f64, f64))>,
+}
+
+impl<'a> Outline<'a> {
+    pub(super) fn of(
+        quantity: Quantity,
+        trajectory: &'a Trajectory,
+        summary: &Summary,
+        row: usize,
+    ) -> Outline<'a> {
+        let times = trajectory.times();
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        if let Some(extrema) = summary.extrema() {
+            for jump in extrema.jumps(row) {
+                let sides = match quantity {
+                    Quantity::Displacement => jump.displacement,
+                    Quantity::Velocity => jump.velocity,
+                };
+                points.extend(sides.map(|side| (jump.time, side)));
+            }
+            let (high, low) = (extrema.highest()[row], extrema.lowest()[row]);
+            let fastest = extrema.fastest()[row];
+            let most = match quantity {
+                Quantity::Displacement => [high, low].map(|x| (x.time, x.displacement)).to_vec(),
+                Quantity::Velocity => vec![(fastest.time, fastest.velocity)],
+            };
+            // One that a jump or a sample has already would turn the line back.
+            let new = |(time, _): &(f64, f64)| {
+                !times.contains(time) && points.iter().all(|(known, _)| known != time)
+            };
+            let most: Vec<(f64, f64)> = most.into_iter().filter(new).collect();
+            points.extend(most);
+        }
+        // Stable, so that what is before a jump stays before what is after it.
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let earlier = |time: f64| times.partition_point(|sample| *sample < time);
+        let between = points.into_iter().enumerate();
+        Outline {
+            times,
+            samples: match quantity {
+                Quantity::Displacement => trajectory.displacement(),
+                Quantity::Velocity => trajectory.velocity(),
+            },
+            row,
+            between: between
+                .map(|(k, point)| (k + earlier(point.0), point))
+                .collect(),
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.times.len() + self.between.len()
+    }
+
+    /// Time in s, and displacement in m or velocity in m/s.
+    pub(super) fn point(&self, k: usize) -> (f64, f64) {
+        match self.between.binary_search_by_key(&k, |(place, _)| *place) {
+            Ok(found) => self.between[found].1,
+            Err(before) => {
+                let sample = k - before;
+                (self.times[sample], self.samples[(self.row, sample)])
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_modes::{GROUND, System};
+    use eigentone_response::{Impulse, Response, ResponsePlan};
+
+    /// An impulse on a damped node without mass displaces it at once: x = 2e^(−2(t − ¼)). Samples stand at 0, 1, 2, ….
+    #[test]
+    fn a_jump_between_samples_is_a_part_of_the_line() {
+        let node = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let system = node.damper(GROUND, "p", 0.5).build().expect("a system");
+        let response = Response::of(&system).load("p", Impulse::of(1.0).at(0.25));
+        let problem = response.every(1.0).until(4.0).problem().expect("a problem");
+        let plan = ResponsePlan::of(&problem).expect("a plan");
+        let trajectory = plan.run(&problem).expect("a motion");
+        let modes = system.modes().expect("modes");
+        let summary = Summary::of(&problem, &trajectory, &modes).expect("an instant");
+        let outline = Outline::of(Quantity::Displacement, &trajectory, &summary, 0);
+        let points: Vec<(f64, f64)> = (0..outline.len()).map(|k| outline.point(k)).collect();
+        let first: Vec<(f64, f64)> = points.iter().copied().take(4).collect();
+        assert_eq!(first[..2], [(0.0, 0.0), (0.25, 0.0)]);
+        assert_eq!(first[2].0, 0.25);
+        assert!((first[2].1 - 2.0).abs() < 1e-12, "{points:?}");
+        assert_eq!(first[3].0, 1.0);
+        assert_eq!(points.len(), 7);
+        let velocity = Outline::of(Quantity::Velocity, &trajectory, &summary, 0);
+        assert!((velocity.point(2).1 + 4.0).abs() < 1e-12);
+    }
+}

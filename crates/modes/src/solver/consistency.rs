@@ -1,0 +1,200 @@
+//! Whether the roots of an answer are together those of the system, as far as their estimates go.
+//!
+//! For every s that is no root, Σ 1/(s − λ_i) over all finite roots is (d/ds) ln det Q(s) = tr(Q(s)⁻¹Q′(s)) (Jacobi's formula), whatever
+//! M, C and K. Seen from an s beyond all roots each counts about 1/s, so that one that is missing, invented or
+//! listed twice shows; seen from the size of the smallest, those that are lost beside large ones show. The trace comes from one
+//! inverse X of Q(s): with R = I − QX it is tr(XQ′) + tr(X(R + R² + …)Q′), and so off by at most
+//!
+//! tr(|X||R||Q′|)/(1 − ‖R‖)
+//!
+//! to first order. Rounding of sums of n terms is taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½ nothing is told
+//! from that s.
+
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+
+use crate::linear::vector::settle;
+use crate::modes::Modes;
+use crate::structure::Structure;
+use crate::system::System;
+
+/// Whether Σ 1/(s − λ) agrees with tr(Q(s)⁻¹Q′(s)) within what the bounds of all roots allow: beside the smallest roots, and with
+/// dampers, where solvers may lose a root, beyond all.
+pub(super) fn holds(system: &System, structure: &Structure, modes: &Modes) -> bool {
+    let sizes = modes.eigenvalues.iter().map(|root| root.value.norm());
+    let sizes = sizes.filter(|size| *size > 0.0 && size.is_finite());
+    let (least, most) = sizes.fold((f64::INFINITY, 0.0), |(least, most): (f64, f64), size| {
+        (least.min(size), most.max(size))
+    });
+    // Coefficients whose products leave the doubles are not judged.
+    const RANGE: std::ops::Range<f64> = 1e-60..1e60;
+    if !RANGE.contains(&least) || !RANGE.contains(&most) {
+        return true;
+    }
+    let matrices = [
+        system.mass_matrix(),
+        system.damping_matrix(),
+        system.stiffness_matrix(),
+    ];
+    let beyond = 2.0 * most.log2().ceil().exp2();
+    let beside = least.log2().floor().exp2();
+    let far_side = |size: f64| {
+        let distance = |s: &f64| {
+            let each = modes.eigenvalues.iter();
+            each.map(|root| (root.value - s).norm())
+                .fold(f64::INFINITY, f64::min)
+        };
+        if distance(&size) >= distance(&-size) {
+            size
+        } else {
+            -size
+        }
+    };
+    let sizes = [Some(beside), (!structure.is_undamped()).then_some(beyond)];
+    let mut sizes = sizes.into_iter().flatten();
+    sizes.all(|size| agrees(&matrices, modes, far_side(size)))
+}
+
+fn agrees(matrices: &[Mat<f64>; 3], modes: &Modes, s: f64) -> bool {
+    const UNIT: f64 = f64::EPSILON;
+    let Some((trace, error)) = trace(matrices, s) else {
+        return true;
+    };
+    let (mut sum, mut reach) = (0.0, error);
+    for root in &modes.eigenvalues {
+        let offset = s - root.value;
+        let distance = offset.norm();
+        // Conjugates are listed too: imaginary parts cancel.
+        sum += offset.re / (distance * distance);
+        // A root that is doubtful is of about its size.
+        let bound = root.bound.unwrap_or(root.value.norm()) + UNIT * distance;
+        let rest = distance - bound;
+        if rest <= 0.0 {
+            return true;
+        }
+        reach += bound / (distance * rest) + UNIT * modes.eigenvalues.len() as f64 / distance;
+    }
+    let apart = (sum - trace).abs();
+    apart.is_nan() || apart <= reach
+}
+
+/// tr(Q(s)⁻¹Q′(s)) and how far it may be off; `None` where doubles do not tell.
+fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
+    let [m, c, k] = matrices;
+    let n = m.nrows();
+    // In units in which every coordinate has about the same share, which change no trace.
+    let share =
+        |i: usize, j: usize| (s * s * m[(i, j)]).abs() + (s * c[(i, j)]).abs() + k[(i, j)].abs();
+    let unit = |i: usize| {
+        let own = (0..n)
+            .map(|j| share(i, j).max(share(j, i)))
+            .fold(0.0, f64::max);
+        (-0.5 * own.log2()).round().exp2()
+    };
+    let units: Vec<f64> = (0..n).map(unit).collect();
+    let scaled = |entry: &dyn Fn(usize, usize) -> f64| {
+        Mat::from_fn(n, n, |i, j| units[i] * entry(i, j) * units[j])
+    };
+    let q = scaled(&|i, j| s * s * m[(i, j)] + s * c[(i, j)] + k[(i, j)]);
+    let slope = scaled(&|i, j| 2.0 * s * m[(i, j)] + c[(i, j)]);
+    let slopes = scaled(&|i, j| 2.0 * (s * m[(i, j)]).abs() + c[(i, j)].abs());
+    let inverse = q.partial_piv_lu().inverse();
+    settle();
+    let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].abs());
+    let rest = &q * &inverse;
+    let sizes = scaled(&share) * &size;
+    let spread = &slopes * &size;
+    settle();
+    let rounding = 4.0 * f64::EPSILON * (n as f64).sqrt();
+    let off = Mat::from_fn(n, n, |i, j| {
+        let own = if i == j { 1.0 } else { 0.0 };
+        (rest[(i, j)] - own).abs() + rounding * sizes[(i, j)]
+    });
+    // The trace of a product of two matrices.
+    let of_product = |a: &Mat<f64>, b: &Mat<f64>| -> f64 {
+        let row = |i: usize| {
+            a.row(i)
+                .iter()
+                .zip(b.col(i).iter())
+                .map(|(a, b)| a * b)
+                .sum::<f64>()
+        };
+        (0..n).map(row).sum()
+    };
+    let norm = off.norm_l2();
+    let error = of_product(&spread, &off) / (1.0 - norm) + rounding * of_product(&size, &slopes);
+    (norm < 0.5 && error.is_finite()).then(|| (of_product(&inverse, &slope), error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modes::{Precision, listed};
+
+    /// Full matrices with many sizes of entries, from a fixed sequence.
+    fn system(n: usize, damped: bool) -> System {
+        let mut state = 9u64;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        let mut definite = |own: f64| {
+            let factor = Mat::from_fn(n, n, |_, _| next());
+            let mut product = factor.transpose() * &factor;
+            (0..n).for_each(|i| product[(i, i)] += own * (1.0 + i as f64));
+            product
+        };
+        let (m, c, k) = (definite(1.0), definite(0.1), definite(20.0));
+        let c = if damped { c } else { Mat::zeros(n, n) };
+        System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system")
+    }
+
+    #[test]
+    fn faults_are_seen() {
+        for (n, damped) in [(5, true), (40, true), (70, true), (70, false)] {
+            let system = system(n, damped);
+            let right = system.modes_to(Precision::Double).expect("modes");
+            assert!(holds(&system, system.structure(), &right));
+            let changed = |change: &dyn Fn(&mut Modes)| {
+                let mut modes = right.clone();
+                change(&mut modes);
+                modes.eigenvalues = listed(&modes.modes);
+                modes
+            };
+            let last = right.modes.len() - 1;
+            for i in [0, last / 2, last] {
+                let twice = changed(&|modes| {
+                    let from = if i == 0 { 1 } else { i - 1 };
+                    modes.modes[i].eigenvalue = modes.modes[from].eigenvalue;
+                });
+                assert!(
+                    !holds(&system, system.structure(), &twice),
+                    "{n}: {i} in place of its neighbour"
+                );
+                let off = changed(&|modes| modes.modes[i].eigenvalue.value *= 1.0 + 1e-6);
+                assert!(
+                    !holds(&system, system.structure(), &off),
+                    "{n}: {i} off by a millionth"
+                );
+                let missing = changed(&|modes| {
+                    modes.modes.remove(i);
+                });
+                assert!(
+                    !holds(&system, system.structure(), &missing),
+                    "{n}: {i} missing"
+                );
+                let doubtful = changed(&|modes| {
+                    let root = &mut modes.modes[i].eigenvalue;
+                    root.value *= 1.5;
+                    (root.bound, root.real_bound) = (None, None);
+                });
+                assert!(
+                    holds(&system, system.structure(), &doubtful),
+                    "{n}: nothing is said of {i}"
+                );
+            }
+        }
+    }
+}

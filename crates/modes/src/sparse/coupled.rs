@@ -1,0 +1,366 @@
+//! Damping that couples shapes: roots near a few shifts come from Arnoldi's method on the whole equation, are refined
+//! together with those beside them, and are counted in a ring about the target where a proof of that can be had.
+
+use num_complex::Complex;
+
+use super::arnoldi::{Approximate, Arnoldi};
+use super::damped::{Answer, Root, keep_nearest};
+use super::form::Form;
+use super::newton;
+use super::pencil::Pencil;
+use super::winding::{MANY, Winding};
+use super::{Facts, SparseError, SparseModes};
+use crate::modes::Repeats;
+
+/// Natural frequencies about the target.
+struct Ring {
+    target: f64,
+    /// How far from the target the last root that is wanted lies, and the next one.
+    apart: [f64; 2],
+    /// How many roots were found inside.
+    found: usize,
+}
+
+impl Ring {
+    /// The smallest and largest natural frequencies, with rims so far between the roots on either side.
+    fn within(&self, part: f64) -> [f64; 2] {
+        let [inner, outer] = self.apart;
+        let reach = inner + part * (outer - inner);
+        [(self.target - reach).max(0.0), self.target + reach]
+    }
+}
+
+/// Those of damping that couples shapes.
+pub(crate) fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
+    const ROUNDS: usize = 6;
+    let facts = &found.facts;
+    let Pencil {
+        stiffness, mass, ..
+    } = &*found.pencil;
+    let pencil = Pencil::of(stiffness.clone(), damping.clone(), mass.clone());
+    let pencil = pencil.ok_or(SparseError::TooDense)?;
+    let zeros = zeros(found, damping);
+    // Motions that rounding alone holds are no measure.
+    const HELD: f64 = 1e-4;
+    let own = found.squares.iter().map(|square| square.abs().sqrt());
+    let largest = own.clone().fold(0.0, f64::max);
+    let held = own.filter(|rate| *rate > HELD * largest);
+    let rate = match facts.target {
+        0.0 => held.fold(f64::INFINITY, f64::min),
+        target => target,
+    };
+    let rate = if rate.is_finite() { rate } else { 1.0 };
+    let shifts = match facts.target {
+        0.0 => vec![Complex::from(0.1 * rate)],
+        target => [
+            Complex::new(-1e-3, 1.0),
+            Complex::new(-0.7, 0.7),
+            Complex::new(-1.0, 0.0),
+        ]
+        .map(|direction| direction * target * (1.0 + 1e-4))
+        .to_vec(),
+    };
+    let wanted = match facts.target {
+        0.0 => 2 * facts.count + zeros.roots + 6,
+        _ => facts.count + 4,
+    };
+    let about = shifts.into_iter();
+    let mut searches: Vec<Arnoldi<'_>> = about
+        .filter_map(|shift| Arnoldi::about(&pencil, shift, rate))
+        .collect();
+    if searches.is_empty() {
+        return Err(SparseError::OutOfRange);
+    }
+    let winding = winding(found, damping);
+    let mut more = wanted;
+    let mut rounds = 0..ROUNDS;
+    let (groups, count) = loop {
+        let round = rounds.next();
+        let came: usize = searches.iter_mut().map(|search| search.run(more)).sum();
+        let goes_on = came > 0 && round.is_some();
+        let groups = grouped(&searches, &zeros, facts.target);
+        let all = groups.iter().flatten().map(pairs).sum::<usize>() + zeros.roots;
+        if facts.finite == Some(all) {
+            let within = [0.0, f64::INFINITY];
+            break (groups, Ok(Count { within, roots: all }));
+        }
+        let count = match (ring(&groups, zeros.roots, facts), &winding) {
+            (None, _) if goes_on => continue,
+            (None, _) => Err("fewer roots were found than were asked for"),
+            (Some(_), Err(reason)) => Err(*reason),
+            (Some(ring), Ok(winding)) => match counted(winding, &ring) {
+                Some(count) if count.roots > ring.found && goes_on => {
+                    more = count.roots - ring.found + 2;
+                    continue;
+                }
+                count => count.ok_or("the determinant along a circle could not be enclosed"),
+            },
+        };
+        // A second run finds second shapes of multiple roots.
+        if count.is_err() && round == Some(0) && goes_on {
+            more = 4;
+            continue;
+        }
+        break (groups, count);
+    };
+    let mut roots: Vec<(usize, Root)> = zeros.entries().into_iter().map(|root| (0, root)).collect();
+    let mut listed = roots.len();
+    let still = if facts.target == 0.0 { 0 } else { listed };
+    for (k, group) in groups.into_iter().enumerate() {
+        let size = group[0].value.norm();
+        let inside = count
+            .as_ref()
+            .is_ok_and(|count| count.within[0] <= size && size <= count.within[1]);
+        if listed >= facts.count + still && !inside {
+            break;
+        }
+        listed += group.len();
+        let group = refined(&pencil, group, facts.passive);
+        roots.extend(group.into_iter().map(|root| (k + 1, root)));
+    }
+    let complete = count.and_then(|count| confirmed(&roots, &count));
+    let mut roots = roots.into_iter().map(|(_, root)| root).collect();
+    keep_nearest(&mut roots, facts.target, facts.count);
+    Ok(Answer { roots, complete })
+}
+
+/// How many roots have natural frequencies between two numbers.
+struct Count {
+    within: [f64; 2],
+    roots: usize,
+}
+
+/// What counts roots in discs, or what a proof lacks.
+fn winding<'a>(found: &'a SparseModes, damping: &Form) -> Result<Winding<'a>, &'static str> {
+    let facts = &found.facts;
+    if !facts.has_sound_mass {
+        return Err("the mass matrix is not proved to be positive semidefinite");
+    }
+    if !facts.passive && !damping.is_non_negative() {
+        return Err("the damping matrix is not proved to be positive semidefinite");
+    }
+    if !facts.idle.is_empty() {
+        return Err("a part has neither mass nor a spring to others");
+    }
+    Winding::of(&found.pencil, damping).ok_or(MANY)
+}
+
+/// Counts roots in a ring, with rims near which det(λ²M + K) has no root.
+fn counted(winding: &Winding<'_>, ring: &Ring) -> Option<Count> {
+    [0.5, 0.37, 0.71].into_iter().find_map(|part| {
+        let within = ring.within(part);
+        let inside = |radius: f64| match radius > 0.0 {
+            true => winding.inside(radius),
+            false => Some(0),
+        };
+        let roots = inside(within[1])?.checked_sub(inside(within[0])?)?;
+        Some(Count { within, roots })
+    })
+}
+
+/// Whether refined roots, each with the group it belongs to, are all that were counted.
+fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'static str> {
+    let [low, high] = count.within;
+    let mut inside: Vec<(usize, &Root, f64)> = Vec::new();
+    for (group, root) in roots {
+        let Some((error, _)) = root.error else {
+            return Err("a root among them has no bound");
+        };
+        let size = root.value.norm();
+        if size + error < high && (low == 0.0 || size - error > low) {
+            inside.push((*group, root, error));
+        } else if size - error <= high && size + error >= low {
+            return Err("a root is not told to lie inside or outside of the circle");
+        }
+    }
+    for (k, (group, root, error)) in inside.iter().enumerate() {
+        let same = |(other_group, other, other_error): &(usize, &Root, f64)| {
+            group != other_group && (root.value - other.value).norm() <= error + other_error
+        };
+        if inside[..k].iter().any(same) {
+            return Err("two roots among them are not told apart");
+        }
+    }
+    let known = |(_, root, _): &(usize, &Root, f64)| match root.value.im == 0.0 {
+        true => root.roots,
+        false => 2 * root.roots,
+    };
+    match inside.iter().map(known).sum::<usize>() == count.roots {
+        true => Ok(()),
+        false => Err("not as many roots were found as the count proves to be there"),
+    }
+}
+
+/// Motions at λ = 0: K x = 0, with two roots where C x = 0 as well.
+struct Zeros {
+    shapes: Vec<Vec<f64>>,
+    roots: usize,
+    /// Whether some shape stands for two of them.
+    double: bool,
+}
+
+fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
+    let still =
+        (0..found.len()).filter(|&k| found.squares[k] == 0.0 && found.errors[k] == Some(0.0));
+    let shapes: Vec<Vec<f64>> = still
+        .map(|k| found.shapes.col(k).iter().copied().collect())
+        .collect();
+    let mut product = vec![0.0; found.shapes.nrows()];
+    let roots = found.facts.zero_roots.unwrap_or_else(|| {
+        let mut free = |shape: &Vec<f64>| {
+            damping.apply(shape, &mut product);
+            product.iter().all(|force| *force == 0.0)
+        };
+        shapes
+            .iter()
+            .map(|shape| if free(shape) { 2 } else { 1 })
+            .sum()
+    });
+    let roots = if shapes.is_empty() { 0 } else { roots };
+    let double = roots > found.facts.rigid.unwrap_or(shapes.len());
+    Zeros {
+        shapes,
+        roots,
+        double,
+    }
+}
+
+impl Zeros {
+    fn entries(&self) -> Vec<Root> {
+        let count = self.roots;
+        let root = |shape: &Vec<f64>, defective, roots| Root {
+            value: Complex::ZERO,
+            error: Some((0.0, 0.0)),
+            shape: [shape.clone(), vec![0.0; shape.len()]],
+            repeats: Repeats::Exactly {
+                count,
+                defective: Some(defective),
+            },
+            roots,
+        };
+        let shapes = self.shapes.iter();
+        match self.double {
+            true => shapes
+                .take(1)
+                .map(|shape| root(shape, true, count))
+                .collect(),
+            false => shapes.map(|shape| root(shape, false, 1)).collect(),
+        }
+    }
+}
+
+/// The roots that all searches found, those together that nearly coincide, the nearest to the target first, without
+/// those at 0.
+fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Approximate>> {
+    const SMALL: f64 = 1e-3;
+    let mut groups: Vec<Vec<(usize, Approximate)>> = Vec::new();
+    for (k, search) in searches.iter().enumerate() {
+        let mut roots = search.roots();
+        roots.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+        let still = roots
+            .iter()
+            .take(zeros.roots)
+            .filter(|root| root.value.norm() <= SMALL * search.rate())
+            .count();
+        for root in roots.drain(still..) {
+            let reach = newton::NEAR * root.value.norm();
+            let near =
+                |(_, other): &(usize, Approximate)| (other.value - root.value).norm() <= reach;
+            let (mut joined, apart): (Vec<_>, Vec<_>) =
+                groups.into_iter().partition(|group| group.iter().any(near));
+            let mut group: Vec<_> = joined.drain(..).flatten().collect();
+            group.push((k, root));
+            groups = apart;
+            groups.push(group);
+        }
+    }
+    // Of what several searches found the one that found most is taken.
+    let most = |group: Vec<(usize, Approximate)>| -> Vec<Approximate> {
+        let found = |k: usize| group.iter().filter(|(search, _)| *search == k).count();
+        let best = (0..searches.len()).rev().max_by_key(|&k| found(k));
+        let own = |(k, root)| (Some(k) == best).then_some(root);
+        group.into_iter().filter_map(own).collect()
+    };
+    let mut groups: Vec<Vec<Approximate>> = groups.into_iter().map(most).collect();
+    let apart = |group: &Vec<Approximate>| (group[0].value.norm() - target).abs();
+    groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+    groups
+}
+
+/// How many roots an approximate one stands for: with its conjugate, unless it is real.
+fn pairs(root: &Approximate) -> usize {
+    match root.value.im.abs() <= 1e-7 * root.value.norm() {
+        true => 1,
+        false => 2,
+    }
+}
+
+/// A ring of natural frequencies about the target with at least so many entries as are wanted; `None` where too few were found.
+fn ring(groups: &[Vec<Approximate>], zeros: usize, facts: &Facts) -> Option<Ring> {
+    const APART: f64 = 1e-6;
+    let mut sizes: Vec<(f64, usize)> = groups
+        .iter()
+        .flatten()
+        .map(|root| (root.value.norm(), pairs(root)))
+        .collect();
+    sizes.extend((0..zeros).map(|_| (0.0, 1)));
+    let apart = |size: f64| (size - facts.target).abs();
+    sizes.sort_by(|a, b| apart(a.0).total_cmp(&apart(b.0)));
+    let last = facts.count.min(sizes.len()).checked_sub(1)?;
+    let whole = facts.target.max(sizes[last].0);
+    let at = (last..sizes.len() - 1)
+        .find(|&at| apart(sizes[at + 1].0) - apart(sizes[at].0) > APART * whole)?;
+    Some(Ring {
+        target: facts.target,
+        apart: [apart(sizes[at].0), apart(sizes[at + 1].0)],
+        found: sizes[..=at].iter().map(|(_, roots)| roots).sum(),
+    })
+}
+
+/// Roots with the digits that the matrices determine.
+fn refined(pencil: &Pencil, group: Vec<Approximate>, passive: bool) -> Vec<Root> {
+    let roots = newton::refined(pencil, group);
+    let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
+    let told = |k: usize, error: f64| {
+        let others = values.iter().enumerate().filter(|(j, _)| *j != k);
+        others
+            .map(|(_, other)| (values[k] - other).norm())
+            .all(|apart| apart > 4.0 * error)
+    };
+    let mut all = Vec::new();
+    for (k, root) in roots.into_iter().enumerate() {
+        let mut value = root.value;
+        let mut error = root.error;
+        let mut repeats = Repeats::SIMPLE;
+        if let Some((whole, real)) = &mut error {
+            if !told(k, *whole) {
+                repeats = Repeats::Cluster(values.len());
+            } else if value.im.abs() <= *whole {
+                // The conjugate would be another root as near.
+                value.im = 0.0;
+            }
+            if value.re.abs() <= *real || passive && value.re > 0.0 {
+                *real += value.re.abs();
+                *whole += value.re.abs();
+                value.re = 0.0;
+            }
+        }
+        if value.im < 0.0 {
+            let whole = error.map_or(0.0, |(whole, _)| whole);
+            let mate = |other: &Complex<f64>| (other.conj() - value).norm() <= 4.0 * whole;
+            if values.iter().any(mate) {
+                continue;
+            }
+            value = value.conj();
+        }
+        let (re, im) = root.shape.iter().map(|x| (x.re, x.im)).unzip();
+        all.push(Root {
+            value,
+            error,
+            shape: [re, im],
+            repeats,
+            roots: 1,
+        });
+    }
+    all
+}

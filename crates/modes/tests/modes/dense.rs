@@ -1,0 +1,136 @@
+//! Full matrices without any pattern, from well to very ill conditioned: proven, and in doubles within the estimates of what is proved.
+
+use eigentone_modes::{Bounds, Precision, System};
+use faer::Mat;
+use proptest::prelude::*;
+
+use crate::estimated::covered;
+
+/// What M, C and K are.
+#[derive(Clone, Copy, Debug)]
+enum Family {
+    Undamped,
+    Singular,
+    Massive,
+    Gyroscopic,
+    Follower,
+    Dashpots,
+    Passive,
+    Active,
+    Overdamped,
+    Classical,
+}
+
+const FAMILIES: [Family; 10] = [
+    Family::Undamped,
+    Family::Singular,
+    Family::Massive,
+    Family::Gyroscopic,
+    Family::Follower,
+    Family::Dashpots,
+    Family::Passive,
+    Family::Active,
+    Family::Overdamped,
+    Family::Classical,
+];
+
+/// A fixed sequence of numbers between −1/2 and 1/2 for each seed.
+struct Sequence(u64);
+
+impl Sequence {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    }
+
+    fn matrix(&mut self, rows: usize, columns: usize) -> Mat<f64> {
+        Mat::from_fn(rows, columns, |_, _| self.next())
+    }
+
+    /// Symmetric, with eigenvalues from 10^−digits to 1.
+    fn definite(&mut self, n: usize, digits: f64) -> Mat<f64> {
+        let values = (0..n).map(|i| 10f64.powf(-digits * i as f64 / (n - 1) as f64));
+        let values: Vec<f64> = values.collect();
+        let mut matrix = Mat::from_fn(n, n, |i, j| if i == j { values[i] } else { 0.0 });
+        for _ in 0..3 {
+            let v = self.matrix(n, 1);
+            let square = v.squared_norm_l2();
+            let reflection =
+                Mat::<f64>::identity(n, n) - &v * v.transpose() * faer::Scale(2.0 / square);
+            matrix = &reflection * matrix * &reflection;
+        }
+        Mat::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]))
+    }
+
+    fn whole(&mut self, rows: usize, columns: usize) -> Mat<f64> {
+        Mat::from_fn(rows, columns, |_, _| (6.0 * self.next()).round())
+    }
+
+    fn system(&mut self, family: Family, n: usize, digits: f64) -> System {
+        let scaled = |matrix: Mat<f64>, factor: f64| matrix * faer::Scale(factor);
+        let mut m = self.definite(n, 0.25 * digits);
+        let mut c = Mat::zeros(n, n);
+        let mut k = self.definite(n, digits);
+        match family {
+            Family::Undamped => {}
+            Family::Singular => {
+                let factor = self.whole(n - 3, n);
+                k = factor.transpose() * &factor;
+            }
+            Family::Massive => m = self.definite(n, digits.min(9.0)),
+            Family::Gyroscopic => {
+                let turn = self.matrix(n, n);
+                c = scaled(&turn - turn.transpose(), 0.1);
+            }
+            Family::Follower => {
+                k += scaled(self.matrix(n, n), 10f64.powf(-0.7 * digits));
+                c = scaled(self.definite(n, 1.0), 0.01);
+            }
+            Family::Dashpots => {
+                let factor = self.matrix(n, 2);
+                c = &factor * factor.transpose();
+            }
+            Family::Passive => c = scaled(self.definite(n, digits), 0.2),
+            Family::Active => {
+                let any = self.matrix(n, n);
+                c = scaled(&any + any.transpose(), 0.01);
+            }
+            Family::Overdamped => c = scaled(self.definite(n, 1.0), 1e2),
+            Family::Classical => {
+                // Whole numbers, so that the damping is exactly in proportion.
+                let factor = self.whole(n, n);
+                k = factor.transpose() * &factor;
+                m = Mat::identity(n, n);
+                c = scaled(k.clone(), 0.0625);
+            }
+        }
+        System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system")
+    }
+}
+
+fn config() -> ProptestConfig {
+    ProptestConfig {
+        cases: 3,
+        max_shrink_iters: 8,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn full_matrices_are_proven(seed in any::<u64>(), n in 65usize..71, digits in 0.0..10.0f64) {
+        for family in FAMILIES {
+            let system = Sequence(seed).system(family, n, digits);
+            let proven = system.modes().expect("modes");
+            prop_assert_eq!(proven.bounds(), Bounds::Proven, "{:?}: {}", family, proven.plan());
+            prop_assert!(proven.is_complete());
+            covered(&proven, &system.modes_to(Precision::Double).expect("modes"));
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! The instants asked for, gathered in the order in which time meets them.
+
+use faer::Mat;
+
+use super::trajectory::Trajectory;
+use crate::problem::{Instant, Problem, ResponseError, TimeGrid};
+
+/// The most memory that a trajectory may take, in bytes.
+pub(crate) const BUDGET: f64 = 2e9;
+
+/// # Errors
+/// [`ResponseError::TooLarge`] for more bytes than that.
+pub(crate) fn check_size(
+    instants: u64,
+    coordinates: usize,
+    bytes: f64,
+) -> Result<(), ResponseError> {
+    if bytes > BUDGET {
+        let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
+        return Err(ResponseError::TooLarge {
+            instants,
+            coordinates,
+            gigabytes,
+            limit,
+        });
+    }
+    Ok(())
+}
+
+/// Keeps the instants asked for, each once and by time, and hands them back in the order in which
+/// they were asked for.
+pub(crate) struct Collector<'a, 'b> {
+    problem: &'a Problem<'b>,
+    wanted: Wanted<'a>,
+    /// What was asked for, distinct and ascending; empty for the whole grid.
+    ascending: Vec<Instant>,
+    count: usize,
+    taken: usize,
+    /// Displacement, velocity and, where asked for, acceleration: one column for each instant.
+    pub(crate) values: [Mat<f64>; 3],
+    bounds: [Vec<Option<f64>>; 2],
+}
+
+/// Which instants are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Wanted<'a> {
+    Grid,
+    Steps(&'a [u64]),
+    /// In s.
+    Times(&'a [f64]),
+}
+
+impl<'a> Wanted<'a> {
+    /// What the problem itself asks for.
+    pub(crate) fn by(problem: &'a Problem<'_>) -> Wanted<'a> {
+        problem.instants().map_or(Wanted::Grid, Wanted::Steps)
+    }
+
+    /// How many.
+    pub(crate) fn count(&self, grid: &TimeGrid) -> u64 {
+        match self {
+            Wanted::Grid => grid.last() + 1,
+            Wanted::Steps(steps) => steps.len() as u64,
+            Wanted::Times(times) => times.len() as u64,
+        }
+    }
+
+    /// In the order asked for; nothing for the whole grid.
+    fn instants(&self, grid: &TimeGrid) -> Vec<Instant> {
+        match self {
+            Wanted::Grid => Vec::new(),
+            Wanted::Steps(steps) => steps
+                .iter()
+                .map(|index| Instant::on_grid(grid, *index))
+                .collect(),
+            Wanted::Times(times) => times.iter().map(|t| Instant::event(grid, *t)).collect(),
+        }
+    }
+}
+
+impl<'a, 'b> Collector<'a, 'b> {
+    /// # Errors
+    /// [`ResponseError::TooLarge`].
+    pub(crate) fn new(
+        problem: &'a Problem<'b>,
+        wanted: Wanted<'a>,
+    ) -> Result<Collector<'a, 'b>, ResponseError> {
+        let n = problem.system().len();
+        let instants = wanted.count(problem.grid());
+        let kinds = 2 + usize::from(problem.wants_acceleration());
+        let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
+        check_size(instants, n, bytes)?;
+        let mut ascending = wanted.instants(problem.grid());
+        ascending.sort_by(Instant::order);
+        ascending.dedup_by(|a, b| a.order(b).is_eq());
+        let count = match wanted {
+            Wanted::Grid => instants as usize,
+            _ => ascending.len(),
+        };
+        let columns = |wanted: bool| Mat::zeros(n, if wanted { count } else { 0 });
+        Ok(Collector {
+            problem,
+            wanted,
+            ascending,
+            count,
+            taken: 0,
+            values: [
+                columns(true),
+                columns(true),
+                columns(problem.wants_acceleration()),
+            ],
+            bounds: [Vec::with_capacity(count), Vec::with_capacity(count)],
+        })
+    }
+
+    /// The next instant to be recorded.
+    pub(crate) fn next(&self) -> Option<Instant> {
+        if self.taken == self.count {
+            return None;
+        }
+        Some(match self.wanted {
+            Wanted::Grid => Instant::on_grid(self.problem.grid(), self.taken as u64),
+            _ => self.ascending[self.taken],
+        })
+    }
+
+    /// The column of the next instant.
+    pub(crate) fn column(&self) -> usize {
+        self.taken
+    }
+
+    /// The column is filled: bounds of its displacements and velocities.
+    pub(crate) fn close(&mut self, displacement: Option<f64>, velocity: Option<f64>) {
+        self.bounds[0].push(displacement);
+        self.bounds[1].push(velocity);
+        self.taken += 1;
+    }
+
+    pub(crate) fn finish(self, method: &'static str) -> Trajectory {
+        let grid = self.problem.grid();
+        let asked = self.wanted.instants(grid);
+        let [x, v, a] = self.values;
+        let [x_bound, v_bound] = self.bounds;
+        let (steps, times): (Vec<u64>, Vec<f64>) = match self.wanted {
+            Wanted::Grid => (0..=grid.last())
+                .map(|step| (step, grid.time(step)))
+                .unzip(),
+            Wanted::Steps(steps) => steps.iter().map(|step| (*step, grid.time(*step))).unzip(),
+            Wanted::Times(times) => (Vec::new(), times.to_vec()),
+        };
+        let (x, v, a, x_bound, v_bound) = if let Wanted::Grid = self.wanted {
+            (x, v, a, x_bound, v_bound)
+        } else {
+            let place = |instant: &Instant| {
+                self.ascending
+                    .binary_search_by(|known| known.order(instant))
+                    .expect("it is one of those asked for")
+            };
+            let pick: Vec<usize> = asked.iter().map(place).collect();
+            let columns = |m: Mat<f64>| match m.ncols() {
+                0 => m,
+                _ => Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]),
+            };
+            let bounds = |b: Vec<Option<f64>>| pick.iter().map(|j| b[*j]).collect();
+            (
+                columns(x),
+                columns(v),
+                columns(a),
+                bounds(x_bound),
+                bounds(v_bound),
+            )
+        };
+        let trajectory = Trajectory::new(method, steps, times, x, v).with_bounds(x_bound, v_bound);
+        if self.problem.wants_acceleration() {
+            trajectory.with_acceleration(a)
+        } else {
+            trajectory
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! The answer: displacement and velocity at the instants asked for.
+
+use eigentone_modes::Bounds;
+use faer::{Mat, MatRef};
+
+use super::operations::Operations;
+
+/// The motion at the instants asked for.
+///
+/// ```
+/// use eigentone_modes::{Bounds, GROUND, System};
+/// use eigentone_response::{Response, State};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let asked = Response::of(&system).from(State::at_rest().push("m", 1.0));
+/// let answer = asked.every(0.25).until(1.0).with_acceleration().run()?;
+/// assert_eq!(answer.times(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+/// // Rows are coordinates, columns are instants.
+/// assert_eq!(answer.displacement().nrows(), 1);
+/// assert!((answer.displacement()[(0, 4)] - 1f64.sin()).abs() < 2e-16);
+/// assert!((answer.velocity()[(0, 4)] - 1f64.cos()).abs() < 2e-16);
+/// assert_eq!(answer.bounds(), Bounds::Proven);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    steps: Vec<u64>,
+    times: Vec<f64>,
+    displacement: Mat<f64>,
+    velocity: Mat<f64>,
+    acceleration: Option<Mat<f64>>,
+    displacement_bound: Vec<Option<f64>>,
+    velocity_bound: Vec<Option<f64>>,
+    bounds: Bounds,
+    digits: usize,
+    operations: Operations,
+    method: &'static str,
+}
+
+impl Trajectory {
+    /// An answer from its parts: step indices, their instants in s, and n × N matrices with one
+    /// column for each instant. Instants off the grid have no step index: then there are none at all.
+    /// Bounds are absent until [`with_bounds`](Self::with_bounds).
+    ///
+    /// # Panics
+    /// If the number of columns, or of step indices other than 0, is not the number of instants.
+    pub fn new(
+        method: &'static str,
+        steps: Vec<u64>,
+        times: Vec<f64>,
+        displacement: Mat<f64>,
+        velocity: Mat<f64>,
+    ) -> Trajectory {
+        let count = times.len();
+        assert!(steps.is_empty() || steps.len() == count);
+        assert!(displacement.ncols() == count && velocity.ncols() == count);
+        Trajectory {
+            steps,
+            times,
+            displacement,
+            velocity,
+            acceleration: None,
+            displacement_bound: vec![None; count],
+            velocity_bound: vec![None; count],
+            bounds: Bounds::Estimated,
+            digits: 16,
+            operations: Operations::default(),
+            method,
+        }
+    }
+
+    /// The same with accelerations (n × N).
+    pub fn with_acceleration(self, acceleration: Mat<f64>) -> Trajectory {
+        Trajectory {
+            acceleration: Some(acceleration),
+            ..self
+        }
+    }
+
+    /// The same with estimated bounds, one for each instant, over all coordinates.
+    pub fn with_bounds(self, displacement: Vec<Option<f64>>, velocity: Vec<Option<f64>>) -> Self {
+        Trajectory {
+            displacement_bound: displacement,
+            velocity_bound: velocity,
+            ..self
+        }
+    }
+
+    /// The same with bounds that are proven, computed with so many decimal digits.
+    pub(crate) fn proven(self, digits: usize) -> Trajectory {
+        Trajectory {
+            bounds: Bounds::Proven,
+            digits,
+            ..self
+        }
+    }
+
+    /// The same with what it took.
+    pub(crate) fn after(self, operations: Operations) -> Trajectory {
+        Trajectory { operations, ..self }
+    }
+
+    /// What it took, if it was computed by an exact method; else nothing is counted.
+    pub fn operations(&self) -> Operations {
+        self.operations
+    }
+
+    /// What the bounds are worth.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// With how many decimal digits it was computed.
+    pub fn digits(&self) -> usize {
+        self.digits
+    }
+
+    /// How many instants it has.
+    #[allow(clippy::len_without_is_empty)] // `times().is_empty()` says it where it matters
+    pub fn len(&self) -> usize {
+        self.times.len()
+    }
+
+    /// The name of the method that computed it.
+    pub fn method(&self) -> &'static str {
+        self.method
+    }
+
+    /// The step index of each instant; empty where the instants were asked for by their times.
+    pub fn steps(&self) -> &[u64] {
+        &self.steps
+    }
+
+    /// Each instant in s.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Displacements in m: row i is coordinate i, column j the j-th instant.
+    pub fn displacement(&self) -> MatRef<'_, f64> {
+        self.displacement.as_ref()
+    }
+
+    /// Velocities in m/s, laid out as the displacements.
+    pub fn velocity(&self) -> MatRef<'_, f64> {
+        self.velocity.as_ref()
+    }
+
+    /// Accelerations in m/s², laid out as the displacements, where they were asked for.
+    pub fn acceleration(&self) -> Option<MatRef<'_, f64>> {
+        self.acceleration.as_ref().map(Mat::as_ref)
+    }
+
+    /// How far any displacement may be off at each instant, in m: proven or a first-order estimate,
+    /// as [`bounds`](Self::bounds) says; `None` where none can be given.
+    pub fn displacement_bound(&self) -> &[Option<f64>] {
+        &self.displacement_bound
+    }
+
+    /// The same for the velocities, in m/s.
+    pub fn velocity_bound(&self) -> &[Option<f64>] {
+        &self.velocity_bound
+    }
+}

@@ -1,0 +1,74 @@
+//! What an attempt at a proven answer costs.
+
+use eigentone_digits::Real;
+
+use crate::answer::Wanted;
+use crate::enclosed::{Normed, squarings};
+use crate::problem::{Hold, Load, Problem};
+
+/// The most operations, in units of one with 32 digits.
+pub(super) const MOST_WORK: f64 = 1e10;
+
+/// The most that an attempt with more digits may add: such an attempt may fail too.
+const MOST_MORE: f64 = 2e9;
+
+/// About how many operations it takes with so many limbs, in units of one with 32 digits. The exponential of a step
+/// that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
+pub(super) fn work(
+    problem: &Problem<'_>,
+    wanted: &Wanted<'_>,
+    limbs: usize,
+    squarings: f64,
+) -> f64 {
+    let states = (2 * problem.system().len() + load_states(problem)) as f64;
+    let instants = wanted.count(problem.grid()) as f64;
+    let pieces = problem.timeline().pieces();
+    let off_grid = pieces
+        .iter()
+        .filter(|piece| piece.start_instant().fraction().is_none());
+    // An instant off the grid takes an exponential of its own, and one back to the grid.
+    let exponentials = 1.0
+        + 2.0 * off_grid.count() as f64
+        + match wanted {
+            Wanted::Times(_) => instants,
+            _ => 0.0,
+        };
+    let steps = instants + pieces.len() as f64;
+    let one = if limbs == 1 {
+        1.0
+    } else {
+        4.0 + (limbs * limbs) as f64 / 8.0
+    };
+    let products = 60.0 + (squarings - 20.0).max(0.0);
+    (products * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
+}
+
+/// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate.
+fn load_states(problem: &Problem<'_>) -> usize {
+    let mut laws: Vec<(u8, u64)> = Vec::new();
+    for applied in problem.loads() {
+        let on = applied.coordinate as u64;
+        match &applied.load {
+            Load::Impulse(_) => {}
+            Load::Harmonic(load) => {
+                let frequency = load.frequency.to_bits();
+                laws.extend([(0, frequency), (1, frequency)]);
+            }
+            Load::Samples(samples) if samples.hold == Hold::First => {
+                laws.extend([(2, on), (3, on)]);
+            }
+            Load::Ramp(_) => laws.extend([(2, on), (3, on)]),
+            Load::Step(_) | Load::Samples(_) => laws.push((2, on)),
+        }
+    }
+    laws.sort_unstable();
+    laws.dedup();
+    laws.len()
+}
+
+/// Whether the halvings that its matrix asks for make an attempt too dear. The first one never is.
+pub(super) fn too_dear<T: Real>(problem: &Problem<'_>, wanted: &Wanted<'_>, w: &Normed<T>) -> bool {
+    let limbs = ((1 - T::UNIT_LOG2) / 64) as usize;
+    let squarings = squarings(w, problem.grid().step());
+    limbs > 1 && work(problem, wanted, limbs, squarings) > MOST_MORE
+}

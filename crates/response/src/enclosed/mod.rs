@@ -1,0 +1,9 @@
+//! Matrices with a bound of their error in the 2-norm, their exponentials, and energy coordinates. It knows no other room.
+
+mod energy;
+mod exponential;
+mod normed;
+
+pub(crate) use energy::{Energy, frobenius};
+pub(crate) use exponential::{cos_sin, counted, exponential, of_any_size, products, squarings};
+pub(crate) use normed::{Normed, growth};

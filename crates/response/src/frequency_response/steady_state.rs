@@ -1,0 +1,90 @@
+//! What remains of a damped motion under harmonic loads once the transient has died out.
+
+use super::harmonic_motion::{Force, HarmonicMotion, Sense, SteadyStateError, motion};
+use crate::problem::{Load, Problem};
+
+/// The steady state under a problem's harmonic loads: for each of their frequencies Ω the complex
+/// amplitudes X, in m, with (K − Ω²M + iΩC) X = F. Loads of other kinds add nothing to it.
+///
+/// The loads of one frequency sum to F = Σ amplitude·e^{i·phase}, so that the motion is
+///
+/// x(t) = Σ Im(X e^{iΩt}) = Σ |X| sin(Ωt + arg X),
+///
+/// with one term for each frequency, just as a load is amplitude·sin(Ωt + phase). It is a motion that the loads allow from
+/// −∞ on; others approach it where every free motion decays. A load of frequency 0 is the constant
+/// force amplitude·sin(phase): then X is i times the static displacement. A negative frequency
+/// counts as the positive one with the phase that makes it the same force.
+///
+/// The equations are solved in ball arithmetic, from the elements, with as many digits as it takes:
+/// every amplitude comes with a proven bound.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Harmonic, Response, SteadyState};
+///
+/// // ANSYS verification manual, VM86.
+/// let system = System::builder()
+///     .mass("m", 0.5)
+///     .spring(GROUND, "m", 200.0)
+///     .damper(GROUND, "m", 6.0)
+///     .build()?;
+/// let problem = Response::of(&system)
+///     .load("m", Harmonic::of(10.0, 20.0))
+///     .every(1.0)
+///     .until(1.0)
+///     .problem()?;
+/// let steady = SteadyState::of(&problem)?;
+/// let amplitude = steady.motions()[0].displacement()[0];
+/// // At resonance of the undamped system only the damper resists: |X| = F / (Ω c).
+/// assert_eq!(amplitude.norm(), 10.0 / (20.0 * 6.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct SteadyState {
+    motions: Vec<HarmonicMotion>,
+}
+
+impl SteadyState {
+    /// Solves for the amplitudes under the harmonic loads of `problem`.
+    ///
+    /// # Errors
+    /// [`SteadyStateError`] at a frequency where no steady motion exists or where it is not the
+    /// only one, and for a [large](eigentone_modes::System::is_large) system.
+    pub fn of(problem: &Problem<'_>) -> Result<SteadyState, SteadyStateError> {
+        let mut frequencies: Vec<(f64, Vec<Force>)> = Vec::new();
+        for applied in problem.loads() {
+            let Load::Harmonic(load) = &applied.load else {
+                continue;
+            };
+            let frequency = load.frequency.abs();
+            let known = frequencies
+                .iter()
+                .position(|(known, _)| *known == frequency);
+            let at = known.unwrap_or_else(|| {
+                frequencies.push((frequency, Vec::new()));
+                frequencies.len() - 1
+            });
+            frequencies[at].1.push(Force {
+                coordinate: applied.coordinate,
+                amplitude: load.amplitude,
+                phase: load.phase,
+                sense: match load.frequency {
+                    0.0 => Sense::Still,
+                    negative if negative < 0.0 => Sense::Backward,
+                    _ => Sense::Forward,
+                },
+            });
+        }
+        let motions = frequencies
+            .into_iter()
+            .map(|(frequency, forces)| motion(problem.system(), frequency, &forces));
+        Ok(SteadyState {
+            motions: motions.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// One motion for each frequency, in the order in which the loads name them.
+    pub fn motions(&self) -> &[HarmonicMotion] {
+        &self.motions
+    }
+}

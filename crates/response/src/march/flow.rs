@@ -1,0 +1,236 @@
+//! From instant to instant: the loop that both exact methods share.
+
+use eigentone_digits::DoubleDouble;
+use eigentone_modes::FirstOrder;
+use faer::{Mat, MatRef};
+
+use super::deviation::Deviation;
+use super::estimate::{Detour, Estimate};
+use crate::answer::{Collector, Operations, Trajectory, Wanted};
+use crate::hold::{Inputs, Signals};
+use crate::problem::{Instant, Leg, Piece, Problem, ResponseError, Walk};
+
+/// z′ = A z + B f in the method's own coordinates, able to step over any interval.
+pub(crate) trait Flow {
+    /// Moves z over `h` seconds under the signals that hold at its start.
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals);
+
+    /// How many unit steps cost as much as preparing one step of a new length.
+    fn preparation(&self) -> u64;
+
+    /// What it took so far.
+    fn operations(&self) -> Operations;
+}
+
+/// How the method's coordinates ζ give what is asked for: x = X ζ + D f and its derivatives.
+pub(crate) struct Outputs {
+    /// X, X A and X A² (n × N).
+    maps: [Mat<f64>; 3],
+    /// D and X B, by which loads act on massless nodes at once; each absent where it vanishes.
+    feed: [Option<Mat<f64>>; 2],
+    /// X A B.
+    acceleration_feed: Mat<f64>,
+}
+
+impl Outputs {
+    /// The outputs of a first-order form whose state is z = T ζ.
+    pub(crate) fn of(form: &FirstOrder, t: Option<MatRef<'_, f64>>) -> Outputs {
+        let x = form.x().to_owned();
+        let v = &x * form.a();
+        let a = &v * form.a();
+        let pushed = &x * form.b();
+        let feed = [
+            form.d().map(|d| d.to_owned()),
+            (pushed.norm_max() != 0.0).then_some(pushed),
+        ];
+        let acceleration_feed = &v * form.b();
+        let into = |map: Mat<f64>| match t {
+            Some(t) => map * t,
+            None => map,
+        };
+        Outputs {
+            maps: [into(x), into(v), into(a)],
+            feed,
+            acceleration_feed,
+        }
+    }
+}
+
+/// How a method's own coordinates ζ are reached, and left.
+pub(crate) struct Coordinates<'a> {
+    /// N × n: what unit impulses add to ζ.
+    pub(crate) b: MatRef<'a, f64>,
+    /// ζ of a state.
+    pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
+    pub(crate) outputs: &'a Outputs,
+    /// What the way there and back makes of rounding errors.
+    pub(crate) detour: Detour,
+}
+
+/// Runs the flow over the problem's timeline and collects the instants asked for.
+pub(crate) fn march(
+    method: &'static str,
+    problem: &Problem<'_>,
+    flow: &mut dyn Flow,
+    form: &FirstOrder,
+    coordinates: &Coordinates<'_>,
+) -> Result<Trajectory, ResponseError> {
+    let grid = problem.grid();
+    let inputs = Inputs::of(problem);
+    let n = problem.system().len();
+    let Coordinates {
+        b,
+        enter,
+        outputs,
+        detour,
+    } = *coordinates;
+    let mut recorder = Recorder {
+        outputs,
+        collector: Collector::new(problem, Wanted::by(problem))?,
+        forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        estimate: Estimate::of(problem.system(), form).by_way_of(detour),
+    };
+    let mut z = enter(&form.state(problem.initial_displacement(), problem.initial_velocity()));
+    let state = |x: &[f64]| enter(&form.state(x, &vec![0.0; n]));
+    let mut deviation = Deviation::new(problem);
+    let mut signals = inputs.empty_signals();
+    let mut walk = Walk::of(problem);
+    strike(walk.piece(), problem, outputs, b, &mut z)?;
+    while let Some(target) = recorder.collector.next() {
+        while let Some(leg) = walk.towards(&target) {
+            let Leg::Pass { from, to } = leg else {
+                deviation.join(problem, walk.index(), &mut z);
+                strike(walk.piece(), problem, outputs, b, &mut z)?;
+                continue;
+            };
+            deviation.split(problem, walk.index(), &mut z, state);
+            let mut now = from;
+            while now.order(&to).is_lt() {
+                let next = hop(&now, &to, problem, flow.preparation());
+                let h = next.elapsed(&now, grid);
+                inputs.signals(&now, walk.piece(), h.to_f64(), &mut signals);
+                if deviation.rest().is_some() {
+                    signals.values[0].fill(0.0);
+                }
+                flow.advance(h, &mut z, &signals);
+                now = next;
+                recorder.estimate.step(h.to_f64());
+            }
+        }
+        recorder.record(&z, &target, &inputs, walk.piece(), deviation.rest())?;
+    }
+    Ok(recorder.collector.finish(method).after(flow.operations()))
+}
+
+/// The next instant on the way to `end`: the end itself, or one grid step where several of them are
+/// cheaper than preparing one long step.
+fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) -> Instant {
+    match (now.index(), end.index()) {
+        (Some(from), Some(to)) if to - from > 1 && to - from <= preparation => {
+            Instant::on_grid(problem.grid(), from + 1)
+        }
+        _ => *end,
+    }
+}
+
+/// Adds what the impulses at the start of a piece do to the state.
+fn strike(
+    piece: &Piece,
+    problem: &Problem<'_>,
+    outputs: &Outputs,
+    b: MatRef<'_, f64>,
+    z: &mut [f64],
+) -> Result<(), ResponseError> {
+    for &(coordinate, magnitude) in piece.impulses() {
+        let moves_at_once =
+            |d: &Mat<f64>| (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0);
+        if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
+            return Err(problem.unresisted(coordinate));
+        }
+        for (entry, column) in z.iter_mut().zip(b.col(coordinate).iter()) {
+            *entry += column * magnitude;
+        }
+    }
+    Ok(())
+}
+
+/// Turns states into what was asked for.
+struct Recorder<'a, 'b> {
+    outputs: &'a Outputs,
+    collector: Collector<'a, 'b>,
+    forces: [Vec<f64>; 3],
+    estimate: Estimate,
+}
+
+impl Recorder<'_, '_> {
+    fn record(
+        &mut self,
+        z: &[f64],
+        now: &Instant,
+        inputs: &Inputs,
+        piece: &Piece,
+        rest: Option<&[f64]>,
+    ) -> Result<(), ResponseError> {
+        let n = self.forces[0].len();
+        let column = self.collector.column();
+        for (value, map) in self.collector.values.iter_mut().zip(&self.outputs.maps) {
+            if value.ncols() == 0 {
+                continue;
+            }
+            for (j, entry) in z.iter().enumerate() {
+                for i in 0..n {
+                    value[(i, column)] += map[(i, j)] * entry;
+                }
+            }
+        }
+        let [x, v, a] = &mut self.collector.values;
+        let [d, pushed] = &self.outputs.feed;
+        if d.is_some() || pushed.is_some() || a.ncols() > 0 {
+            inputs.forces(now, piece, rest.is_some(), &mut self.forces);
+            let [f, rate, curvature] = &self.forces;
+            let add = |to: &mut Mat<f64>, map: &Mat<f64>, force: &[f64]| {
+                for (j, entry) in force.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+                    for i in 0..n {
+                        to[(i, column)] += map[(i, j)] * entry;
+                    }
+                }
+            };
+            if let Some(d) = d {
+                add(x, d, f);
+                add(v, d, rate);
+                if a.ncols() > 0 {
+                    add(a, d, curvature);
+                }
+            }
+            if let Some(pushed) = pushed {
+                add(v, pushed, f);
+                if a.ncols() > 0 {
+                    add(a, pushed, rate);
+                }
+            }
+            if a.ncols() > 0 {
+                add(a, &self.outputs.acceleration_feed, f);
+            }
+        }
+        for (i, rest) in rest.into_iter().flatten().enumerate() {
+            x[(i, column)] += rest;
+        }
+        let largest = |m: &Mat<f64>| {
+            m.col(column).iter().fold(0.0, |top: f64, entry| {
+                if entry.abs() > top || entry.is_nan() {
+                    entry.abs()
+                } else {
+                    top
+                }
+            })
+        };
+        let (displacement, velocity) = (largest(x), largest(v));
+        if !displacement.is_finite() || !velocity.is_finite() {
+            let index = now.index().expect("only grid instants are recorded");
+            return Err(ResponseError::Overflow { index });
+        }
+        let (displacement, velocity) = self.estimate.bounds(displacement, velocity);
+        self.collector.close(displacement, velocity);
+        Ok(())
+    }
+}

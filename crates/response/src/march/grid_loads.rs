@@ -1,0 +1,249 @@
+//! Loads that change at instants of the grid alone, step by step of it.
+
+use crate::hold::{Laws, reduced_angle};
+use crate::problem::{AppliedLoad, Harmonic, Hold, Instant, Load, Problem, SampleGrid, TimeGrid};
+
+/// The loads of a problem as signals of which each step needs the values at its start and, where they run on,
+/// at its end.
+pub(crate) struct GridLoads<'a> {
+    /// Indices of the coordinates that any load but an impulse acts on.
+    pub(crate) loaded: Vec<usize>,
+    pub(crate) laws: Laws,
+    /// Blows at t = 0: coordinate and momentum.
+    pub(crate) blows: Vec<(usize, f64)>,
+    /// One for each coordinate and way to act on it.
+    pub(crate) signals: Vec<Signal<'a>>,
+    grid: &'a TimeGrid,
+}
+
+/// A signal and what takes it up: columns of the blocks of [`crate::hold::Held::gamma`] side by side.
+pub(crate) struct Signal<'a> {
+    /// The column for the value at the start of a step.
+    pub(crate) value: usize,
+    /// The one for its rise up to the end, where it runs straight from step to step without a leap.
+    pub(crate) rise: Option<usize>,
+    parts: Vec<Part<'a>>,
+}
+
+enum Part<'a> {
+    /// From this step on.
+    Constant {
+        force: f64,
+        from: u64,
+    },
+    /// rate·(t − t_from + lead) from this step on.
+    Growing {
+        rate: f64,
+        lead: f64,
+        from: u64,
+    },
+    /// A sample every `every` steps, straight lines or steps in between.
+    Sampled {
+        values: &'a [f64],
+        every: u64,
+        hold: Hold,
+    },
+    Sine(&'a Harmonic),
+    Cosine(&'a Harmonic),
+}
+
+impl<'a> GridLoads<'a> {
+    /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
+    pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
+        let grid = problem.grid();
+        let loads = problem.loads();
+        let lasting = loads
+            .iter()
+            .filter(|applied| !matches!(applied.load, Load::Impulse(_)));
+        let mut loaded: Vec<usize> = lasting.map(|applied| applied.coordinate).collect();
+        loaded.sort_unstable();
+        loaded.dedup();
+        let mut laws = Laws::default();
+        for AppliedLoad { load, .. } in loads {
+            match load {
+                Load::Step(_) => laws.straight = true,
+                Load::Ramp(_) => (laws.straight, laws.sloped) = (true, true),
+                Load::Samples(samples) => {
+                    laws.straight = true;
+                    laws.sloped |= samples.hold == Hold::First;
+                }
+                Load::Harmonic(harmonic) => {
+                    if !laws.frequencies.contains(&harmonic.frequency) {
+                        laws.frequencies.push(harmonic.frequency);
+                    }
+                }
+                Load::Impulse(_) => {}
+            }
+        }
+        let straight = usize::from(laws.straight) + usize::from(laws.sloped);
+        // The step at which something begins, beyond the last one if after the end.
+        let begin = |start: f64| {
+            if start <= 0.0 {
+                return Some(0);
+            }
+            if start > grid.time(grid.last()) {
+                return Some(u64::MAX);
+            }
+            Instant::event(grid, start).index()
+        };
+        let mut blows = Vec::new();
+        let mut signals: Vec<Signal<'a>> = Vec::new();
+        for AppliedLoad { coordinate, load } in loads {
+            let place = |law: usize| {
+                let column = loaded.binary_search(coordinate).unwrap_or(0);
+                law * loaded.len() + column
+            };
+            let mut add = |law: usize, runs: bool, part| {
+                let (value, rise) = (place(law), runs.then(|| place(law + 1)));
+                let same = |signal: &&mut Signal<'_>| (signal.value, signal.rise) == (value, rise);
+                match signals.iter_mut().find(same) {
+                    Some(signal) => signal.parts.push(part),
+                    None => signals.push(Signal {
+                        value,
+                        rise,
+                        parts: vec![part],
+                    }),
+                }
+            };
+            match load {
+                Load::Step(step) => {
+                    let (force, from) = (step.force, begin(step.start)?);
+                    add(0, false, Part::Constant { force, from });
+                }
+                Load::Ramp(ramp) => {
+                    let (rate, from) = (ramp.rate, begin(ramp.start)?);
+                    let lead = (-ramp.start).max(0.0);
+                    add(0, true, Part::Growing { rate, lead, from });
+                }
+                Load::Samples(samples) => {
+                    let SampleGrid::Multiple(every) =
+                        SampleGrid::of(samples.step, grid.step()).ok()?
+                    else {
+                        return None;
+                    };
+                    let sampled = Part::Sampled {
+                        values: &samples.values,
+                        every,
+                        hold: samples.hold,
+                    };
+                    add(0, samples.hold == Hold::First, sampled);
+                }
+                Load::Harmonic(harmonic) => {
+                    let known = laws.frequencies.iter();
+                    let index = known
+                        .clone()
+                        .position(|frequency| *frequency == harmonic.frequency)?;
+                    add(straight + 2 * index, false, Part::Sine(harmonic));
+                    add(straight + 2 * index + 1, false, Part::Cosine(harmonic));
+                }
+                Load::Impulse(impulse) => match begin(impulse.at)? {
+                    0 => blows.push((*coordinate, impulse.magnitude)),
+                    u64::MAX => {}
+                    _ => return None,
+                },
+            }
+        }
+        Some(GridLoads {
+            loaded,
+            laws,
+            blows,
+            signals,
+            grid,
+        })
+    }
+
+    /// The force on each of `n` coordinates, if all loads are constant from the start.
+    pub(crate) fn constant(&self, n: usize) -> Option<Vec<f64>> {
+        let mut sum = vec![0.0; n];
+        for signal in &self.signals {
+            for part in &signal.parts {
+                let Part::Constant { force, from: 0 } = part else {
+                    return None;
+                };
+                // The only law, so that columns are those of coordinates.
+                sum[self.loaded[signal.value]] += force;
+            }
+        }
+        Some(sum)
+    }
+
+    /// The values at the instants from `first` on, signal after signal, `out.len()` / their number each.
+    pub(crate) fn fill(&self, first: u64, out: &mut [f64]) {
+        out.fill(0.0);
+        let each = out.len().checked_div(self.signals.len()).unwrap_or(0);
+        for (signal, out) in self.signals.iter().zip(out.chunks_exact_mut(each.max(1))) {
+            for part in &signal.parts {
+                part.add(self.grid, first, out);
+            }
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Adds the values at the instants from `first` on.
+    fn add(&self, grid: &TimeGrid, first: u64, out: &mut [f64]) {
+        // What has begun by then, and for how many steps at the first of it.
+        let begun = |out, from: u64| -> (&mut [f64], u64) {
+            let out: &mut [f64] = out;
+            let wait = from.saturating_sub(first).min(out.len() as u64) as usize;
+            (&mut out[wait..], first.saturating_sub(from))
+        };
+        match *self {
+            Part::Constant { force, from } => {
+                let (out, _) = begun(out, from);
+                out.iter_mut().for_each(|value| *value += force);
+            }
+            Part::Growing { rate, lead, from } => {
+                let (out, since) = begun(out, from);
+                for (k, value) in (since..).zip(out) {
+                    *value += rate * (k as f64 * grid.step() + lead);
+                }
+            }
+            Part::Sampled {
+                values, every: 1, ..
+            } => {
+                let known = usize::try_from(first).unwrap_or(usize::MAX);
+                let known = values.get(known..).unwrap_or_default();
+                let (out, after) = out.split_at_mut(known.len().min(out.len()));
+                for (value, sample) in out.iter_mut().zip(known) {
+                    *value += sample;
+                }
+                let last = values.last().copied().unwrap_or(0.0);
+                after.iter_mut().for_each(|value| *value += last);
+            }
+            Part::Sampled {
+                values,
+                every,
+                hold,
+            } => {
+                let last = values.len() - 1;
+                let at = |j: u64| values[usize::try_from(j).map_or(last, |j| j.min(last))];
+                for (k, value) in (first..).zip(out) {
+                    let (j, rest) = (k / every, k % every);
+                    let sample = at(j);
+                    *value += match hold {
+                        Hold::Zero => sample,
+                        Hold::First => sample + (at(j + 1) - sample) / every as f64 * rest as f64,
+                    };
+                }
+            }
+            Part::Sine(harmonic) => along(harmonic, grid, first, out, f64::sin),
+            Part::Cosine(harmonic) => along(harmonic, grid, first, out, f64::cos),
+        }
+    }
+}
+
+/// Adds the amplitude times a function of the phase at each instant.
+fn along(
+    harmonic: &Harmonic,
+    grid: &TimeGrid,
+    first: u64,
+    out: &mut [f64],
+    function: fn(f64) -> f64,
+) {
+    for (k, value) in (first..).zip(out) {
+        let time = Instant::on_grid(grid, k).time();
+        let angle = reduced_angle(harmonic.frequency, time, harmonic.phase);
+        *value += harmonic.amplitude * function(angle);
+    }
+}

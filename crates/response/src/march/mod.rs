@@ -1,0 +1,19 @@
+//! From instant to instant in doubles: by the exponential or by modes, whole motions or chosen outputs. It knows
+//! `problem`, `answer`, `enclosed`, `exponential` and `hold`.
+
+mod blocks;
+mod by_exponential;
+mod by_superposition;
+mod course;
+mod deviation;
+mod estimate;
+mod flow;
+mod grid_loads;
+mod modal_basis;
+mod modal_march;
+mod strides;
+
+pub use by_exponential::ByExponential;
+pub use by_superposition::BySuperposition;
+pub(crate) use course::Course;
+pub(crate) use estimate::{Estimate, is_stiff};

@@ -1,0 +1,259 @@
+//! The states of a system as sums of modes, each of which moves by itself.
+
+use eigentone_digits::{DoubleDouble, Magnitude};
+use eigentone_modes::{ClassicalModes, FirstOrder, Modes, ModesError, Precision, System};
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, MatRef};
+use thiserror::Error;
+
+use super::estimate::Detour;
+use crate::enclosed::{Normed, exponential};
+use crate::exponential::by_taylor;
+use crate::hold::{Laws, exact};
+
+/// z = T ζ with A T = T diag(blocks).
+pub(crate) struct Basis {
+    pub(crate) form: FirstOrder,
+    pub(crate) t: Mat<f64>,
+    pub(crate) inverse: Mat<f64>,
+    pub(crate) blocks: Vec<Block>,
+    /// By how much rounding errors of displacements or velocities may grow on the way to modes and back.
+    pub(crate) enlargement: f64,
+    /// What that way leaves of them.
+    pub(crate) detour: Detour,
+}
+
+/// One or two states that move by themselves, with the generator by rows.
+#[derive(Clone, Debug)]
+pub(crate) struct Block {
+    pub(crate) width: usize,
+    generator: Vec<DoubleDouble>,
+}
+
+/// Why there is no basis.
+#[derive(Debug, Error)]
+pub(crate) enum BasisError {
+    #[error("{0}")]
+    Refused(String),
+    #[error(transparent)]
+    Modes(#[from] ModesError),
+}
+
+/// Complex shapes are refused where going to modes and back would enlarge rounding errors of
+/// displacements or velocities more than this.
+const LARGEST_CONDITION: f64 = 1e8;
+
+impl Basis {
+    /// Real shapes where the damping is proved to be classical, else complex ones from roots of this precision.
+    pub(crate) fn of(system: &System, precision: Precision) -> Result<Basis, BasisError> {
+        let form =
+            FirstOrder::of(system).map_err(|error| BasisError::Refused(error.to_string()))?;
+        match ClassicalModes::of(system)? {
+            Some(modes) => Ok(Basis::classical(form, system, &modes)),
+            None => Basis::complex(form, &system.modes_to(precision)?).map_err(BasisError::Refused),
+        }
+    }
+
+    /// Blocks [0 1; −k/m −c/m] of real shapes.
+    fn classical(form: FirstOrder, system: &System, modes: &ClassicalModes) -> Basis {
+        let nf = form.massive().len();
+        let n = 2 * nf;
+        let mass = system.mass_matrix();
+        let massive = form.massive();
+        let shapes = Mat::from_fn(nf, nf, |i, j| modes.shapes()[(massive[i], j)]);
+        let mass = Mat::from_fn(nf, nf, |i, j| mass[(massive[i], massive[j])]);
+        let weighted = shapes.transpose() * mass;
+        let (mut t, mut inverse) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+        for j in 0..nf {
+            for i in 0..nf {
+                let back = weighted[(j, i)] / modes.mass()[j];
+                for half in 0..2 {
+                    t[(half * nf + i, 2 * j + half)] = shapes[(i, j)];
+                    inverse[(2 * j + half, half * nf + i)] = back;
+                }
+            }
+        }
+        let blocks = modes.rates().iter().map(|[stiffness, damping]| Block {
+            width: 2,
+            generator: vec![
+                DoubleDouble::ZERO,
+                DoubleDouble::from(1.0),
+                -*stiffness,
+                -*damping,
+            ],
+        });
+        let rows = row_norms(&t);
+        Basis {
+            blocks: blocks.collect(),
+            enlargement: enlargement(&t, &inverse, &rows, nf),
+            detour: detour(&t, &inverse, nf),
+            form,
+            t,
+            inverse,
+        }
+    }
+
+    /// Blocks [α β; −β α] of conjugate pairs and [α] of real roots.
+    fn complex(form: FirstOrder, modes: &Modes) -> Result<Basis, String> {
+        if modes.iter().any(|mode| mode.roots() > 1) {
+            return Err(
+                "roots that have one shape in common: the shapes do not span the motion".to_owned(),
+            );
+        }
+        let n = form.states();
+        let mut t = Mat::<f64>::zeros(n, n);
+        let mut blocks = Vec::new();
+        let mut column = 0;
+        for mode in modes {
+            let lambda = mode.eigenvalue().value;
+            let width = if lambda.im == 0.0 { 1 } else { 2 };
+            if column + width > n {
+                return Err("there are more roots than states".to_owned());
+            }
+            let parts = |part: fn(&num_complex::Complex<f64>) -> f64| {
+                let x: Vec<f64> = mode.shape().iter().map(part).collect();
+                let v: Vec<f64> = mode.shape().iter().map(|x| part(&(x * lambda))).collect();
+                form.state(&x, &v)
+            };
+            let real = parts(|z| z.re);
+            let imaginary = parts(|z| z.im);
+            let size = real
+                .iter()
+                .chain(&imaginary)
+                .fold(0.0f64, |a, b| a.hypot(*b));
+            for i in 0..n {
+                t[(i, column)] = real[i] / size;
+                if width == 2 {
+                    t[(i, column + 1)] = imaginary[i] / size;
+                }
+            }
+            let generator = match width {
+                1 => vec![lambda.re],
+                _ => vec![lambda.re, lambda.im, -lambda.im, lambda.re],
+            };
+            blocks.push(Block {
+                width,
+                generator: generator.into_iter().map(DoubleDouble::from).collect(),
+            });
+            column += width;
+        }
+        if column != n {
+            return Err("there are fewer roots than states".to_owned());
+        }
+        // Rows of unlike units are evened out before they are factored and judged.
+        let rows = row_norms(&t);
+        if rows.contains(&0.0) {
+            return Err("the shapes do not span the motion".to_owned());
+        }
+        let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
+        let inverse = even.partial_piv_lu().inverse();
+        let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
+        let half = form.massive().len();
+        let enlargement = enlargement(&t, &inverse, &rows, half);
+        if enlargement.is_nan() || enlargement > LARGEST_CONDITION {
+            return Err(format!(
+                "its complex shapes are ill-conditioned ({enlargement:.0e})"
+            ));
+        }
+        Ok(Basis {
+            detour: detour(&t, &inverse, half),
+            form,
+            t,
+            inverse,
+            blocks,
+            enlargement,
+        })
+    }
+}
+
+fn row_norms(t: &Mat<f64>) -> Vec<f64> {
+    (0..t.nrows()).map(|i| t.row(i).norm_l2()).collect()
+}
+
+/// By how much rounding errors may grow on the way to modal coordinates and back: sums of |D⁻¹T||T⁻¹D| along
+/// the rows, D the diagonal matrix of these norms of the rows of T, over displacements for displacements (the first
+/// `half` states) and over the other states for those. Unlike a norm of T times one of T⁻¹, it does not hold
+/// it against fast modes that they move much faster than slow ones (Skeel 1979, *J. ACM* 26).
+fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f64 {
+    let n = t.nrows();
+    let into = |alike: std::ops::Range<usize>| -> Vec<f64> {
+        let sum = |k: usize| -> f64 {
+            let entries = alike.clone().map(|j| (inverse[(k, j)] * rows[j]).abs());
+            entries.sum()
+        };
+        (0..n).map(sum).collect()
+    };
+    let (first, other) = (into(0..half), into(half..n));
+    let sum = |i: usize| -> f64 {
+        let into = if i < half { &first } else { &other };
+        let terms = into.iter().enumerate();
+        terms
+            .map(|(k, into)| (t[(i, k)] / rows[i]).abs() * into)
+            .sum()
+    };
+    // A NaN is to be found.
+    (0..n)
+        .map(sum)
+        .fold(0.0, |top, sum| if sum <= top { top } else { sum })
+}
+
+/// The largest sums of |T||T⁻¹| along a row, from displacements and from velocities to either. Of the states the
+/// second `half` are velocities.
+fn detour(t: &Mat<f64>, inverse: &Mat<f64>, half: usize) -> Detour {
+    let n = t.nrows();
+    let kind = |i: usize| usize::from((half..2 * half).contains(&i));
+    let mut into = vec![[0.0; 2]; n];
+    let mut detour = Detour::default();
+    for (k, into) in into.iter_mut().enumerate() {
+        (0..n).for_each(|j| into[kind(j)] += inverse[(k, j)].abs());
+    }
+    for i in 0..n {
+        for from in 0..2 {
+            let terms = into.iter().enumerate();
+            let sum: f64 = terms.map(|(k, into)| t[(i, k)].abs() * into[from]).sum();
+            let top = &mut detour.leaves[kind(i)][from];
+            *top = top.max(sum);
+        }
+    }
+    detour
+}
+
+/// The hold of one block.
+pub(crate) struct HeldBlock {
+    pub(crate) width: usize,
+    /// By rows.
+    pub(crate) phi: Vec<DoubleDouble>,
+    /// What the loads add, law by law.
+    pub(crate) gamma: Vec<Mat<f64>>,
+}
+
+impl HeldBlock {
+    pub(crate) fn of(block: &Block, h: DoubleDouble, laws: &Laws) -> HeldBlock {
+        let width = block.width;
+        let exactly = Normed::new(width, width, block.generator.clone(), Magnitude::ZERO);
+        let power = exponential(&exactly, h, Magnitude::ZERO);
+        let generator = Mat::from_fn(width, width, |i, j| block.generator[i * width + j].to_f64());
+        let unit = Mat::<f64>::identity(width, width);
+        let held = exact(
+            by_taylor,
+            generator.as_ref(),
+            unit.as_ref(),
+            h.to_f64(),
+            laws,
+        );
+        HeldBlock {
+            width,
+            phi: power.entries().to_vec(),
+            gamma: held.gamma,
+        }
+    }
+}
+
+/// sum += matrix · vector, for one or two states.
+pub(crate) fn add_to_block(matrix: MatRef<'_, f64>, vector: &[f64], sum: &mut [f64; 2]) {
+    for (j, factor) in vector.iter().enumerate() {
+        for i in 0..vector.len() {
+            sum[i] += matrix[(i, j)] * factor;
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Which method answers a problem, what is left out, and why.
+
+use std::fmt;
+
+use eigentone_modes::{FirstOrder, Precision, dense_gigabytes};
+
+use crate::answer::{ResponseMethod, Trajectory};
+use crate::certified::{self, ByCertifiedExponential};
+use crate::march::{ByExponential, BySuperposition, Estimate, is_stiff};
+use crate::problem::{Problem, ResponseError};
+
+/// The choice of a response method, as a value that can be printed and run.
+pub struct ResponsePlan {
+    /// The method that runs.
+    pub method: &'static dyn ResponseMethod,
+    /// Why it is the right one.
+    pub reason: String,
+    /// What the problem does not need: a name, and the reason it is left out.
+    pub left_out: Vec<(&'static str, String)>,
+}
+
+/// Every exact method, in the order in which the plan prefers them where they apply well: the
+/// certified one, then those in doubles.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Response, State, methods};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let from = State::at_rest().displace("m", 1.0);
+/// let problem = Response::of(&system).from(from).every(0.5).until(10.0).problem()?;
+/// for method in methods() {
+///     if method.refuses(&problem).is_none() {
+///         let end = method.run(&problem)?.displacement()[(0, 20)];
+///         assert!((end - 10f64.cos()).abs() < 1e-14, "{}", method.name());
+///     }
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn methods() -> &'static [&'static dyn ResponseMethod] {
+    &[&ByCertifiedExponential, &BySuperposition, &ByExponential]
+}
+
+impl ResponsePlan {
+    /// Picks a method for the problem. Where bounds are to be proven, the certified exponential, for
+    /// up to 64 coordinates; else superposition where the damping is proved to be classical,
+    /// or where the system is so stiff that rounding its state matrix would cost digits; else the
+    /// exponential in doubles.
+    ///
+    /// # Errors
+    /// [`ResponseError::NotApplicable`] where no exact method applies, [`ResponseError::Large`] for
+    /// a [large](eigentone_modes::System::is_large) system.
+    pub fn of(problem: &Problem<'_>) -> Result<ResponsePlan, ResponseError> {
+        let coordinates = problem.system().len();
+        if problem.system().is_large() {
+            return Err(ResponseError::Large {
+                coordinates,
+                gigabytes: dense_gigabytes(coordinates),
+            });
+        }
+        let mut left_out = Vec::new();
+        if let Precision::Certified { .. } = problem.precision() {
+            let refusal = if problem.system().len() > certified::LARGEST {
+                Some(format!("more than {} coordinates", certified::LARGEST))
+            } else {
+                ByCertifiedExponential.refuses(problem)
+            };
+            match refusal {
+                None => {
+                    let reason = "doubles would not prove their bounds".to_owned();
+                    left_out.push((BySuperposition.name(), reason.clone()));
+                    left_out.push((ByExponential.name(), reason));
+                    return Ok(ResponsePlan {
+                        method: &ByCertifiedExponential,
+                        reason: "proven bounds, with the digits that they ask for".to_owned(),
+                        left_out,
+                    });
+                }
+                Some(reason) => left_out.push((ByCertifiedExponential.name(), reason)),
+            }
+        }
+        let structure = problem.system().structure();
+        let classical = structure.is_undamped() || structure.is_classical();
+        let reason = if classical {
+            Some("each real mode moves by itself, in O(n) a step")
+        } else if FirstOrder::of(problem.system())
+            .is_ok_and(|form| is_stiff(&Estimate::of(problem.system(), &form), problem.grid()))
+        {
+            Some("stiff: rounding the state matrix would cost digits, the modes keep them")
+        } else {
+            None
+        };
+        match (
+            reason,
+            reason.and_then(|_| BySuperposition.refuses(problem)),
+        ) {
+            (Some(reason), None) => {
+                left_out.push((ByExponential.name(), "not needed".to_owned()));
+                return Ok(ResponsePlan {
+                    method: &BySuperposition,
+                    reason: reason.to_owned(),
+                    left_out,
+                });
+            }
+            (Some(_), Some(refusal)) => left_out.push((BySuperposition.name(), refusal)),
+            (None, _) => {
+                let reason = "the damping couples the real modes".to_owned();
+                left_out.push((BySuperposition.name(), reason));
+            }
+        }
+        match ByExponential.refuses(problem) {
+            Some(reason) => Err(ResponseError::NotApplicable {
+                method: ByExponential.name(),
+                reason,
+            }),
+            None => {
+                let reason = "exact for any damping, one exponential for each length of step";
+                Ok(ResponsePlan {
+                    method: &ByExponential,
+                    reason: reason.to_owned(),
+                    left_out,
+                })
+            }
+        }
+    }
+
+    /// Answers the problem by the method picked.
+    ///
+    /// # Errors
+    /// What the method reports.
+    pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        self.method.run(problem)
+    }
+}
+
+impl fmt::Display for ResponsePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "response by {}: {}", self.method.name(), self.reason)?;
+        for (name, reason) in &self.left_out {
+            write!(f, "\nleft out {name}: {reason}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,336 @@
+//! The response by some of the modes alone, with the others following the loads without inertia.
+//!
+//! x(t) = Φ q(t) + R f(t): the amplitudes q of the shapes Φ that are kept move exactly, by any of the exact
+//! methods on the reduced equation; the residual flexibility R = K⁻¹ − ΦΩ⁻²Φᵀ adds what the loads move
+//! statically besides (mode acceleration; Cornwell, Craig & Johnson 1983, *Earthquake Eng. Struct. Dyn.*
+//! 11; MacNeal 1971, *Comput. Struct.* 1).
+//!
+//! What is left out is bounded where the system is passive and its damping couples no shapes. For a mode that
+//! is not kept, with |b| its share of a load g(t), Duhamel's integral by parts gives
+//! q − b g/ω² = −(b/ω²)∫ h dg with |h| ≤ 1 and |h′| ≤ ω, so that in the norms of K and M the
+//! rest of x and v is at most TV(g)·√(bᵀRb), and a rest of the initial state keeps at most its energy. A
+//! coordinate moves by √R_ii at most for xᵀKx = 1. What ω² of the modes that are kept may be off is counted;
+//! rounding is not.
+
+use eigentone_modes::SparseModes;
+use faer::Mat;
+
+use super::choice::ResponsePlan;
+use crate::answer::{BUDGET, Trajectory};
+use crate::problem::{AppliedLoad, Instant, Load, Problem, ResponseError, State};
+
+/// The response of large systems by so many modes of the smallest frequencies. Its
+/// [bounds](Trajectory::displacement_bound) are estimates of what the other modes add, where they can be
+/// given; velocities have no static correction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ModalTruncation {
+    /// How many modes are kept; all where there are not so many.
+    pub modes: usize,
+}
+
+impl ModalTruncation {
+    /// The motion at the instants asked for.
+    ///
+    /// # Errors
+    /// [`ResponseError::Sparse`] where the modes cannot be had, [`ResponseError::NotApplicable`] where
+    /// accelerations are asked for or no residual flexibility exists, and what the reduced equation reports.
+    pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        if problem.wants_acceleration() {
+            return Err(refusal("accelerations are not kept".to_owned()));
+        }
+        admit(problem)?;
+        let modes = SparseModes::lowest(problem.system(), self.modes)?;
+        let reduced = modes.reduced()?;
+        let kept = Kept::of(problem, &modes)?;
+        let mut small = Problem::new(&reduced, &kept.state, kept.loads(problem), *problem.grid())?
+            .to(problem.precision());
+        if let Some(instants) = problem.instants() {
+            small = small.at(instants)?;
+        }
+        let motion = ResponsePlan::of(&small)?.run(&small)?;
+        let shapes = modes.shapes();
+        let mut displacement = shapes * motion.displacement();
+        let velocity = shapes * motion.velocity();
+        let rest = Rest::of(problem, &modes, &kept)?;
+        let (mut x_bounds, mut v_bounds) = (Vec::new(), Vec::new());
+        for (column, &step) in motion.steps().iter().enumerate() {
+            let instant = Instant::on_grid(problem.grid(), step);
+            rest.follow(problem, &instant, &mut displacement, column);
+            let [x, v] = rest.bounds(problem, &instant);
+            let (x_drift, v_drift) = drift(&modes, &motion, column).unzip();
+            let sum = |rest: Option<f64>, own: Option<f64>, drift: Option<f64>| {
+                Some(rest? + (own? + drift?) * kept.largest)
+            };
+            x_bounds.push(sum(x, motion.displacement_bound()[column], x_drift));
+            v_bounds.push(sum(v, motion.velocity_bound()[column], v_drift));
+        }
+        let (steps, times) = (motion.steps().to_vec(), motion.times().to_vec());
+        Ok(Trajectory::new(NAME, steps, times, displacement, velocity)
+            .with_bounds(x_bounds, v_bounds)
+            .after(motion.operations()))
+    }
+}
+
+/// How far the amplitude of a mode and its rate are off by then because ω² is: by Duhamel's integral δω²·q acts as a
+/// force, whose answer grows to δω²·|q|·t/ω at most. `None` where ω² is not known.
+fn drift(modes: &SparseModes, motion: &Trajectory, column: usize) -> Option<(f64, f64)> {
+    let t = motion.times()[column].abs();
+    let (mut largest, mut fastest): (f64, f64) = (0.0, 0.0);
+    let all = modes.squares().iter().zip(modes.square_bounds());
+    for (k, (square, error)) in all.enumerate() {
+        let error = (*error)?;
+        let rate = square.abs().sqrt();
+        let [q, v] = [motion.displacement(), motion.velocity()].map(|part| part[(k, column)]);
+        // How long a force of then has acted with the same sign.
+        let lasting = if rate * t > 1.0 { 1.0 / rate } else { t };
+        let drift = error * q.hypot(v * lasting) * t * lasting;
+        largest = largest.max(drift);
+        fastest = fastest.max(drift * rate.max(1.0 / lasting.max(f64::MIN_POSITIVE)));
+    }
+    Some((largest, fastest)).filter(|(x, v)| x.is_finite() && v.is_finite())
+}
+
+const NAME: &str = "modal truncation";
+
+fn refusal(reason: String) -> ResponseError {
+    ResponseError::NotApplicable {
+        method: NAME,
+        reason,
+    }
+}
+
+/// Refuses answers that would take too much memory.
+fn admit(problem: &Problem<'_>) -> Result<(), ResponseError> {
+    let coordinates = problem.system().len();
+    let instants = match problem.instants() {
+        Some(instants) => instants.len() as u64,
+        None => problem.grid().last() + 1,
+    };
+    let bytes = instants as f64 * coordinates as f64 * 16.0;
+    if bytes <= BUDGET {
+        return Ok(());
+    }
+    let (gigabytes, limit) = (bytes / 1e9, BUDGET / 1e9);
+    Err(ResponseError::TooLarge {
+        instants,
+        coordinates,
+        gigabytes,
+        limit,
+    })
+}
+
+/// What is kept of the initial state and the loads.
+struct Kept {
+    state: State,
+    /// The rest of the initial displacements and velocities.
+    rest: [Vec<f64>; 2],
+    /// By mode, the shape at each load's coordinate.
+    shares: Vec<Vec<f64>>,
+    /// By how much an error of all amplitudes can move a coordinate.
+    largest: f64,
+}
+
+impl Kept {
+    fn of(problem: &Problem<'_>, modes: &SparseModes) -> Result<Kept, ResponseError> {
+        let shapes = modes.shapes();
+        let mut rest = [
+            problem.initial_displacement().to_vec(),
+            problem.initial_velocity().to_vec(),
+        ];
+        let resisted = [modes.mass_times(&rest[0]), modes.mass_times(&rest[1])];
+        let mut state = State::at_rest();
+        let mut shares = Vec::new();
+        let mut reach = vec![0.0; shapes.nrows()];
+        for k in 0..modes.len() {
+            let shape = shapes.col(k);
+            let along = |values: &[f64]| shape.iter().zip(values).map(|(x, y)| x * y).sum::<f64>();
+            let [x, v] = [along(&resisted[0]), along(&resisted[1])];
+            for (rest, along) in rest.iter_mut().zip([x, v]) {
+                let pairs = rest.iter_mut().zip(shape.iter());
+                pairs.for_each(|(rest, x)| *rest -= along * x);
+            }
+            let name = format!("x{}", k + 1);
+            state = state.displace(&name, x).push(&name, v);
+            let loads = problem.loads().iter();
+            shares.push(loads.map(|load| shape[load.coordinate]).collect());
+            let pairs = reach.iter_mut().zip(shape.iter());
+            pairs.for_each(|(reach, x)| *reach += x.abs());
+        }
+        Ok(Kept {
+            state,
+            rest,
+            shares,
+            largest: reach.into_iter().fold(0.0, f64::max),
+        })
+    }
+
+    /// Each load on each mode.
+    fn loads(&self, problem: &Problem<'_>) -> Vec<AppliedLoad> {
+        let on = |(coordinate, shares): (usize, &Vec<f64>)| {
+            let pairs = problem.loads().iter().zip(shares);
+            let loads = pairs.filter(|(_, share)| **share != 0.0);
+            let loads = loads.map(|(applied, share)| AppliedLoad {
+                coordinate,
+                load: scaled(&applied.load, *share),
+            });
+            loads.collect::<Vec<_>>()
+        };
+        self.shares.iter().enumerate().flat_map(on).collect()
+    }
+}
+
+/// A load times a number.
+fn scaled(load: &Load, factor: f64) -> Load {
+    let mut load = load.clone();
+    match &mut load {
+        Load::Step(step) => step.force *= factor,
+        Load::Ramp(ramp) => ramp.rate *= factor,
+        Load::Impulse(impulse) => impulse.magnitude *= factor,
+        Load::Harmonic(harmonic) => harmonic.amplitude *= factor,
+        Load::Samples(samples) => samples.values.iter_mut().for_each(|value| *value *= factor),
+    }
+    load
+}
+
+/// What the modes that are not kept do.
+struct Rest {
+    /// Coordinates with loads, each once, and R e_c of each.
+    loaded: Vec<(usize, Vec<f64>)>,
+    limits: Option<Limits>,
+}
+
+/// What bounds them.
+struct Limits {
+    /// √(twice the energy) of the rest of the initial state.
+    initial: f64,
+    /// The largest √R_ii, and √((M⁻¹ − ΦΦᵀ)_ii).
+    reach: [f64; 2],
+    /// By coordinate.
+    inertia: Vec<f64>,
+}
+
+impl Rest {
+    fn of(problem: &Problem<'_>, modes: &SparseModes, kept: &Kept) -> Result<Rest, ResponseError> {
+        let system = problem.system();
+        let mut coordinates: Vec<usize> = problem.loads().iter().map(|on| on.coordinate).collect();
+        coordinates.sort_unstable();
+        coordinates.dedup();
+        let mut loaded = Vec::new();
+        for coordinate in coordinates {
+            let mut force = vec![0.0; system.len()];
+            force[coordinate] = 1.0;
+            let moved = modes.residual_flexibility(&force).ok_or_else(|| {
+                refusal("K is too near to singular for a static correction".to_owned())
+            })?;
+            loaded.push((coordinate, moved));
+        }
+        Ok(Rest {
+            loaded,
+            limits: Limits::of(problem, modes, kept),
+        })
+    }
+
+    /// Adds R f at an instant.
+    fn follow(
+        &self,
+        problem: &Problem<'_>,
+        instant: &Instant,
+        displacement: &mut Mat<f64>,
+        column: usize,
+    ) {
+        let pieces = problem.timeline().pieces();
+        let begun = pieces.partition_point(|piece| piece.start_instant().order(instant).is_le());
+        let mut force = vec![0.0; displacement.nrows()];
+        let t = instant.time().to_f64();
+        problem
+            .timeline()
+            .force(begun.saturating_sub(1), t, &mut force);
+        for (coordinate, moved) in &self.loaded {
+            let force = force[*coordinate];
+            let pairs = displacement.col_mut(column).iter_mut().zip(moved);
+            pairs.for_each(|(x, moved)| *x += force * moved);
+        }
+    }
+
+    /// Of displacements and velocities up to an instant.
+    fn bounds(&self, problem: &Problem<'_>, until: &Instant) -> [Option<f64>; 2] {
+        let Some(limits) = &self.limits else {
+            return [None; 2];
+        };
+        let mut size = limits.initial;
+        for (coordinate, moved) in &self.loaded {
+            let variation = variation(problem, *coordinate, until);
+            size += variation * moved[*coordinate].max(0.0).sqrt();
+        }
+        let pieces = problem.timeline().pieces().iter();
+        for piece in pieces.take_while(|piece| piece.start_instant().order(until).is_le()) {
+            for &(coordinate, momentum) in piece.impulses() {
+                size += momentum.abs() * limits.inertia[coordinate].sqrt();
+            }
+        }
+        limits.reach.map(|reach| Some(reach * size))
+    }
+}
+
+/// How much the force on a coordinate rises and falls from 0 until an instant, its onset included.
+fn variation(problem: &Problem<'_>, coordinate: usize, until: &Instant) -> f64 {
+    let end = until.time().to_f64();
+    let timeline = problem.timeline();
+    let (mut total, mut before) = (0.0, 0.0);
+    let pieces = timeline.pieces();
+    for (k, piece) in pieces.iter().enumerate() {
+        if piece.start_instant().order(until).is_gt() {
+            break;
+        }
+        let straight = piece
+            .straight()
+            .iter()
+            .find(|part| part.coordinate == coordinate);
+        let (value, slope) = straight.map_or((0.0, 0.0), |part| (part.value, part.slope));
+        let next = pieces.get(k + 1).map_or(end, |next| next.start().min(end));
+        let change = slope * (next - piece.start()).max(0.0);
+        total += f64::abs(value - before) + change.abs();
+        before = value + change;
+    }
+    for (at, harmonic) in timeline.harmonics() {
+        if *at == coordinate {
+            // Two amplitudes for each half turn begun, and the onset.
+            let half_turns = (harmonic.frequency * end).abs() / std::f64::consts::PI + 1.0;
+            total += harmonic.amplitude.abs() * (2.0 * half_turns + 1.0);
+        }
+    }
+    total
+}
+
+impl Limits {
+    /// `None` where the system feeds energy in, damping couples shapes, something floats or has no mass of
+    /// its own.
+    fn of(problem: &Problem<'_>, modes: &SparseModes, kept: &Kept) -> Option<Limits> {
+        let system = problem.system();
+        let structure = system.structure();
+        let uncoupled = structure.is_undamped() || structure.is_classical();
+        let lumped = system.masses().iter().all(|mass| *mass > 0.0)
+            && system.added(eigentone_modes::MatrixKind::Mass).is_none()
+            && system
+                .added_sparse(eigentone_modes::MatrixKind::Mass)
+                .is_none();
+        if !(structure.is_passive() && uncoupled && lumped) {
+            return None;
+        }
+        let flexibility = modes.residual_flexibility_diagonal()?;
+        let mut inertia: Vec<f64> = system.masses().iter().map(|mass| mass.recip()).collect();
+        for k in 0..modes.len() {
+            let pairs = inertia.iter_mut().zip(modes.shapes().col(k).iter());
+            pairs.for_each(|(rest, x)| *rest -= x * x);
+        }
+        inertia.iter_mut().for_each(|rest| *rest = rest.max(0.0));
+        let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max).sqrt();
+        let [x, v] = &kept.rest;
+        let moving: f64 = v.iter().zip(system.masses()).map(|(v, m)| m * v * v).sum();
+        Some(Limits {
+            initial: (modes.twice_potential_energy(x) + moving).sqrt(),
+            reach: [largest(&flexibility), largest(&inertia)],
+            inertia,
+        })
+    }
+}

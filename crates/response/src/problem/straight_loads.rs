@@ -1,0 +1,186 @@
+//! The sums of all straight loads on each coordinate.
+
+use eigentone_digits::Real;
+
+use super::applied_load::AppliedLoad;
+use super::instant::Instant;
+use super::law::Law;
+use super::load::Load;
+use super::straight_load::{Known, StraightLoad};
+
+/// The sum of several straight loads in a binary tree, so that a change of one of n takes the work of
+/// log n, and every sum is made anew from its parts: no rounding stays behind.
+#[derive(Clone, Debug)]
+struct Sum<T> {
+    /// Node 1 is the root, those below node k are 2k and 2k + 1, the last half are the loads; each from
+    /// the latest instant on at which one of its loads changed its law.
+    nodes: Vec<Option<(Instant, StraightLoad<T>)>>,
+}
+
+impl<T: Real> Sum<T> {
+    fn of(loads: usize) -> Sum<T> {
+        Sum {
+            nodes: vec![None; 2 * loads.next_power_of_two()],
+        }
+    }
+
+    fn root(&self) -> Option<&(Instant, StraightLoad<T>)> {
+        self.nodes[1].as_ref()
+    }
+
+    /// Another law for the load of this number; `elapsed` gives the seconds from one instant to another.
+    fn set(&mut self, number: usize, law: &Law, elapsed: impl Fn(&Instant, &Instant) -> Known<T>) {
+        let mut node = self.nodes.len() / 2 + number;
+        self.nodes[node] = Some((law.since, law.start()));
+        while node > 1 {
+            node /= 2;
+            self.nodes[node] = match (&self.nodes[2 * node], &self.nodes[2 * node + 1]) {
+                (Some((a_since, a)), Some((b_since, b))) => {
+                    Some(if a_since.order(b_since).is_lt() {
+                        (*b_since, a.after(elapsed(a_since, b_since)).plus(b))
+                    } else {
+                        (*a_since, a.plus(&b.after(elapsed(b_since, a_since))))
+                    })
+                }
+                (one, None) => *one,
+                (None, other) => *other,
+            };
+        }
+    }
+}
+
+/// The straight loads of a problem as time goes on, summed up for each coordinate that has any.
+#[derive(Clone, Debug)]
+pub(crate) struct StraightLoads<T> {
+    /// For each load that runs straight, which of `sums` it belongs to, and its number there.
+    places: Vec<Option<(usize, usize)>>,
+    /// By rising coordinate.
+    sums: Vec<(usize, Sum<T>)>,
+}
+
+impl<T: Real> StraightLoads<T> {
+    /// Before any has begun.
+    pub(crate) fn of(loads: &[AppliedLoad]) -> StraightLoads<T> {
+        let runs_straight = |applied: &&AppliedLoad| match applied.load {
+            Load::Step(_) | Load::Ramp(_) | Load::Samples(_) => true,
+            Load::Harmonic(_) | Load::Impulse(_) => false,
+        };
+        let straight = loads.iter().filter(runs_straight);
+        let mut coordinates: Vec<usize> = straight.map(|applied| applied.coordinate).collect();
+        coordinates.sort_unstable();
+        coordinates.dedup();
+        let mut counts = vec![0; coordinates.len()];
+        let places = loads.iter().map(|applied| {
+            let straight = Some(applied).filter(runs_straight)?;
+            let place = coordinates.binary_search(&straight.coordinate).ok()?;
+            counts[place] += 1;
+            Some((place, counts[place] - 1))
+        });
+        let places = places.collect();
+        let sums = coordinates.into_iter().zip(counts);
+        StraightLoads {
+            places,
+            sums: sums.map(|(on, count)| (on, Sum::of(count))).collect(),
+        }
+    }
+
+    /// A law sets in; `elapsed` gives the seconds from one instant to another.
+    pub(crate) fn set(&mut self, law: &Law, elapsed: impl Fn(&Instant, &Instant) -> Known<T>) {
+        if let Some((place, number)) = self.places[law.load] {
+            self.sums[place].1.set(number, law, elapsed);
+        }
+    }
+
+    /// Whether one of the sums changes with time, or may.
+    pub(crate) fn are_sloped(&self) -> bool {
+        let mut roots = self.sums.iter().filter_map(|(_, sum)| sum.root());
+        roots.any(|(_, straight)| straight.is_sloped())
+    }
+
+    /// Coordinate and load of each sum that has begun, where `elapsed` gives the seconds since an instant.
+    pub(crate) fn now(
+        &self,
+        elapsed: impl Fn(&Instant) -> Known<T>,
+    ) -> impl Iterator<Item = (usize, StraightLoad<T>)> {
+        self.sums.iter().filter_map(move |(coordinate, sum)| {
+            let (since, straight) = sum.root()?;
+            Some((*coordinate, straight.after(elapsed(since))))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use eigentone_modes::{GROUND, System};
+
+    use crate::{Problem, Ramp, Response, ResponsePlan, Step};
+
+    /// Loads that begin every `spacing` s, in no order.
+    fn problem(system: &System, loads: usize, spacing: f64, every: f64) -> Problem<'_> {
+        let mut response = Response::of(system);
+        for k in 0..loads {
+            let start = spacing * ((k * 7919) % loads) as f64;
+            let size = if k % 2 == 0 { 1.0 } else { -1.0 };
+            response = match k % 3 {
+                0 => response.load("m", Ramp::of(size).starting_at(start)),
+                _ => response.load("m", Step::of(size).starting_at(start)),
+            };
+        }
+        response
+            .every(every)
+            .until(spacing * loads as f64)
+            .problem()
+            .expect("a problem")
+    }
+
+    fn oscillator() -> System {
+        let mass = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0);
+        mass.damper(GROUND, "m", 0.3).build().expect("a system")
+    }
+
+    /// The force of every piece, of loads added up one by one.
+    #[test]
+    fn sums_in_a_tree_are_those_of_all_loads() {
+        let system = oscillator();
+        for loads in [1, 2, 3, 50] {
+            let problem = problem(&system, loads, 8.0 / loads as f64, 0.25);
+            let pieces = problem.timeline().pieces();
+            for (at, piece) in pieces.iter().enumerate() {
+                let (mut found, t) = ([0.0], piece.start() + 0.01);
+                problem.timeline().force(at, t, &mut found);
+                let each = problem.loads().iter().map(|applied| match &applied.load {
+                    crate::Load::Step(step) if step.start <= piece.start() => step.force,
+                    crate::Load::Ramp(ramp) if ramp.start <= piece.start() => {
+                        ramp.rate * (t - ramp.start)
+                    }
+                    _ => 0.0,
+                });
+                let wanted: f64 = each.sum();
+                assert!(
+                    (found[0] - wanted).abs() < 1e-12,
+                    "{at}: {found:?} {wanted}"
+                );
+            }
+        }
+    }
+
+    /// Many loads are answered with proof, in a time that grows as their number does.
+    #[test]
+    fn many_loads_take_little_more_time_each_than_few() {
+        let system = oscillator();
+        let taken = |loads: usize| {
+            let problem = problem(&system, loads, 1e-3, 1e-3);
+            let start = Instant::now();
+            let plan = ResponsePlan::of(&problem).expect("a plan");
+            let motion = plan.run(&problem).expect("a motion");
+            assert_eq!(motion.bounds(), eigentone_modes::Bounds::Proven);
+            start.elapsed()
+        };
+        let least = |loads| (0..3).map(|_| taken(loads)).min().unwrap_or(Duration::MAX);
+        let (few, many) = (least(4_000), least(32_000));
+        // 8 times as many: a quadratic time would be 64 times as long.
+        assert!(many < 30 * few, "{few:?} {many:?}");
+    }
+}

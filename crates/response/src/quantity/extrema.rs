@@ -1,0 +1,423 @@
+//! The extrema of a motion, its largest velocities, and when it settles, between the instants too.
+
+use crate::answer::Trajectory;
+use crate::certified::follow::{INVISIBLE, Point, ROUNDING, Stretch, follow};
+use crate::problem::Problem;
+
+/// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
+/// end, at any time and not only at the instants of the grid.
+///
+/// Between the instants the exact solution is halved until it is, to nine digits of its range, a
+/// polynomial of degree five through displacement, velocity and acceleration at both ends. Each
+/// extremum is then a root of the exact velocity, or acceleration, found by bisection. All is done in doubles, from
+/// steps that are right to their last digits: values are good to about 12 digits, and times to half of
+/// them, for there a motion is flat. [`ByCertifiedExponential::at`](crate::ByCertifiedExponential::at)
+/// gives the displacement at such a time with a proven bound.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Extrema, Response, State};
+///
+/// let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0).build()?;
+/// let from = State::at_rest().push("m", 3.0);
+/// let problem = Response::of(&system).from(from).every(1.0).until(6.0).problem()?;
+/// let trajectory = eigentone_response::ResponsePlan::of(&problem)?.run(&problem)?;
+/// let extrema = Extrema::of(&problem, &trajectory).expect("it is easily followed");
+/// let highest = extrema.highest()[0];
+/// assert!((highest.displacement - 3.0).abs() < 1e-12);
+/// assert!((highest.time - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+/// assert_eq!((extrema.fastest()[0].velocity, extrema.fastest()[0].time), (3.0, 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extrema {
+    highest: Vec<Extremum>,
+    lowest: Vec<Extremum>,
+    fastest: Vec<Fastest>,
+    jumps: Vec<Vec<Jump>>,
+}
+
+/// A displacement and when it is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremum {
+    /// In m.
+    pub displacement: f64,
+    /// In s; the first time, where it is reached more than once.
+    pub time: f64,
+}
+
+/// A velocity and when it is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fastest {
+    /// In m/s, with its sign.
+    pub velocity: f64,
+    /// In s; the first time, where it is reached more than once.
+    pub time: f64,
+}
+
+/// An instant at which a coordinate's displacement, its velocity or both change at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// When, in s.
+    pub time: f64,
+    /// Before and after it, in m.
+    pub displacement: [f64; 2],
+    /// Before and after it, in m/s.
+    pub velocity: [f64; 2],
+}
+
+impl Fastest {
+    /// Takes another velocity where it is larger, by more than rounding.
+    fn compare(&mut self, velocity: f64, time: f64) {
+        if velocity.abs() > self.velocity.abs() * (1.0 + 1e-12) {
+            *self = Fastest { velocity, time };
+        }
+    }
+}
+
+impl Extrema {
+    /// The extrema of a motion, of which `trajectory` has the instants. `None` where it asks for
+    /// too many points in between, such as a motion of very many oscillations from one instant to the
+    /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
+    pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
+        if problem.system().is_large() {
+            return None;
+        }
+        let x = trajectory.displacement();
+        let n = x.nrows();
+        let first = |i: usize| Extremum {
+            displacement: problem.initial_displacement()[i],
+            time: 0.0,
+        };
+        let start = |i: usize| Fastest {
+            velocity: problem.initial_velocity()[i],
+            time: 0.0,
+        };
+        let mut extrema = Extrema {
+            highest: (0..n).map(first).collect(),
+            lowest: (0..n).map(first).collect(),
+            fastest: (0..n).map(start).collect(),
+            jumps: vec![Vec::new(); n],
+        };
+        let mut seen = false;
+        // Displacement and velocity at the end of the stretch before.
+        let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
+        follow(problem, 0, ranges(trajectory), &mut |stretch| {
+            if !seen {
+                // A node without mass does not begin where it is not told to.
+                seen = true;
+                for i in 0..n {
+                    let displacement = stretch.left.x(i);
+                    let start = Extremum {
+                        displacement,
+                        time: 0.0,
+                    };
+                    (extrema.highest[i], extrema.lowest[i]) = (start, start);
+                    extrema.fastest[i] = Fastest {
+                        velocity: stretch.left.v(i),
+                        time: 0.0,
+                    };
+                }
+            }
+            for i in 0..n {
+                raise(stretch, i, 1.0, &mut extrema.highest[i]);
+                raise(stretch, i, -1.0, &mut extrema.lowest[i]);
+                hasten(stretch, i, &mut extrema.fastest[i]);
+            }
+            if !before.is_empty() {
+                extrema.note_jumps(&before, stretch);
+            }
+            before.clear();
+            before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
+        })?;
+        Some(extrema)
+    }
+
+    /// The highest displacement of each coordinate. Where a load makes it jump, both values count.
+    pub fn highest(&self) -> &[Extremum] {
+        &self.highest
+    }
+
+    /// The lowest displacement of each coordinate. Where a load makes it jump, both values count.
+    pub fn lowest(&self) -> &[Extremum] {
+        &self.lowest
+    }
+
+    /// The velocity of largest size of each coordinate, the first one on ties. Where an impulse makes it jump, both
+    /// values count.
+    pub fn fastest(&self) -> &[Fastest] {
+        &self.fastest
+    }
+
+    /// Where displacement or velocity of a coordinate jump after t = 0, in the order of time, as impulses and loads on
+    /// nodes without mass let them: the first thousand that show in nine digits.
+    pub fn jumps(&self, coordinate: usize) -> &[Jump] {
+        &self.jumps[coordinate]
+    }
+
+    /// Compares the beginning of a stretch with the end of the one before.
+    fn note_jumps(&mut self, before: &[[f64; 2]], stretch: &Stretch<'_>) {
+        const MOST: usize = 1000;
+        let range = |i: usize| {
+            let (high, low) = (self.highest[i].displacement, self.lowest[i].displacement);
+            [high.abs().max(low.abs()), self.fastest[i].velocity.abs()]
+        };
+        let mut all: Option<[f64; 2]> = None;
+        for (i, x_v) in before.iter().enumerate() {
+            let after = [stretch.left.x(i), stretch.left.v(i)];
+            if after == *x_v || self.jumps[i].len() == MOST {
+                continue;
+            }
+            let own = range(i);
+            let all = *all.get_or_insert_with(|| {
+                let ranges = (0..before.len()).map(range);
+                ranges.fold([0.0; 2], |[x, v]: [f64; 2], [a, b]| [x.max(a), v.max(b)])
+            });
+            let shows = |kind: usize| {
+                let least = (INVISIBLE * own[kind]).max(ROUNDING * all[kind]);
+                (after[kind] - x_v[kind]).abs() > least
+            };
+            if shows(0) || shows(1) {
+                self.jumps[i].push(Jump {
+                    time: stretch.start,
+                    displacement: [x_v[0], after[0]],
+                    velocity: [x_v[1], after[1]],
+                });
+            }
+        }
+    }
+
+    /// The extremum of larger size, the first one on ties, of each coordinate.
+    pub fn peak(&self, coordinate: usize) -> Extremum {
+        let (high, low) = (self.highest[coordinate], self.lowest[coordinate]);
+        let (up, down) = (high.displacement.abs(), low.displacement.abs());
+        if up > down || up == down && high.time <= low.time {
+            high
+        } else {
+            low
+        }
+    }
+}
+
+/// The largest displacement of each coordinate among the instants.
+fn ranges(trajectory: &Trajectory) -> Vec<f64> {
+    let x = trajectory.displacement();
+    let range = |i: usize| x.row(i).iter().fold(0.0, |top: f64, x| top.max(x.abs()));
+    (0..x.nrows()).map(range).collect()
+}
+
+/// Takes the highest (`sign` 1) or lowest (−1) displacement of a stretch if it beats the best.
+fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
+    // What is equal but for rounding is reached first where it is reached first.
+    let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > 1e-12 * x.abs();
+    let (left, right) = (stretch.left, stretch.right);
+    // The left end may be beside a jump.
+    for (point, time) in [
+        (left, stretch.start),
+        (right, stretch.start + stretch.length),
+    ] {
+        let displacement = point.x(i);
+        if beats(displacement, best) {
+            *best = Extremum { displacement, time };
+        }
+    }
+    let turns = sign * left.v(i) > 0.0 && sign * right.v(i) < 0.0;
+    if !turns {
+        return;
+    }
+    let about = stretch.turning_value(i);
+    if sign * (about - best.displacement) < -INVISIBLE * about.abs() {
+        return;
+    }
+    let (time, point) = stretch.bisect(|point: &Point| sign * point.v(i) <= 0.0);
+    if beats(point.x(i), best) {
+        *best = Extremum {
+            displacement: point.x(i),
+            time,
+        };
+    }
+}
+
+/// Takes the largest velocity of a stretch if it beats the best. Either end may be beside a jump.
+fn hasten(stretch: &mut Stretch<'_>, i: usize, best: &mut Fastest) {
+    let (left, right) = (stretch.left, stretch.right);
+    best.compare(left.v(i), stretch.start);
+    best.compare(right.v(i), stretch.start + stretch.length);
+    let (before, after) = (left.a(i), right.a(i));
+    let rise = stretch.length * before.abs().max(after.abs());
+    let turns = before > 0.0 && after < 0.0 || before < 0.0 && after > 0.0;
+    if turns && left.v(i).abs().max(right.v(i).abs()) + rise > best.velocity.abs() {
+        let (time, point) = stretch.bisect(|point: &Point| point.a(i) * before <= 0.0);
+        best.compare(point.v(i), time);
+    }
+}
+
+/// A band about a displacement, in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Band {
+    pub(crate) centre: f64,
+    pub(crate) half_width: f64,
+}
+
+impl Band {
+    pub(crate) fn excludes(&self, x: f64) -> bool {
+        (x - self.centre).abs() > self.half_width
+    }
+}
+
+/// When each coordinate that has a band was last outside it, in s, at any time from the instant
+/// `from` of the grid on: 0 if it never was, `None` if it is at the very end. `None` in place of all
+/// where the motion cannot be followed.
+pub(crate) fn last_outside(
+    problem: &Problem<'_>,
+    trajectory: &Trajectory,
+    from: u64,
+    bands: &[Option<Band>],
+) -> Option<Vec<Option<f64>>> {
+    /// A stretch is looked at in so many places.
+    const PLACES: u32 = 32;
+    let mut last = vec![Some(0.0); bands.len()];
+    follow(problem, from, ranges(trajectory), &mut |stretch| {
+        for (i, band) in bands.iter().enumerate() {
+            let Some(band) = band else { continue };
+            let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));
+            let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
+            let Some(mut out) = places.find(|s| excludes(*s)) else {
+                continue;
+            };
+            if out == 1.0 {
+                // Outside at the end of a stretch; what follows tells more, but for the last one.
+                last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
+                continue;
+            }
+            // It comes in between this place and the next.
+            let mut inside = out + 1.0 / f64::from(PLACES);
+            for _ in 0..50 {
+                let middle = 0.5 * (out + inside);
+                if excludes(middle) {
+                    out = middle;
+                } else {
+                    inside = middle;
+                }
+            }
+            last[i] = Some(stretch.start + out * stretch.length);
+        }
+    })?;
+    Some(last)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Impulse, Response, ResponsePlan, State, Step};
+    use eigentone_modes::{GROUND, System};
+
+    fn extrema(system: &System, ask: impl Fn(Response<'_>) -> Response<'_>) -> Extrema {
+        let problem = ask(Response::of(system)).problem().expect("a problem");
+        let trajectory = ResponsePlan::of(&problem).expect("a plan").run(&problem);
+        Extrema::of(&problem, &trajectory.expect("a motion")).expect("it can be followed")
+    }
+
+    /// Of unit mass.
+    fn oscillator(omega: f64, zeta: f64) -> System {
+        let mass = System::builder().mass("m", 1.0);
+        let held = mass.spring(GROUND, "m", omega * omega);
+        let damped = held.damper(GROUND, "m", 2.0 * zeta * omega);
+        damped.build().expect("a system")
+    }
+
+    #[test]
+    fn the_overshoot_of_a_step_is_that_of_the_closed_form() {
+        // x″ + 2ζωx′ + ω²x = ω² from rest peaks at π/ω_d with 1 + e^(−πζ/√(1−ζ²)); a grid of one
+        // instant a period sees little of it.
+        for zeta in [0.001f64, 0.1, 0.5, 0.9] {
+            let omega = 7.0;
+            let found = extrema(&oscillator(omega, zeta), |r| {
+                r.load("m", Step::of(omega * omega)).every(0.9).until(18.0)
+            });
+            let root = (1.0 - zeta * zeta).sqrt();
+            let peak = found.peak(0);
+            let wanted = 1.0 + (-std::f64::consts::PI * zeta / root).exp();
+            assert!(
+                (peak.displacement - wanted).abs() < 1e-12,
+                "{zeta}: {peak:?}"
+            );
+            let time = std::f64::consts::PI / (omega * root);
+            assert!((peak.time - time).abs() < 1e-6, "{zeta}: {peak:?} {time}");
+            assert!(found.lowest()[0].displacement.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_grid_of_whole_periods_hides_nothing() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let step = 2.0 * std::f64::consts::TAU;
+        let found = extrema(&system, |r| {
+            r.from(State::at_rest().push("m", 1.0))
+                .every(step)
+                .until(2.0 * step)
+        });
+        assert!((found.highest()[0].displacement - 1.0).abs() < 1e-12);
+        assert!((found.highest()[0].time - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
+        assert!((found.lowest()[0].displacement + 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_largest_velocity_is_that_of_the_closed_form() {
+        // The impulse response e^(−ζωt)·sin(ω_d t) of a step's velocity is steepest at atan(ω_d/ζω)/ω_d.
+        for zeta in [0.01f64, 0.3, 0.8] {
+            let omega = 3.0;
+            let found = extrema(&oscillator(omega, zeta), |r| {
+                r.load("m", Step::of(omega * omega)).every(1.7).until(17.0)
+            });
+            let damped = omega * (1.0 - zeta * zeta).sqrt();
+            let time = (damped / (zeta * omega)).atan() / damped;
+            let wanted =
+                omega * omega / damped * (-zeta * omega * time).exp() * (damped * time).sin();
+            let fastest = found.fastest()[0];
+            assert!(
+                (fastest.velocity - wanted).abs() < 1e-12,
+                "{zeta}: {fastest:?} {wanted}"
+            );
+            assert!(
+                (fastest.time - time).abs() < 1e-6,
+                "{zeta}: {fastest:?} {time}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_jump_of_the_velocity_is_seen_from_both_sides() {
+        // From 3 m/s an impulse of −4 N·s leaves −1 m/s, one of −10 leaves −7.
+        let system = System::builder().mass("m", 1.0).build().expect("a system");
+        for (impulse, fastest) in [(-4.0, 3.0), (-10.0, -7.0)] {
+            let found = extrema(&system, |r| {
+                r.from(State::at_rest().push("m", 3.0))
+                    .load("m", Impulse::of(impulse).at(1.25))
+                    .every(1.0)
+                    .until(4.0)
+            });
+            let found = found.fastest()[0];
+            assert!((found.velocity - fastest).abs() < 1e-12, "{found:?}");
+            assert_eq!(found.time, if fastest > 0.0 { 0.0 } else { 1.25 });
+        }
+    }
+
+    #[test]
+    fn peaks_between_events_are_seen() {
+        // Pulled by 1 for 2 s and then let go: afterwards it swings by 2·sin 1.
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let off = Step::of(-1.0).starting_at(2.0);
+        let found = extrema(&system, |r| {
+            r.load("m", Step::of(1.0))
+                .load("m", off)
+                .every(3.0)
+                .until(30.0)
+        });
+        let swing = 2.0 * 1f64.sin();
+        assert!((found.highest()[0].displacement - swing).abs() < 1e-12);
+        assert!((found.lowest()[0].displacement + swing).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,13 @@
+//! What is read off a motion: extrema, settling, energies, forces in elements. It knows `problem`, `answer`,
+//! `hold` and `certified`, which follows a motion between its instants.
+
+mod element_force;
+mod energy;
+mod extrema;
+mod persistence;
+mod summary;
+
+pub use element_force::ElementForces;
+pub use energy::Energy;
+pub use extrema::{Extrema, Extremum, Fastest, Jump};
+pub use summary::{CoordinateSummary, Destination, Summary};

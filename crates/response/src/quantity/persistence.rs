@@ -1,0 +1,216 @@
+//! The part of a motion that never dies out: modes with Re λ ≥ 0, and what sustained loads keep up.
+//!
+//! The left and right shapes y, x of the roots are biorthogonal in the pencil's linear form,
+//! y_iᵀ((λ_i + λ_j)M + C)x_j = 0 for λ_i ≠ λ_j (Tisseur & Meerbergen 2001, *SIAM Rev.* 43, section
+//! 3). So c = yᵀ((λM + C)x + Mv) obeys c′ = λc + yᵀf by itself, whatever else moves.
+
+use eigentone_modes::{Mode, Modes, Motion, Structure, System};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatRef, c64};
+
+use crate::problem::Harmonic;
+
+/// Loads as they go on from an instant, in N, N/s and as sinusoids.
+#[derive(Clone, Debug)]
+pub(crate) struct Sustained {
+    pub(crate) time: f64,
+    pub(crate) force: Vec<f64>,
+    pub(crate) rate: Vec<f64>,
+    pub(crate) harmonics: Vec<(usize, Harmonic)>,
+}
+
+/// For each coordinate, the amplitude in m of what goes on for ever.
+#[derive(Clone, Debug)]
+pub(crate) struct Persistence {
+    /// By undamped modes and by sinusoidal loads.
+    pub(crate) oscillation: Vec<f64>,
+    /// By growing modes, and by what sinusoidal loads in resonance with undamped ones have built up
+    /// so far.
+    pub(crate) growth: Vec<f64>,
+}
+
+impl Persistence {
+    /// For the motion that passes through the displacements `x` and velocities `v` while `loads`
+    /// act.
+    pub(crate) fn of(
+        system: &System,
+        structure: &Structure,
+        modes: &Modes,
+        (x, v): (&[f64], &[f64]),
+        loads: &Sustained,
+    ) -> Persistence {
+        let n = system.len();
+        let mut persistence = Persistence {
+            oscillation: vec![0.0; n],
+            growth: vec![0.0; n],
+        };
+        let lasting: Vec<&Mode> = modes
+            .iter()
+            .filter(|mode| is_steady(mode) || mode.motion() == Motion::Growing)
+            .collect();
+        persistence.add_modes(system, structure, &lasting, (x, v), loads);
+        persistence.add_sinusoids(system, loads);
+        persistence
+    }
+
+    fn add_modes(
+        &mut self,
+        system: &System,
+        structure: &Structure,
+        lasting: &[&Mode],
+        (x, v): (&[f64], &[f64]),
+        loads: &Sustained,
+    ) {
+        let (n, count) = (system.len(), lasting.len());
+        if count == 0 {
+            return;
+        }
+        let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+        let roots: Vec<c64> = lasting.iter().map(|mode| mode.eigenvalue().value).collect();
+        let right = Mat::from_fn(n, count, |i, k| lasting[k].shape()[i]);
+        let left = if structure.is_symmetric() {
+            right.clone()
+        } else {
+            let left: Vec<Vec<c64>> = lasting
+                .iter()
+                .map(|mode| left_shape(system, mode))
+                .collect();
+            Mat::from_fn(n, count, |i, k| left[k][i])
+        };
+        let (mass_x, damping_x) = (
+            apply(&mass, right.as_ref()),
+            apply(&damping, right.as_ref()),
+        );
+        let products = (left.transpose() * mass_x, left.transpose() * damping_x);
+        let mut gram = Mat::from_fn(count, count, |i, j| {
+            (roots[i] + roots[j]) * products.0[(i, j)] + products.1[(i, j)]
+        });
+        let state = |i: usize| (c64::from(x[i]), c64::from(v[i]));
+        let column = Mat::from_fn(n, 2, |i, j| if j == 0 { state(i).0 } else { state(i).1 });
+        let (mass_state, damping_state) = (
+            apply(&mass, column.as_ref()),
+            apply(&damping, column.as_ref()),
+        );
+        // What moves freely, and what a resonance has built up.
+        let mut free = Mat::<c64>::zeros(count, 2);
+        for k in 0..count {
+            let root = roots[k];
+            let along =
+                |f: &dyn Fn(usize) -> c64| -> c64 { (0..n).map(|i| left[(i, k)] * f(i)).sum() };
+            let total =
+                along(&|i| root * mass_state[(i, 0)] + damping_state[(i, 0)] + mass_state[(i, 1)]);
+            let mut forced =
+                -along(&|i| c64::from(loads.force[i]) / root + loads.rate[i] / (root * root));
+            for (coordinate, load) in &loads.harmonics {
+                let omega = c64::new(0.0, load.frequency);
+                let phase = c64::new(0.0, load.frequency * loads.time + load.phase);
+                let force = left[(*coordinate, k)] * load.amplitude / c64::new(0.0, 2.0);
+                for (omega, phase, sign) in [(omega, phase, 1.0), (-omega, -phase, -1.0)] {
+                    if (omega - root).norm() <= RESONANCE * root.norm() {
+                        free[(k, 1)] += force.norm() * loads.time;
+                    } else {
+                        forced += sign * force * phase.exp() / (omega - root);
+                    }
+                }
+            }
+            free[(k, 0)] = total - forced;
+            if lasting[k].roots() > 1 {
+                // It has no amplitude of its own: where it is stirred at all, it grows.
+                gram[(k, k)] = c64::from(1.0);
+                (0..count).filter(|&j| j != k).for_each(|j| {
+                    gram[(k, j)] = c64::from(0.0);
+                    gram[(j, k)] = c64::from(0.0);
+                });
+            }
+        }
+        let amplitudes = gram.partial_piv_lu().solve(&free);
+        for (k, mode) in lasting.iter().enumerate() {
+            let grows = !is_steady(mode) || mode.roots() > 1;
+            for i in 0..n {
+                // A pair moves with both of its roots.
+                let pair = if roots[k].im == 0.0 { 1.0 } else { 2.0 };
+                let amplitude = pair * (right[(i, k)] * amplitudes[(k, 0)]).norm();
+                let into = if grows {
+                    &mut self.growth
+                } else {
+                    &mut self.oscillation
+                };
+                into[i] += amplitude;
+                self.growth[i] += pair * (right[(i, k)] * amplitudes[(k, 1)]).norm();
+            }
+        }
+    }
+
+    /// The steady motion under sinusoidal loads: (K − Ω²M + iΩC) X = F.
+    fn add_sinusoids(&mut self, system: &System, loads: &Sustained) {
+        let n = system.len();
+        if loads.harmonics.is_empty() {
+            return;
+        }
+        let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+        let stiffness = system.stiffness_matrix();
+        for (coordinate, load) in &loads.harmonics {
+            // Beside a resonance, where the answer has the same zeros.
+            let omega = load.frequency * (1.0 + RESONANCE);
+            let dynamic = Mat::from_fn(n, n, |i, j| {
+                let real = stiffness[(i, j)] - omega * omega * mass[(i, j)];
+                c64::new(real, omega * damping[(i, j)])
+            });
+            let mut amplitude = Mat::<c64>::zeros(n, 1);
+            amplitude[(*coordinate, 0)] = c64::from(load.amplitude);
+            let motion = dynamic.partial_piv_lu().solve(&amplitude);
+            for i in 0..n {
+                self.oscillation[i] += motion[(i, 0)].norm();
+            }
+        }
+    }
+}
+
+/// How close, relatively, a load's frequency must be to an undamped mode's to be its own: beyond
+/// this, beats of finite amplitude are told apart from growth in doubles.
+const RESONANCE: f64 = 1e-12;
+
+/// Whether a mode neither decays nor grows, as far as can be told: its real part is within its
+/// bound, and so small that 10^12 radians would pass before it showed. Rigid ones are not meant.
+fn is_steady(mode: &Mode) -> bool {
+    let root = mode.eigenvalue();
+    let bound = root.real_bound.unwrap_or(f64::INFINITY);
+    root.value.im != 0.0 && root.value.re.abs() <= bound.min(1e-12 * root.value.norm())
+}
+
+/// y with yᵀQ(λ) = 0.
+fn left_shape(system: &System, mode: &Mode) -> Vec<c64> {
+    if let Some(shape) = mode.left_shape() {
+        return shape.iter().map(|entry| entry.conj()).collect();
+    }
+    // At a defective root: the direction that Q(λ) reaches least.
+    let root = mode.eigenvalue().value;
+    let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+    let stiffness = system.stiffness_matrix();
+    let n = system.len();
+    let q = Mat::from_fn(n, n, |i, j| {
+        root * root * mass[(i, j)] + root * damping[(i, j)] + stiffness[(i, j)]
+    });
+    let Ok(svd) = q.svd() else {
+        return mode.shape().to_vec();
+    };
+    let least: Vec<c64> = (0..n).map(|i| svd.U()[(i, n - 1)].conj()).collect();
+    let size = least
+        .iter()
+        .fold(0.0f64, |top, entry| top.max(entry.norm()));
+    least.iter().map(|entry| entry / size).collect()
+}
+
+/// A real matrix times complex columns.
+fn apply(matrix: &Mat<f64>, columns: MatRef<'_, c64>) -> Mat<c64> {
+    let part = |take: fn(&c64) -> f64| {
+        matrix
+            * Mat::from_fn(columns.nrows(), columns.ncols(), |i, j| {
+                take(&columns[(i, j)])
+            })
+    };
+    let (re, im) = (part(|z| z.re), part(|z| z.im));
+    Mat::from_fn(columns.nrows(), columns.ncols(), |i, j| {
+        c64::new(re[(i, j)], im[(i, j)])
+    })
+}

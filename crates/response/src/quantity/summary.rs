@@ -1,0 +1,866 @@
+//! What becomes of each coordinate: its peak, where it ends up, and when it has settled there.
+
+use eigentone_modes::{Bounds, Modes, Motion, System};
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
+use super::extrema::{Band, Extrema, Extremum, Fastest, last_outside};
+use super::persistence::{Persistence, Sustained};
+use crate::answer::Trajectory;
+use crate::problem::{Floating, Harmonic, Load, Problem, equilibrium};
+
+/// Beside the largest displacement of the coordinate, a motion below this cannot be seen in a table
+/// of six digits.
+const VISIBLE: f64 = 1e-9;
+/// Beside the largest displacement of all coordinates, a motion below this is rounding.
+const ROUNDING: f64 = 1e-12;
+/// The band around the end, in parts of the largest deviation from it, inside which a coordinate
+/// counts as settled.
+const BAND: f64 = 0.02;
+
+/// A coordinate overshoots where it goes some way to its end: at least this part of its largest deviation from it.
+const WAY: f64 = 0.1;
+
+/// A trajectory in a few numbers for each coordinate.
+///
+/// ```
+/// use eigentone_modes::{GROUND, System};
+/// use eigentone_response::{Destination, Response, ResponsePlan, Step, Summary};
+///
+/// let system = System::builder()
+///     .mass("m", 1.0)
+///     .spring(GROUND, "m", 4.0)
+///     .damper(GROUND, "m", 0.8)
+///     .build()?;
+/// let problem = Response::of(&system)
+///     .load("m", Step::of(2.0))
+///     .every(0.5)
+///     .until(50.0)
+///     .problem()?;
+/// let motion = ResponsePlan::of(&problem)?.run(&problem)?;
+/// let summary = Summary::of(&problem, &motion, &system.modes()?).ok_or("no instants")?;
+/// match summary.coordinates()[0].destination {
+///     Destination::Rest { displacement, settled, .. } => {
+///         assert_eq!(displacement, 0.5);
+///         assert!(settled < Some(10.0));
+///     }
+///     other => panic!("{other:?}"),
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    coordinates: Vec<CoordinateSummary>,
+    extrema: Option<Extrema>,
+}
+
+/// One coordinate's motion in a few numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoordinateSummary {
+    /// The displacement of largest magnitude, in m, with its sign; the first one on ties.
+    pub peak: f64,
+    /// When that is, in s.
+    pub peak_time: f64,
+    /// The velocity of largest magnitude, in m/s, with its sign; the first one on ties.
+    pub fastest: f64,
+    /// When that is, in s.
+    pub fastest_time: f64,
+    /// Where it ends up.
+    pub destination: Destination,
+}
+
+/// Where a coordinate ends up if the loads go on as they are at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Destination {
+    /// It comes to rest.
+    Rest {
+        /// At this displacement in m, the equilibrium under the final constant loads.
+        displacement: f64,
+        /// The last time in s at which it is farther away than 2 % of the largest deviation, 0 if
+        /// there is none; `None` if it still is at the end.
+        settled: Option<f64>,
+        /// How far it goes beyond the end, in parts of the way there from where it starts; `None`
+        /// if it starts there, or so near that this way is less than a tenth of the largest deviation from the end.
+        overshoot: Option<f64>,
+    },
+    /// It keeps oscillating.
+    Oscillation,
+    /// It moves away steadily, or ever faster, along a motion that no spring resists or under a
+    /// load that grows steadily.
+    Drift,
+    /// It grows without limit: the system is unstable, or driven in resonance without damping.
+    Growth,
+}
+
+impl Summary {
+    /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks, velocities and settling are
+    /// those of the motion itself, also between the instants, if the trajectory goes to the end of the
+    /// grid, its bounds are proven and the motion can be followed; else those of the instants:
+    /// [`is_between`](Self::is_between) says which. The last instant decides what keeps moving, of which
+    /// what is too small to be seen in six digits is left out. `None` if there are no instants, or
+    /// none by its index, and for a [large](eigentone_modes::System::is_large) system, of which not all modes
+    /// can be had.
+    pub fn of(problem: &Problem<'_>, trajectory: &Trajectory, modes: &Modes) -> Option<Summary> {
+        let system = problem.system();
+        if system.is_large() {
+            return None;
+        }
+        let n = system.len();
+        let (x, v) = (trajectory.displacement(), trajectory.velocity());
+        let latest = (0..trajectory.steps().len()).max_by_key(|&k| trajectory.steps()[k])?;
+        let now = sustained(problem, trajectory.times()[latest]);
+        let last = Last {
+            x: (0..n).map(|i| x[(i, latest)]).collect(),
+            v: (0..n).map(|i| v[(i, latest)]).collect(),
+            speed: v.norm_max(),
+        };
+        let structure = system.structure();
+        let rigid = modes.iter().any(|mode| mode.motion() == Motion::Rigid);
+        let floating = Floating::of(system, structure, rigid);
+        let state = (last.x.as_slice(), last.v.as_slice());
+        let persistence = Persistence::of(system, structure, modes, state, &now);
+        let resisted = Resisted::of(system, &floating);
+        let (mut force, rate) = finally(problem);
+        let follows = equilibrium(system, &floating, &rate);
+        let driven = resisted.moved_by(&net(&floating, &rate));
+        // A steady motion meets the dampers.
+        let speed = Mat::from_fn(n, 1, |i, _| follows[i]);
+        let drag = system.damping_matrix() * speed;
+        (0..n).for_each(|i| force[i] -= drag[(i, 0)]);
+        let rest = come_to_rest(system, &floating, &resisted, &force, &last, &now);
+
+        let all = x.norm_max();
+        let whole = trajectory.steps()[latest] == problem.grid().last();
+        let between = (whole && trajectory.bounds() == Bounds::Proven)
+            .then(|| Extrema::of(problem, trajectory))
+            .flatten();
+        let ranges: Vec<Range> = (0..n)
+            .map(|i| match &between {
+                Some(extrema) => Range {
+                    peak: extrema.peak(i),
+                    highest: extrema.highest()[i].displacement,
+                    lowest: extrema.lowest()[i].displacement,
+                    fastest: extrema.fastest()[i],
+                },
+                None => Range::of_instants(trajectory, i),
+            })
+            .collect();
+        let destination = |i: usize| {
+            let seen = (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
+            let moved = follows[i] != 0.0 || driven[i];
+            if persistence.growth[i] > seen {
+                Destination::Growth
+            } else if rest.drifts[i] || moved {
+                Destination::Drift
+            } else if persistence.oscillation[i] > seen || !rest.displacement[i].is_finite() {
+                Destination::Oscillation
+            } else {
+                let displacement = rest.displacement[i];
+                Destination::Rest {
+                    displacement,
+                    settled: None,
+                    overshoot: ranges[i].overshoot(
+                        start(trajectory, i),
+                        displacement,
+                        ROUNDING * all,
+                    ),
+                }
+            }
+        };
+        let mut destinations: Vec<Destination> = (0..n).map(destination).collect();
+        let bands: Vec<Option<Band>> = (0..n)
+            .map(|i| match destinations[i] {
+                Destination::Rest { displacement, .. } => Some(Band {
+                    centre: displacement,
+                    half_width: (BAND * ranges[i].deviation(displacement)).max(ROUNDING * all),
+                }),
+                _ => None,
+            })
+            .collect();
+        let followed = between.as_ref().and_then(|_| {
+            let seen = bands.iter().enumerate().flat_map(|(i, band)| {
+                band.map(|band| {
+                    last_sample_outside(trajectory, i, &band).map_or(0, |(step, _)| step)
+                })
+            });
+            // The step before is still outside, or the first.
+            let from = seen.min()?;
+            last_outside(problem, trajectory, from, &bands)
+        });
+        for (i, destination) in destinations.iter_mut().enumerate() {
+            let (Destination::Rest { settled, .. }, Some(band)) = (destination, &bands[i]) else {
+                continue;
+            };
+            let sample = last_sample_outside(trajectory, i, band);
+            let at_the_end = sample.is_some_and(|(step, _)| step == trajectory.steps()[latest]);
+            *settled = match &followed {
+                _ if at_the_end => None,
+                Some(last) => last[i],
+                None => Some(sample.map_or(0.0, |(_, time)| time)),
+            };
+        }
+        let coordinates = ranges.iter().zip(destinations);
+        let coordinates = coordinates.map(|(range, destination)| CoordinateSummary {
+            peak: range.peak.displacement,
+            peak_time: range.peak.time,
+            fastest: range.fastest.velocity,
+            fastest_time: range.fastest.time,
+            destination,
+        });
+        Some(Summary {
+            coordinates: coordinates.collect(),
+            extrema: between,
+        })
+    }
+
+    /// Whether peaks and settling times are those of the motion itself, and not of its instants only.
+    pub fn is_between(&self) -> bool {
+        self.extrema.is_some()
+    }
+
+    /// The extrema and jumps that they come from, where they do not come from the instants.
+    pub fn extrema(&self) -> Option<&Extrema> {
+        self.extrema.as_ref()
+    }
+
+    /// One entry for each coordinate, in order.
+    pub fn coordinates(&self) -> &[CoordinateSummary] {
+        &self.coordinates
+    }
+}
+
+/// The latest state, and the largest velocity of all.
+struct Last {
+    x: Vec<f64>,
+    v: Vec<f64>,
+    speed: f64,
+}
+
+/// The loads as they are at time `t` and go on.
+fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
+    let n = problem.system().len();
+    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    let timeline = problem.timeline();
+    if let Some(piece) = timeline.pieces().iter().rfind(|piece| piece.start() <= t) {
+        for straight in piece.straight() {
+            force[straight.coordinate] += straight.value + straight.slope * (t - piece.start());
+            rate[straight.coordinate] += straight.slope;
+        }
+    }
+    let turning = |load: &Harmonic| load.frequency != 0.0;
+    let (harmonics, still): (Vec<_>, Vec<_>) = timeline
+        .harmonics()
+        .iter()
+        .partition(|(_, load)| turning(load));
+    for (coordinate, load) in still {
+        force[coordinate] += load.amplitude * load.phase.sin();
+    }
+    Sustained {
+        time: t,
+        force,
+        rate,
+        harmonics,
+    }
+}
+
+/// The forces in N, as of t = 0, and their growth in N/s, once every load has begun and every sample has
+/// passed.
+fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
+    let n = problem.system().len();
+    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
+    for applied in problem.loads() {
+        let i = applied.coordinate;
+        match &applied.load {
+            Load::Step(step) => force[i] += step.force,
+            // Forces that grow and stop growing leave what they have grown to.
+            Load::Ramp(ramp) => {
+                rate[i] += ramp.rate;
+                force[i] -= ramp.rate * ramp.start;
+            }
+            Load::Samples(samples) => force[i] += samples.values.last().copied().unwrap_or(0.0),
+            Load::Harmonic(load) if load.frequency == 0.0 => {
+                force[i] += load.amplitude * load.phase.sin();
+            }
+            Load::Harmonic(_) | Load::Impulse(_) => {}
+        }
+    }
+    (force, rate)
+}
+
+/// Where the coordinates stay, and which of them do not.
+struct Rest {
+    displacement: Vec<f64>,
+    drifts: Vec<bool>,
+}
+
+/// The motions that no spring resists, seen through the dampers: the singular values and vectors
+/// of WᵀCN, descending; as many as are proved to be 0 are, or where that is not proved those that are rounding errors.
+struct Resisted {
+    values: Vec<f64>,
+    left: Mat<f64>,
+    right: Mat<f64>,
+}
+
+impl Resisted {
+    /// Without floating parts, or should the decomposition fail, there are none.
+    fn of(system: &System, floating: &Floating) -> Resisted {
+        let damping = system.damping_matrix();
+        let reduced = floating.left.transpose() * &damping * &floating.right;
+        let d = reduced.nrows();
+        // For K, C ⪰ 0 there are dim N(K) + dim (N(K) ∩ N(C)) roots at 0.
+        let structure = system.structure();
+        let applies = structure.is_passive()
+            && structure.is_symmetric()
+            && structure.rigid_motions_counted() == Some(d);
+        let proved = structure.zero_roots().filter(|_| applies);
+        let proved = proved.and_then(|zeros| zeros.checked_sub(d));
+        let limit = 4.0 * (system.len() * d) as f64 * f64::EPSILON * damping.norm_max();
+        match reduced.svd() {
+            Ok(svd) if d > 0 => Resisted {
+                values: (0..d)
+                    .map(|k| (k, svd.S().column_vector()[k]))
+                    .map(|(k, value)| match proved {
+                        Some(free) if k + free >= d => 0.0,
+                        None if value <= limit => 0.0,
+                        _ => value,
+                    })
+                    .collect(),
+                left: svd.U().to_owned(),
+                right: &floating.right * svd.V(),
+            },
+            _ => Resisted {
+                values: Vec::new(),
+                left: Mat::zeros(d, 0),
+                right: Mat::zeros(system.len(), 0),
+            },
+        }
+    }
+
+    /// Which coordinates a force moves steadily or ever faster that has these parts along the
+    /// floating motions.
+    fn moved_by(&self, net_force: &[f64]) -> Vec<bool> {
+        let mut motion = vec![0.0; self.right.nrows()];
+        let mut faster = motion.clone();
+        for (k, value) in self.values.iter().enumerate() {
+            let along: f64 = (0..net_force.len())
+                .map(|j| self.left[(j, k)] * net_force[j])
+                .sum();
+            let (into, speed) = match *value {
+                0.0 => (&mut faster, along),
+                value => (&mut motion, along / value),
+            };
+            for (i, into) in into.iter_mut().enumerate() {
+                *into += speed * self.right[(i, k)];
+            }
+        }
+        let moves = |motion: &[f64]| {
+            let most = motion
+                .iter()
+                .fold(0.0f64, |most, value| most.max(value.abs()));
+            let moves = motion.iter().map(|value| value.abs() > VISIBLE * most);
+            moves.collect::<Vec<bool>>()
+        };
+        let both = moves(&motion).into_iter().zip(moves(&faster));
+        both.map(|(a, b)| a || b).collect()
+    }
+}
+
+/// The equilibrium under `force` that the latest state leads to, were there only decaying motions
+/// and those that no spring resists. Along these, WᵀCx + WᵀMv does not change; where no damper
+/// resists either, that is a momentum, and without one the centre of mass stays.
+fn come_to_rest(
+    system: &System,
+    floating: &Floating,
+    resisted: &Resisted,
+    force: &[f64],
+    last: &Last,
+    now: &Sustained,
+) -> Rest {
+    let n = system.len();
+    let mut x = equilibrium(system, floating, force);
+    let mut drifts = resisted.moved_by(&net(floating, force));
+    if resisted.values.is_empty() {
+        return Rest {
+            displacement: x,
+            drifts,
+        };
+    }
+    let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+    let away = |x: &[f64]| Mat::from_fn(n, 1, |i, _| last.x[i] - x[i]);
+    let velocity = Mat::from_fn(n, 1, |i, _| last.v[i]);
+    let mut kept = floating.left.transpose() * (&damping * away(&x) + &mass * velocity);
+    for (coordinate, load) in &now.harmonics {
+        // A sinusoidal load swings it about this mean.
+        let angle = load.frequency * now.time + load.phase;
+        let swing = load.amplitude / load.frequency * angle.cos();
+        (0..kept.nrows()).for_each(|k| kept[(k, 0)] += floating.left[(*coordinate, k)] * swing);
+    }
+    let kept = resisted.left.transpose() * kept;
+    let still = ROUNDING * last.speed * n as f64 * mass.norm_max();
+    let mut centred = Vec::new();
+    for (k, value) in resisted.values.iter().enumerate() {
+        if *value != 0.0 {
+            let far = kept[(k, 0)] / value;
+            x.iter_mut()
+                .enumerate()
+                .for_each(|(i, x)| *x += far * resisted.right[(i, k)]);
+        } else if kept[(k, 0)].abs() > still {
+            for (i, drifts) in drifts.iter_mut().enumerate() {
+                *drifts |= resisted.right[(i, k)].abs() > VISIBLE;
+            }
+        } else {
+            centred.push(k);
+        }
+    }
+    let left = &floating.left * &resisted.left;
+    let left = Mat::from_fn(n, centred.len(), |i, k| left[(i, centred[k])]);
+    let right = Mat::from_fn(n, centred.len(), |i, k| resisted.right[(i, centred[k])]);
+    let moment = left.transpose() * &mass;
+    let factors = (&moment * &right).partial_piv_lu();
+    let shift = &right * factors.solve(moment * away(&x));
+    let scale = last.x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    for (i, x) in x.iter_mut().enumerate() {
+        *x += shift[(i, 0)];
+        if x.abs() <= ROUNDING * scale {
+            *x = 0.0; // what differences of places leave
+        }
+    }
+    Rest {
+        displacement: x,
+        drifts,
+    }
+}
+
+/// The net force on each floating motion; what is rounding beside its parts is 0.
+fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
+    let along = |k: usize| {
+        let parts = (0..force.len()).map(move |i| floating.left[(i, k)] * force[i]);
+        let net: f64 = parts.clone().sum();
+        if net.abs() > ROUNDING * parts.map(f64::abs).sum::<f64>() {
+            net
+        } else {
+            0.0
+        }
+    };
+    (0..floating.left.ncols()).map(along).collect()
+}
+
+/// Where a coordinate goes.
+struct Range {
+    peak: Extremum,
+    highest: f64,
+    lowest: f64,
+    fastest: Fastest,
+}
+
+impl Range {
+    /// Among the instants alone.
+    fn of_instants(trajectory: &Trajectory, i: usize) -> Range {
+        let first = Extremum {
+            displacement: 0.0,
+            time: trajectory.times()[0],
+        };
+        let x = trajectory.displacement();
+        let start = x[(i, 0)];
+        let mut range = Range {
+            peak: first,
+            highest: start,
+            lowest: start,
+            fastest: Fastest {
+                velocity: 0.0,
+                time: trajectory.times()[0],
+            },
+        };
+        for (k, &time) in trajectory.times().iter().enumerate() {
+            let displacement = x[(i, k)];
+            range.highest = range.highest.max(displacement);
+            range.lowest = range.lowest.min(displacement);
+            if displacement.abs() > range.peak.displacement.abs() {
+                range.peak = Extremum { displacement, time };
+            }
+            let velocity = trajectory.velocity()[(i, k)];
+            if velocity.abs() > range.fastest.velocity.abs() {
+                range.fastest = Fastest { velocity, time };
+            }
+        }
+        range
+    }
+
+    /// The largest distance from `end`.
+    fn deviation(&self, end: f64) -> f64 {
+        (self.highest - end).abs().max((self.lowest - end).abs())
+    }
+
+    /// How far it goes beyond `end` in parts of the way from `start`, unless that is too short to overshoot.
+    fn overshoot(&self, start: f64, end: f64, rounding: f64) -> Option<f64> {
+        let way = end - start;
+        let beyond = if way > 0.0 {
+            self.highest - end
+        } else {
+            end - self.lowest
+        };
+        let least = rounding.max(WAY * self.deviation(end));
+        (way.abs() > least).then(|| (beyond / way.abs()).max(0.0))
+    }
+}
+
+/// The displacement at the earliest instant.
+fn start(trajectory: &Trajectory, i: usize) -> f64 {
+    let steps = trajectory.steps();
+    let earliest = (0..steps.len()).min_by_key(|k| steps[*k]);
+    earliest.map_or(0.0, |k| trajectory.displacement()[(i, k)])
+}
+
+/// Step and time of the last instant that a band excludes.
+fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option<(u64, f64)> {
+    let x = trajectory.displacement();
+    let instants = trajectory.steps().iter().zip(trajectory.times());
+    let outside = instants
+        .enumerate()
+        .filter(|(k, _)| band.excludes(x[(i, *k)]));
+    let last = outside.max_by_key(|(_, (step, _))| **step);
+    last.map(|(_, (step, time))| (*step, *time))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Harmonic, Impulse, Ramp, Response, State, Step};
+    use eigentone_modes::{GROUND, SystemBuilder};
+
+    fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
+        let system = builder.build().expect("a system");
+        let problem = ask(Response::of(&system)).problem().expect("a problem");
+        let plan = crate::ResponsePlan::of(&problem).expect("a plan");
+        let trajectory = plan.run(&problem).expect("a response");
+        let modes = system.modes().expect("modes");
+        Summary::of(&problem, &trajectory, &modes).expect("instants")
+    }
+
+    fn destinations(summary: &Summary) -> Vec<Destination> {
+        let coordinates = summary.coordinates().iter();
+        coordinates
+            .map(|coordinate| coordinate.destination)
+            .collect()
+    }
+
+    fn assert_rests(destination: Destination, wanted: f64) {
+        match destination {
+            Destination::Rest { displacement, .. } => {
+                assert!(
+                    (displacement - wanted).abs() < 1e-12,
+                    "{displacement} {wanted}"
+                );
+            }
+            other => panic!("{other:?} instead of a rest at {wanted}"),
+        }
+    }
+
+    fn one() -> SystemBuilder {
+        System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0)
+    }
+
+    #[test]
+    fn an_exponential_leaves_the_band_at_the_logarithm_of_50() {
+        let node = System::builder().mass("m", 0.0).spring(GROUND, "m", 1.0);
+        let summary = summary(node.damper(GROUND, "m", 1.0), |response| {
+            let response = response.from(State::at_rest().displace("m", 3.0));
+            response.load("m", Step::of(1.0)).every(0.01).until(20.0)
+        });
+        let course = summary.coordinates()[0];
+        assert_eq!((course.peak, course.peak_time), (3.0, 0.0));
+        let Destination::Rest { settled, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+        let settled = settled.expect("it settles");
+        assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
+        assert!(summary.is_between());
+        assert_rests(course.destination, 1.0);
+    }
+
+    /// An impulse on a damped node without mass displaces it at once: x = 2e^(−2(t − ¼)).
+    #[test]
+    fn a_jump_between_samples_is_a_peak_and_unsettles() {
+        let node = || System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let jump = |at: f64| {
+            summary(node().damper(GROUND, "p", 0.5), |response| {
+                let blow = Impulse::of(1.0).at(at);
+                response.load("p", blow).every(1.0).until(10.0)
+            })
+        };
+        for at in [0.0, 0.25, 3.0, 7.5] {
+            let course = jump(at).coordinates()[0];
+            assert!((course.peak - 2.0).abs() < 1e-12, "{at}: {course:?}");
+            assert_eq!(course.peak_time, at);
+            assert!((course.fastest + 4.0).abs() < 1e-12 && course.fastest_time == at);
+            let Destination::Rest {
+                settled, overshoot, ..
+            } = course.destination
+            else {
+                panic!("{course:?}");
+            };
+            let settled = settled.expect("it settles");
+            assert!((settled - at - 50f64.ln() / 2.0).abs() < 1e-9, "{settled}");
+            // Where it is there from the start, there is no way to go beyond.
+            assert_eq!(overshoot, (at == 0.0).then_some(0.0));
+        }
+        // At the end itself, where it is not settled.
+        let course = jump(10.0).coordinates()[0];
+        assert!((course.peak - 2.0).abs() < 1e-12 && course.peak_time == 10.0);
+        let Destination::Rest { settled: None, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+    }
+
+    /// Held by springs alone, a node without mass follows its load at once: to 2 m at 0.5 s and back at 1.5 s,
+    /// to −3 m at 2.25 s and back at 2.75 s.
+    #[test]
+    fn jumps_there_and_back_are_seen() {
+        let node = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let summary = summary(node, |response| {
+            let steps = [(2.0, 0.5), (-2.0, 1.5), (-3.0, 2.25), (3.0, 2.75)];
+            let loads = steps.into_iter().fold(response, |response, (force, at)| {
+                response.load("p", Step::of(force).starting_at(at))
+            });
+            loads.every(1.0).until(10.0)
+        });
+        let course = summary.coordinates()[0];
+        assert_eq!((course.peak, course.peak_time), (-3.0, 2.25));
+        let Destination::Rest { settled, .. } = course.destination else {
+            panic!("{course:?}");
+        };
+        assert_eq!(settled, Some(2.75));
+    }
+
+    /// Springs alone, and no load: without any state there is nothing to follow.
+    #[test]
+    fn what_has_no_state_is_at_rest() {
+        let node = System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
+        let summary = summary(node, |response| response.every(0.5).until(2.0));
+        assert_eq!(summary.coordinates()[0].peak, 0.0);
+        assert_rests(summary.coordinates()[0].destination, 0.0);
+    }
+
+    /// A jump at the last instant, of a displacement and of a velocity; and a motion that is that instant alone.
+    #[test]
+    fn jumps_at_the_end_are_seen() {
+        for end in [4.0, 0.0] {
+            let pair = one().mass("p", 0.0).spring(GROUND, "p", 1.0);
+            let summary = summary(pair, |response| {
+                let response = response.load("p", Step::of(5.0).starting_at(end));
+                response
+                    .load("m", Impulse::of(-6.0).at(end))
+                    .every(1.0)
+                    .until(end)
+            });
+            let [m, p] = [0, 1].map(|i| summary.coordinates()[i]);
+            assert!(summary.is_between());
+            assert_eq!((m.fastest, m.fastest_time), (-3.0, end));
+            assert_eq!((p.peak, p.peak_time), (5.0, end));
+        }
+    }
+
+    /// A quake ends with some small value that holds: 1e-9 N on 8 N/m. Its way to there is no step, and what goes beyond
+    /// it no overshoot.
+    #[test]
+    fn a_way_that_cannot_be_seen_has_no_overshoot() {
+        let quake = |last: f64| {
+            let summary = summary(one().damper(GROUND, "m", 4.0), |response| {
+                let values = vec![0.0, 3.0, -5.0, 4.0, last];
+                let (step, hold) = (0.5, crate::Hold::Zero);
+                let samples = crate::Samples { step, values, hold };
+                response.load("m", samples).every(0.1).until(60.0)
+            });
+            match summary.coordinates()[0].destination {
+                Destination::Rest { overshoot, .. } => overshoot,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(quake(1e-9), None);
+        assert_eq!(quake(0.0), None);
+        assert!(quake(8.0).is_some_and(|beyond| (0.0..10.0).contains(&beyond)));
+    }
+
+    #[test]
+    fn what_has_not_settled_by_the_end_is_not_said_to_have() {
+        let summary = summary(one().damper(GROUND, "m", 0.01), |response| {
+            let response = response.from(State::at_rest().displace("m", 1.0));
+            response.every(0.1).until(10.0)
+        });
+        let course = summary.coordinates()[0];
+        let Destination::Rest {
+            settled, overshoot, ..
+        } = course.destination
+        else {
+            panic!("{course:?}");
+        };
+        assert_rests(course.destination, 0.0);
+        assert_eq!(settled, None);
+        // c/2√(km) = 0.01/8: e^(−πζ/√(1−ζ²)) beyond the end.
+        let zeta: f64 = 0.01 / 8.0;
+        let wanted = (-std::f64::consts::PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
+        assert!((overshoot.expect("it passes") - wanted).abs() < 1e-11);
+    }
+
+    #[test]
+    fn a_chain_damped_in_its_middle_goes_on_at_its_ends() {
+        let mut chain = System::builder();
+        for name in ["a", "b", "c"] {
+            chain = chain.mass(name, 1.0).spring(GROUND, name, 1.0);
+        }
+        let chain = chain.spring("a", "b", 2.0).spring("b", "c", 2.0);
+        let summary = summary(chain.damper(GROUND, "b", 0.5), |response| {
+            let response = response.from(State::at_rest().displace("a", 1.0));
+            response.load("b", Step::of(7.0)).every(0.1).until(300.0)
+        });
+        let ends = destinations(&summary);
+        assert_eq!(ends[0], Destination::Oscillation);
+        // K x = (0, 7, 0): 3 x_a = 2 x_b and 5 x_b − 4 x_a = 7.
+        assert_rests(ends[1], 3.0);
+        assert_eq!(ends[2], Destination::Oscillation);
+    }
+
+    #[test]
+    fn an_undamped_mass_that_is_not_disturbed_rests() {
+        let undisturbed = summary(one(), |response| {
+            let response = response.from(State::at_rest().displace("m", 0.5));
+            response.load("m", Step::of(4.0)).every(0.1).until(10.0)
+        });
+        assert_rests(destinations(&undisturbed)[0], 0.5);
+        let disturbed = summary(one(), |response| {
+            response.load("m", Step::of(4.0)).every(0.1).until(10.0)
+        });
+        assert_eq!(destinations(&disturbed), [Destination::Oscillation]);
+    }
+
+    #[test]
+    fn a_dashpot_without_a_spring_stops_where_the_momentum_is_spent() {
+        let mass = System::builder().mass("m", 2.0).damper(GROUND, "m", 4.0);
+        let state = || State::at_rest().displace("m", 1.0).push("m", 3.0);
+        let stopped = summary(mass.clone(), |response| {
+            response.from(state()).every(0.1).until(5.0)
+        });
+        assert_rests(destinations(&stopped)[0], 1.0 + 2.0 * 3.0 / 4.0);
+        let pulled = summary(mass, |response| {
+            response.load("m", Step::of(1.0)).every(0.1).until(5.0)
+        });
+        assert_eq!(destinations(&pulled), [Destination::Drift]);
+    }
+
+    #[test]
+    fn a_free_pair_keeps_its_centre_or_drifts() {
+        let pair = || {
+            let pair = System::builder().mass("a", 1.0).mass("b", 3.0);
+            pair.spring("a", "b", 5.0).damper("a", "b", 1.0)
+        };
+        let parted = summary(pair(), |response| {
+            let state = State::at_rest().displace("a", 4.0);
+            response
+                .from(state.push("a", 3.0).push("b", -1.0))
+                .every(0.1)
+                .until(40.0)
+        });
+        for destination in destinations(&parted) {
+            assert_rests(destination, 1.0);
+        }
+        let pushed = summary(pair(), |response| {
+            response
+                .from(State::at_rest().push("a", 1.0))
+                .every(0.1)
+                .until(40.0)
+        });
+        assert_eq!(destinations(&pushed), [Destination::Drift; 2]);
+    }
+
+    #[test]
+    fn growth_is_named_where_it_is_excited() {
+        let unstable = || one().damper(GROUND, "m", -0.1);
+        let still = summary(unstable(), |response| response.every(0.1).until(5.0));
+        assert_rests(destinations(&still)[0], 0.0);
+        let moved = summary(unstable(), |response| {
+            let response = response.from(State::at_rest().push("m", 1e-3));
+            response.every(0.1).until(5.0)
+        });
+        assert_eq!(destinations(&moved), [Destination::Growth]);
+        let driven = |frequency: f64| {
+            summary(one(), |response| {
+                let load = Harmonic::of(1.0, frequency);
+                response.load("m", load).every(0.1).until(50.0)
+            })
+        };
+        assert_eq!(destinations(&driven(2.0)), [Destination::Growth]);
+        assert_eq!(destinations(&driven(2.1)), [Destination::Oscillation]);
+    }
+
+    /// A load that grows for 2 s and then holds is two ramps: 8 N on 8 N/m.
+    #[test]
+    fn ramps_that_stop_leave_a_constant_force() {
+        let summary = summary(one().damper(GROUND, "m", 4.0), |response| {
+            let response = response.load("m", Ramp::of(4.0).starting_at(1.0));
+            let response = response.load("m", Ramp::of(-4.0).starting_at(3.0));
+            response.every(0.1).until(60.0)
+        });
+        assert_rests(destinations(&summary)[0], 1.0);
+    }
+
+    #[test]
+    fn sustained_loads_move_only_what_they_reach() {
+        let apart = |load: fn(Response<'_>) -> Response<'_>| {
+            let two = one().mass("n", 1.0).spring(GROUND, "n", 2.0);
+            let two = two.damper(GROUND, "m", 1.0).damper(GROUND, "n", 1.0);
+            destinations(&summary(two, |response| {
+                let response = response.load("n", Step::of(4.0));
+                load(response).every(0.1).until(80.0)
+            }))
+        };
+        let ramped = apart(|response| response.load("m", Ramp::of(0.1)));
+        assert_eq!(ramped[0], Destination::Drift);
+        assert_rests(ramped[1], 2.0);
+        let shaken = apart(|response| response.load("m", Harmonic::of(0.1, 3.0)));
+        assert_eq!(shaken[0], Destination::Oscillation);
+        assert_rests(shaken[1], 2.0);
+    }
+
+    #[test]
+    fn loads_go_on_from_where_they_are() {
+        let system = one().build().expect("a system");
+        let response = Response::of(&system).load("m", Ramp::of(4.0).starting_at(1.0));
+        let response = response.load("m", Step::of(5.0).starting_at(100.0));
+        let problem = response.every(0.5).until(200.0).problem();
+        let problem = problem.expect("a problem");
+        for (time, force, rate) in [(0.5, 0.0, 0.0), (3.0, 8.0, 4.0), (101.0, 405.0, 4.0)] {
+            let now = sustained(&problem, time);
+            assert_eq!((now.force, now.rate), (vec![force], vec![rate]));
+        }
+    }
+
+    /// m·v₀ and the mean momentum a/ω of the shaking, over the dashpot's coefficient; it swings too little to be seen.
+    #[test]
+    fn a_shaken_mass_on_a_dashpot_ends_where_its_momentum_brings_it() {
+        let free = System::builder().mass("m", 2.0).damper(GROUND, "m", 0.5);
+        let summary = summary(free, |response| {
+            let response = response.from(State::at_rest().push("m", 0.25));
+            let response = response.load("m", Harmonic::of(1e-5, 100.0));
+            response.every(0.5).until(10.0)
+        });
+        assert_rests(destinations(&summary)[0], 1.0 + 1e-5 / 100.0 / 0.5);
+    }
+
+    #[test]
+    fn a_follower_force_needs_left_shapes() {
+        let identity = Mat::<f64>::identity(2, 2);
+        let stiffness = Mat::from_fn(2, 2, |i, j| [[1.0, 0.0], [1.0, 4.0]][i][j]);
+        let builder = System::builder()
+            .matrix(eigentone_modes::MatrixKind::Mass, identity.as_ref())
+            .matrix(eigentone_modes::MatrixKind::Stiffness, stiffness.as_ref());
+        // x1 feels nothing of x2, but x2 of x1.
+        let summary = summary(builder, |response| {
+            let response = response.from(State::at_rest().displace("x2", 1.0));
+            response.every(0.1).until(30.0)
+        });
+        let ends = destinations(&summary);
+        assert_rests(ends[0], 0.0);
+        assert_eq!(ends[1], Destination::Oscillation);
+    }
+}

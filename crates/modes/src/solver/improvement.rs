@@ -14,6 +14,18 @@ use super::cluster;
 use super::newton::{FEW, resolved};
 use super::roots::{Root, SMALL, moved_by};
 
+/// So many operations may go into better shapes, all roots together. A root that they do not reach keeps the
+/// estimate that its own shape gives.
+const MOST_WORK: f64 = 3e10;
+
+type Search = fn(&Pencil, &Approximate<'_>) -> Option<[Vec<Complex<f64>>; 2]>;
+
+/// Ways to a better shape, and how many operations each takes, in n³.
+const SEARCHES: [(Search, f64); 2] = [
+    (Pencil::inverse_iteration, 3.0),
+    (Pencil::null_vectors, 90.0),
+];
+
 /// Improves simple roots by their Rayleigh functional and replaces groups that belong to one
 /// defective root by their mean; keeps the half with Im ≥ 0.
 pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root>) -> Vec<Root> {
@@ -186,13 +198,20 @@ fn improved(
         let gap = others.filter(|gap| *gap > 0.0).fold(start.norm(), f64::min);
         radii[i].max(0.5 * gap)
     };
-    for (i, root) in roots.iter_mut().enumerate() {
+    // The worst first, as far as the work goes.
+    let mut order: Vec<usize> = (0..roots.len()).collect();
+    order.sort_by(|i, j| error(&roots[*j]).total_cmp(&error(&roots[*i])));
+    let cube = (system.len() as f64).powi(3);
+    let mut work = 0.0;
+    for i in order {
+        let root = &mut roots[i];
         for _ in 0..ROUNDS {
             let last = error(root);
-            for search in [Pencil::inverse_iteration, Pencil::null_vectors] {
-                if error(root) <= UNITS {
+            for (search, operations) in SEARCHES {
+                if error(root) <= UNITS || work + operations * cube > MOST_WORK {
                     break;
                 }
+                work += operations * cube;
                 let Some([x, y]) = search(pencil, &root.approximate()) else {
                     continue;
                 };

@@ -1,4 +1,4 @@
-//! How much of the mass each mode carries when the ground shakes.
+//! How much of the mass each mode carries when the ground shakes. It knows `model`, `solver` and `system`.
 
 use eigentone_digits::DoubleDouble;
 use thiserror::Error;

@@ -1,4 +1,5 @@
-//! How a root and its shape change with each mass, spring, damper and matrix entry.
+//! How a root and its shape change with each mass, spring, damper and matrix entry. It knows `modes`, `quality` and
+//! `system`.
 
 use eigentone_digits::ComplexDoubleDouble;
 use num_complex::Complex;

@@ -1,4 +1,5 @@
-//! The system as first-order equations z′ = A z + B f, with massless nodes eliminated.
+//! The system as first-order equations z′ = A z + B f, with massless nodes eliminated. It knows `exact`, `model`
+//! and `system`.
 
 mod enclosed_form;
 

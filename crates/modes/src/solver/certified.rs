@@ -14,9 +14,10 @@ use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::mode_solver::ModeSolver;
 use super::roots::{Root, collect, collect_proven};
 use super::springless::with_dampers_for_springs;
-use super::{ModeSolver, classical, rigid};
+use super::{classical, rigid};
 
 /// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
 const LARGEST: usize = 64;

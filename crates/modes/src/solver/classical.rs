@@ -10,9 +10,10 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::modal_damping::modal_damping;
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
-use super::{ModeSolver, ModesError, admit, rigid, spring_factor, springless, symmetric};
+use super::{rigid, spring_factor, springless, symmetric};
 
 /// The undamped modes, and for each the roots of mλ² + cλ + k with the modal mass, damping and
 /// stiffness: for systems with C M⁻¹ K = K M⁻¹ C (Caughey & O'Kelly 1965, *J. Appl. Mech.* 32),

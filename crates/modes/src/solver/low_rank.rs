@@ -10,13 +10,15 @@ use crate::quality::real_forms::Entries;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::classical;
 use super::improvement::refine_simple;
+use super::modal_matrix::ModalMatrix;
 use super::modal_matrix::set_apart;
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::RealMode;
 use super::roots::{Root, collect};
 use super::secular::Secular;
 use super::spring_factor::undamped_roots;
-use super::{ModalMatrix, ModeSolver, ModesError, admit, classical};
 
 /// Roots of det(I + λUᵀ(λ² + Ω²)⁻¹U), with the undamped frequencies Ω and C = UUᵀ of low rank in
 /// the coordinates of their shapes, by simultaneous iteration: O(n²r²) for all 2n, beside the O(n³)

@@ -1,7 +1,8 @@
-//! Solvers of the quadratic eigenproblem (λ²M + λC + K)x = 0 behind one trait, and the choice
-//! among them.
+//! Solvers of the quadratic eigenproblem (λ²M + λC + K)x = 0 behind one trait, and the choice among them. It knows
+//! `first_order`, `inclusion`, `linear`, `model`, `modes`, `quality`, `structure` and `system`.
 
 mod certified;
+mod choice;
 mod classical;
 mod cluster;
 mod coincidence;
@@ -10,6 +11,7 @@ mod improvement;
 mod low_rank;
 mod modal_damping;
 mod modal_matrix;
+mod mode_solver;
 mod newton;
 pub(crate) mod parts;
 mod real_mode;
@@ -25,11 +27,12 @@ mod symmetric;
 mod tree_factor;
 
 use num_complex::Complex;
-use thiserror::Error;
 
+pub use choice::solvers;
 pub use classical::{Classical, ClassicalModes};
 pub use low_rank::LowRank;
 pub use modal_matrix::ModalMatrix;
+pub use mode_solver::{ModeSolver, ModesError, dense_gigabytes};
 pub use spring_factor::SpringFactor;
 pub use springless::DamperFactor;
 pub use state_matrix::StateMatrix;
@@ -37,104 +40,13 @@ pub use symmetric::Symmetric;
 
 pub(crate) use roots::normalised;
 
-use crate::first_order::FirstOrderError;
 use crate::modes::ModePlan;
 use crate::modes::{Bounds, Mode, Modes, Precision};
 use crate::structure::Structure;
 use crate::system::System;
+use choice::plan;
+use mode_solver::admit_size;
 use shifted::Shifted;
-
-/// A way to solve the quadratic eigenproblem, as a value, so that solvers can be looped over.
-pub trait ModeSolver: Sync {
-    /// A short name for tables and plots.
-    fn name(&self) -> &'static str;
-
-    /// Why it cannot solve this system, or `None` if it can.
-    fn refuses(&self, system: &System, structure: &Structure) -> Option<String>;
-
-    /// Why a system that it could solve does not need it, or `None` if nothing simpler does as well.
-    fn needless(&self, _system: &System, _structure: &Structure) -> Option<String> {
-        None
-    }
-
-    /// Why it is the right choice where it applies, as a clause for the plan.
-    fn reason(&self) -> &'static str;
-
-    /// All modes of a system that it does not refuse.
-    ///
-    /// # Errors
-    /// [`ModesError::Refused`] where [`refuses`](Self::refuses) gives a reason, and what goes wrong
-    /// on the way.
-    fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError>;
-}
-
-/// Every mode solver there is, in the order in which the plan prefers them.
-///
-/// ```
-/// use eigentone_modes::{GROUND, System, solvers};
-///
-/// let system = System::builder()
-///     .mass("m", 1.0)
-///     .spring(GROUND, "m", 4.0)
-///     .damper(GROUND, "m", 0.4)
-///     .build()?;
-/// for solver in solvers() {
-///     match solver.refuses(&system, system.structure()) {
-///         Some(reason) => println!("{}: {reason}", solver.name()),
-///         None => {
-///             let modes = solver.solve(&system, system.structure())?;
-///             let frequency = modes.as_slice()[0].natural_frequency();
-///             assert!((frequency.radians_per_second() - 2.0).abs() < 1e-14);
-///         }
-///     }
-/// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub fn solvers() -> &'static [&'static dyn ModeSolver] {
-    &[
-        &SpringFactor,
-        &Symmetric,
-        &Classical,
-        &DamperFactor,
-        &LowRank,
-        &ModalMatrix,
-        &StateMatrix,
-    ]
-}
-
-/// Picks the first solver that does not refuse and is not needless.
-pub(crate) fn plan(
-    system: &System,
-    structure: &Structure,
-) -> Result<(&'static dyn ModeSolver, ModePlan), ModesError> {
-    let mut left_out = Vec::new();
-    let mut chosen: Option<&'static dyn ModeSolver> = None;
-    for &solver in solvers() {
-        if chosen.is_some() {
-            left_out.push((solver.name(), "not needed".to_owned()));
-            continue;
-        }
-        let reason = solver
-            .refuses(system, structure)
-            .or_else(|| solver.needless(system, structure));
-        match reason {
-            None => chosen = Some(solver),
-            Some(reason) => left_out.push((solver.name(), reason)),
-        }
-    }
-    let Some(solver) = chosen else {
-        let (method, reason) = left_out.pop().expect("there are solvers");
-        return Err(ModesError::Refused { method, reason });
-    };
-    let plan = ModePlan {
-        solver: solver.name(),
-        reason: solver.reason().to_owned(),
-        bounds: roots::DOUBLES.to_owned(),
-        left_out,
-        incomplete: None,
-    };
-    Ok((solver, plan))
-}
 
 impl System {
     /// Natural frequencies, damping ratios and mode shapes with proven bounds, by the solver that
@@ -321,80 +233,4 @@ fn largest_doubt(structure: &Structure, found: &Result<Modes, ModesError>) -> f6
             top.max(error)
         }
     })
-}
-
-/// Refuses what is too large for dense matrices.
-fn admit_size(system: &System) -> Result<(), ModesError> {
-    if !system.is_large() {
-        return Ok(());
-    }
-    let coordinates = system.len();
-    Err(ModesError::TooLarge {
-        coordinates,
-        gigabytes: dense_gigabytes(coordinates),
-    })
-}
-
-/// What M, C, K and one state matrix of so many coordinates take as dense matrices, in 1e9 bytes.
-pub fn dense_gigabytes(coordinates: usize) -> f64 {
-    let order = coordinates as f64;
-    (3.0 + 4.0) * order * order * 8e-9
-}
-
-/// Refuses with the solver's own reason.
-fn admit(
-    solver: &dyn ModeSolver,
-    system: &System,
-    structure: &Structure,
-) -> Result<(), ModesError> {
-    admit_size(system)?;
-    match solver.refuses(system, structure) {
-        Some(reason) => Err(ModesError::Refused {
-            method: solver.name(),
-            reason,
-        }),
-        None => Ok(()),
-    }
-}
-
-/// Why there are no modes.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ModesError {
-    /// An iteration of linear algebra did not converge.
-    #[error("{method}: the iteration did not converge")]
-    NoConvergence {
-        /// The solver.
-        method: &'static str,
-    },
-    /// The solver does not apply to this system.
-    #[error("{method} does not apply: {reason}")]
-    Refused {
-        /// The solver.
-        method: &'static str,
-        /// Why not.
-        reason: String,
-    },
-    /// The system has no first-order form.
-    #[error(transparent)]
-    FirstOrder(#[from] FirstOrderError),
-    /// The system is [large](System::is_large): it has some modes at a time, as
-    /// [`SparseModes`](crate::SparseModes).
-    #[error(
-        "all modes of {coordinates} coordinates would take dense matrices of {gigabytes:.1} GB: ask for some of them"
-    )]
-    TooLarge {
-        /// How many coordinates there are.
-        coordinates: usize,
-        /// What M, C, K and one state matrix would take.
-        gigabytes: f64,
-    },
-    /// A frequency leaves the range of doubles.
-    #[error(
-        "{method}: the frequencies lie too far apart for doubles; choose other units, or fewer orders of magnitude"
-    )]
-    OutOfRange {
-        /// The solver.
-        method: &'static str,
-    },
 }

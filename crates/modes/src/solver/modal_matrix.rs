@@ -12,10 +12,11 @@ use crate::system::System;
 
 use super::improvement::refine;
 use super::modal_damping::modal_damping;
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::RealMode;
 use super::roots::collect;
 use super::spring_factor::{self, undamped_roots};
-use super::{ModeSolver, ModesError, admit, classical, rigid, state_matrix, symmetric};
+use super::{classical, rigid, state_matrix, symmetric};
 
 /// Up to so many coordinates an even system is solved without its undamped modes.
 const FEW: usize = 64;

@@ -8,7 +8,8 @@ use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
 use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::system::System;
 
-use super::{ModeSolver, cluster};
+use super::cluster;
+use super::mode_solver::ModeSolver;
 
 /// A root with Im λ ≥ 0 as a solver finds it; its conjugate is understood.
 #[derive(Clone, Debug)]

@@ -16,10 +16,12 @@ use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::choice::solvers;
 use super::improvement::refine;
+use super::mode_solver::{ModeSolver, ModesError};
 use super::rigid::null_vectors;
 use super::roots::{Root, collect};
-use super::{ModeSolver, ModesError, rigid, solvers, state_matrix};
+use super::{rigid, state_matrix};
 
 /// The state matrix of the problem in 1/(λ − s): for systems whose masses, and dampers and springs on
 /// massless nodes, do not determine all accelerations.

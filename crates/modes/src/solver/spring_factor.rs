@@ -15,10 +15,11 @@ use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::{Root, collect};
 use super::star_mesh::Condensed;
-use super::{ModeSolver, ModesError, admit, rigid, tree_factor};
+use super::{rigid, tree_factor};
 use crate::linear::jacobi::jacobi;
 use crate::modes::Modes;
 

@@ -9,8 +9,9 @@ use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::roots::{Root, collect};
-use super::{ModeSolver, ModesError, admit, rigid, spring_factor};
+use super::{rigid, spring_factor};
 
 /// The frequencies of the undamped system that has the dampers for springs, by [`SpringFactor`]:
 /// for systems of masses and positive dampers alone that have massless nodes.

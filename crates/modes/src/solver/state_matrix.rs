@@ -11,8 +11,9 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::improvement::refine;
+use super::mode_solver::{ModeSolver, ModesError, admit};
+use super::rigid;
 use super::roots::{Root, collect};
-use super::{ModeSolver, ModesError, admit, rigid};
 use crate::linear::eigenpairs::{eigenpairs, is_direction};
 
 /// Eigenvalues of the state matrix A of z′ = A z, balanced, by the QR algorithm; each simple one is

@@ -12,10 +12,10 @@ use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::collect;
 use super::spring_factor::{refined, undamped_roots};
-use super::{ModeSolver, ModesError, admit};
 
 /// How near quotients may come to eigenvalues of whole matrices, relative, to be preferred.
 const CONFIRMED: f64 = 1e-13;

@@ -10,8 +10,8 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::factor::{Factor, Sum};
-use super::lanczos::uniform;
 use super::pencil::Pencil;
+use super::random::uniform;
 
 type Vector = Vec<Complex<f64>>;
 

@@ -3,13 +3,14 @@
 
 use num_complex::Complex;
 
+use super::answer::{Answer, Root, keep_nearest};
 use super::arnoldi::{Approximate, Arnoldi};
-use super::damped::{Answer, Root, keep_nearest};
+use super::error::SparseError;
 use super::form::Form;
 use super::newton;
 use super::pencil::Pencil;
 use super::winding::{MANY, Winding};
-use super::{Facts, SparseError, SparseModes};
+use super::{Facts, SparseModes};
 use crate::modes::Repeats;
 
 /// Natural frequencies about the target.

@@ -3,39 +3,17 @@
 use faer::Mat;
 use num_complex::Complex;
 
+use super::SparseModes;
+use super::answer::{Answer, NOT_COUNTED, Root, told};
 use super::coupled::coupled;
+use super::error::SparseError;
 use super::form::Form;
 use super::judge::Judge;
 use super::proportional::proportional;
-use super::{SparseError, SparseModes};
 use crate::modes::{Bounds, Mode, ModePlan, Modes, Repeats, listed, order};
 use crate::solver::ModesError;
 use crate::structure::rayleigh::Proportion;
 use crate::system::System;
-
-/// A vector by its real and imaginary parts.
-pub(crate) type Parts = [Vec<f64>; 2];
-
-/// A root with its shape and what is known of its error.
-pub(crate) struct Root {
-    pub(crate) value: Complex<f64>,
-    /// Estimated |λ̂ − λ| and that of the real part.
-    pub(crate) error: Option<(f64, f64)>,
-    pub(crate) shape: Parts,
-    pub(crate) repeats: Repeats,
-    /// How many roots it stands for.
-    pub(crate) roots: usize,
-}
-
-/// Roots, and whether it is proved that none is missing between them, or else what the proof lacks.
-pub(crate) struct Answer {
-    pub(crate) roots: Vec<Root>,
-    pub(crate) complete: Result<(), &'static str>,
-}
-
-/// What a proof lacks where eigenvalues of (K, M) were not counted.
-pub(crate) const NOT_COUNTED: &str =
-    "the pivots of K - sM are rounded too much to count the undamped modes";
 
 /// The modes of the whole equation.
 pub(crate) fn modes(found: &SparseModes, damping: &Form) -> Result<Modes, SparseError> {
@@ -83,14 +61,6 @@ fn plan(found: &SparseModes, damping: &Form, complete: Result<(), &'static str>)
         bounds: "estimated from residuals".to_owned(),
         left_out: vec![("other modes", format!("{count} were asked for; {counted}"))],
         incomplete: complete.err(),
-    }
-}
-
-/// Whether a mode was told from all others.
-pub(crate) fn told(found: &SparseModes, k: usize) -> Repeats {
-    match found.clusters[k] {
-        1 => Repeats::SIMPLE,
-        count => Repeats::Cluster(count),
     }
 }
 
@@ -178,12 +148,4 @@ pub(crate) fn reduced(found: &SparseModes, damping: &Form) -> Result<System, Mod
             method: "sparse Lanczos",
         }
     })
-}
-
-/// Keeps so many entries whose natural frequencies are nearest to the target; how far the last one is.
-pub(crate) fn keep_nearest(roots: &mut Vec<Root>, target: f64, count: usize) -> Option<f64> {
-    let apart = |root: &Root| (root.value.norm() - target).abs();
-    roots.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
-    roots.truncate(count);
-    roots.last().map(apart)
 }

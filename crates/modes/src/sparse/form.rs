@@ -11,7 +11,7 @@ use num_complex::Complex;
 use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
-use super::factor::Entry;
+use super::entry::Entry;
 
 /// A join between two nodes.
 #[derive(Clone, Copy, Debug)]

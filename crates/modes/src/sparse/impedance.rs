@@ -9,7 +9,8 @@
 use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
-use super::factor::{Entry, Factor, Sum};
+use super::entry::Entry;
+use super::factor::{Factor, Sum};
 use super::inertia::Inertia;
 use super::pencil::Pencil;
 

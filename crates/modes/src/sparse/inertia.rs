@@ -9,7 +9,8 @@
 
 use eigentone_digits::DoubleDouble;
 
-use super::factor::{Entry, Factor, Sum};
+use super::entry::Entry;
+use super::factor::{Factor, Sum};
 use super::pencil::Pencil;
 
 /// From which side the number of eigenvalues is bounded.

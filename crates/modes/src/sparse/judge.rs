@@ -3,8 +3,8 @@
 use num_complex::Complex;
 
 use super::SparseModes;
+use super::answer::{Parts, Root};
 use super::basis::dot;
-use super::damped::{Parts, Root};
 use super::form::Form;
 use crate::modes::{Eigenvalue, Mode};
 use crate::solver::normalised;

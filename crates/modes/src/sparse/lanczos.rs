@@ -9,6 +9,7 @@ use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};
 use super::operator::ShiftInvert;
+use super::random::uniform;
 use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// What a run found.
@@ -283,12 +284,4 @@ impl Ritz {
         };
         self.values.iter().enumerate().take_while(within).count()
     }
-}
-
-/// A number between −1 and 1, by Marsaglia's xorshift (2003, *J. Stat. Softw.* 8).
-pub(crate) fn uniform(state: &mut u64) -> f64 {
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    (*state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }

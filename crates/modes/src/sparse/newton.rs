@@ -12,7 +12,8 @@ use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 use super::arnoldi::Approximate;
-use super::factor::{Entry, Factor, Sum};
+use super::entry::Entry;
+use super::factor::{Factor, Sum};
 use super::form::Form;
 use super::pencil::Pencil;
 

@@ -184,9 +184,7 @@ impl<'a> ShiftInvert<'a> {
     fn probe(&self) -> f64 {
         let n = self.pencil.len();
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
-        let x: Vec<f64> = (0..n)
-            .map(|_| super::lanczos::uniform(&mut state))
-            .collect();
+        let x: Vec<f64> = (0..n).map(|_| super::random::uniform(&mut state)).collect();
         let (mut y, mut work) = (vec![0.0; n], vec![0.0; n]);
         self.pencil.mass.apply(&x, &mut y);
         self.solve_once(&mut y, &mut work);

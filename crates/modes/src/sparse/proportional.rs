@@ -4,7 +4,7 @@ use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
 use super::SparseModes;
-use super::damped::{Answer, NOT_COUNTED, Parts, Root, keep_nearest, told};
+use super::answer::{Answer, NOT_COUNTED, Parts, Root, keep_nearest, told};
 use crate::modes::Repeats;
 use crate::structure::rayleigh::Proportion;
 

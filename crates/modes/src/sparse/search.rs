@@ -5,8 +5,9 @@
 //! were found locked (Grimes, Lewis & Simon 1994, *SIAM J. Matrix Anal. Appl.* 15, "A shifted block
 //! Lanczos algorithm for solving sparse symmetric generalized eigenproblems").
 
-use super::SparseError;
-use super::factor::{Entry, Factor};
+use super::entry::Entry;
+use super::error::SparseError;
+use super::factor::Factor;
 use super::inertia::{Inertia, Side};
 use super::lanczos::{Found, Goal, lanczos};
 use super::operator::{Rigid, ShiftInvert};

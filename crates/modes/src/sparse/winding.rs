@@ -25,7 +25,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use faer::Mat;
 use num_complex::Complex;
 
-use super::factor::Entry;
+use super::entry::Entry;
 use super::form::Form;
 use super::impedance::{Disc, Impedance, Square};
 use super::inertia::{Inertia, Side};

@@ -88,6 +88,10 @@ impl Coefficients {
 
     /// A mirror symmetry, if one was found. Looked for once.
     pub(crate) fn mirror(&self) -> Option<&Mirror> {
-        self.mirror.get(|| Mirror::of(self)).as_ref()
+        let parts = [&self.mass, &self.damping, &self.stiffness];
+        let mirror = self
+            .mirror
+            .get(|| Mirror::of(parts.map(|part| &part.matrix)));
+        mirror.as_ref()
     }
 }

@@ -10,7 +10,6 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::coefficients::Coefficients;
 use crate::exact::matrix::ExactMatrix;
 use crate::exact::sum::ExactSum;
 
@@ -25,13 +24,8 @@ pub(crate) struct Mirror {
 }
 
 impl Mirror {
-    /// The first that is found, if it moves any coordinate.
-    pub(crate) fn of(coefficients: &Coefficients) -> Option<Mirror> {
-        let parts = [
-            &coefficients.mass.matrix,
-            &coefficients.damping.matrix,
-            &coefficients.stiffness.matrix,
-        ];
+    /// The first of M, C and K that is found, if it moves any coordinate.
+    pub(crate) fn of(parts: [&ExactMatrix; 3]) -> Option<Mirror> {
         let partner = partners(&parts)?;
         let moves = partner.iter().enumerate().any(|(i, &j)| i != j);
         let reversed = moves.then(|| signs(&parts, &partner))??;
@@ -183,13 +177,14 @@ fn signs(parts: &[&ExactMatrix; 3], partner: &[usize]) -> Option<Vec<bool>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::coefficients::Coefficients;
     use super::super::samples::{chain, free_beam, matrices, network};
     use super::*;
     use crate::system::System;
     use faer::Mat;
 
     fn mirror(system: &System) -> Option<Mirror> {
-        Mirror::of(&Coefficients::of(system.model()))
+        Coefficients::of(system.model()).mirror().cloned()
     }
 
     #[test]

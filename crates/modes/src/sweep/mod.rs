@@ -1,4 +1,5 @@
-//! The modes of many small systems that differ in their parameters alone, without allocating.
+//! The modes of many small systems that differ in their parameters alone, without allocating. It knows `linear`,
+//! `model` and `system`.
 
 mod design;
 mod shape;

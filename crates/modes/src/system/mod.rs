@@ -1,5 +1,5 @@
-//! A checked system: a model, and what is proved of it when first asked for. It knows the model and the proofs
-//! of its structure; modes are computed above it.
+//! A checked system: a model, and what is proved of it when first asked for. Modes are computed above it. It knows
+//! `model` and `structure`.
 
 mod builder;
 mod parameter;

@@ -2,7 +2,6 @@
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 
-use super::squares::Squares;
 use crate::inclusion::exactly::exact;
 use crate::inclusion::gram::UPWARD;
 use crate::inclusion::pencil::Pencil;
@@ -18,16 +17,16 @@ pub(super) struct Closer {
 }
 
 impl Closer {
-    pub(super) fn of(system: &System, squares: &Squares, tolerance: f64) -> Closer {
+    pub(super) fn of(system: &System, squares: &[DoubleDouble], tolerance: f64) -> Closer {
         const LARGEST: usize = 64;
-        let sizes = squares.values.iter().map(|square| square.to_f64().abs());
+        let sizes = squares.iter().map(|square| square.to_f64().abs());
         let largest = sizes.fold(f64::MIN_POSITIVE, f64::max);
         Closer {
             unit: (largest.log2() / 2.0).round() as i32,
             goal: shape::Goal {
                 tolerance,
                 symmetric: true,
-                roots: squares.values.len(),
+                roots: squares.len(),
             },
             pencil: (system.len() <= LARGEST).then(|| Pencil::of(system, true)),
         }

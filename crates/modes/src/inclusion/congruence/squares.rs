@@ -105,7 +105,7 @@ pub(crate) fn squares(
     for group in found.groups().into_iter().filter(|group| group.len() == 1) {
         alone[group.start] = true;
     }
-    let closer = Closer::of(system, &found, tolerance);
+    let closer = Closer::of(system, &found.values, tolerance);
     for (at, i) in order.into_iter().enumerate() {
         let proven =
             alone[at].then(|| closer.shape(found.values[at], found.reach[at], enclosed[i].take()));

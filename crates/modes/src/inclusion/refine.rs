@@ -44,6 +44,9 @@ impl Goal {
     }
 }
 
+/// Discs, and the points that they were found from.
+type Found<T> = (Vec<Inclusion<T>>, Vec<Ball<T>>);
+
 /// Improves the points in the precision of T until all discs meet the goal, or the digits run out.
 pub(crate) fn refine<T: Real>(
     polynomial: &Polynomial<T>,
@@ -52,7 +55,7 @@ pub(crate) fn refine<T: Real>(
 ) -> Level<T> {
     const SWEEPS: usize = 150;
     const PLAIN: usize = 6;
-    let mut best: Option<(Vec<Inclusion<T>>, Vec<Ball<T>>)> = None;
+    let mut best: Option<Found<T>> = None;
     let mut scattered = false;
     let mut stuck = 0;
     let mut previous = f64::INFINITY;

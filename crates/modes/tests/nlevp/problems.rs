@@ -123,7 +123,7 @@ pub fn acoustic_wave_2d(q: usize) -> Problem {
 pub fn bcc_traffic(n: usize) -> Problem {
     let chain = with(tridiagonal(n, [-1.0, 2.0, -1.0]), &[(n - 1, n - 1, 1.0)]);
     let gains = |seed: usize| -> Vec<f64> {
-        let weak = |i: usize| (i + seed) % 2 == 0;
+        let weak = |i: usize| (i + seed).is_multiple_of(2);
         let gain = |i: usize| {
             if weak(i) {
                 0.05 + 0.1 * number(i + 31 * seed)
@@ -238,7 +238,7 @@ pub fn damped_gyro(name: &'static str, q: usize, drag: f64) -> Problem {
 pub fn deformed_consensus(n: usize) -> Problem {
     let joined = |i: usize, j: usize| {
         let gap = i.abs_diff(j).min(n - i.abs_diff(j));
-        gap == 1 || gap == 3 && i.min(j) % 3 == 0
+        gap == 1 || gap == 3 && i.min(j).is_multiple_of(3)
     };
     let joins = Mat::from_fn(n, n, |i, j| f64::from(u8::from(joined(i, j))));
     let less = |i: usize| joins.row(i).iter().sum::<f64>() - 1.0;
@@ -262,7 +262,7 @@ pub fn dirac(q: usize) -> Problem {
             Some(now)
         })
         .collect();
-    let sign = |i: usize, j: usize| if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |i: usize, j: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
     let root = |i: usize| p[i].sqrt();
     let gap = |i: usize, j: usize| 2.0 * (i as f64 - j as f64);
     let square = |of: &dyn Fn(usize, usize) -> f64| Mat::from_fn(q, q, of);

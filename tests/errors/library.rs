@@ -22,9 +22,9 @@ use super::listing::Listing;
 
 pub const ENUMS: [(&str, &str); 17] = [
     ("crates/modes/src/system/builder.rs", "BuildError"),
-    ("crates/modes/src/solver/mod.rs", "ModesError"),
+    ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
     ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
-    ("crates/modes/src/sparse/mod.rs", "SparseError"),
+    ("crates/modes/src/sparse/error.rs", "SparseError"),
     ("crates/modes/src/participation.rs", "ParticipationError"),
     ("crates/modes/src/assurance.rs", "AssuranceError"),
     ("crates/modes/src/sensitivity.rs", "SensitivityError"),

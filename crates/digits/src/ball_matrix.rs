@@ -1,5 +1,7 @@
 //! Real matrices whose entries have proven error bounds.
 
+use std::any::Any;
+
 use crate::{Magnitude, Real};
 
 /// A real matrix known entry by entry: each true entry lies within its radius of its middle.
@@ -108,6 +110,30 @@ impl<T: Real> BallMatrix<T> {
             self.middle[to..to + length].copy_from_slice(&block.middle[from..from + length]);
             self.radius[to..to + length].copy_from_slice(&block.radius[from..from + length]);
         }
+    }
+
+    /// The same entries in another arithmetic, with what that leaves of their middles in the radii; the same matrix where
+    /// it is the arithmetic they are in.
+    pub fn rounded<U: Real>(&self) -> BallMatrix<U> {
+        if let Some(same) = (self as &dyn Any).downcast_ref::<BallMatrix<U>>() {
+            return same.clone();
+        }
+        let mut rounded = BallMatrix::zeros(self.rows, self.columns);
+        for (at, (middle, radius)) in self.middle.iter().zip(&self.radius).enumerate() {
+            if middle.is_zero() && radius.is_zero() {
+                continue;
+            }
+            let high = middle.to_f64();
+            let low = (*middle - T::from(high)).to_f64();
+            let value = U::from(high) + U::from(low);
+            // Two doubles hold what U keeps, or U keeps less.
+            let high = value.to_f64();
+            let low = (value - U::from(high)).to_f64();
+            let back = T::from(high) + T::from(low);
+            let left = (*middle - back).upper() + back.upper() * T::unit();
+            rounded.set(at / self.columns, at % self.columns, value, *radius + left);
+        }
+        rounded
     }
 
     /// The product; terms with an exact 0 are passed over.
@@ -281,16 +307,16 @@ fn approximate_inverse<T: Real>(a: &BallMatrix<T>) -> Option<BallMatrix<T>> {
             left[k * n + j] = left[k * n + j] / divisor;
             inverse.middle[k * n + j] = inverse.middle[k * n + j] / divisor;
         }
+        let row = k * n..(k + 1) * n;
+        let pivot = [left[row.clone()].to_vec(), inverse.middle[row].to_vec()];
         for i in (0..n).filter(|i| *i != k) {
             let factor = left[i * n + k];
             if factor.is_zero() {
                 continue;
             }
-            for j in 0..n {
-                left[i * n + j] = left[i * n + j] - factor * left[k * n + j];
-                inverse.middle[i * n + j] =
-                    inverse.middle[i * n + j] - factor * inverse.middle[k * n + j];
-            }
+            let row = i * n..(i + 1) * n;
+            T::add_multiple(&mut left[row.clone()], -factor, &pivot[0]);
+            T::add_multiple(&mut inverse.middle[row], -factor, &pivot[1]);
         }
     }
     inverse
@@ -362,6 +388,31 @@ mod tests {
     }
 
     proptest! {
+        /// To fewer digits and to as many, and back: what is left out lies within the radii, and not far within.
+        #[test]
+        fn rounding_is_counted(values in prop::collection::vec((-1.0..1.0, -1.0..1.0, -200..200), 4)) {
+            let entry = |(a, b, power): &(f64, f64, i32)| {
+                // More digits than two doubles hold, and a gap between them.
+                let third = Wide::<4>::from(*a) / Wide::from(3.0);
+                (third + Wide::from(*b).scale(-170)).scale(i64::from(*power))
+            };
+            let mut fine = BallMatrix::<Wide<4>>::zeros(2, 2);
+            for (at, value) in values.iter().enumerate() {
+                fine.set(at / 2, at % 2, entry(value), Magnitude::ZERO);
+            }
+            let truth: Vec<Vec<BigRational>> =
+                (0..2).map(|i| (0..2).map(|j| fine.middle(i, j).exact()).collect()).collect();
+            let two = fine.rounded::<DoubleDouble>();
+            prop_assert!(holds(&two, &truth));
+            prop_assert!(holds(&fine.rounded::<f64>(), &truth));
+            prop_assert!(holds(&two.rounded::<Wide<8>>(), &truth));
+            let same = fine.rounded::<Wide<4>>();
+            prop_assert!(same.radius.iter().all(|radius| radius.is_zero()) && same.middle == fine.middle);
+            for (middle, radius) in two.middle.iter().zip(&two.radius) {
+                prop_assert!(radius.to_f64() <= middle.to_f64().abs() * 2f64.powi(-105) + 1e-320);
+            }
+        }
+
         #[test]
         fn products_and_quotients_hold_the_truth(
             n in 1usize..5,

@@ -17,6 +17,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Range, Sub, SubAssign};
 
+use crate::multiple::add_multiple;
 use crate::{Magnitude, Real};
 
 /// `high + low` with |low| ≤ ½ ulp(high). Every operation errs by less than 2^-102 of the *result*
@@ -39,7 +40,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a + b as sum and error, for |a| ≥ |b| or a = 0.
 #[inline]
-fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
@@ -57,9 +58,16 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
     if error.is_finite() {
         (product, error)
     } else {
-        // The splitting overflows above 2^996.
-        (product, a.mul_add(b, -product))
+        (product, fused_error(a, b, product))
     }
+}
+
+/// The error of a product where the splitting overflows, above 2^996. Apart, and so rare that no compiler takes it
+/// before it is needed: it costs as much as ten products.
+#[cold]
+#[inline(never)]
+fn fused_error(a: f64, b: f64, product: f64) -> f64 {
+    a.mul_add(b, -product)
 }
 
 /// Two halves of at most 26 bits (Veltkamp's splitting).
@@ -84,8 +92,15 @@ impl DoubleDouble {
     };
 
     /// The sum of two doubles, exactly.
+    #[inline]
     pub fn new(high: f64, low: f64) -> DoubleDouble {
         let (high, low) = two_sum(high, low);
+        DoubleDouble { high, low }
+    }
+
+    /// From what a sum of two doubles has left of them.
+    #[inline]
+    pub(crate) fn from_parts(high: f64, low: f64) -> DoubleDouble {
         DoubleDouble { high, low }
     }
 
@@ -96,11 +111,13 @@ impl DoubleDouble {
     }
 
     /// The double nearest to the number.
+    #[inline]
     pub fn high(self) -> f64 {
         self.high
     }
 
     /// What `high` leaves.
+    #[inline]
     pub fn low(self) -> f64 {
         self.low
     }
@@ -302,6 +319,10 @@ impl Real for DoubleDouble {
 
     fn scale(self, power: i64) -> DoubleDouble {
         DoubleDouble::scale(self, power)
+    }
+
+    fn add_multiple(sum: &mut [DoubleDouble], factor: DoubleDouble, entries: &[DoubleDouble]) {
+        add_multiple(sum, factor, entries);
     }
 
     #[inline]

@@ -29,6 +29,7 @@ mod complex;
 mod double_double;
 mod lanes;
 mod magnitude;
+mod multiple;
 #[cfg(test)]
 mod rational;
 mod real;

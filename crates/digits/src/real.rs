@@ -68,6 +68,13 @@ pub trait Real:
         self * Self::from(factor)
     }
 
+    /// sumᵢ + factor·entriesᵢ in place of sumᵢ, for as many as both have.
+    fn add_multiple(sum: &mut [Self], factor: Self, entries: &[Self]) {
+        for (sum, entry) in sum.iter_mut().zip(entries) {
+            *sum = *sum + factor * *entry;
+        }
+    }
+
     /// |x|.
     fn abs(self) -> Self {
         if self < Self::ZERO { -self } else { self }

@@ -71,6 +71,9 @@ impl Analyze {
         drop(progress);
         print(|out| out.write_all(analysis.text().as_bytes()))?;
         self.question.tell_doubts(&modes);
+        if let Some(answer) = &analysis.response {
+            self.question.tell_doubts_of_motion(answer.trajectory);
+        }
         Ok(())
     }
 }

@@ -18,6 +18,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use eigentone::modes::{Bounds, Modes};
+use eigentone::response::Trajectory;
 use eigentone::scene::Scene;
 
 pub use failure::Failure;
@@ -128,6 +129,24 @@ impl Question {
         let _ = writeln!(
             io::stderr(),
             "note: {scene}: {count} of {of} roots are doubtful: doubles give no bound for them; {help}"
+        );
+    }
+
+    /// Says on standard error how much of a motion is doubtful, and what would help.
+    fn tell_doubts_of_motion(&self, motion: &Trajectory) {
+        let (count, all) = (motion.doubtful(), motion.len());
+        if count == 0 {
+            return;
+        }
+        let help = match self.precision {
+            Precision::Double => "leave out --precision double",
+            Precision::Certified => "ask for fewer samples, or for parts of the system",
+        };
+        let scene = self.scene.display();
+        let _ = writeln!(
+            io::stderr(),
+            "note: {scene}: {count} of {all} samples are doubtful: doubles give no bound for a motion that may grow, \
+             that nothing holds, or that is too stiff for them; {help}"
         );
     }
 

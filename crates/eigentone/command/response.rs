@@ -58,6 +58,7 @@ impl Response {
                 .map_err(Failure::response(file))
         };
         let (trajectory, steady_state) = solve()?;
+        self.question.tell_doubts_of_motion(&trajectory);
         let report = ResponseReport::new(&trajectory, scene.system().names())
             .with_steady_state(steady_state.as_ref());
         print(|out| match self.json {

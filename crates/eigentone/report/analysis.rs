@@ -12,6 +12,7 @@ use super::modes::ModeReport;
 use super::number;
 use super::outline::{Outline, Quantity};
 use super::plot::{Line, Plot};
+use super::response::doubts;
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table, visible};
 
@@ -86,7 +87,10 @@ impl Analysis<'_> {
             Line::new(name, outline.len(), move |k| outline.point(k))
         });
         Plot {
-            title: self.title.to_owned(),
+            title: match doubts(answer.trajectory) {
+                Some(doubts) => format!("{} ({doubts})", self.title),
+                None => self.title.to_owned(),
+            },
             x: Axis::linear("time", "s"),
             y: axis,
             lines: lines.collect(),
@@ -139,6 +143,9 @@ impl Analysis<'_> {
                     let without = number::count(without, "sample", "samples");
                     let _ = write!(text, " where there is one, at all but {without}");
                 }
+            }
+            if let Some(doubts) = doubts(trajectory) {
+                let _ = write!(text, "; {doubts}");
             }
         }
         text

@@ -41,7 +41,7 @@ impl<'a> ResponseReport<'a> {
     }
 
     /// A table of step index, instant and displacements, six significant digits, one line for each
-    /// instant.
+    /// instant. What has no bound is marked as doubtful.
     ///
     /// # Errors
     /// Those of `out`.
@@ -72,9 +72,20 @@ impl<'a> ResponseReport<'a> {
                 let value = number::significant(displacement[(row, column)]);
                 write!(out, "  {value:>0$}", width(header))?;
             }
-            writeln!(out)?;
+            let mark = if self.trajectory.is_doubtful(column) {
+                "  ?"
+            } else {
+                ""
+            };
+            writeln!(out, "{mark}")?;
         }
-        Ok(())
+        match doubts(self.trajectory) {
+            Some(doubts) => writeln!(
+                out,
+                "?: {doubts}: no bound is known for them, and what is printed may be far from the motion"
+            ),
+            None => Ok(()),
+        }
     }
 
     /// One JSON object: step indices, instants in s, displacements in m and velocities in m/s by
@@ -133,6 +144,15 @@ impl<'a> ResponseReport<'a> {
         }
         Ok(())
     }
+}
+
+/// How many samples are doubtful, if any are.
+pub(super) fn doubts(trajectory: &Trajectory) -> Option<String> {
+    let (count, all) = (trajectory.doubtful(), trajectory.len());
+    (count > 0).then(|| match all {
+        1 => "the sample is doubtful".to_owned(),
+        _ => format!("{count} of {all} samples are doubtful"),
+    })
 }
 
 /// The contract between this program and what reads its JSON: names and order stay.

@@ -7,6 +7,7 @@ use crate::report::analysis::Answer;
 use crate::report::axis::Axis;
 use crate::report::number;
 use crate::report::outline::{Outline, Quantity};
+use crate::report::response::doubts;
 
 /// Lines in one chart.
 const LINES: usize = 10;
@@ -103,6 +104,9 @@ fn lines<'a>(
         chosen.sort_unstable();
     }
     let mut caption = caption.to_owned();
+    if let Some(doubts) = doubts(answer.trajectory) {
+        caption += &format!(" {doubts}: no bound is known for them.");
+    }
     if names.len() > LINES {
         caption += &format!(
             " Drawn are the {LINES} of {} that go farthest.",

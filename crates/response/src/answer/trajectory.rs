@@ -161,4 +161,18 @@ impl Trajectory {
     pub fn velocity_bound(&self) -> &[Option<f64>] {
         &self.velocity_bound
     }
+
+    /// Whether no bound of the displacements or none of the velocities is known at an instant, by its place: what is given
+    /// there may be far from the motion.
+    ///
+    /// # Panics
+    /// If there is no such instant.
+    pub fn is_doubtful(&self, instant: usize) -> bool {
+        self.displacement_bound[instant].is_none() || self.velocity_bound[instant].is_none()
+    }
+
+    /// At how many instants.
+    pub fn doubtful(&self) -> usize {
+        (0..self.len()).filter(|k| self.is_doubtful(*k)).count()
+    }
 }

@@ -132,9 +132,9 @@ impl Asked {
     }
 }
 
-/// The answer in the arithmetic of T, however good.
-fn certified<T: Real>(problem: &Problem<'_>) -> Trajectory {
-    let found = march::<T>(problem, Wanted::Grid, "test", f64::EPSILON, true);
+/// The answer in the arithmetic of T, by a generator in that of G, however good.
+fn certified<T: Real, G: Real>(problem: &Problem<'_>) -> Trajectory {
+    let found = march::<T, G>(problem, Wanted::Grid, "test", f64::EPSILON, true);
     match found.expect("nothing grows") {
         Attempt::Found(trajectory) => *trajectory,
         _ => panic!("no mass is 0"),
@@ -163,14 +163,17 @@ proptest! {
     fn digits_agree_within_their_bounds(asked in asked(8.0)) {
         let system = asked.system();
         let problem = asked.problem(&system);
-        let few = certified::<DoubleDouble>(&problem);
-        let many = certified::<Wide<8>>(&problem);
+        let few = certified::<DoubleDouble, DoubleDouble>(&problem);
+        let prepared = certified::<DoubleDouble, Wide<4>>(&problem);
+        let many = certified::<Wide<8>, Wide<8>>(&problem);
         let bounds = |one: &Trajectory, at: usize| {
             [one.displacement_bound()[at], one.velocity_bound()[at]].map(|bound| bound.expect("proven"))
         };
-        for (at, off) in differences(&few, &many).into_iter().enumerate() {
-            for (off, (a, b)) in off.into_iter().zip(bounds(&few, at).into_iter().zip(bounds(&many, at))) {
-                prop_assert!(off <= (a + b) * (1.0 + f64::EPSILON), "{:e} > {:e} + {:e} at {}", off, a, b, at);
+        for few in [few, prepared] {
+            for (at, off) in differences(&few, &many).into_iter().enumerate() {
+                for (off, (a, b)) in off.into_iter().zip(bounds(&few, at).into_iter().zip(bounds(&many, at))) {
+                    prop_assert!(off <= (a + b) * (1.0 + f64::EPSILON), "{:e} > {:e} + {:e} at {}", off, a, b, at);
+                }
             }
         }
     }
@@ -180,7 +183,7 @@ proptest! {
     fn doubles_come_close_where_nothing_is_stiff(asked in asked(1.0)) {
         let system = asked.system();
         let problem = asked.problem(&system);
-        let proven = certified::<DoubleDouble>(&problem);
+        let proven = certified::<DoubleDouble, DoubleDouble>(&problem);
         let most = [proven.displacement().norm_max(), proven.velocity().norm_max()];
         for method in methods().iter().filter(|method| method.refuses(&problem).is_none()) {
             let found = method.run(&problem).expect("it does not refuse");

@@ -6,9 +6,10 @@ use crate::answer::Trajectory;
 pub(crate) enum Attempt {
     Found(Box<Trajectory>),
     /// An instant missed the tolerance.
-    Missed,
+    Missed {
+        /// How often its matrix asks for the step to be halved, in whatever digits.
+        halvings: f64,
+    },
     /// With so few digits a matrix to be divided by cannot be told from a singular one.
     Stuck,
-    /// So many halvings of the step, and as many squarings, would take too long with so many digits.
-    TooDear,
 }

@@ -1,12 +1,14 @@
 //! The motion between the instants, followed in doubles as closely as its shape asks for.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
-use eigentone_digits::{DoubleDouble, Magnitude, Real};
+use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
+use pulp::Arch;
 
 use super::generator::Generator;
 use super::march::Walker;
-use crate::enclosed::{Normed, exponential};
+use crate::enclosed::{Halves, Normed};
 use crate::problem::{Instant, Leg, Problem, Walk};
 
 /// A moment of the motion, in doubles: displacements, velocities and accelerations, then states and
@@ -125,43 +127,76 @@ struct Way {
     halves: Vec<Vec<f64>>,
     /// How often bisections have halved it.
     halvings: u64,
-    make: Halver,
+    /// Makes them; `None` for a way of no length.
+    make: Option<Halves<DoubleDouble>>,
 }
 
-/// Makes the matrix of a way halved so many times, by rows.
-type Halver = Box<dyn Fn(usize) -> Vec<f64>>;
-
 impl Way {
-    fn point(&self, zeta: impl ExactSizeIterator<Item = f64>) -> Point {
-        let size = zeta.len();
-        let mut values = vec![0.0; 3 * self.n + size];
+    fn point(&self, zeta: &[f64]) -> Point {
+        let mut values = vec![0.0; 3 * self.n + zeta.len()];
         let (outputs, states) = values.split_at_mut(3 * self.n);
-        for (entry, value) in states.iter_mut().zip(zeta) {
-            *entry = value;
-        }
-        for (output, row) in outputs
-            .iter_mut()
-            .zip(self.outputs.chunks_exact(size.max(1)))
-        {
-            *output = dot(row, states);
-        }
+        states.copy_from_slice(zeta);
+        multiply(&self.outputs, states, outputs);
         Point { n: self.n, values }
     }
 
     /// The point 2^-depth of the way later.
     fn advance(&mut self, from: &Point, depth: usize) -> Point {
-        while self.halves.len() <= depth {
-            let half = (self.make)(self.halves.len());
-            self.halves.push(half);
-        }
         let zeta = from.zeta();
-        let rows = self.halves[depth].chunks_exact(zeta.len().max(1));
-        self.point(rows.map(|row| dot(row, zeta)))
+        if self.halves.len() <= depth {
+            self.halve(depth, zeta.len());
+        }
+        let mut later = vec![0.0; zeta.len()];
+        multiply(&self.halves[depth], zeta, &mut later);
+        self.point(&later)
+    }
+
+    /// As far as the depth.
+    fn halve(&mut self, depth: usize, size: usize) {
+        let Some(make) = &self.make else {
+            return self.halves.resize(depth + 1, vec![f64::NAN; size * size]);
+        };
+        let rounded = |power: &Normed<DoubleDouble>| {
+            let entries = power.entries().iter();
+            entries.map(|entry| entry.to_f64()).collect()
+        };
+        if self.halves.is_empty() {
+            let mut power = make.at(make.ground());
+            let mut upwards: Vec<Vec<f64>> = vec![rounded(&power)];
+            for _ in 0..make.ground() {
+                power = power.times(&power);
+                upwards.push(rounded(&power));
+            }
+            upwards.reverse();
+            self.halves = upwards;
+        }
+        while self.halves.len() <= depth {
+            self.halves.push(rounded(&make.at(self.halves.len())));
+        }
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+/// The product of a matrix, by rows, and a vector.
+fn multiply(matrix: &[f64], vector: &[f64], product: &mut [f64]) {
+    const LANES: usize = 8;
+    let rows = matrix.chunks_exact(vector.len().max(1));
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (entry, row) in product.iter_mut().zip(rows) {
+                let (row, rest) = row.as_chunks::<LANES>();
+                let (heads, tail) = vector.as_chunks::<LANES>();
+                let mut sums = [0.0; LANES];
+                for (row, head) in row.iter().zip(heads) {
+                    for lane in 0..LANES {
+                        sums[lane] += row[lane] * head[lane];
+                    }
+                }
+                let rest = rest.iter().zip(tail).map(|(a, b)| a * b);
+                *entry = sums.into_iter().chain(rest).sum();
+            }
+        },
+    );
 }
 
 /// How finely the motion is divided.
@@ -213,7 +248,7 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
 /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
 /// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each coordinate. `None` where the motion asks
-/// for too many stretches, or 32 digits do not suffice to set out.
+/// for too many stretches, is one of too many states, or 32 digits do not suffice to set out.
 pub(crate) fn follow(
     problem: &Problem<'_>,
     from: u64,
@@ -222,18 +257,27 @@ pub(crate) fn follow(
 ) -> Option<()> {
     /// The most products that all stretches together may take.
     const MOST: f64 = 4e9;
-    let generator = Generator::<DoubleDouble>::of(problem)?;
+    /// The most products that a way takes at the start.
+    const MOST_AT_ONCE: f64 = 2e9;
+    let grid = problem.grid();
+    let end = grid.time(grid.last());
+    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem)?;
+    if 64.0 * (generator.w.len() as f64).powi(3) > MOST_AT_ONCE {
+        return None;
+    }
+    if (generator.w.error() * Magnitude::from(end)).to_f64() > ROUNDING {
+        generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem)?;
+    }
     let w = generator.w.clone();
     let outputs = generator.outputs.iter().flat_map(|output| &output.rows);
     let outputs: Vec<f64> = outputs.flatten().map(|entry| entry.to_f64()).collect();
-    let grid = problem.grid();
     let most = (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64;
     let mut limits = Limits {
         range,
         most,
         halvings: 2 * most,
         seen: 0,
-        end: grid.time(grid.last()),
+        end,
     };
     let mut walker = Walker::new(problem, generator);
     let way = |make| Way {
@@ -257,10 +301,14 @@ pub(crate) fn follow(
             let (start, finish) = (walker.moment(&now), walker.moment(&to));
             if index > from {
                 let (length, error) = walker.seconds(start, finish);
-                let way = known
-                    .entry(length.to_f64().to_bits())
-                    .or_insert_with(|| way(maker(w.clone(), length, error)));
-                let left = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
+                let way = match known.entry(length.to_f64().to_bits()) {
+                    Entry::Occupied(known) => known.into_mut(),
+                    Entry::Vacant(free) => {
+                        let halves = Halves::of(&w, length, error / length.magnitude())?;
+                        free.insert(way(Some(halves)))
+                    }
+                };
+                let left = way.point(&walker.rounded());
                 let right = way.advance(&left, 0);
                 let mut stretch = Stretch {
                     start: now.time().to_f64(),
@@ -279,8 +327,8 @@ pub(crate) fn follow(
         }
         if index == grid.last() {
             // What the loads make of the end itself.
-            let mut way = way(Box::new(|_| Vec::new()));
-            let here = way.point(walker.zeta().iter().map(|entry| entry.to_f64()));
+            let mut way = way(None);
+            let here = way.point(&walker.rounded());
             visit(&mut Stretch {
                 start: target.time().to_f64(),
                 length: 0.0,
@@ -293,16 +341,6 @@ pub(crate) fn follow(
         }
         index += 1;
     }
-}
-
-/// e^{W·length/2^depth}, by rows in doubles.
-fn maker(w: Normed<DoubleDouble>, length: DoubleDouble, error: Magnitude) -> Halver {
-    Box::new(move |depth| {
-        let time = Real::scale(length, -(depth as i64));
-        let relative = error / length.magnitude();
-        let power = exponential(&w, time, relative);
-        power.entries().iter().map(|entry| entry.to_f64()).collect()
-    })
 }
 
 /// Shows the halves of a stretch, or divides them, until their polynomials meet the motion.

@@ -59,10 +59,12 @@ pub(crate) struct Part {
 }
 
 impl<T: Real> Generator<T> {
-    /// `None` where the digits do not suffice to divide by the masses, or to change coordinates.
-    pub(crate) fn of(problem: &Problem<'_>) -> Option<Generator<T>> {
+    /// `None` where the digits do not suffice to divide by the masses, or to change coordinates: those of G, in which W
+    /// is computed before it is rounded to T. Where matrices are ill-conditioned, dividing by the masses and changing
+    /// coordinates costs digits, and the exponential costs none.
+    pub(crate) fn of<G: Real>(problem: &Problem<'_>) -> Option<Generator<T>> {
         let system = problem.system();
-        let form = EnclosedFirstOrder::<T>::of(system).ok()?;
+        let form = EnclosedFirstOrder::<G>::of(system).ok()?;
         let end = problem.grid().time(problem.grid().last());
         let horizon = if end > 0.0 { end } else { 1.0 };
         let structure = system.structure();
@@ -107,15 +109,15 @@ impl<T: Real> Generator<T> {
         }
 
         // The system in its own coordinates: z′ = A z + B f, x = X z + D f, f = F (loads).
-        let mut forces = BallMatrix::<T>::zeros(system.len(), size);
+        let mut forces = BallMatrix::<G>::zeros(system.len(), size);
         for (coordinate, harmonic) in timeline.harmonics() {
             let place = frequencies.iter().position(|f| *f == harmonic.frequency);
             let column = n + 2 * place.expect("collected above");
-            let (c, s, error) = cos_sin::<T>(harmonic.phase);
-            let amplitude = T::from(harmonic.amplitude);
+            let (c, s, error) = cos_sin::<G>(harmonic.phase);
+            let amplitude = G::from(harmonic.amplitude);
             for (column, part) in [(column, c), (column + 1, s)] {
                 let value = amplitude * part;
-                let error = amplitude.upper() * error + value.upper() * T::unit() + T::floor();
+                let error = amplitude.upper() * error + value.upper() * G::unit() + G::floor();
                 let error = if part.is_zero() && error.is_zero() {
                     Magnitude::ZERO
                 } else {
@@ -125,7 +127,7 @@ impl<T: Real> Generator<T> {
             }
         }
         for (at, channel) in channels.iter().enumerate() {
-            forces.set(channel.coordinate, straight + at, T::ONE, Magnitude::ZERO);
+            forces.set(channel.coordinate, straight + at, G::ONE, Magnitude::ZERO);
         }
         let displaces = |j: usize| {
             let d = form.d();
@@ -161,16 +163,16 @@ impl<T: Real> Generator<T> {
         }
 
         // How the loads themselves go on.
-        let mut own = BallMatrix::<T>::zeros(size, size);
+        let mut own = BallMatrix::<G>::zeros(size, size);
         own.put(0, 0, &whole);
         for (at, frequency) in frequencies.iter().enumerate() {
             let column = n + 2 * at;
-            own.set(column, column + 1, T::from(*frequency), Magnitude::ZERO);
-            own.set(column + 1, column, T::from(-*frequency), Magnitude::ZERO);
+            own.set(column, column + 1, G::from(*frequency), Magnitude::ZERO);
+            own.set(column + 1, column, G::from(-*frequency), Magnitude::ZERO);
         }
         for (at, channel) in channels.iter().enumerate() {
             if let Some(slope) = channel.slope {
-                own.set(straight + at, slope, T::ONE, Magnitude::ZERO);
+                own.set(straight + at, slope, G::ONE, Magnitude::ZERO);
             }
         }
         let velocity = position.times(&own);
@@ -180,15 +182,15 @@ impl<T: Real> Generator<T> {
         enter.put(0, 0, &energy.r);
         leave.put(0, 0, &energy.y);
         for (i, unit) in units.iter().enumerate().skip(n) {
-            enter.set(i, i, T::ONE.scale(*unit), Magnitude::ZERO);
-            leave.set(i, i, T::ONE.scale(-*unit), Magnitude::ZERO);
+            enter.set(i, i, G::ONE.scale(*unit), Magnitude::ZERO);
+            leave.set(i, i, G::ONE.scale(-*unit), Magnitude::ZERO);
         }
         // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
         let inexact = energy.defect + energy.defect;
         let w = enter.times(&own).times(&leave);
         let inside = inexact * frobenius(&w.block(0, 0, n, n));
-        let w = Normed::of(&w, n).with_more_error(inside);
-        let output = |map: &BallMatrix<T>| Output::of(&map.times(&leave), n, inexact);
+        let w = Normed::of(&w.rounded(), n).with_more_error(inside);
+        let output = |map: &BallMatrix<G>| Output::of(&map.times(&leave).rounded(), n, inexact);
         Some(Generator {
             w,
             states: n,
@@ -196,12 +198,12 @@ impl<T: Real> Generator<T> {
             gives_way,
             channels,
             units,
-            blow: energy.r.times(form.b()),
-            enter: energy.r,
-            initial: form.initial().clone(),
+            blow: energy.r.times(form.b()).rounded(),
+            enter: energy.r.rounded(),
+            initial: form.initial().rounded(),
             outputs: [output(&position), output(&velocity), output(&acceleration)],
-            maps: [position, velocity, acceleration],
-            push: form.b().clone(),
+            maps: [position, velocity, acceleration].map(|map| map.rounded()),
+            push: form.b().rounded(),
         })
     }
 
@@ -378,7 +380,8 @@ mod tests {
             .from(start)
             .load("b", Impulse::of(0.3));
         let problem = asked.every(0.1).until(1.0).problem().expect("well posed");
-        let generator = Generator::<DoubleDouble>::of(&problem).expect("a generator");
+        let generator =
+            Generator::<DoubleDouble>::of::<DoubleDouble>(&problem).expect("a generator");
         let given = [0.1, 0.7, 0.3, -0.9].map(Exact::from);
         let n = generator.states;
 

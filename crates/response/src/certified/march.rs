@@ -6,29 +6,32 @@ use super::attempt::Attempt;
 use super::drift::Drift;
 use super::generator::Generator;
 use super::judge::Judge;
-use super::work::too_dear;
 use crate::answer::{Collector, Operations, Wanted};
-use crate::enclosed::{Normed, counted, growth};
+use crate::enclosed::{Normed, counted, growth, squarings};
 use crate::problem::{Fraction, Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
 
-/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the
-/// `last` attempt, it ends at the first instant that misses the tolerance.
+/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in
+/// that of G. Unless this is the `last` attempt, it ends at the first instant that misses the tolerance, or at once where
+/// what is not known of the generator will come to more in all the time.
 ///
 /// # Errors
 /// [`ResponseError::TooLarge`], [`ResponseError::ImpulseOnMassless`] for one that displaces without limit,
 /// [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
 /// [`ResponseError::Lost`] where nothing is left to be known of it.
-pub(crate) fn march<T: Real>(
+pub(crate) fn march<T: Real, G: Real>(
     problem: &Problem<'_>,
     wanted: Wanted<'_>,
     method: &'static str,
     tolerance: f64,
     last: bool,
 ) -> Result<Attempt, ResponseError> {
-    match Generator::<T>::of(problem) {
+    let end = Magnitude::from(problem.grid().time(problem.grid().last()));
+    match Generator::<T>::of::<G>(problem) {
         None => Ok(Attempt::Stuck),
-        Some(generator) if !last && too_dear(problem, &wanted, &generator.w) => {
-            Ok(Attempt::TooDear)
+        Some(generator) if !last && generator.w.error() * end > Magnitude::from(tolerance) => {
+            Ok(Attempt::Missed {
+                halvings: squarings(&generator.w, problem.grid().step()),
+            })
         }
         Some(generator) => {
             let pieces = problem.timeline().pieces().iter();
@@ -114,16 +117,17 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 }
             }
             if !self.record(&mut collector, &mut judge, &target, last)? && !last {
-                return Ok(Attempt::Missed);
+                let halvings = squarings(&self.generator.w, problem.grid().step());
+                return Ok(Attempt::Missed { halvings });
             }
         }
         let trajectory = collector.finish(method).after(self.operations);
         Ok(Attempt::Found(Box::new(trajectory)))
     }
 
-    /// The state and the loads.
-    pub(super) fn zeta(&self) -> &[T] {
-        &self.zeta
+    /// The state and the loads, in doubles.
+    pub(super) fn rounded(&self) -> Vec<f64> {
+        self.zeta.iter().map(|entry| entry.to_f64()).collect()
     }
 
     /// Where an instant is.

@@ -18,7 +18,7 @@ use crate::answer::{ResponseMethod, Trajectory, Wanted};
 use crate::problem::{Problem, ResponseError};
 use attempt::Attempt;
 use march::march;
-use work::{MOST_WORK, work};
+use work::{MOST_MORE, MOST_WORK, work};
 
 /// z(t + h) = e^{Wh} z(t) for state and loads together, with a proven bound at every instant.
 ///
@@ -26,17 +26,17 @@ use work::{MOST_WORK, work};
 /// taken to energy coordinates, in which a passive system lengthens no error; the exponential is a
 /// Taylor polynomial, squared, with every error counted in the 2-norm; and the errors of the steps
 /// are added up with the norms of the powers that carry them on. Where an instant misses the
-/// tolerance, all is done again with 77, 154, … digits. Exact at resonance, at critical damping and
+/// tolerance, all is done again: with a state matrix from 77 digits, as dividing by ill-conditioned masses costs digits and
+/// the exponential costs few, then with 77, 154, … digits throughout. Exact at resonance, at critical damping and
 /// without supports, for passive and for unstable systems, and for any stiffness.
 #[derive(Clone, Copy, Debug)]
 pub struct ByCertifiedExponential;
 
-/// The largest number of coordinates for which it is picked.
-pub(crate) const LARGEST: usize = 64;
-
 /// One attempt, by the digits it takes.
 struct Rung {
     limbs: usize,
+    /// Limbs for the generator alone.
+    prepared: usize,
     /// Decimal digits.
     digits: usize,
     run: Run,
@@ -44,38 +44,28 @@ struct Rung {
 
 type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attempt, ResponseError>;
 
-const LADDER: [Rung; 6] = [
-    Rung {
-        limbs: 1,
-        digits: 32,
-        run: march::<DoubleDouble>,
-    },
-    Rung {
-        limbs: 4,
-        digits: 77,
-        run: march::<Wide<4>>,
-    },
-    Rung {
-        limbs: 8,
-        digits: 154,
-        run: march::<Wide<8>>,
-    },
-    Rung {
-        limbs: 16,
-        digits: 308,
-        run: march::<Wide<16>>,
-    },
-    Rung {
-        limbs: 32,
-        digits: 616,
-        run: march::<Wide<32>>,
-    },
-    Rung {
-        limbs: 64,
-        digits: 1233,
-        run: march::<Wide<64>>,
-    },
+const LADDER: [Rung; 7] = [
+    rung(1, 1, march::<DoubleDouble, DoubleDouble>),
+    rung(1, 4, march::<DoubleDouble, Wide<4>>),
+    rung(4, 4, march::<Wide<4>, Wide<4>>),
+    rung(8, 8, march::<Wide<8>, Wide<8>>),
+    rung(16, 16, march::<Wide<16>, Wide<16>>),
+    rung(32, 32, march::<Wide<32>, Wide<32>>),
+    rung(64, 64, march::<Wide<64>, Wide<64>>),
 ];
+
+const fn rung(limbs: usize, prepared: usize, run: Run) -> Rung {
+    let digits = match limbs {
+        1 => 32,
+        _ => limbs * 1233 / 64,
+    };
+    Rung {
+        limbs,
+        prepared,
+        digits,
+        run,
+    }
+}
 
 impl ByCertifiedExponential {
     /// The motion at any times in s, from 0 to the end of the problem's grid, in any order, instead
@@ -121,18 +111,23 @@ impl ByCertifiedExponential {
             Precision::Certified { tolerance } => tolerance,
             Precision::Double => f64::EPSILON,
         };
-        let affordable = LADDER
-            .iter()
-            .filter(|rung| work(problem, &wanted, rung.limbs, 0.0) <= MOST_WORK);
         let run = |rung: &Rung, last| (rung.run)(problem, wanted, self.name(), tolerance, last);
-        let last = affordable.clone().count() - 1;
+        let mut halvings = 0.0;
         let mut missed = None;
-        for (at, rung) in affordable.enumerate() {
-            match run(rung, at == last)? {
+        for (at, rung) in LADDER.iter().enumerate() {
+            let work = |rung: &Rung| work(problem, &wanted, [rung.limbs, rung.prepared], halvings);
+            if at > 0 && work(rung) > MOST_WORK {
+                break;
+            }
+            let next = LADDER.get(at + 1).map(work);
+            let last = next.is_none_or(|next| next > MOST_WORK);
+            match run(rung, last || rung.limbs > 1 && work(rung) > MOST_MORE)? {
                 Attempt::Found(trajectory) => return Ok(trajectory.proven(rung.digits)),
-                Attempt::Missed => missed = Some(rung),
+                Attempt::Missed { halvings: known } => {
+                    missed = Some(rung);
+                    halvings = known;
+                }
                 Attempt::Stuck => {}
-                Attempt::TooDear => break,
             }
         }
         // As good as can be afforded.
@@ -168,7 +163,7 @@ fn refusal(problem: &Problem<'_>, wanted: &Wanted<'_>) -> Option<String> {
     if let Err(error) = FirstOrder::of(problem.system()) {
         return Some(error.to_string());
     }
-    let work = work(problem, wanted, LADDER[0].limbs, 0.0);
+    let work = work(problem, wanted, [1, 1], 0.0);
     (work > MOST_WORK).then(|| {
         format!("it would take {work:.0e} operations with 32 digits, more than {MOST_WORK:.0e}")
     })

@@ -1,23 +1,23 @@
 //! What an attempt at a proven answer costs.
 
-use eigentone_digits::Real;
-
 use crate::answer::Wanted;
-use crate::enclosed::{Normed, squarings};
 use crate::problem::{Hold, Load, Problem};
 
 /// The most operations, in units of one with 32 digits.
-pub(super) const MOST_WORK: f64 = 1e10;
+pub(super) const MOST_WORK: f64 = 3e10;
 
-/// The most that an attempt with more digits may add: such an attempt may fail too.
-const MOST_MORE: f64 = 2e9;
+/// What the generator takes, in cubes of the number of states.
+const GENERATOR: f64 = 8.0;
 
-/// About how many operations it takes with so many limbs, in units of one with 32 digits. The exponential of a step
-/// that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
+/// Where an attempt with more digits takes more than this, none with still more comes after it.
+pub(super) const MOST_MORE: f64 = 2e9;
+
+/// About how many operations it takes with so many limbs, and so many for the generator, in units of one with 32 digits. The
+/// exponential of a step that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
 pub(super) fn work(
     problem: &Problem<'_>,
     wanted: &Wanted<'_>,
-    limbs: usize,
+    [limbs, prepared]: [usize; 2],
     squarings: f64,
 ) -> f64 {
     let states = (2 * problem.system().len() + load_states(problem)) as f64;
@@ -34,13 +34,13 @@ pub(super) fn work(
             _ => 0.0,
         };
     let steps = instants + pieces.len() as f64;
-    let one = if limbs == 1 {
-        1.0
-    } else {
-        4.0 + (limbs * limbs) as f64 / 8.0
+    let one = |limbs: usize| match limbs {
+        1 => 1.0,
+        _ => 4.0 + (limbs * limbs) as f64 / 8.0,
     };
     let products = 60.0 + (squarings - 20.0).max(0.0);
-    (products * exponentials * states.powi(3) + 2.0 * steps * states * states) * one
+    let march = products * exponentials * states.powi(3) + 2.0 * steps * states * states;
+    march * one(limbs) + GENERATOR * states.powi(3) * one(prepared)
 }
 
 /// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate.
@@ -64,11 +64,4 @@ fn load_states(problem: &Problem<'_>) -> usize {
     laws.sort_unstable();
     laws.dedup();
     laws.len()
-}
-
-/// Whether the halvings that its matrix asks for make an attempt too dear. The first one never is.
-pub(super) fn too_dear<T: Real>(problem: &Problem<'_>, wanted: &Wanted<'_>, w: &Normed<T>) -> bool {
-    let limbs = ((1 - T::UNIT_LOG2) / 64) as usize;
-    let squarings = squarings(w, problem.grid().step());
-    limbs > 1 && work(problem, wanted, limbs, squarings) > MOST_MORE
 }

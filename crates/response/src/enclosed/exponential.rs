@@ -80,6 +80,64 @@ pub(crate) fn of_any_size<T: Real>(w: &Normed<T>, least: f64) -> Option<(Normed<
     Some((power, exponent))
 }
 
+/// e^{τW/2^depth} at all depths, from one set of powers: as far down as the step is to be halved before the polynomial each is
+/// the square of the next, and below that a polynomial of the same powers.
+pub(crate) struct Halves<T> {
+    plan: Plan,
+    /// Of what is kept of τW/2^squarings.
+    powers: Vec<Normed<T>>,
+    /// How far off that is.
+    error: Magnitude,
+}
+
+impl<T: Real> Halves<T> {
+    /// For a `tau` known to a relative `tau_error`. `None` where τW is beyond the range of T.
+    pub(crate) fn of(w: &Normed<T>, tau: T, tau_error: Magnitude) -> Option<Halves<T>> {
+        let scaled = w.times_scalar(tau, tau_error);
+        let size = scaled.true_norm();
+        if !size.is_finite() {
+            return None;
+        }
+        let plan = Plan::of(size.log2(), T::UNIT_LOG2);
+        let x = scaled.scaled(-plan.squarings);
+        Some(Halves {
+            powers: powers(&x, &plan),
+            error: x.error(),
+            plan,
+        })
+    }
+
+    /// The depth at which no squaring is needed.
+    pub(crate) fn ground(&self) -> usize {
+        self.plan.squarings as usize
+    }
+
+    /// e^{τW/2^depth}, for a depth that is no less.
+    pub(crate) fn at(&self, depth: usize) -> Normed<T> {
+        let down = depth as i64 - self.plan.squarings;
+        let powers = self.powers.iter().enumerate();
+        let powers: Vec<Normed<T>> = powers
+            .map(|(k, power)| power.scaled(-down * k as i64))
+            .collect();
+        let x = powers[1]
+            .clone()
+            .with_more_error(self.error * Magnitude::power_of_two(-down));
+        // The shorter the step, the fewer terms.
+        let size = x.true_norm().log2();
+        let reaches = |height: &usize| {
+            let next = self.plan.width * height + 1;
+            next as f64 * size + 1.0 - LOG2_FACTORIALS[next] <= f64::from(T::UNIT_LOG2)
+        };
+        let plan = Plan {
+            height: (1..self.plan.height)
+                .find(reaches)
+                .unwrap_or(self.plan.height),
+            ..self.plan
+        };
+        of_small_powers(&x, &powers, &plan)
+    }
+}
+
 /// How many products of matrices [`of_any_size`] takes at most, for an exponent of norm 2^`size`.
 pub(crate) fn products<T: Real>(size: f64) -> f64 {
     let plan = Plan::of(size, T::UNIT_LOG2);
@@ -154,6 +212,11 @@ impl Plan {
 
 /// Σ X^k/k! up to the degree, with the error of the polynomial, of its truncation and of X.
 fn polynomial<T: Real>(x: &Normed<T>, plan: &Plan) -> Normed<T> {
+    of_small_powers(x, &powers(x, plan), plan)
+}
+
+/// The same, given the powers of X.
+fn of_small_powers<T: Real>(x: &Normed<T>, powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
     // x ≤ 1: Σ_{k > degree} x^k/k! ≤ x^{degree+1}/(degree+1)!·2, and e^x ≤ 1 + x + x².
     let size = x.true_norm();
     let mut tail = Magnitude::from(2.0);
@@ -161,8 +224,7 @@ fn polynomial<T: Real>(x: &Normed<T>, plan: &Plan) -> Normed<T> {
         tail = tail * size / Magnitude::from(k as f64);
     }
     let slope = Magnitude::from(1.0) + size + size * size;
-    let sum = of_powers(&powers(x, plan), plan);
-    sum.with_more_error(tail + x.error() * slope)
+    of_powers(powers, plan).with_more_error(tail + x.error() * slope)
 }
 
 /// I, X, …, X^width of what is kept of X.
@@ -352,6 +414,24 @@ mod tests {
         let wanted = [1e9 + 1.0, -1e9, 1e9, 1.0 - 1e9];
         for (x, wanted) in power.entries().iter().zip(wanted) {
             assert_eq!(x.scale(exponent).to_f64(), wanted);
+        }
+    }
+
+    /// Every depth, by squares and by scaled powers, within its bound of the exponential taken by itself.
+    #[test]
+    fn halves_are_the_exponentials_of_shorter_steps() {
+        let entries = [0.3, 1e3, -1.2e3, -40.0].map(DoubleDouble::from);
+        let w = Normed::new(2, 2, entries.to_vec(), Magnitude::ZERO);
+        let halves = Halves::of(&w, DoubleDouble::from(0.7), Magnitude::ZERO).expect("in range");
+        assert!(halves.ground() > 5);
+        for depth in halves.ground()..halves.ground() + 9 {
+            let found = halves.at(depth);
+            let step = DoubleDouble::from(0.7).scale(-(depth as i64));
+            let known = exponential(&w, step, Magnitude::ZERO);
+            for (found, known) in found.entries().iter().zip(known.entries()) {
+                assert!((*found - *known).to_f64().abs() < 1e-28);
+            }
+            assert!(found.error().to_f64() < 1e-27);
         }
     }
 

@@ -5,5 +5,7 @@ mod exponential;
 mod normed;
 
 pub(crate) use energy::{Energy, frobenius};
-pub(crate) use exponential::{cos_sin, counted, exponential, of_any_size, products, squarings};
+pub(crate) use exponential::{
+    Halves, cos_sin, counted, exponential, of_any_size, products, squarings,
+};
 pub(crate) use normed::{Normed, growth};

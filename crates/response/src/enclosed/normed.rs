@@ -1,6 +1,7 @@
 //! Square matrices with a bound of their error in the 2-norm.
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
+use pulp::Arch;
 
 /// A true matrix within `error` of the matrix kept, in the 2-norm, and of the same shape: block
 /// upper triangular, with a first block of `lead` rows.
@@ -19,14 +20,7 @@ pub(crate) struct Normed<T> {
 impl<T: Real> Normed<T> {
     /// From entries row by row and the error they have already.
     pub(crate) fn new(n: usize, lead: usize, entries: Vec<T>, error: Magnitude) -> Normed<T> {
-        let squares = entries.iter().map(|entry| {
-            let size = entry.upper();
-            size * size
-        });
-        let frobenius = squares
-            .fold(Magnitude::ZERO, |sum, square| sum + square)
-            .sqrt();
-        let norm = two_norm(n, &entries, frobenius);
+        let (frobenius, norm) = norms(n, &entries);
         // Entries that left the range of T say nothing, though their bounds may be finite.
         let error = if frobenius.is_finite() {
             error
@@ -147,9 +141,7 @@ impl<T: Real> Normed<T> {
                 }
                 let start = if k < lead { first } else { lead };
                 let right = &other.entries[k * n + start..(k + 1) * n];
-                for (sum, entry) in row[start..].iter_mut().zip(right) {
-                    *sum = *sum + factor * *entry;
-                }
+                T::add_multiple(&mut row[start..], factor, right);
             }
         }
         let rounding = self.frobenius * other.frobenius * growth::<T>(n)
@@ -164,43 +156,42 @@ pub(crate) fn growth<T: Real>(k: usize) -> Magnitude {
     T::unit() * Magnitude::from(k as f64 + 2.0)
 }
 
-/// An upper bound of the 2-norm: ‖A‖² = ‖G‖ for G = AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
-/// doubles with their rounding added. It exceeds the norm by at most the eighth root of n.
-fn two_norm<T: Real>(n: usize, entries: &[T], frobenius: Magnitude) -> Magnitude {
+/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
+/// doubles with their rounding added. The second exceeds the norm by at most the eighth root of n.
+fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     const UNIT: f64 = f64::EPSILON / 2.0;
-    if n == 0 || frobenius.is_zero() || !frobenius.is_finite() {
-        return frobenius;
-    }
-    let shift = frobenius.exponent();
-    // Entries of size at most 1, each within a unit of itself or 2^-1074.
-    let a: Vec<f64> = entries.iter().map(|x| x.scale(-shift).to_f64()).collect();
-    let mut gram = vec![0.0; n * n];
-    for row in a.chunks_exact(n) {
-        for (i, x) in row.iter().enumerate().filter(|(_, x)| **x != 0.0) {
-            for (sum, y) in gram[i * n..(i + 1) * n].iter_mut().zip(row) {
-                *sum += x * y;
-            }
-        }
-    }
-    let square = |matrix: &[f64]| {
-        let mut square = vec![0.0; n * n];
-        for i in 0..n {
-            for k in 0..n {
-                let factor = matrix[i * n + k];
-                for j in 0..n {
-                    square[i * n + j] += factor * matrix[k * n + j];
-                }
-            }
-        }
-        square
+    let largest = |largest: Magnitude, entry: &T| {
+        let size = entry.magnitude();
+        if largest < size { size } else { largest }
     };
+    let largest = entries.iter().fold(Magnitude::ZERO, largest);
+    if largest.is_zero() || !largest.is_finite() {
+        return (largest, largest);
+    }
+    // Entries of size at most 2, each within a unit of itself or 2^-1074.
+    let exponent = largest.exponent();
+    let mut a: Vec<f64> = entries
+        .iter()
+        .map(|x| x.scale(-exponent).to_f64())
+        .collect();
+    let count = entries.len() as f64;
+    let squares: f64 = a.iter().map(|x| x * x).sum();
+    let frobenius = (squares * (1.0 + (count + 8.0) * 2.0 * UNIT)).sqrt() * (1.0 + 4.0 * UNIT);
+    // Over a power of two that leaves at most 1 of it.
+    let excess = frobenius.log2().ceil() as i32 + 1;
+    let factor = 2f64.powi(-excess);
+    a.iter_mut().for_each(|x| *x *= factor);
+    let unit = Magnitude::power_of_two(exponent);
+    let frobenius = Magnitude::from(frobenius) * unit;
+
+    let gram = product(n, |i, k| a[k * n + i], &a);
+    let second = product(n, |i, k| gram[i * n + k], &gram);
+    let fourth = product(n, |i, k| second[i * n + k], &second);
     // The Frobenius norms of the rounding errors; squares of sizes up to 1 + n·units.
     let lost = |matrix: &[f64]| {
         let sum: f64 = matrix.iter().map(|x| x * x).sum();
         (n as f64 + 4.0) * 2.0 * UNIT * sum + f64::MIN_POSITIVE * (n * n) as f64
     };
-    let second = square(&gram);
-    let fourth = square(&second);
     let row_sum = |i: usize| {
         let row = fourth[i * n..(i + 1) * n].iter();
         row.map(|x| x.abs()).sum::<f64>()
@@ -211,8 +202,28 @@ fn two_norm<T: Real>(n: usize, entries: &[T], frobenius: Magnitude) -> Magnitude
     // ‖A‖_F ≤ 1 after the scaling; the conversions add 4 units to what the sums lose.
     let of_square = of_gram * (1.0 + 8.0 * UNIT) + (n as f64 + 8.0) * 2.0 * UNIT;
     let norm = Magnitude::from(of_square * (1.0 + 8.0 * UNIT)).sqrt();
-    let bound = norm * Magnitude::power_of_two(shift);
-    if bound < frobenius { bound } else { frobenius }
+    let norm = norm * Magnitude::power_of_two(excess.into()) * unit;
+    (frobenius, if norm < frobenius { norm } else { frobenius })
+}
+/// The product of the matrix of `factor` and that of `rows`, both n × n.
+fn product(n: usize, factor: impl Fn(usize, usize) -> f64, rows: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; n * n];
+    let sums = product.chunks_exact_mut(n).enumerate();
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (i, sums) in sums {
+                for (k, row) in rows.chunks_exact(n).enumerate() {
+                    let factor = factor(i, k);
+                    if factor != 0.0 {
+                        let pairs = sums.iter_mut().zip(row);
+                        pairs.for_each(|(sum, entry)| *sum += factor * entry);
+                    }
+                }
+            }
+        },
+    );
+    product
 }
 
 #[cfg(test)]

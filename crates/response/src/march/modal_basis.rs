@@ -49,6 +49,10 @@ impl Basis {
         let form =
             FirstOrder::of(system).map_err(|error| BasisError::Refused(error.to_string()))?;
         match ClassicalModes::of(system)? {
+            // Rounding at the ends of the range of doubles can leave fewer shapes.
+            Some(modes) if modes.shapes().ncols() < form.massive().len() => Err(
+                BasisError::Refused("the shapes do not span the motion".to_owned()),
+            ),
             Some(modes) => Ok(Basis::classical(form, system, &modes)),
             None => Basis::complex(form, &system.modes_to(precision)?).map_err(BasisError::Refused),
         }

@@ -5,7 +5,7 @@ use std::fmt;
 use eigentone_modes::{FirstOrder, Precision, dense_gigabytes};
 
 use crate::answer::{ResponseMethod, Trajectory};
-use crate::certified::{self, ByCertifiedExponential};
+use crate::certified::ByCertifiedExponential;
 use crate::march::{ByExponential, BySuperposition, Estimate, is_stiff};
 use crate::problem::{Problem, ResponseError};
 
@@ -42,8 +42,8 @@ pub fn methods() -> &'static [&'static dyn ResponseMethod] {
 }
 
 impl ResponsePlan {
-    /// Picks a method for the problem. Where bounds are to be proven, the certified exponential, for
-    /// up to 64 coordinates; else superposition where the damping is proved to be classical,
+    /// Picks a method for the problem. Where bounds are to be proven, the certified exponential, wherever its work can be
+    /// afforded; else superposition where the damping is proved to be classical,
     /// or where the system is so stiff that rounding its state matrix would cost digits; else the
     /// exponential in doubles.
     ///
@@ -60,12 +60,7 @@ impl ResponsePlan {
         }
         let mut left_out = Vec::new();
         if let Precision::Certified { .. } = problem.precision() {
-            let refusal = if problem.system().len() > certified::LARGEST {
-                Some(format!("more than {} coordinates", certified::LARGEST))
-            } else {
-                ByCertifiedExponential.refuses(problem)
-            };
-            match refusal {
+            match ByCertifiedExponential.refuses(problem) {
                 None => {
                     let reason = "doubles would not prove their bounds".to_owned();
                     left_out.push((BySuperposition.name(), reason.clone()));

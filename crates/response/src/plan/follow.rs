@@ -4,7 +4,7 @@ use eigentone_modes::Precision;
 
 use super::choice::ResponsePlan;
 use crate::answer::{History, Output, ResponseMethod, Trajectory};
-use crate::certified::{self, ByCertifiedExponential};
+use crate::certified::ByCertifiedExponential;
 use crate::march::Course;
 use crate::problem::{Problem, ResponseError};
 
@@ -21,7 +21,6 @@ impl History {
             return Err(ResponseError::NoCoordinate { index, coordinates });
         }
         let proven = matches!(problem.precision(), Precision::Certified { .. })
-            && coordinates <= certified::LARGEST
             && ByCertifiedExponential.refuses(problem).is_none();
         if !proven
             && let Some(course) = Course::of(problem, outputs)

@@ -33,6 +33,15 @@ fn models() -> Vec<(String, Model)> {
             beam.damper(tip, damping),
         ));
     }
+    // Two rigid motions that dashpots alone hold, with roots far below the elastic ones.
+    for (force, moment) in [(5.0, 70.0), (50.0, 7.0)] {
+        let beam = beam(60, Ends::Free);
+        let tip = beam.order() - 2;
+        models.push((
+            format!("Free 60 tip {force} and slope {moment}"),
+            beam.damper(tip, force).damper(1, moment),
+        ));
+    }
     models.push((
         "Free 60 rayleigh".to_owned(),
         beam(60, Ends::Free).rayleigh(0.3, 1e-6),

@@ -247,8 +247,8 @@ impl<'a> Pairs<'a> {
     /// Takes the shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would
     /// keep what they hold of them.
     fn uncouple_from_rest(&mut self) {
-        /// Of xᵀ(C + λM)x where it vanishes, as at another root of the same shape.
-        const VANISHING: f64 = 1e-3;
+        /// Of xᵀ(C + λM)x where it vanishes, as at another root of nearly the same shape: errors of λ count by its inverse.
+        const VANISHING: f64 = 3e-2;
         for rest in 0..self.pairs.len() {
             if self.pairs[rest].mode().is_some() || self.pairs[rest].drifts() {
                 continue;

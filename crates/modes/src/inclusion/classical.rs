@@ -27,6 +27,7 @@ use faer::Mat;
 use super::bounded_shape::Shape;
 use super::congruence::{Basis, Goal, Squares, squares};
 use super::gram::{Form, Gram, UPWARD};
+use super::inert::Inert;
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::model::MatrixKind;
 use crate::structure::Structure;
@@ -44,7 +45,9 @@ pub(crate) fn certify(
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Damped>> {
-    if !structure.is_classical() || structure.is_undamped() {
+    // What massless nodes leave of K is not counted here.
+    let applies = structure.is_classical() && structure.massless().is_empty();
+    if !applies || structure.is_undamped() {
         return None;
     }
     let squares = squares(system, structure, shapes, Goal::always(1e-27), tolerance)?;
@@ -154,6 +157,7 @@ fn uncouple(system: &System, columns: &mut [Vec<DoubleDouble>]) -> Option<()> {
         mass: Form::mass(system),
         elastic: columns.len(),
         null: 0,
+        inert: Inert::none(),
         columns: columns.to_vec(),
     };
     basis.refine(Goal::always(1e-27))?;

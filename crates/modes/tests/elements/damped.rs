@@ -2,8 +2,8 @@
 
 use eigentone_modes::{Bounds, Eigenvalue, Precision};
 
-use crate::mesh::{Ends, Model, beam, chain, membrane, plate, truss};
-use crate::truth::check;
+use crate::mesh::{Ends, Model, beam, chain, lumped_beam, membrane, plate, truss};
+use crate::truth::{check, check_beside};
 
 fn models() -> Vec<(String, Model)> {
     let mut models = Vec::new();
@@ -32,6 +32,18 @@ fn models() -> Vec<(String, Model)> {
             format!("Free {elements} tip {damping}"),
             beam.damper(tip, damping),
         ));
+    }
+    for ends in [Ends::Free, Ends::Cantilever] {
+        let beam = lumped_beam(41, ends);
+        let tip = beam.order() - 2;
+        models.push((
+            format!("lumped {ends:?} mass"),
+            beam.clone().rayleigh(0.3, 0.0),
+        ));
+        for damping in [0.3, 2e4] {
+            let damped = beam.clone().damper(tip, damping);
+            models.push((format!("lumped {ends:?} tip {damping}"), damped));
+        }
     }
     // Two rigid motions that dashpots alone hold, with roots far below the elastic ones.
     for (force, moment) in [(5.0, 70.0), (50.0, 7.0)] {
@@ -77,7 +89,9 @@ fn modes_of_damped_meshes_are_proven() {
 #[test]
 fn damped_modes_in_doubles_are_right_or_have_no_bound() {
     for (name, model) in models() {
-        check(&name, &model, &model.modes(Precision::Double), 1.0);
+        // Doubtful roots are no start for the truth.
+        let near = model.modes(Precision::default());
+        check_beside(&name, &model, &model.modes(Precision::Double), &near, 1.0);
     }
 }
 

@@ -89,6 +89,17 @@ impl Model {
         }
     }
 
+    /// A beam held at its ends.
+    fn at(self, ends: Ends) -> Model {
+        let n = self.order();
+        match ends {
+            Ends::Free => self,
+            Ends::Clamped => self.held(&[0, 1, n - 2, n - 1]),
+            Ends::Pinned => self.held(&[0, n - 2]),
+            Ends::Cantilever => self.held(&[0, 1]),
+        }
+    }
+
     /// Without some coordinates.
     fn held(&self, fixed: &[usize]) -> Model {
         let kept: Vec<usize> = (0..self.order()).filter(|i| !fixed.contains(i)).collect();
@@ -139,12 +150,19 @@ pub fn beam(elements: usize, ends: Ends) -> Model {
             &stiffness.each_ref().map(|r| &r[..]),
         );
     }
-    match ends {
-        Ends::Free => model,
-        Ends::Clamped => model.held(&[0, 1, n - 2, n - 1]),
-        Ends::Pinned => model.held(&[0, n - 2]),
-        Ends::Cantilever => model.held(&[0, 1]),
+    model.at(ends)
+}
+
+/// The same with all mass at the nodes, none of which resists rotation.
+pub fn lumped_beam(elements: usize, ends: Ends) -> Model {
+    let mut model = beam(elements, Ends::Free);
+    model.mass.fill(0.0);
+    let each = 3.1 * 2.0 / elements as f64;
+    for node in 0..=elements {
+        let is_end = node == 0 || node == elements;
+        model.mass[(2 * node, 2 * node)] = if is_end { 0.5 * each } else { each };
     }
+    model.at(ends)
 }
 
 /// A membrane of 1 m × 1 m with unit tension and mass, bilinear elements; its edge held or free.

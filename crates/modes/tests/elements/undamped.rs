@@ -2,7 +2,7 @@
 
 use eigentone_modes::{Bounds, Precision};
 
-use crate::mesh::{Ends, Model, beam, membrane, truss};
+use crate::mesh::{Ends, Model, beam, lumped_beam, membrane, truss};
 use crate::truth::check;
 
 fn models() -> Vec<(String, Model)> {
@@ -13,6 +13,9 @@ fn models() -> Vec<(String, Model)> {
         }
     }
     models.push(("free 100".to_owned(), beam(100, Ends::Free)));
+    for ends in [Ends::Free, Ends::Clamped, Ends::Pinned, Ends::Cantilever] {
+        models.push((format!("lumped {ends:?}"), lumped_beam(40, ends)));
+    }
     for held in [false, true] {
         models.push((format!("membrane held {held}"), membrane(9, 8, held)));
         models.push((format!("square membrane held {held}"), membrane(9, 9, held)));

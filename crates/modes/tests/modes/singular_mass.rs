@@ -6,7 +6,7 @@
 //! doubles, and the multiplicity.
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Bounds, Precision, System};
+use eigentone_modes::{Bounds, Eigenvalue, GROUND, Precision, System};
 use faer::Mat;
 
 use crate::root::{Root, assert_roots};
@@ -92,6 +92,61 @@ fn doubles_find_as_many_and_solve_a_system_close_by() {
                 mode.backward_error() <= 1e-10,
                 "{name}: {:e}",
                 mode.backward_error()
+            );
+        }
+    }
+}
+
+/// A spring is two of twice its stiffness with a massless node between them: beyond 64 coordinates, stiff beside soft, free and
+/// held, with and without a dashpot.
+#[test]
+fn massless_nodes_within_springs_change_no_root() {
+    const MASSES: usize = 70;
+    let stiffness = |i: usize| [1.0, 3e4, 0.25, 40.0][i % 4] * (1.0 + i as f64 / 64.0);
+    for (held, damping) in [(true, 0.0), (false, 0.0), (true, 0.7), (false, 0.7)] {
+        let chain = |split: bool| {
+            let mut builder = System::builder();
+            for i in 0..MASSES {
+                builder = builder.mass(format!("m{i}"), 1.0 + (i % 5) as f64);
+            }
+            let mut springs: Vec<(String, String, f64)> = (1..MASSES)
+                .map(|i| (format!("m{}", i - 1), format!("m{i}"), stiffness(i)))
+                .collect();
+            if held {
+                springs.push((GROUND.to_owned(), "m0".to_owned(), 2.0));
+            }
+            for (at, (a, b, k)) in springs.into_iter().enumerate() {
+                builder = if split {
+                    let between = format!("n{at}");
+                    builder
+                        .mass(&between, 0.0)
+                        .spring(a, &between, 2.0 * k)
+                        .spring(between, b, 2.0 * k)
+                } else {
+                    builder.spring(a, b, k)
+                };
+            }
+            if damping > 0.0 {
+                builder = builder.damper("m3", format!("m{}", MASSES - 1), damping);
+            }
+            builder.build().expect("a chain")
+        };
+        let [whole, split] = [false, true].map(|split| chain(split).modes().expect("modes"));
+        for modes in [&whole, &split] {
+            assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);
+        }
+        assert_eq!(whole.eigenvalues().len(), split.eigenvalues().len());
+        let mut left: Vec<_> = whole.eigenvalues().to_vec();
+        for b in split.eigenvalues() {
+            let is_met = |a: &Eigenvalue| {
+                let [first, second] = [a, b].map(|root| root.bound.expect("a proven bound"));
+                (a.value - b.value).norm() <= first + second
+            };
+            let met = left.iter().position(is_met);
+            left.swap_remove(met.unwrap_or_else(|| panic!("{b:?}")));
+            assert!(
+                b.bound.expect("a proven bound") <= 1e-9 * b.value.norm(),
+                "{b:?}"
             );
         }
     }

@@ -40,6 +40,10 @@ impl Basis<'_> {
     }
 
     fn shapes(&self, forms: &Forms) -> Vec<Option<Enclosed>> {
+        // What follows at once is not bounded.
+        if self.inert.count() > 0 {
+            return vec![None; self.elastic];
+        }
         let errors = mixing::errors(forms, &self.columns);
         let shape = |(column, errors): (&Vec<DoubleDouble>, Option<Vec<f64>>)| {
             let errors = errors?;

@@ -26,11 +26,12 @@
 //! A frequency that rounding nearly hides beside the largest would make the bounds of all others as loose as its own: larger w_0
 //! serve these, and of all bounds of a frequency the least counts.
 //!
-//! ‖E‖ is bounded by the largest sum of |E_ij| over a row.
+//! ‖E‖ is bounded by the largest sum of |E_ij| over a row. What coordinates without mass leave counts as a part of E_S ([`inert`](crate::inclusion::inert)).
 
 use eigentone_digits::DoubleDouble;
 
 use crate::inclusion::gram::{Form, Gram, UPWARD};
+use crate::inclusion::inert::Inert;
 
 /// Approximate shapes, the elastic ones first, with the forms that they are to diagonalise.
 pub(in crate::inclusion) struct Basis<'a> {
@@ -40,6 +41,8 @@ pub(in crate::inclusion) struct Basis<'a> {
     /// How many columns come before those that are exact; the last `null` of them have ω = 0 too.
     pub(in crate::inclusion) elastic: usize,
     pub(in crate::inclusion) null: usize,
+    /// The coordinates that follow at once: the columns are as many as all others.
+    pub(in crate::inclusion) inert: Inert,
 }
 
 /// S, G and d in a basis.
@@ -80,6 +83,9 @@ impl Basis<'_> {
         let sizes: Vec<f64> = squares.iter().map(|square| square.to_f64().abs()).collect();
         squares.resize(self.elastic, DoubleDouble::ZERO);
         let e_g = mass.distance_from_diagonal();
+        let left = self
+            .inert
+            .left(&self.stiffness, &self.columns[..self.elastic]);
         let mut reach = vec![f64::INFINITY; nonzero];
         for floor in floors(&sizes) {
             let size = |i: usize| {
@@ -87,7 +93,12 @@ impl Basis<'_> {
                 (weight * own(i).to_f64()).sqrt()
             };
             let scales: Vec<f64> = (0..self.elastic).map(size).collect();
-            let e_s = stiffness.distance(&scales, nonzero);
+            // The norm of a semidefinite matrix is at most the sum of its diagonal.
+            let follow = left
+                .iter()
+                .zip(&scales)
+                .map(|(left, scale)| left / scale / scale);
+            let e_s = stiffness.distance(&scales, nonzero) + follow.sum::<f64>() * UPWARD;
             let spread = (e_s + e_g) / (1.0 - e_g.min(0.5)) * UPWARD;
             if spread.is_nan() || spread >= 0.5 || e_g >= 0.5 {
                 continue;

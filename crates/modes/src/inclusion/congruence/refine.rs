@@ -149,6 +149,8 @@ impl Basis<'_> {
                 .try_for_each(|group| self.rotate(forms, group)),
         };
         let corrected = matches!(step, Step::Correct(_));
+        self.inert
+            .follow(&self.stiffness, &mut self.columns[..self.elastic]);
         let next = done.and_then(|()| self.forms());
         let better = next.and_then(|next| {
             let closer = next.is_closer(forms);

@@ -11,6 +11,7 @@ use super::forms::Basis;
 use super::refine::Goal;
 use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::gram::{Form, UPWARD};
+use crate::inclusion::inert::Inert;
 use crate::inclusion::quadratic::around;
 use crate::structure::Structure;
 use crate::system::System;
@@ -68,7 +69,7 @@ impl Squares {
     }
 }
 
-/// The same for (K, M) of any system with M and K symmetric and no massless nodes, and its shapes with
+/// The same for (K, M) of any system with M and K symmetric and no dampers on massless nodes, and its shapes with
 /// components within a relative tolerance where digits allow, given its elastic shapes approximately: as many as K has
 /// nonzero eigenvalues.
 pub(crate) fn squares(
@@ -78,7 +79,6 @@ pub(crate) fn squares(
     goal: Goal,
     tolerance: f64,
 ) -> Option<Squares> {
-    let n = system.len();
     let mut basis = basis(system, structure, shapes)?;
     let (elastic, null) = (basis.elastic - basis.null, basis.null);
     let forms = basis.refine(goal)?;
@@ -89,7 +89,7 @@ pub(crate) fn squares(
         let order = value(*a).partial_cmp(&value(*b));
         order.unwrap_or(Ordering::Equal)
     });
-    let rest: Vec<usize> = (elastic..n).collect();
+    let rest: Vec<usize> = (elastic..basis.columns.len()).collect();
     let mut found = Squares {
         null,
         values: order.iter().map(|i| value(*i)).collect(),
@@ -175,9 +175,15 @@ fn basis<'a>(
 ) -> Option<Basis<'a>> {
     let rigid = structure.spring_floating();
     let n = system.len();
-    let applies = structure.is_symmetric() && structure.massless().is_empty();
-    let null = n.checked_sub(shapes.len() + rigid.len())?;
-    if !applies || null > 0 && structure.rigid_motions_counted() != Some(null + rigid.len()) {
+    if !structure.is_symmetric() {
+        return None;
+    }
+    if !structure.damped_massless().is_empty() {
+        return None;
+    }
+    let inert = Inert::of(system, structure)?;
+    let null = n.checked_sub(inert.count() + shapes.len() + rigid.len())?;
+    if null > 0 && structure.rigid_motions_counted() != Some(null + rigid.len()) {
         return None;
     }
     let mass = system.mass_matrix();
@@ -198,12 +204,18 @@ fn basis<'a>(
     }
     columns.extend(whole);
     let precise = |column: Vec<f64>| column.into_iter().map(DoubleDouble::from).collect();
+    let mut columns: Vec<Vec<DoubleDouble>> = columns.into_iter().map(precise).collect();
+    let stiffness = Form::stiffness(system);
+    for _ in 0..2 {
+        inert.follow(&stiffness, &mut columns[..elastic]);
+    }
     Some(Basis {
-        stiffness: Form::stiffness(system),
+        stiffness,
         mass: Form::mass(system),
-        columns: columns.into_iter().map(precise).collect(),
+        columns,
         elastic,
         null,
+        inert,
     })
 }
 
@@ -228,7 +240,8 @@ fn complement<'a>(
         let length = |j: usize| -> f64 { (0..n).map(|i| rest[(i, j)] * lengths[(i, j)]).sum() };
         // Against the length that the unit vector had.
         let left = |j: usize| length(j) / mass[(j, j)];
-        let best = (0..n).max_by(|a, b| left(*a).total_cmp(&left(*b)))?;
+        let massive = (0..n).filter(|j| mass[(*j, *j)] > 0.0);
+        let best = massive.max_by(|a, b| left(*a).total_cmp(&left(*b)))?;
         let norm = length(best).sqrt();
         let column = Mat::from_fn(n, 1, |i, _| rest[(i, best)] / norm);
         let share = column.transpose() * &lengths;

@@ -72,6 +72,10 @@ impl Pairs<'_> {
             )
         };
         let shapes = |side: Side, parts: fn(&Pair) -> &Parts| -> Vec<Option<Enclosed>> {
+            // What follows at once is not bounded.
+            if self.inert.count() > 0 {
+                return discs.iter().map(|_| None).collect();
+            }
             let errors = rows.shape_errors(&self.pairs, &discs, side);
             let each = discs.iter().zip(errors);
             each.map(|(disc, errors)| enclosed(disc, parts, errors?))

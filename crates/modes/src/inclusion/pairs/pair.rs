@@ -5,6 +5,7 @@ use faer::c64;
 use num_complex::Complex;
 
 use crate::inclusion::gram::{Form, Gram};
+use crate::inclusion::inert::Inert;
 use crate::inclusion::slow::Slow;
 use crate::modes::Mode;
 use crate::structure::Structure;
@@ -95,6 +96,8 @@ pub(super) struct Pairs<'a> {
     pub(super) pairs: Vec<Pair>,
     /// The motions that nothing holds, exactly.
     pub(super) drifting: Vec<Vec<DoubleDouble>>,
+    /// The coordinates that follow at once.
+    pub(super) inert: Inert,
 }
 
 /// Which column: that of a pair, or its conjugate.
@@ -117,7 +120,8 @@ impl<'a> Pairs<'a> {
     ) -> Option<Pairs<'a>> {
         let n = system.len();
         let is_symmetric = structure.is_symmetric();
-        let states = n + massive(system);
+        let inert = Inert::of(system, structure)?;
+        let states = n - inert.count() + massive(system);
         let applies = structure.finite_roots() == Some(states)
             && (is_symmetric || structure.zero_roots() == Some(0));
         if !applies {
@@ -187,6 +191,7 @@ impl<'a> Pairs<'a> {
             system,
             pairs,
             drifting,
+            inert,
         })
     }
 
@@ -241,7 +246,27 @@ impl<'a> Pairs<'a> {
             }
         }
         self.uncouple_from_rest();
+        self.follow_at_once();
         Some(())
+    }
+
+    /// Lets the coordinates that neither masses nor dampers move follow in all shapes but exact ones.
+    fn follow_at_once(&mut self) {
+        if self.inert.count() == 0 {
+            return;
+        }
+        let (mut columns, places) = self.real_columns(Pair::right);
+        let stiffness = Form::stiffness(self.system);
+        self.inert.follow(&stiffness, &mut columns);
+        for (pair, place) in self.pairs.iter_mut().zip(places) {
+            if pair.origin == Origin::Rest {
+                continue;
+            }
+            pair.right.re = std::mem::take(&mut columns[place]);
+            if !pair.is_real() {
+                pair.right.im = std::mem::take(&mut columns[place + 1]);
+            }
+        }
     }
 
     /// Takes the shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would

@@ -941,7 +941,7 @@ fn an_interrupt_leaves_nothing_half_done() {
     }
 }
 
-/// A chain of 66 with a dashpot and a node without mass, which is more than is proven.
+/// A chain of 66 with a dashpot and a node without mass on springs that push, which is more than is proven.
 #[test]
 fn why_bounds_are_not_proven_is_said() {
     let directory = fresh("estimated");
@@ -952,7 +952,11 @@ fn why_bounds_are_not_proven_is_said() {
         format!(
             r#"{{"between": ["m{i}", "m{}"], "stiffness": {}}}"#,
             i + 1,
-            1 + i % 3
+            if i == 19 || i == 20 {
+                -1
+            } else {
+                1 + i as i32 % 3
+            }
         )
     };
     let masses: Vec<String> = (0..66).map(mass).collect();

@@ -40,7 +40,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a + b as sum and error, for |a| ≥ |b| or a = 0.
 #[inline]
-pub(crate) fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
+fn quick_two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     (sum, b - (sum - a))
 }
@@ -62,8 +62,8 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
     }
 }
 
-/// The error of a product where the splitting overflows, above 2^996. Apart, and so rare that no compiler takes it
-/// before it is needed: it costs as much as ten products.
+/// The error of a product where the splitting overflows, above 2^996. Without an instruction for it this costs as much as
+/// ten products, and compilers would compute it for every product if it were part of the caller.
 #[cold]
 #[inline(never)]
 fn fused_error(a: f64, b: f64, product: f64) -> f64 {
@@ -98,9 +98,16 @@ impl DoubleDouble {
         DoubleDouble { high, low }
     }
 
-    /// From what a sum of two doubles has left of them.
-    #[inline]
-    pub(crate) fn from_parts(high: f64, low: f64) -> DoubleDouble {
+    /// The product, given how two doubles are multiplied exactly.
+    #[inline(always)]
+    pub(crate) fn times(
+        self,
+        other: DoubleDouble,
+        two_product: impl Fn(f64, f64) -> (f64, f64),
+    ) -> DoubleDouble {
+        let (high, error) = two_product(self.high, other.high);
+        let cross = self.high * other.low + self.low * other.high;
+        let (high, low) = quick_two_sum(high, error + cross);
         DoubleDouble { high, low }
     }
 
@@ -225,10 +232,7 @@ impl Mul for DoubleDouble {
 
     #[inline]
     fn mul(self, other: DoubleDouble) -> DoubleDouble {
-        let (high, error) = two_product(self.high, other.high);
-        let cross = self.high * other.low + self.low * other.high;
-        let (high, low) = quick_two_sum(high, error + cross);
-        DoubleDouble { high, low }
+        self.times(other, two_product)
     }
 }
 

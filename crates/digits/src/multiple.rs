@@ -3,7 +3,6 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::DoubleDouble;
-use crate::double_double::{quick_two_sum, two_sum};
 
 /// sumᵢ + factor·entriesᵢ in place of sumᵢ: to the last bit what the operators give, where no error term underflows.
 pub(crate) fn add_multiple(
@@ -32,17 +31,9 @@ impl WithSimd for AddMultiple<'_> {
         let pairs = self.sum.iter_mut().zip(self.entries);
         if S::F64_LANES > 1 {
             // Processors with vectors of doubles fuse multiplications and additions.
-            let (y, y_low) = (self.factor.high(), self.factor.low());
+            let fused = |a: f64, b: f64| (a * b, a.mul_add(b, -(a * b)));
             for (sum, entry) in pairs {
-                let product = y * entry.high();
-                let error = y.mul_add(entry.high(), -product);
-                let cross = y * entry.low() + y_low * entry.high();
-                let (product, product_low) = quick_two_sum(product, error + cross);
-                let (high, error) = two_sum(sum.high(), product);
-                let (low, rest) = two_sum(sum.low(), product_low);
-                let (high, error) = quick_two_sum(high, error + low);
-                let (high, low) = quick_two_sum(high, error + rest);
-                *sum = DoubleDouble::from_parts(high, low);
+                *sum += self.factor.times(*entry, fused);
             }
         } else {
             for (sum, entry) in pairs {

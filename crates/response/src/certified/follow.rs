@@ -261,10 +261,11 @@ pub(crate) fn follow(
     const MOST_AT_ONCE: f64 = 2e9;
     let grid = problem.grid();
     let end = grid.time(grid.last());
-    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem)?;
-    if 64.0 * (generator.w.len() as f64).powi(3) > MOST_AT_ONCE {
+    let states = 2.0 * problem.system().len() as f64;
+    if 64.0 * states.powi(3) > MOST_AT_ONCE {
         return None;
     }
+    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem)?;
     if (generator.w.error() * Magnitude::from(end)).to_f64() > ROUNDING {
         generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem)?;
     }

@@ -205,6 +205,7 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     let norm = norm * Magnitude::power_of_two(excess.into()) * unit;
     (frobenius, if norm < frobenius { norm } else { frobenius })
 }
+
 /// The product of the matrix of `factor` and that of `rows`, both n × n.
 fn product(n: usize, factor: impl Fn(usize, usize) -> f64, rows: &[f64]) -> Vec<f64> {
     let mut product = vec![0.0; n * n];

@@ -24,7 +24,8 @@ pub(crate) struct Elastic {
     pub(crate) shape: Shape,
 }
 
-/// Proves a bound for every nonzero root of an undamped system with M and K symmetric, given all its modes approximately. `None` where no proof was reached.
+/// Proves a bound for every nonzero root of an undamped system with M and K symmetric, given all its modes
+/// approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,

@@ -26,7 +26,8 @@
 //! A frequency that rounding nearly hides beside the largest would make the bounds of all others as loose as its own: larger w_0
 //! serve these, and of all bounds of a frequency the least counts.
 //!
-//! ‖E‖ is bounded by the largest sum of |E_ij| over a row. What coordinates without mass leave counts as a part of E_S ([`inert`](crate::inclusion::inert)).
+//! ‖E‖ is bounded by the largest sum of |E_ij| over a row. What coordinates without mass leave counts as a part of E_S
+//! ([`inert`](crate::inclusion::inert)).
 
 use eigentone_digits::DoubleDouble;
 

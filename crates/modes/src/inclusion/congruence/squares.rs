@@ -175,10 +175,7 @@ fn basis<'a>(
 ) -> Option<Basis<'a>> {
     let rigid = structure.spring_floating();
     let n = system.len();
-    if !structure.is_symmetric() {
-        return None;
-    }
-    if !structure.damped_massless().is_empty() {
+    if !structure.is_symmetric() || !structure.damped_massless().is_empty() {
         return None;
     }
     let inert = Inert::of(system, structure)?;

@@ -62,7 +62,8 @@ pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
 pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
 pub use linear::{Balanced, balance};
 pub use model::{
-    Element, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Node, Term,
+    Element, ElementKind, Form, GROUND, GivenElement, MAX_COORDINATES, MAX_DENSE_COORDINATES,
+    MatrixKind, Node, Point, Term,
 };
 pub use modes::{Bounds, Eigenvalue, Frequency, Mode, ModePlan, Modes, Motion, Precision};
 pub use participation::{Participation, ParticipationError};

@@ -2,15 +2,22 @@
 //! and solves nothing; of the rest of the crate it knows no file.
 
 mod element;
+mod expansion;
+mod form;
+mod machine;
 mod terms;
 
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
 use eigentone_digits::DoubleDouble;
-use faer::sparse::{SparseColMat, SparseColMatRef};
+use faer::sparse::{SparseColMat, SparseColMatRef, Triplet};
 use faer::{Mat, MatRef};
 
 pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
+pub use form::Form;
+pub(crate) use machine::Machine;
+pub use machine::{GivenElement, Point};
 pub use terms::Term;
 
 /// The largest number of coordinates a system may have: a vector of this length takes 80 MB.
@@ -28,6 +35,8 @@ pub(crate) struct Model {
     springs: Vec<Element>,
     dampers: Vec<Element>,
     added: Added,
+    /// Absent where there are neither points nor supports nor names of elements.
+    machine: Option<Arc<Machine>>,
     /// The coordinates by their names, sorted when first asked for.
     by_name: Arc<OnceLock<Vec<u32>>>,
 }
@@ -37,6 +46,9 @@ pub(crate) struct Model {
 pub(crate) struct Added {
     pub(crate) dense: [Option<Mat<f64>>; 3],
     pub(crate) sparse: [Option<Arc<SparseColMat<usize, f64>>>; 3],
+    /// What the doubles of either leave of entries that are sums of products: each is smaller than a unit of the last
+    /// place of the entry.
+    pub(crate) tails: [Vec<Term>; 3],
 }
 
 impl From<[Option<Mat<f64>>; 3]> for Added {
@@ -44,6 +56,54 @@ impl From<[Option<Mat<f64>>; 3]> for Added {
         Added {
             dense,
             ..Added::default()
+        }
+    }
+}
+
+impl Added {
+    /// Adds terms to a matrix of order n: in each place, the double next to what it then is and, as tails, the rest.
+    pub(crate) fn add(&mut self, kind: MatrixKind, n: usize, mut terms: Vec<Term>) {
+        if terms.is_empty() {
+            return;
+        }
+        let places: HashSet<(usize, usize)> =
+            terms.iter().map(|term| (term.row, term.column)).collect();
+        let kind = kind as usize;
+        let (dense, sparse) = (&mut self.dense[kind], &mut self.sparse[kind]);
+        let entry = |at: (usize, usize)| match (&*dense, &*sparse) {
+            (Some(matrix), _) => matrix[at],
+            (_, Some(matrix)) => matrix.get(at.0, at.1).copied().unwrap_or(0.0),
+            _ => 0.0,
+        };
+        terms.extend(places.iter().map(|&(row, column)| Term {
+            row,
+            column,
+            value: entry((row, column)),
+        }));
+        let gathered = form::gathered(terms);
+        let of_place = gathered.chunk_by(|a, b| (a.row, a.column) == (b.row, b.column));
+        let mut heads = HashMap::new();
+        for place in of_place {
+            heads.insert((place[0].row, place[0].column), place[0].value);
+            self.tails[kind].extend(&place[1..]);
+        }
+        let head = |at: &(usize, usize)| heads.get(at).copied().unwrap_or(0.0);
+        if n > MAX_DENSE_COORDINATES {
+            let kept = sparse.iter().flat_map(|matrix| matrix.triplet_iter());
+            let kept = kept
+                .map(|entry| ((entry.row, entry.col), *entry.val))
+                .filter(|(at, _)| !places.contains(at));
+            let all = kept.chain(heads.iter().map(|(at, value)| (*at, *value)));
+            let all: Vec<_> = all
+                .map(|((row, column), value)| Triplet::new(row, column, value))
+                .collect();
+            let matrix = SparseColMat::try_new_from_triplets(n, n, &all);
+            *sparse = Some(Arc::new(matrix.expect("indices are those of coordinates")));
+        } else {
+            let matrix = dense.get_or_insert_with(|| Mat::zeros(n, n));
+            for at in &places {
+                matrix[*at] = head(at);
+            }
         }
     }
 }
@@ -62,8 +122,20 @@ impl Model {
             springs,
             dampers,
             added: added.into(),
+            machine: None,
             by_name: Arc::default(),
         }
+    }
+
+    pub(crate) fn with_machine(self, machine: Machine) -> Model {
+        Model {
+            machine: Some(Arc::new(machine)),
+            ..self
+        }
+    }
+
+    pub(crate) fn machine(&self) -> Option<&Machine> {
+        self.machine.as_deref()
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -108,6 +180,11 @@ impl Model {
     pub(crate) fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
         let matrix = self.added.sparse[kind as usize].as_ref()?;
         Some(matrix.as_ref().as_ref())
+    }
+
+    /// What the added matrix, rounded to doubles, leaves of its entries.
+    pub(crate) fn tails(&self, kind: MatrixKind) -> &[Term] {
+        &self.added.tails[kind as usize]
     }
 
     /// Whether nothing but elements makes the matrix of this kind.

@@ -45,6 +45,7 @@ impl Model {
         });
         let all = dense
             .chain(sparse)
+            .chain(self.tails(kind).iter().copied())
             .chain(masses)
             .chain(elements.iter().flat_map(of_element));
         all.filter(|term| term.value != 0.0)

@@ -8,13 +8,15 @@ use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use super::System;
+use super::places::{self, Places};
 use crate::model::{
-    Added, Element, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Model,
-    Node,
+    Added, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Model,
 };
 use crate::structure::determinant;
 
-/// Collects masses, springs, dampers and matrices by name; [`build`](SystemBuilder::build) checks
+const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+
+/// Collects masses, points, supports, springs, dampers and matrices by name; [`build`](SystemBuilder::build) checks
 /// them and returns the [`System`]. Made by [`System::builder`].
 ///
 /// ```
@@ -34,8 +36,27 @@ use crate::structure::determinant;
 #[must_use = "a builder does nothing until `build` is called"]
 pub struct SystemBuilder {
     masses: Vec<(String, f64)>,
-    elements: Vec<(ElementKind, String, String, f64)>,
+    points: Vec<GivenPoint>,
+    supports: Vec<String>,
+    elements: Vec<Joint>,
     matrices: Vec<(MatrixKind, Entries)>,
+}
+
+/// A point as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct GivenPoint {
+    pub(super) name: String,
+    pub(super) moves: Vec<(String, f64)>,
+    pub(super) mass: f64,
+}
+
+/// A spring or a damper as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) kind: ElementKind,
+    pub(super) ends: [String; 2],
+    pub(super) coefficient: f64,
+    pub(super) name: Option<String>,
 }
 
 /// A matrix as it was given.
@@ -53,31 +74,84 @@ impl SystemBuilder {
         self
     }
 
-    /// Joins two different nodes by a spring of stiffness in N/m; [`GROUND`] may be one of them.
+    /// Adds a point that moves with masses and supports: its displacement is the sum of each one's, times the number
+    /// given with its name. Levers, rigid bodies, gears, belts and inclined springs are points. A `mass` in kg moves with
+    /// it. Springs, dampers, loads and outputs take its name like any other.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, System};
+    ///
+    /// // A beam that heaves and pitches on two springs, 1 m before and 2 m behind its centre of mass.
+    /// let system = System::builder()
+    ///     .mass("heave", 1000.0)
+    ///     .mass("pitch", 1200.0)
+    ///     .point("front", [("heave", 1.0), ("pitch", -1.0)], 0.0)
+    ///     .point("rear", [("heave", 1.0), ("pitch", 2.0)], 0.0)
+    ///     .spring(GROUND, "front", 2e4)
+    ///     .spring(GROUND, "rear", 1e4)
+    ///     .build()?;
+    /// assert_eq!(system.stiffness_matrix()[(0, 1)], 0.0);
+    /// assert_eq!(system.stiffness_matrix()[(1, 1)], 6e4);
+    /// # Ok::<(), eigentone_modes::BuildError>(())
+    /// ```
+    pub fn point<N: Into<String>>(
+        mut self,
+        name: impl Into<String>,
+        moves: impl IntoIterator<Item = (N, f64)>,
+        mass: f64,
+    ) -> Self {
+        let moves = moves.into_iter().map(|(name, times)| (name.into(), times));
+        self.points.push(GivenPoint {
+            name: name.into(),
+            moves: moves.collect(),
+            mass,
+        });
+        self
+    }
+
+    /// Adds a support: a place whose motion is prescribed. In modes it stands still; a response gives it a motion.
+    pub fn support(mut self, name: impl Into<String>) -> Self {
+        self.supports.push(name.into());
+        self
+    }
+
+    /// Joins two different nodes by a spring of stiffness in N/m; [`GROUND`], a point or a support may be one of them.
     /// Parallel springs add up. A negative stiffness is allowed.
     pub fn spring(
-        mut self,
+        self,
         first: impl Into<String>,
         second: impl Into<String>,
         stiffness: f64,
     ) -> Self {
-        let ends = (first.into(), second.into());
-        self.elements
-            .push((ElementKind::Spring, ends.0, ends.1, stiffness));
+        self.join(
+            ElementKind::Spring,
+            [first.into(), second.into()],
+            stiffness,
+        )
+    }
+
+    /// Joins two different nodes by a damper of damping in N·s/m; [`GROUND`], a point or a support may be one of them.
+    /// Parallel dampers add up. A negative damping is allowed.
+    pub fn damper(self, first: impl Into<String>, second: impl Into<String>, damping: f64) -> Self {
+        self.join(ElementKind::Damper, [first.into(), second.into()], damping)
+    }
+
+    fn join(mut self, kind: ElementKind, ends: [String; 2], coefficient: f64) -> Self {
+        self.elements.push(Joint {
+            kind,
+            ends,
+            coefficient,
+            name: None,
+        });
         self
     }
 
-    /// Joins two different nodes by a damper of damping in N·s/m; [`GROUND`] may be one of them.
-    /// Parallel dampers add up. A negative damping is allowed.
-    pub fn damper(
-        mut self,
-        first: impl Into<String>,
-        second: impl Into<String>,
-        damping: f64,
-    ) -> Self {
-        let ends = (first.into(), second.into());
-        self.elements
-            .push((ElementKind::Damper, ends.0, ends.1, damping));
+    /// Names the spring or damper given last, so that outputs and sensitivities can ask for it. Where none was given,
+    /// nothing is named.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        if let Some(last) = self.elements.last_mut() {
+            last.name = Some(name.into());
+        }
         self
     }
 
@@ -106,52 +180,8 @@ impl SystemBuilder {
     pub fn build(self) -> Result<System, BuildError> {
         let (names, masses) = self.coordinates()?;
         let n = names.len();
-        let index: HashMap<&str, usize> = names
-            .iter()
-            .enumerate()
-            .map(|(i, name)| (name.as_str(), i))
-            .collect();
-
-        let mut springs = Vec::new();
-        let mut dampers = Vec::new();
-        for (kind, first, second, coefficient) in &self.elements {
-            let list = match kind {
-                ElementKind::Spring => &mut springs,
-                ElementKind::Damper => &mut dampers,
-            };
-            let element = list.len();
-            let node = |name: &String| match index.get(name.as_str()) {
-                Some(&i) => Ok(Node::Coordinate(i)),
-                None if name == GROUND => Ok(Node::Ground),
-                None => Err(BuildError::UnknownNode {
-                    kind: *kind,
-                    index: element,
-                    name: name.clone(),
-                    known: known(&names),
-                }),
-            };
-            let (a, b) = (node(first)?, node(second)?);
-            if a == b {
-                let name = first.clone();
-                return Err(BuildError::SelfJoined {
-                    kind: *kind,
-                    index: element,
-                    name,
-                });
-            }
-            if !coefficient.is_finite() {
-                return Err(BuildError::ElementNotFinite {
-                    kind: *kind,
-                    index: element,
-                    value: *coefficient,
-                });
-            }
-            list.push(Element {
-                first: a,
-                second: b,
-                coefficient: *coefficient,
-            });
-        }
+        let places = Places::of(&names, self.points, self.supports)?;
+        let mut joined = places::join(&places, self.elements)?;
 
         let mut added = Added::default();
         for (kind, matrix) in self.matrices {
@@ -162,8 +192,14 @@ impl SystemBuilder {
                 added.dense[kind as usize] = Some(matrix.dense());
             }
         }
-        let model = Model::new(names, masses, springs, dampers, added);
-        for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
+        for (kind, terms) in KINDS.into_iter().zip(std::mem::take(&mut joined.terms)) {
+            added.add(kind, n, terms);
+        }
+        let mut model = Model::new(names, masses, joined.springs, joined.dampers, added);
+        if let Some(machine) = joined.machine {
+            model = model.with_machine(machine);
+        }
+        for kind in KINDS {
             if let Some((row, column)) = overflow(&model, kind) {
                 return Err(BuildError::Overflow { kind, row, column });
             }
@@ -223,15 +259,6 @@ impl SystemBuilder {
             .iter()
             .map(|(name, mass)| (name.clone(), mass.abs()))
             .unzip())
-    }
-}
-
-/// The names there are, the first ones of many.
-fn known(names: &[String]) -> String {
-    const SHOWN: usize = 12;
-    match names.len() {
-        0..=SHOWN => names.join(", "),
-        count => format!("{} and {} more", names[..SHOWN].join(", "), count - SHOWN),
     }
 }
 
@@ -380,7 +407,7 @@ pub enum BuildError {
         /// The value given.
         value: f64,
     },
-    /// A spring or damper ends at a name that no mass has.
+    /// A spring or damper ends at a name that nothing has.
     #[error(
         "{kind} {index} ends at {name:?}, which is not a coordinate: known are {known} and ground"
     )]
@@ -403,6 +430,74 @@ pub enum BuildError {
         index: usize,
         /// The node.
         name: String,
+    },
+    /// A point or a support has the empty name, that of the ground, or one that is taken.
+    #[error(
+        "{what} {index} is named {name:?}: give it a name of its own, which no mass, point or support has, and not \"ground\""
+    )]
+    PlaceName {
+        /// "point" or "support".
+        what: &'static str,
+        /// Which of its kind.
+        index: usize,
+        /// The name given.
+        name: String,
+    },
+    /// A point moves with a name that is neither a mass nor a support.
+    #[error(
+        "point {point:?} moves with {name:?}, which is neither a mass nor a support: known are {known}"
+    )]
+    PointMoves {
+        /// The point.
+        point: String,
+        /// The name that was not found.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// A point moves with another point, or with itself.
+    #[error("point {point:?} moves with {name:?}, which is a point: give what that one moves with")]
+    PointOnPoint {
+        /// The point.
+        point: String,
+        /// The point it moves with.
+        name: String,
+    },
+    /// A point moves with nothing.
+    #[error("point {point:?} moves with nothing: name at least one mass or support")]
+    PointStill {
+        /// The point.
+        point: String,
+    },
+    /// How a point moves is infinite or NaN.
+    #[error("point {point:?} moves {value:?} times with {name:?}: it must be a finite number")]
+    PointNotFinite {
+        /// The point.
+        point: String,
+        /// What it moves with.
+        name: String,
+        /// The value given.
+        value: f64,
+    },
+    /// Two springs or dampers share a name, or one has the empty name.
+    #[error(
+        "{kind} {index} is named {name:?}: names of springs and dampers must not be empty, and must differ"
+    )]
+    ElementName {
+        /// Spring or damper.
+        kind: ElementKind,
+        /// Which of its kind.
+        index: usize,
+        /// The name.
+        name: String,
+    },
+    /// What points make of an element or a mass is beyond the range of doubles.
+    #[error(
+        "{what} acts through points, and its products with how they move leave the range of doubles: choose units that make the numbers neither so large nor so small"
+    )]
+    PointRange {
+        /// Which spring, damper or mass.
+        what: String,
     },
     /// A matrix does not have one row and one column for each coordinate.
     #[error("the {kind} matrix is {rows} × {columns}: it must be {expected} × {expected}")]

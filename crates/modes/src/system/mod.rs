@@ -3,13 +3,16 @@
 
 mod builder;
 mod parameter;
+mod places;
 
 use std::sync::{Arc, OnceLock};
 
 use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatRef};
 
-use crate::model::{Added, Element, MatrixKind, Model, Term};
+use crate::model::{
+    Added, Element, ElementKind, Form, GROUND, GivenElement, MatrixKind, Model, Point, Term,
+};
 use crate::structure::Structure;
 
 pub use builder::{BuildError, SystemBuilder};
@@ -80,17 +83,80 @@ impl System {
         self.model.index_of(name)
     }
 
+    /// The points, in the order given.
+    pub fn points(&self) -> &[Point] {
+        self.model.machine().map_or(&[], |machine| &machine.points)
+    }
+
+    /// The names of the supports, in the order given.
+    pub fn supports(&self) -> &[String] {
+        self.model
+            .machine()
+            .map_or(&[], |machine| &machine.supports)
+    }
+
+    /// The displacement of a coordinate, point or support by its name, or of the ground, which has none.
+    pub fn form(&self, name: &str) -> Option<Form> {
+        if name == GROUND {
+            return Some(Form::default());
+        }
+        let coordinate = self.index_of(name).map(Form::coordinate);
+        let support = || self.supports().iter().position(|support| support == name);
+        let point = || self.points().iter().find(|point| point.name == name);
+        coordinate
+            .or_else(|| support().map(Form::support))
+            .or_else(|| point().map(|point| point.form.clone()))
+    }
+
+    /// All springs, or all dampers, as they were given: those at points and supports too.
+    pub fn elements(&self, kind: ElementKind) -> Vec<GivenElement> {
+        if let Some(machine) = self.model.machine() {
+            return machine.elements(kind).to_vec();
+        }
+        let elements = match kind {
+            ElementKind::Spring => self.springs(),
+            ElementKind::Damper => self.dampers(),
+        };
+        let given = elements.iter().map(|element| GivenElement {
+            name: None,
+            stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
+            coefficient: element.coefficient,
+        });
+        given.collect()
+    }
+
+    /// The spring or damper of this name: its kind and its index among [`elements`](Self::elements) of that kind.
+    pub fn element_of(&self, name: &str) -> Option<(ElementKind, usize)> {
+        let machine = self.model.machine()?;
+        [ElementKind::Spring, ElementKind::Damper]
+            .into_iter()
+            .find_map(|kind| {
+                let named = |element: &GivenElement| element.name.as_deref() == Some(name);
+                let index = machine.elements(kind).iter().position(named)?;
+                Some((kind, index))
+            })
+    }
+
+    /// What unit motions of the supports add to M x″ (accelerations), C x′ (velocities) or K x (displacements): terms
+    /// whose columns are the [supports](Self::supports), each entry being the exact sum of those in its place.
+    pub fn coupling(&self, kind: MatrixKind) -> &[Term] {
+        self.model
+            .machine()
+            .map_or(&[], |machine| &machine.couplings[kind as usize])
+    }
+
     /// The lumped mass on each coordinate, in kg; an added mass matrix is not included.
     pub fn masses(&self) -> &[f64] {
         self.model.masses()
     }
 
-    /// The springs, in the order given.
+    /// The springs between coordinates, and those from one to the ground or a support, which stands still in modes; in
+    /// the order given. What acts at points is part of the [added](Self::added) matrices.
     pub fn springs(&self) -> &[Element] {
         self.model.springs()
     }
 
-    /// The dampers, in the order given.
+    /// The dampers, as [`springs`](Self::springs).
     pub fn dampers(&self) -> &[Element] {
         self.model.dampers()
     }
@@ -101,7 +167,8 @@ impl System {
         self.model.is_large()
     }
 
-    /// The matrix that was added to the elements, if any; of a [large](Self::is_large) system it is
+    /// The matrix that was added to the elements, if any, together with what elements and masses at points make of it,
+    /// rounded to doubles; [`terms`](Self::terms) has all of it; of a [large](Self::is_large) system it is
     /// [sparse](Self::added_sparse) instead.
     pub fn added(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
         self.model.added(kind)

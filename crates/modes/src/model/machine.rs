@@ -1,0 +1,47 @@
+//! What a model has beside coordinates: points that move with them, supports whose motion is prescribed, and elements as
+//! they were given.
+
+use super::{ElementKind, Form, Term};
+
+/// A place that moves with coordinates and supports: a point of a rigid body, the end of a lever, a belt on a pulley.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Its name.
+    pub name: String,
+    /// Its displacement.
+    pub form: Form,
+    /// Its mass in kg (or an inertia in kg·m²).
+    pub mass: f64,
+}
+
+/// A spring or a damper as it was given: it pulls with `coefficient` times its stretch (spring) or the rate of its
+/// stretch (damper).
+#[derive(Clone, Debug, PartialEq)]
+pub struct GivenElement {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// x_b − x_a of an element between a and b.
+    pub stretch: Form,
+    /// Stiffness in N/m or damping in N·s/m. It may be negative.
+    pub coefficient: f64,
+}
+
+/// Points, supports and elements as given, of a model that has more than coordinates and elements between them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Machine {
+    pub(crate) points: Vec<Point>,
+    pub(crate) supports: Vec<String>,
+    pub(crate) springs: Vec<GivenElement>,
+    pub(crate) dampers: Vec<GivenElement>,
+    /// By matrix: what a unit motion of each support, whose index is the column, adds to M x″, C x′ and K x.
+    pub(crate) couplings: [Vec<Term>; 3],
+}
+
+impl Machine {
+    pub(crate) fn elements(&self, kind: ElementKind) -> &[GivenElement] {
+        match kind {
+            ElementKind::Spring => &self.springs,
+            ElementKind::Damper => &self.dampers,
+        }
+    }
+}

@@ -125,7 +125,7 @@ impl<'a, 'b> Course<'a, 'b> {
         }
         self.estimate = self.estimate.by_way_of(strides.detour());
         let [x, v] = strides.largest();
-        let mut estimates = vec![self.estimate.bounds(x + farthest, v).into()];
+        let mut estimates = vec![two(self.estimate.bounds(x + farthest, v))];
         let mut first = 0;
         while first < last {
             let asked = (last - first).min(every as u64);
@@ -168,7 +168,7 @@ impl<'a, 'b> Course<'a, 'b> {
             rest = later;
             self.estimate.steps(asked, grid.step());
             let [x, v] = strides.largest();
-            estimates.push(self.estimate.bounds(x + farthest, v).into());
+            estimates.push(two(self.estimate.bounds(x + farthest, v)));
         }
         values.truncate((last as usize + 1) * width);
         Ok(History {
@@ -183,6 +183,11 @@ impl<'a, 'b> Course<'a, 'b> {
             method: strides.method(),
         })
     }
+}
+
+/// Those of displacements and velocities.
+fn two([displacement, velocity, _]: [Option<f64>; 3]) -> [Option<f64>; 2] {
+    [displacement, velocity]
 }
 
 /// Whether displacements and velocities at all instants would take more than 64 MB.

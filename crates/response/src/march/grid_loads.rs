@@ -50,6 +50,9 @@ enum Part<'a> {
 impl<'a> GridLoads<'a> {
     /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
     pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
+        if !problem.channels().is_empty() {
+            return None;
+        }
         let grid = problem.grid();
         let loads = problem.loads();
         let lasting = loads
@@ -73,6 +76,7 @@ impl<'a> GridLoads<'a> {
                     }
                 }
                 Load::Impulse(_) => {}
+                Load::HalfSine(_) | Load::Versine(_) => return None,
             }
         }
         let straight = usize::from(laws.straight) + usize::from(laws.sloped);
@@ -136,6 +140,7 @@ impl<'a> GridLoads<'a> {
                     add(straight + 2 * index, false, Part::Sine(harmonic));
                     add(straight + 2 * index + 1, false, Part::Cosine(harmonic));
                 }
+                Load::HalfSine(_) | Load::Versine(_) => return None,
                 Load::Impulse(impulse) => match begin(impulse.at)? {
                     0 => blows.push((*coordinate, impulse.magnitude)),
                     u64::MAX => {}

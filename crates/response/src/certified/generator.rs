@@ -526,7 +526,7 @@ mod tests {
         assert!(off <= error.to_f64(), "{off:e} {:e}", error.to_f64());
 
         let before = zeta.clone();
-        let error = generator.strike(&mut zeta, 1, 0.3);
+        let error = generator.kick(&mut zeta, 1, (DoubleDouble::from(0.3), Magnitude::ZERO));
         let change = |i: usize| Exact::from(generator.blow.middle(i, 1)) * Exact::from(0.3);
         let exact = |i: usize| Exact::from(before[i]) + change(i);
         let off = length((0..n).map(|i| exact(i) - Exact::from(zeta[i])));

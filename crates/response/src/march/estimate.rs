@@ -158,12 +158,12 @@ mod tests {
         (0..STEPS).for_each(|_| each.step(h));
         let [first, second] = [&mut together, &mut each].map(|e| e.bounds(3.0, 2.0));
         assert_eq!(first, second);
-        let (displacement, velocity) = (first.0.expect("a bound"), first.1.expect("a bound"));
+        let (displacement, velocity) = (first[0].expect("a bound"), first[1].expect("a bound"));
         let units = f64::from(STEPS) * f64::EPSILON;
         assert!(displacement >= 3.0 * units && velocity >= 2.0 * units);
         // k off by half a unit turns it by a quarter of one for each second.
         each.step(1e6);
         let turned = 1e6 * f64::EPSILON / 4.0;
-        assert!(each.bounds(3.0, 3.0).0.expect("a bound") >= 3.0 * turned);
+        assert!(each.bounds(3.0, 3.0)[0].expect("a bound") >= 3.0 * turned);
     }
 }

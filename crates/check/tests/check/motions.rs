@@ -1,11 +1,11 @@
 //! Motions of supports, of every kind and quantity, through every element that may join one: the exact methods against an
 //! integrator.
 
-use eigentone_check::Dop853;
+use eigentone_check::{Dop853, Reference};
 use eigentone_modes::{Bounds, GROUND, System};
 use eigentone_response::{
-    HalfSine, Harmonic, Hold, Load, Quantity, Ramp, Response, ResponseError, ResponseMethod,
-    Samples, State, Step, Trajectory, Versine, methods,
+    ByCertifiedExponential, HalfSine, Harmonic, Hold, Load, Quantity, Ramp, Response,
+    ResponseError, ResponseMethod, Samples, State, Step, Trajectory, Versine, methods,
 };
 
 const QUANTITIES: [Quantity; 3] = [
@@ -112,4 +112,54 @@ fn exact_methods_agree_with_an_integrator() {
         }
     }
     assert!(compared > 150, "{compared}");
+}
+
+/// Proven motions against the reference in more digits, within their bounds; and what motions that are the same in
+/// different words are.
+#[test]
+fn proven_motions_are_within_their_bounds() {
+    let reference = Reference::with_digits(30);
+    let mut compared = 0;
+    for element in ["spring", "damper", "carried mass"] {
+        let system = system(element);
+        for quantity in QUANTITIES {
+            for (kind, load) in kinds() {
+                let what = format!("{kind} as {quantity:?} through a {element}");
+                let Ok(problem) = asked(&system, quantity, &load).problem() else {
+                    continue;
+                };
+                if matches!(load, Load::HalfSine(_) | Load::Versine(_)) {
+                    assert!(reference.response(&problem).is_err(), "{what}");
+                    continue;
+                }
+                let truth = reference.response(&problem).expect("it is small");
+                let proven = ByCertifiedExponential.run(&problem).expect("a motion");
+                for k in 0..proven.len() {
+                    let columns = [
+                        (
+                            truth.displacement(k),
+                            proven.displacement(),
+                            proven.displacement_bound(),
+                        ),
+                        (
+                            truth.velocity(k),
+                            proven.velocity(),
+                            proven.velocity_bound(),
+                        ),
+                    ];
+                    for (truth, values, bounds) in columns {
+                        let bound = bounds[k].expect("proven");
+                        let largest = values.col(k).norm_max();
+                        assert!(bound <= 3e-16 * largest, "{what} at {k}: {bound:e}");
+                        for (i, truth) in truth.iter().enumerate() {
+                            let off = truth.minus(values[(i, k)]).abs();
+                            assert!(off <= bound, "{what} at {k}: {off:e} for {bound:e}");
+                        }
+                    }
+                }
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 45, "{compared}");
 }

@@ -237,7 +237,9 @@ impl<T: Real> Generator<T> {
         for (at, channel) in (straight..).zip(&channels) {
             units[at] = strength(at).max(feeds(&units, at));
             if let Some(slope) = channel.slope {
-                units[slope] = units[at] + epoch;
+                units[slope] = strength(slope)
+                    .max(feeds(&units, slope))
+                    .max(units[at] + epoch);
             }
         }
         let velocity = position.times(&own_motion);

@@ -3,8 +3,8 @@
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, BySuperposition, HalfSine, Harmonic, Hold, Impulse,
-    LoadError, Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State, Step,
-    Summary, Versine,
+    LoadError, Output, Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State,
+    Step, Summary, Versine,
 };
 use eigentone_response::{Destination, Trajectory};
 
@@ -414,4 +414,41 @@ fn what_cannot_be_is_refused() {
         jump.run(),
         Err(ResponseError::JumpOnMassless { support, name })
     );
+}
+
+/// Chosen outputs along a long road are those of the whole motion.
+#[test]
+fn long_roads_are_followed_in_strides() {
+    let car = System::builder()
+        .mass("body", 290.0)
+        .mass("wheel", 59.0)
+        .support("road")
+        .spring("wheel", "body", 16812.0)
+        .damper("wheel", "body", 1000.0)
+        .spring("road", "wheel", 190_000.0)
+        .build()
+        .expect("a system");
+    for hold in [Hold::Zero, Hold::First] {
+        let road = Samples {
+            step: 0.01,
+            values: (0..3000)
+                .map(|j| f64::from(j * 7919 % 1009) / 2e4)
+                .collect(),
+            hold,
+        };
+        let ask = Response::of(&car).motion("road", Quantity::Displacement, road);
+        let ask = ask
+            .load("body", Step::of(9.0))
+            .every(0.01)
+            .until(40.0)
+            .to(Precision::Double);
+        let outputs = [Output::Displacement(0), Output::Velocity(1)];
+        let history = ask.clone().follow(&outputs).expect("a history");
+        let whole = ask.run_by(&ByCertifiedExponential).expect("a motion");
+        for k in 0..whole.len() {
+            let (x, v) = (whole.displacement()[(0, k)], whole.velocity()[(1, k)]);
+            assert!((history.values()[(0, k)] - x).abs() < 1e-14, "{hold:?} {k}");
+            assert!((history.values()[(1, k)] - v).abs() < 1e-12, "{hold:?} {k}");
+        }
+    }
 }

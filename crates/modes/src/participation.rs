@@ -179,6 +179,9 @@ fn inertia(system: &System, influence: &[f64]) -> Vec<DoubleDouble> {
                 *sum += DoubleDouble::product(matrix[(i, j)], *entry);
             }
         }
+        for tail in system.model().tails(MatrixKind::Mass) {
+            inertia[tail.row] += DoubleDouble::product(tail.value, influence[tail.column]);
+        }
     }
     inertia
 }

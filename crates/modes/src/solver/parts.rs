@@ -1,6 +1,5 @@
 //! Parts of a system that nothing joins are solved each by itself.
 
-use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::model::{Element, MatrixKind, Node};
@@ -70,10 +69,6 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
         });
         moved.collect()
     };
-    let block = |matrix: MatRef<'_, f64>| {
-        let k = coordinates.len();
-        Mat::from_fn(k, k, |i, j| matrix[(coordinates[i], coordinates[j])])
-    };
     System::assemble(
         coordinates
             .iter()
@@ -82,7 +77,7 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
         coordinates.iter().map(|i| system.masses()[*i]).collect(),
         within(system.springs()),
         within(system.dampers()),
-        KINDS.map(|kind| system.added(kind).map(block)),
+        KINDS.map(|kind| system.model().added_whole(kind).block(coordinates)),
     )
 }
 

@@ -181,19 +181,24 @@ impl SystemBuilder {
         let (names, masses) = self.coordinates()?;
         let n = names.len();
         let places = Places::of(&names, self.points, self.supports)?;
-        let mut joined = places::join(&places, self.elements)?;
+        let joined = places::join(&places, self.elements)?;
 
-        let mut added = Added::default();
+        let mut added = joined.squares.map(|squares| Added {
+            squares,
+            ..Added::default()
+        });
         for (kind, matrix) in self.matrices {
             matrix.check(kind, n)?;
+            let added = &mut added[kind as usize];
+            added.is_given = true;
             if n > MAX_DENSE_COORDINATES {
-                added.sparse[kind as usize] = Some(Arc::new(matrix.sparse()));
+                added.sparse = Some(Arc::new(matrix.sparse()));
             } else {
-                added.dense[kind as usize] = Some(matrix.dense());
+                added.dense = Some(matrix.dense());
             }
         }
-        for (kind, terms) in KINDS.into_iter().zip(std::mem::take(&mut joined.terms)) {
-            added.add(kind, n, terms);
+        for (added, terms) in added.iter_mut().zip(joined.terms) {
+            added.add(n, terms);
         }
         let mut model = Model::new(names, masses, joined.springs, joined.dampers, added);
         if let Some(machine) = joined.machine {

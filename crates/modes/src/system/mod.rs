@@ -58,7 +58,7 @@ impl System {
         masses: Vec<f64>,
         springs: Vec<Element>,
         dampers: Vec<Element>,
-        added: impl Into<Added>,
+        added: [impl Into<Added>; 3],
     ) -> System {
         Model::new(names, masses, springs, dampers, added).into()
     }
@@ -110,19 +110,8 @@ impl System {
 
     /// All springs, or all dampers, as they were given: those at points and supports too.
     pub fn elements(&self, kind: ElementKind) -> Vec<GivenElement> {
-        if let Some(machine) = self.model.machine() {
-            return machine.elements(kind).to_vec();
-        }
-        let elements = match kind {
-            ElementKind::Spring => self.springs(),
-            ElementKind::Damper => self.dampers(),
-        };
-        let given = elements.iter().map(|element| GivenElement {
-            name: None,
-            stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
-            coefficient: element.coefficient,
-        });
-        given.collect()
+        let all = 0..self.model.element_count(kind);
+        all.filter_map(|i| self.model.element(kind, i)).collect()
     }
 
     /// The spring or damper of this name: its kind and its index among [`elements`](Self::elements) of that kind.

@@ -1,5 +1,7 @@
 //! XᵀAX and YᵀAX of a matrix A given by elements, in double-double, with bounds of their errors.
 
+use std::collections::BTreeMap;
+
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
@@ -131,8 +133,8 @@ impl<'a> Form<'a> {
             outer: &outer,
             is_symmetric,
         });
-        // Both stretches, k·stretch and the sum of forces; then the sum of products.
-        let count = 4 + terms;
+        // Both stretches, k·stretch, the rest of an entry and the sum of forces; then the sum of products.
+        let count = 5 + terms;
         let summed = (length + 4) as f64;
         Gram {
             size,
@@ -186,8 +188,14 @@ impl Weights {
             let row = |i: usize| matrix.row(i).iter().copied().enumerate();
             let filled = |i| row(i).filter(|entry| entry.1 != 0.0).collect();
             weights.entries = (0..n).map(filled).collect();
+            // What the next double leaves of an entry is below 2^-105 of it.
+            let mut rests: BTreeMap<(usize, usize), DoubleDouble> = BTreeMap::new();
             for tail in form.tails {
-                weights.entries[tail.row].push((tail.column, tail.value));
+                *rests.entry((tail.row, tail.column)).or_default() +=
+                    DoubleDouble::from(tail.value);
+            }
+            for ((i, j), rest) in rests {
+                weights.entries[i].push((j, rest.to_f64()));
             }
         }
         for (i, row) in weights.entries.iter().enumerate() {

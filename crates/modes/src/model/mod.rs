@@ -2,6 +2,7 @@
 //! and solves nothing; of the rest of the crate it knows no file.
 
 mod added;
+mod damping;
 mod element;
 mod expansion;
 mod form;
@@ -15,8 +16,11 @@ use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatRef};
 
 pub(crate) use added::{Added, Square};
-pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
+pub(crate) use damping::MoreDamping;
+pub use element::{CoordinateKind, Element, ElementKind, GROUND, MatrixKind, Node};
+pub(crate) use expansion::product;
 pub use form::Form;
+pub(crate) use form::gathered;
 pub(crate) use machine::Machine;
 pub use machine::{GivenElement, Point};
 pub use terms::Term;
@@ -71,6 +75,28 @@ impl Model {
 
     pub(crate) fn machine(&self) -> Option<&Machine> {
         self.machine.as_deref()
+    }
+
+    /// What a coordinate measures.
+    pub(crate) fn kind_of(&self, i: usize) -> CoordinateKind {
+        let is_rotation = self
+            .machine()
+            .and_then(|machine| machine.is_rotation.get(i));
+        match is_rotation {
+            Some(true) => CoordinateKind::Rotation,
+            _ => CoordinateKind::Displacement,
+        }
+    }
+
+    /// The names of the supports.
+    pub(crate) fn supports(&self) -> &[String] {
+        self.machine().map_or(&[], |machine| &machine.supports)
+    }
+
+    /// What unit motions of the supports, whose indices are the columns, add.
+    pub(crate) fn coupling(&self, kind: MatrixKind) -> &[Term] {
+        self.machine()
+            .map_or(&[], |machine| &machine.couplings[kind as usize])
     }
 
     pub(crate) fn len(&self) -> usize {

@@ -34,6 +34,16 @@ impl Model {
             MatrixKind::Mass => self.masses(),
             _ => &[],
         };
+        let masses = masses.iter().enumerate().map(|(i, &value)| Term {
+            row: i,
+            column: i,
+            value,
+        });
+        self.added_terms(kind).chain(masses)
+    }
+
+    /// Those of the added matrix alone.
+    pub(crate) fn added_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let dense = self.added(kind).into_iter().flat_map(|matrix| {
             let entries =
                 (0..matrix.ncols()).flat_map(move |j| (0..matrix.nrows()).map(move |i| (i, j)));
@@ -50,15 +60,7 @@ impl Model {
                 value: *entry.val,
             })
         });
-        let masses = masses.iter().enumerate().map(|(i, &value)| Term {
-            row: i,
-            column: i,
-            value,
-        });
-        dense
-            .chain(sparse)
-            .chain(self.tails(kind).iter().copied())
-            .chain(masses)
+        dense.chain(sparse).chain(self.tails(kind).iter().copied())
     }
 }
 

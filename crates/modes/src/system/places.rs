@@ -3,11 +3,27 @@
 use std::collections::{HashMap, HashSet};
 
 use super::BuildError;
-use super::builder::{GivenPoint, Joint};
 use crate::model::{
     Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node, Point, Square,
     Term,
 };
+
+/// A point as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct GivenPoint {
+    pub(super) name: String,
+    pub(super) moves: Vec<(String, f64)>,
+    pub(super) mass: f64,
+}
+
+/// A spring or a damper as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) kind: ElementKind,
+    pub(super) ends: [String; 2],
+    pub(super) coefficient: f64,
+    pub(super) name: Option<String>,
+}
 
 /// Everything an element may end at.
 pub(super) struct Places<'a> {
@@ -144,10 +160,14 @@ pub(super) struct Joined {
     pub(super) machine: Option<Machine>,
 }
 
-/// Finds the ends of all elements.
-pub(super) fn join(places: &Places<'_>, elements: Vec<Joint>) -> Result<Joined, BuildError> {
+/// Finds the ends of all elements. What is not `is_plain` has more than coordinates and elements between them.
+pub(super) fn join(
+    places: &Places<'_>,
+    elements: Vec<Joint>,
+    is_plain: bool,
+) -> Result<Joined, BuildError> {
     let named = elements.iter().any(|element| element.name.is_some());
-    let is_plain = places.points.is_empty() && places.supports.is_empty() && !named;
+    let is_plain = is_plain && places.points.is_empty() && places.supports.is_empty() && !named;
     let machine = Machine {
         points: places.points.clone(),
         supports: places.supports.clone(),

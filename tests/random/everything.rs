@@ -112,7 +112,10 @@ fn analyzed(scene: &Scene) {
         json(|out| report.json(out));
         written(|out| report.text(out));
         written(|out| report.csv(out));
-        if let Ok(forces) = ElementForces::along(system, trajectory).map_err(said) {
+        let forces = problem
+            .as_ref()
+            .and_then(|problem| ElementForces::along(problem, trajectory).map_err(said).ok());
+        if let Some(forces) = forces {
             written(|out| ElementForceReport::new(&forces, system, trajectory).csv(out));
         }
         if let Some(energy) = &energy {

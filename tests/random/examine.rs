@@ -228,5 +228,5 @@ fn check_along(problem: &Problem<'_>, trajectory: &Trajectory, modes: Option<&Mo
     }
     let _ = SteadyState::of(problem).map_err(said);
     let _ = Energy::along(problem, trajectory).map_err(said);
-    let _ = ElementForces::along(problem.system(), trajectory).map_err(said);
+    let _ = ElementForces::along(problem, trajectory).map_err(said);
 }

@@ -121,7 +121,10 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
-        if let Ok(forces) = ElementForces::along(system, trajectory) {
+        let forces = problem
+            .as_ref()
+            .and_then(|problem| ElementForces::along(problem, trajectory).ok());
+        if let Some(forces) = forces {
             let report = ElementForceReport::new(&forces, system, trajectory);
             files.write("forces.csv", |out| report.csv(out))?;
         }

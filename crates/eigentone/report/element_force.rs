@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{Element, System};
+use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
 use eigentone_response::{ElementForces, Trajectory};
 use faer::MatRef;
 
@@ -37,22 +37,14 @@ impl<'a> ElementForceReport<'a> {
     /// Those of `out`.
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         let system = self.system;
-        let header = |kind: &str, element: &Element| {
-            let [first, second] = [element.first, element.second].map(|end| {
-                let name = end.coordinate().map(|i| system.names()[i].as_str());
-                name.unwrap_or(eigentone_modes::GROUND)
-            });
-            format!("{kind} {first}–{second} [N]")
+        let header = |kind: ElementKind| {
+            let elements = system.elements(kind).into_iter().enumerate();
+            elements.map(move |(index, element)| {
+                format!("{kind} {} [N]", label(system, index, &element))
+            })
         };
         let instant = ["step".to_owned(), "time [s]".to_owned()].into_iter();
-        let springs = system
-            .springs()
-            .iter()
-            .map(|spring| header("spring", spring));
-        let dampers = system
-            .dampers()
-            .iter()
-            .map(|damper| header("damper", damper));
+        let [springs, dampers] = [ElementKind::Spring, ElementKind::Damper].map(header);
         csv::row(&mut out, instant.chain(springs).chain(dampers))?;
         let instants = self.trajectory.steps().iter().zip(self.trajectory.times());
         for (column, (step, time)) in instants.enumerate() {
@@ -64,5 +56,29 @@ impl<'a> ElementForceReport<'a> {
             csv::row(&mut out, instant.chain(springs).chain(dampers))?;
         }
         Ok(())
+    }
+}
+
+/// The name of an element, else those of its ends, else its number.
+fn label(system: &System, index: usize, element: &GivenElement) -> String {
+    let stretch = &element.stretch;
+    let places = [
+        (&stretch.coordinates, system.names()),
+        (&stretch.supports, system.supports()),
+    ];
+    let ends = places
+        .into_iter()
+        .flat_map(|(terms, names)| terms.iter().map(|&(i, factor)| (names[i].as_str(), factor)));
+    let ends: Vec<(&str, f64)> = ends.collect();
+    let at = |side: f64| {
+        let mut found = ends.iter().filter(|(_, factor)| *factor == side);
+        found.next().map_or(GROUND, |(name, _)| name)
+    };
+    let plain = ends.len() <= 2 && ends.iter().all(|(_, factor)| factor.abs() == 1.0);
+    let distinct = at(-1.0) != at(1.0);
+    match &element.name {
+        Some(name) => name.clone(),
+        None if plain && distinct => format!("{}–{}", at(-1.0), at(1.0)),
+        None => index.to_string(),
     }
 }

@@ -5,9 +5,9 @@ use eigentone::check::{
     UniformChain,
 };
 use eigentone::modes::{
-    Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace, Parameter,
-    Participation, Precision, Sensitivity, SparseModes, SpringFactor, System, modal_assurance,
-    phase_collinearity,
+    Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
+    Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
+    modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Exponential, Hold, Impulse, ModalTruncation, Output,
@@ -169,6 +169,47 @@ fn build_errors(listing: &mut Listing) {
         System::builder().matrix(kind, infinite.as_ref()).build();
         one.clone().spring(GROUND, "m", f64::MAX).spring(GROUND, "m", f64::MAX).build();
         free.build();
+    }
+    let point = |moves: &[(&str, f64)]| one.clone().point("p", moves.iter().copied(), 0.0);
+    let follower = || one.clone().support("s").spring("m", "s", 1.0);
+    let twins = || {
+        let masses = System::builder().mass("a", 1.0).mass("b", 1.0);
+        masses.spring(GROUND, "a", 1.0).spring(GROUND, "b", 1.0)
+    };
+    let row = (0..201).fold(System::builder(), |builder, i| {
+        let name = format!("m{i}");
+        builder.mass(&name, 1.0).spring(GROUND, &name, 1.0)
+    });
+    let beam = Beam {
+        name: "mast".to_owned(),
+        length: 2.0,
+        elements: 4,
+        flexural_rigidity: 100.0,
+        mass_per_length: 1.2,
+        ends: [BeamEnd::Clamped, BeamEnd::Free],
+        lumped: false,
+    };
+    let [mut short, mut pointlike] = [beam.clone(), beam];
+    (short.length, pointlike.length) = (0.0, 1e-200);
+    list! { listing:
+        one.clone().support("m").build();
+        point(&[]).build();
+        point(&[("n", 1.0)]).build();
+        point(&[("p", 1.0)]).build();
+        point(&[("m", f64::NAN)]).build();
+        point(&[("m", 1e-200)]).spring("p", GROUND, 1.0).build();
+        one.clone().spring(GROUND, "m", 1.0).named("").build();
+        System::builder().beam(short).build();
+        System::builder().beam(pointlike).build();
+        one.clone().rayleigh(f64::NAN, 0.0, None).build();
+        one.clone().rayleigh(1e-300, 0.0, None).build();
+        follower().rayleigh(1.0, 0.0, Some("m")).build();
+        follower().mass("free", 1.0).damper("m", GROUND, 1.0).spring("m", GROUND, 1.0).rayleigh(1.0, 0.0, Some("s")).build();
+        row.clone().support("s").spring("m0", "s", 1.0).rayleigh(1.0, 0.0, Some("s")).build();
+        row.modal_damping([0.1], None).build();
+        one.clone().modal_damping([], None).build();
+        one.clone().spring(GROUND, "m", -1.0).modal_damping([0.1], None).build();
+        twins().modal_damping([0.1, 0.2], None).build();
     }
 }
 
@@ -335,6 +376,9 @@ fn sweep_errors(listing: &mut Listing) {
         [[2.0, 0.0], [0.0, 2.0]],
     );
     let stiff = single(1e-300, 0.0, 1e308);
+    let beside = System::builder().mass("m0", 1.0).support("wall");
+    let beside = beside.spring("wall", GROUND, 1.0).spring("wall", "m0", 1.0);
+    let beside = beside.build().expect("a system");
     let problem = |step: f64, force: f64| -> Problem<'_> {
         let asked = Response::of(&one).load("m0", Step::of(force));
         asked.every(step).until(1.0).problem().expect("a problem")
@@ -359,6 +403,7 @@ fn sweep_errors(listing: &mut Listing) {
         Sweep::of(&fine);
         pushed.solve();
         Design::of(&matrix);
+        Design::of(&beside);
         design.set(Parameter::Spring(7), 1.0);
         design.set(Parameter::Mass(0), 0.0);
         of_loose.solve(&loose);

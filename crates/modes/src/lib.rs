@@ -62,8 +62,8 @@ pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
 pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
 pub use linear::{Balanced, balance};
 pub use model::{
-    Element, ElementKind, Form, GROUND, GivenElement, MAX_COORDINATES, MAX_DENSE_COORDINATES,
-    MatrixKind, Node, Point, Term,
+    CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MAX_COORDINATES,
+    MAX_DENSE_COORDINATES, MatrixKind, Node, Point, Term,
 };
 pub use modes::{Bounds, Eigenvalue, Frequency, Mode, ModePlan, Modes, Motion, Precision};
 pub use participation::{Participation, ParticipationError};
@@ -75,4 +75,4 @@ pub use solver::{
 pub use sparse::{SparseError, SparseModes, SparseWork};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
-pub use system::{BuildError, Parameter, System, SystemBuilder};
+pub use system::{Beam, BeamEnd, BuildError, Parameter, Rod, RodEnd, System, SystemBuilder};

@@ -3,8 +3,8 @@
 use eigentone_digits::DoubleDouble;
 use thiserror::Error;
 
-use crate::model::MatrixKind;
-use crate::solver::parts::{groups, part};
+use crate::model::{CoordinateKind, MatrixKind};
+use crate::solver::parts::{groups, joined_by, part};
 use crate::solver::{ClassicalModes, ModesError};
 use crate::system::System;
 
@@ -42,24 +42,26 @@ pub struct Participation {
 }
 
 impl Participation {
-    /// Participation in a motion that is the same for all coordinates: ι of ones. A spring or damper pulls by a difference
-    /// of two coordinates, so that both have one direction and unit; only where these join all of them is
-    /// there such a motion. Elsewhere masses may stand beside moments of inertia, which do not add up:
+    /// Participation in a motion that is the same for all coordinates: ι of ones. A spring or damper between two
+    /// coordinates of one kind pulls by their difference, so that both have one direction and unit; only where these join
+    /// all of them is there such a motion. Elsewhere masses may stand beside moments of inertia, which do not add up:
     /// see [`of_parts`](Self::of_parts).
     ///
     /// # Errors
     /// As [`along`](Self::along), and [`ParticipationError::NoCommonDirection`].
     pub fn of(system: &System) -> Result<Participation, ParticipationError> {
         let participation = Participation::along(system, &vec![1.0; system.len()])?;
-        match groups(system, &[]).len() {
+        match directions(system).len() {
             1 => Ok(participation),
             _ => Err(ParticipationError::NoCommonDirection),
         }
     }
 
-    /// The same for each part that springs and dampers join: its coordinates, rising, and the modes of these by
-    /// themselves. Where a mass or stiffness matrix joins several such parts, they have no modes by themselves,
-    /// and the whole has no common direction.
+    /// The same for each direction that there is: coordinates, rising, that springs and dampers show to have one direction
+    /// and unit, with the modes of all that is joined to these. An element shows it of two coordinates of one
+    /// [kind](System::kind_of) if it pulls by their difference, whatever else stretches it: a wheel and the body above it move along one line, and the pitch of
+    /// the body is another direction, of inertias in kg·m². Where a mass or stiffness matrix that was given joins what no
+    /// element does, the whole has no common direction.
     ///
     /// ```
     /// use eigentone_modes::{GROUND, Participation, System};
@@ -82,15 +84,28 @@ impl Participation {
         system: &System,
     ) -> Vec<(Vec<usize>, Result<Participation, ParticipationError>)> {
         let matrices = [MatrixKind::Mass, MatrixKind::Stiffness];
-        let apart = groups(system, &matrices);
-        let parts = groups(system, &[]);
-        if apart.len() < parts.len() {
+        let is_given = |kind: &MatrixKind| system.model().added_whole(*kind).is_given;
+        let given: Vec<MatrixKind> = matrices.into_iter().filter(is_given).collect();
+        if groups(system, &given).len() < groups(system, &[]).len() {
             let whole = (0..system.len()).collect();
             return vec![(whole, Err(ParticipationError::NoCommonDirection))];
         }
-        let each = parts.into_iter().map(|coordinates| {
-            let participation = Participation::of(&part(system, &coordinates));
-            (coordinates, participation)
+        let parts: Vec<(Vec<usize>, System)> = groups(system, &matrices)
+            .into_iter()
+            .map(|coordinates| {
+                let part = part(system, &coordinates);
+                (coordinates, part)
+            })
+            .collect();
+        let each = directions(system).into_iter().map(|direction| {
+            let (coordinates, part) = parts
+                .iter()
+                .find(|(coordinates, _)| coordinates.binary_search(&direction[0]).is_ok())
+                .expect("each coordinate is in a part");
+            let moves = |i: &usize| f64::from(u8::from(direction.binary_search(i).is_ok()));
+            let influence: Vec<f64> = coordinates.iter().map(moves).collect();
+            let participation = Participation::along(part, &influence);
+            (direction, participation)
         });
         each.collect()
     }
@@ -167,6 +182,32 @@ impl Participation {
     }
 }
 
+/// Coordinates of one kind, in groups in which elements pull by differences of two.
+fn directions(system: &System) -> Vec<Vec<usize>> {
+    let kind = |i: usize| system.kind_of(i);
+    let elements = system.springs().iter().chain(system.dampers());
+    let direct = elements.filter_map(|element| {
+        let (i, j) = (element.first.coordinate()?, element.second.coordinate()?);
+        (element.coefficient != 0.0 && kind(i) == kind(j)).then_some((i, j))
+    });
+    let squares = [MatrixKind::Damping, MatrixKind::Stiffness]
+        .into_iter()
+        .flat_map(|kind| &system.model().added_whole(kind).squares)
+        .filter(|square| square.coefficient != 0.0);
+    let through_points = squares.flat_map(|square| {
+        [CoordinateKind::Displacement, CoordinateKind::Rotation]
+            .into_iter()
+            .filter_map(move |wanted| {
+                let own = square.form.iter().filter(|(i, _)| kind(*i) == wanted);
+                match own.copied().collect::<Vec<_>>()[..] {
+                    [(i, a), (j, b)] if i != j && a == -b => Some((i, j)),
+                    _ => None,
+                }
+            })
+    });
+    joined_by(system.len(), direct.chain(through_points))
+}
+
 /// Mι, summed from the elements.
 fn inertia(system: &System, influence: &[f64]) -> Vec<DoubleDouble> {
     let lumped = system.masses().iter().zip(influence);
@@ -178,6 +219,9 @@ fn inertia(system: &System, influence: &[f64]) -> Vec<DoubleDouble> {
             for (j, entry) in influence.iter().enumerate() {
                 *sum += DoubleDouble::product(matrix[(i, j)], *entry);
             }
+        }
+        for tail in system.model().tails(MatrixKind::Mass) {
+            inertia[tail.row] += DoubleDouble::product(tail.value, influence[tail.column]);
         }
     }
     inertia

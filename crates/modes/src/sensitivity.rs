@@ -6,7 +6,7 @@ use num_complex::Complex;
 use thiserror::Error;
 
 use crate::modes::Mode;
-use crate::quality::bordered::{Resolved, conjugate, difference, signed};
+use crate::quality::bordered::{Resolved, conjugate};
 use crate::system::System;
 use crate::system::{Parameter, Place};
 
@@ -98,7 +98,7 @@ impl<'a> Sensitivity<'a> {
             .place(self.system)
             .ok_or(SensitivityError::NoSuchParameter { parameter })?;
         let force = self.force(&place);
-        let eigenvalue = -(conjugate(difference(&self.left, place.left)) * force) / self.slope;
+        let eigenvalue = -(conjugate(along(&self.left, &place.left)) * force) / self.slope;
         Ok(Derivative {
             sensitivity: self,
             place,
@@ -106,9 +106,9 @@ impl<'a> Sensitivity<'a> {
         })
     }
 
-    /// λ^power·(x_r1 − x_r2): what the parameter multiplies.
+    /// λ^power·rᵀx: what the parameter multiplies.
     fn force(&self, place: &Place) -> ComplexDoubleDouble {
-        (0..place.power).fold(difference(&self.root.x, place.right), |force, _| {
+        (0..place.power).fold(along(&self.root.x, &place.right), |force, _| {
             force * self.root.lambda
         })
     }
@@ -149,12 +149,20 @@ impl Derivative<'_> {
     pub fn shape(&self) -> Vec<Complex<f64>> {
         let force = self.sensitivity.force(&self.place);
         let mut right = vec![ComplexDoubleDouble::ZERO; self.sensitivity.system.len()];
-        for (i, sign) in signed(self.place.left) {
-            right[i] = force * -sign;
+        for (i, times) in &self.place.left {
+            right[*i] += force * -times;
         }
         let (shape, _) = self.sensitivity.root.solve(&right);
         shape.into_iter().map(rounded).collect()
     }
+}
+
+/// A linear form of a shape.
+fn along(x: &[ComplexDoubleDouble], form: &[(usize, f64)]) -> ComplexDoubleDouble {
+    form.iter()
+        .fold(ComplexDoubleDouble::ZERO, |sum, (i, times)| {
+            sum + x[*i] * *times
+        })
 }
 
 fn rounded(z: ComplexDoubleDouble) -> Complex<f64> {
@@ -274,6 +282,7 @@ mod tests {
             Parameter::Mass(i) => masses[i] += by,
             Parameter::Spring(i) => springs[i].coefficient += by,
             Parameter::Damper(i) => dampers[i].coefficient += by,
+            Parameter::PointMass(_) => unreachable!("there are no points"),
             Parameter::Entry { kind, row, column } => {
                 let matrix = added[kind as usize].as_mut().unwrap();
                 matrix[(row, column)] += by;

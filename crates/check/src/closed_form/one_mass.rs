@@ -3,7 +3,7 @@
 use std::ops::Add;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Element, MatrixKind, System};
+use eigentone_modes::{MatrixKind, System};
 use eigentone_response::{Instant, Load, Problem, ResponseError, ResponseMethod, Trajectory};
 use faer::Mat;
 
@@ -42,9 +42,9 @@ impl OneMass {
             ));
         }
         let motion = MassSpringDamper::from_sums(
-            added(system, MatrixKind::Mass) + system.masses()[0],
-            sum(system.dampers()) + added(system, MatrixKind::Damping),
-            sum(system.springs()) + added(system, MatrixKind::Stiffness),
+            sum(system, MatrixKind::Mass),
+            sum(system, MatrixKind::Damping),
+            sum(system, MatrixKind::Stiffness),
         )
         .map_err(|error| error.to_string())?;
         let end = problem.grid().time(problem.grid().last());
@@ -58,18 +58,10 @@ impl OneMass {
     }
 }
 
-/// The added matrix's only entry.
-fn added(system: &System, kind: MatrixKind) -> DoubleDouble {
-    system
-        .added(kind)
-        .map_or(DoubleDouble::ZERO, |matrix| matrix[(0, 0)].into())
-}
-
-/// All elements of a system of one coordinate lie between it and the ground.
-fn sum(elements: &[Element]) -> DoubleDouble {
-    elements.iter().fold(DoubleDouble::ZERO, |total, element| {
-        total + element.coefficient
-    })
+/// The only entry of a matrix.
+fn sum(system: &System, kind: MatrixKind) -> DoubleDouble {
+    let terms = system.terms(kind);
+    terms.fold(DoubleDouble::ZERO, |total, term| total + term.value)
 }
 
 /// What sets the mass in motion, and when.

@@ -1,12 +1,12 @@
 //! M, C and K of a system without any rounding.
 
-use eigentone_modes::{Element, MatrixKind, Node, System};
+use eigentone_modes::{MatrixKind, System};
 use num_rational::BigRational;
 
 use super::ball::Ball;
 use super::rational_matrix::RationalMatrix;
 
-/// M x″ + C x′ + K x = f with each matrix the exact sum of its elements' doubles.
+/// M x″ + C x′ + K x = f with each matrix the exact sum of its terms' doubles.
 pub(super) struct Equation {
     pub(super) mass: RationalMatrix,
     pub(super) damping: RationalMatrix,
@@ -15,42 +15,20 @@ pub(super) struct Equation {
 
 impl Equation {
     pub(super) fn of(system: &System) -> Equation {
-        let lumped = system.masses().iter().enumerate();
-        let masses: Vec<Element> = lumped
-            .map(|(i, mass)| Element {
-                first: Node::Ground,
-                second: Node::Coordinate(i),
-                coefficient: *mass,
-            })
-            .collect();
+        let [mass, damping, stiffness] =
+            [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness].map(|kind| {
+                let mut matrix = RationalMatrix::zeros(system.len(), system.len());
+                for term in system.terms(kind) {
+                    *matrix.at_mut(term.row, term.column) += exactly(term.value);
+                }
+                matrix
+            });
         Equation {
-            mass: assemble(system, &masses, MatrixKind::Mass),
-            damping: assemble(system, system.dampers(), MatrixKind::Damping),
-            stiffness: assemble(system, system.springs(), MatrixKind::Stiffness),
+            mass,
+            damping,
+            stiffness,
         }
     }
-}
-
-fn assemble(system: &System, elements: &[Element], kind: MatrixKind) -> RationalMatrix {
-    let n = system.len();
-    let mut matrix = match system.added(kind) {
-        Some(added) => RationalMatrix::from_fn(n, n, |i, j| exactly(added[(i, j)])),
-        None => RationalMatrix::zeros(n, n),
-    };
-    for element in elements {
-        let coefficient = exactly(element.coefficient);
-        for (end, other) in [
-            (element.first, element.second),
-            (element.second, element.first),
-        ] {
-            let Some(i) = end.coordinate() else { continue };
-            *matrix.at_mut(i, i) += &coefficient;
-            if let Some(j) = other.coordinate() {
-                *matrix.at_mut(i, j) -= &coefficient;
-            }
-        }
-    }
-    matrix
 }
 
 /// A double as the rational number that it is.

@@ -27,7 +27,7 @@ fn inside<'a>(truth: &'a ReferenceModes, root: &Eigenvalue) -> Vec<&'a Reference
 }
 
 /// Why an answer is wrong.
-fn fault(truth: &ReferenceModes, modes: &Modes) -> Option<String> {
+pub(super) fn fault(truth: &ReferenceModes, modes: &Modes) -> Option<String> {
     let expected: usize = truth
         .eigenvalues()
         .iter()

@@ -1,6 +1,7 @@
 //! What is checked of the checks:
 //!
 //! - `coincidence`: roots that coincide or nearly do, by the modes, against the reference;
+//! - `machines`: points, supports and nodes without mass at random, against the reference;
 //! - `one_mass`: the closed form against 34-digit truths, published numbers and textbook formulas;
 //! - `closed_forms`: one mass, uniform chains and undamped pairs in more digits against exponentials;
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
@@ -12,6 +13,7 @@ mod closed_forms;
 mod coincidence;
 mod comparisons;
 mod integrators;
+mod machines;
 mod motions;
 mod one_mass;
 mod reference;

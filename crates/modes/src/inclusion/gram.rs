@@ -1,10 +1,12 @@
 //! XᵀAX and YᵀAX of a matrix A given by elements, in double-double, with bounds of their errors.
 
+use std::collections::BTreeMap;
+
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::model::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node, Term};
 use crate::system::System;
 
 /// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
@@ -15,6 +17,8 @@ pub(super) struct Form<'a> {
     n: usize,
     elements: Vec<Element>,
     matrix: Option<MatRef<'a, f64>>,
+    /// What is left of the entries of the matrix.
+    tails: &'a [Term],
 }
 
 /// XᵀAX or YᵀAX for a form and columns X and Y, with how far its entries may be off.
@@ -37,6 +41,7 @@ impl<'a> Form<'a> {
             n: system.len(),
             elements: system.springs().to_vec(),
             matrix: system.added(MatrixKind::Stiffness),
+            tails: system.model().tails(MatrixKind::Stiffness),
         }
     }
 
@@ -45,6 +50,7 @@ impl<'a> Form<'a> {
             n: system.len(),
             elements: system.dampers().to_vec(),
             matrix: system.added(MatrixKind::Damping),
+            tails: system.model().tails(MatrixKind::Damping),
         }
     }
 
@@ -63,6 +69,7 @@ impl<'a> Form<'a> {
             n: system.len(),
             elements: system.dampers().iter().copied().chain(grounded).collect(),
             matrix,
+            tails: &[],
         }
     }
 
@@ -76,6 +83,7 @@ impl<'a> Form<'a> {
             n: system.len(),
             elements: lumped.collect(),
             matrix: system.added(MatrixKind::Mass),
+            tails: system.model().tails(MatrixKind::Mass),
         }
     }
 
@@ -125,8 +133,8 @@ impl<'a> Form<'a> {
             outer: &outer,
             is_symmetric,
         });
-        // Both stretches, k·stretch and the sum of forces; then the sum of products.
-        let count = 4 + terms;
+        // Both stretches, k·stretch, the rest of an entry and the sum of forces; then the sum of products.
+        let count = 5 + terms;
         let summed = (length + 4) as f64;
         Gram {
             size,
@@ -177,15 +185,24 @@ impl Weights {
             }
         }
         if let Some(matrix) = form.matrix {
-            for i in 0..n {
-                let row = matrix.row(i).iter().copied().enumerate();
-                let row: Vec<(usize, f64)> = row.filter(|entry| entry.1 != 0.0).collect();
-                for (j, entry) in &row {
-                    weights.rows[i] += entry.abs();
-                    weights.columns[*j] += entry.abs();
-                    weights.terms[*j] += 1;
-                }
-                weights.entries.push(row);
+            let row = |i: usize| matrix.row(i).iter().copied().enumerate();
+            let filled = |i| row(i).filter(|entry| entry.1 != 0.0).collect();
+            weights.entries = (0..n).map(filled).collect();
+            // What the next double leaves of an entry is below 2^-105 of it.
+            let mut rests: BTreeMap<(usize, usize), DoubleDouble> = BTreeMap::new();
+            for tail in form.tails {
+                *rests.entry((tail.row, tail.column)).or_default() +=
+                    DoubleDouble::from(tail.value);
+            }
+            for ((i, j), rest) in rests {
+                weights.entries[i].push((j, rest.to_f64()));
+            }
+        }
+        for (i, row) in weights.entries.iter().enumerate() {
+            for (j, entry) in row {
+                weights.rows[i] += entry.abs();
+                weights.columns[*j] += entry.abs();
+                weights.terms[*j] += 1;
             }
         }
         weights

@@ -3,6 +3,15 @@
 /// The reserved name of the fixed frame of reference: what does not move.
 pub const GROUND: &str = "ground";
 
+/// What a coordinate measures, and in which unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CoordinateKind {
+    /// A displacement in m, with a mass in kg.
+    Displacement,
+    /// An angle in rad, with an inertia in kg·m².
+    Rotation,
+}
+
 /// One end of a spring or damper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {

@@ -4,7 +4,7 @@
 use eigentone_digits::DoubleDouble;
 
 /// a·b as two doubles; `None` where the product, or what rounding leaves of it, may leave the range of doubles.
-pub(super) fn product(a: f64, b: f64) -> Option<[f64; 2]> {
+pub(crate) fn product(a: f64, b: f64) -> Option<[f64; 2]> {
     /// 2^-967: what rounding leaves of larger products is a double.
     const LEAST: f64 = 8.1e-292;
     if a == 0.0 || b == 0.0 {

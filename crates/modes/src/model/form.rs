@@ -79,24 +79,37 @@ impl Form {
         for &(row, a) in &self.coordinates {
             weighted.extend(product(coefficient, a)?.map(|part| (row, part)));
         }
-        let times = |columns: &[(usize, f64)]| {
-            let mut terms = Vec::with_capacity(2 * weighted.len() * columns.len());
-            for &(row, part) in &weighted {
-                for &(column, b) in columns {
+        let mut own = Vec::with_capacity(4 * self.coordinates.len().pow(2));
+        let mut coupling = Vec::with_capacity(4 * self.coordinates.len() * self.supports.len());
+        // Each product is taken once, for both of its places: the matrix is symmetric term by term.
+        for (at, &(row, _)) in self.coordinates.iter().enumerate() {
+            for &(_, part) in &weighted[2 * at..2 * at + 2] {
+                for (beyond, &(column, b)) in self.coordinates[at..].iter().enumerate() {
+                    for value in product(part, b)? {
+                        own.push(Term { row, column, value });
+                        if beyond > 0 {
+                            let (row, column) = (column, row);
+                            own.push(Term { row, column, value });
+                        }
+                    }
+                }
+                for &(column, b) in &self.supports {
                     let parts = product(part, b)?;
-                    terms.extend(parts.map(|value| Term { row, column, value }));
+                    coupling.extend(parts.map(|value| Term { row, column, value }));
                 }
             }
-            Some(terms)
-        };
-        Some([times(&self.coordinates)?, times(&self.supports)?])
+        }
+        own.retain(|term| term.value != 0.0);
+        coupling.retain(|term| term.value != 0.0);
+        Some([own, coupling])
     }
 }
 
 /// Terms in the same place as few that do not overlap, in the order of rows and columns; of each place the largest
-/// comes first.
-pub(super) fn gathered(mut terms: Vec<Term>) -> Vec<Term> {
-    terms.sort_by_key(|term| (term.row, term.column));
+/// comes first. The same terms in another order give the same.
+pub(crate) fn gathered(mut terms: Vec<Term>) -> Vec<Term> {
+    let key = |term: &Term| (term.row, term.column);
+    terms.sort_by(|a, b| key(a).cmp(&key(b)).then(a.value.total_cmp(&b.value)));
     let places = terms.chunk_by(|a, b| (a.row, a.column) == (b.row, b.column));
     let parts = places.flat_map(|place| {
         let Term { row, column, .. } = place[0];

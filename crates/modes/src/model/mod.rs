@@ -1,21 +1,26 @@
 //! What a system is made of: coordinates, elements, matrices, and the terms of M, C and K. It proves nothing
 //! and solves nothing; of the rest of the crate it knows no file.
 
+mod added;
+mod damping;
 mod element;
 mod expansion;
 mod form;
 mod machine;
 mod terms;
 
-use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
 use eigentone_digits::DoubleDouble;
-use faer::sparse::{SparseColMat, SparseColMatRef, Triplet};
+use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatRef};
 
-pub use element::{Element, ElementKind, GROUND, MatrixKind, Node};
+pub(crate) use added::{Added, Square};
+pub(crate) use damping::MoreDamping;
+pub use element::{CoordinateKind, Element, ElementKind, GROUND, MatrixKind, Node};
+pub(crate) use expansion::product;
 pub use form::Form;
+pub(crate) use form::gathered;
 pub(crate) use machine::Machine;
 pub use machine::{GivenElement, Point};
 pub use terms::Term;
@@ -34,78 +39,12 @@ pub(crate) struct Model {
     masses: Vec<f64>,
     springs: Vec<Element>,
     dampers: Vec<Element>,
-    added: Added,
+    /// By matrix.
+    added: [Added; 3],
     /// Absent where there are neither points nor supports nor names of elements.
     machine: Option<Arc<Machine>>,
     /// The coordinates by their names, sorted when first asked for.
     by_name: Arc<OnceLock<Vec<u32>>>,
-}
-
-/// Matrices added to the elements: dense where the system is small, sparse where it is large.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Added {
-    pub(crate) dense: [Option<Mat<f64>>; 3],
-    pub(crate) sparse: [Option<Arc<SparseColMat<usize, f64>>>; 3],
-    /// What the doubles of either leave of entries that are sums of products: each is smaller than a unit of the last
-    /// place of the entry.
-    pub(crate) tails: [Vec<Term>; 3],
-}
-
-impl From<[Option<Mat<f64>>; 3]> for Added {
-    fn from(dense: [Option<Mat<f64>>; 3]) -> Added {
-        Added {
-            dense,
-            ..Added::default()
-        }
-    }
-}
-
-impl Added {
-    /// Adds terms to a matrix of order n: in each place, the double next to what it then is and, as tails, the rest.
-    pub(crate) fn add(&mut self, kind: MatrixKind, n: usize, mut terms: Vec<Term>) {
-        if terms.is_empty() {
-            return;
-        }
-        let places: HashSet<(usize, usize)> =
-            terms.iter().map(|term| (term.row, term.column)).collect();
-        let kind = kind as usize;
-        let (dense, sparse) = (&mut self.dense[kind], &mut self.sparse[kind]);
-        let entry = |at: (usize, usize)| match (&*dense, &*sparse) {
-            (Some(matrix), _) => matrix[at],
-            (_, Some(matrix)) => matrix.get(at.0, at.1).copied().unwrap_or(0.0),
-            _ => 0.0,
-        };
-        terms.extend(places.iter().map(|&(row, column)| Term {
-            row,
-            column,
-            value: entry((row, column)),
-        }));
-        let gathered = form::gathered(terms);
-        let of_place = gathered.chunk_by(|a, b| (a.row, a.column) == (b.row, b.column));
-        let mut heads = HashMap::new();
-        for place in of_place {
-            heads.insert((place[0].row, place[0].column), place[0].value);
-            self.tails[kind].extend(&place[1..]);
-        }
-        let head = |at: &(usize, usize)| heads.get(at).copied().unwrap_or(0.0);
-        if n > MAX_DENSE_COORDINATES {
-            let kept = sparse.iter().flat_map(|matrix| matrix.triplet_iter());
-            let kept = kept
-                .map(|entry| ((entry.row, entry.col), *entry.val))
-                .filter(|(at, _)| !places.contains(at));
-            let all = kept.chain(heads.iter().map(|(at, value)| (*at, *value)));
-            let all: Vec<_> = all
-                .map(|((row, column), value)| Triplet::new(row, column, value))
-                .collect();
-            let matrix = SparseColMat::try_new_from_triplets(n, n, &all);
-            *sparse = Some(Arc::new(matrix.expect("indices are those of coordinates")));
-        } else {
-            let matrix = dense.get_or_insert_with(|| Mat::zeros(n, n));
-            for at in &places {
-                matrix[*at] = head(at);
-            }
-        }
-    }
 }
 
 impl Model {
@@ -114,14 +53,14 @@ impl Model {
         masses: Vec<f64>,
         springs: Vec<Element>,
         dampers: Vec<Element>,
-        added: impl Into<Added>,
+        added: [impl Into<Added>; 3],
     ) -> Model {
         Model {
             names: names.into(),
             masses,
             springs,
             dampers,
-            added: added.into(),
+            added: added.map(Into::into),
             machine: None,
             by_name: Arc::default(),
         }
@@ -136,6 +75,28 @@ impl Model {
 
     pub(crate) fn machine(&self) -> Option<&Machine> {
         self.machine.as_deref()
+    }
+
+    /// What a coordinate measures.
+    pub(crate) fn kind_of(&self, i: usize) -> CoordinateKind {
+        let is_rotation = self
+            .machine()
+            .and_then(|machine| machine.is_rotation.get(i));
+        match is_rotation {
+            Some(true) => CoordinateKind::Rotation,
+            _ => CoordinateKind::Displacement,
+        }
+    }
+
+    /// The names of the supports.
+    pub(crate) fn supports(&self) -> &[String] {
+        self.machine().map_or(&[], |machine| &machine.supports)
+    }
+
+    /// What unit motions of the supports, whose indices are the columns, add.
+    pub(crate) fn coupling(&self, kind: MatrixKind) -> &[Term] {
+        self.machine()
+            .map_or(&[], |machine| &machine.couplings[kind as usize])
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -169,22 +130,71 @@ impl Model {
         &self.dampers
     }
 
+    fn between(&self, kind: ElementKind) -> &[Element] {
+        match kind {
+            ElementKind::Spring => &self.springs,
+            ElementKind::Damper => &self.dampers,
+        }
+    }
+
+    /// How many springs or dampers were given.
+    pub(crate) fn element_count(&self, kind: ElementKind) -> usize {
+        let between = self.between(kind).len();
+        self.machine()
+            .map_or(between, |machine| machine.elements(kind).len())
+    }
+
+    /// A spring or damper as it was given.
+    pub(crate) fn element(&self, kind: ElementKind, index: usize) -> Option<GivenElement> {
+        if let Some(machine) = self.machine() {
+            return machine.elements(kind).get(index).cloned();
+        }
+        let element = self.between(kind).get(index)?;
+        Some(GivenElement {
+            name: None,
+            stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
+            coefficient: element.coefficient,
+        })
+    }
+
     pub(crate) fn is_large(&self) -> bool {
         self.len() > MAX_DENSE_COORDINATES
     }
 
     pub(crate) fn added(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
-        self.added.dense[kind as usize].as_ref().map(Mat::as_ref)
+        self.added[kind as usize].dense.as_ref().map(Mat::as_ref)
     }
 
     pub(crate) fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
-        let matrix = self.added.sparse[kind as usize].as_ref()?;
+        let matrix = self.added[kind as usize].sparse.as_ref()?;
         Some(matrix.as_ref().as_ref())
     }
 
     /// What the added matrix, rounded to doubles, leaves of its entries.
     pub(crate) fn tails(&self, kind: MatrixKind) -> &[Term] {
-        &self.added.tails[kind as usize]
+        &self.added[kind as usize].tails
+    }
+
+    /// All that was added to the elements of a matrix.
+    pub(crate) fn added_whole(&self, kind: MatrixKind) -> &Added {
+        &self.added[kind as usize]
+    }
+
+    /// Whether the matrix of this kind is a sum of c a aᵀ with c ≥ 0, element by element.
+    pub(crate) fn is_sum_of_squares(&self, kind: MatrixKind) -> bool {
+        let elements: &[Element] = match kind {
+            MatrixKind::Mass => &[],
+            MatrixKind::Damping => &self.dampers,
+            MatrixKind::Stiffness => &self.springs,
+        };
+        let squares = self.added_whole(kind).squares();
+        let elements = elements.iter().map(|element| element.coefficient);
+        squares.is_some_and(|squares| {
+            let squares = squares.iter().map(|square| square.coefficient);
+            elements
+                .chain(squares)
+                .all(|coefficient| coefficient >= 0.0)
+        })
     }
 
     /// Whether nothing but elements makes the matrix of this kind.

@@ -17,11 +17,33 @@ impl Model {
     /// All terms of a matrix but those that are 0: first those of the added matrix, then those of the elements
     /// in their order.
     pub(crate) fn terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
-        let (masses, elements): (&[f64], &[Element]) = match kind {
-            MatrixKind::Mass => (self.masses(), &[]),
-            MatrixKind::Damping => (&[], self.dampers()),
-            MatrixKind::Stiffness => (&[], self.springs()),
+        let elements: &[Element] = match kind {
+            MatrixKind::Mass => &[],
+            MatrixKind::Damping => self.dampers(),
+            MatrixKind::Stiffness => self.springs(),
         };
+        let all = self
+            .single_terms(kind)
+            .chain(elements.iter().flat_map(of_element));
+        all.filter(|term| term.value != 0.0)
+    }
+
+    /// The same without those of springs and dampers.
+    pub(crate) fn single_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
+        let masses = match kind {
+            MatrixKind::Mass => self.masses(),
+            _ => &[],
+        };
+        let masses = masses.iter().enumerate().map(|(i, &value)| Term {
+            row: i,
+            column: i,
+            value,
+        });
+        self.added_terms(kind).chain(masses)
+    }
+
+    /// Those of the added matrix alone.
+    pub(crate) fn added_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let dense = self.added(kind).into_iter().flat_map(|matrix| {
             let entries =
                 (0..matrix.ncols()).flat_map(move |j| (0..matrix.nrows()).map(move |i| (i, j)));
@@ -38,17 +60,7 @@ impl Model {
                 value: *entry.val,
             })
         });
-        let masses = masses.iter().enumerate().map(|(i, &value)| Term {
-            row: i,
-            column: i,
-            value,
-        });
-        let all = dense
-            .chain(sparse)
-            .chain(self.tails(kind).iter().copied())
-            .chain(masses)
-            .chain(elements.iter().flat_map(of_element));
-        all.filter(|term| term.value != 0.0)
+        dense.chain(sparse).chain(self.tails(kind).iter().copied())
     }
 }
 

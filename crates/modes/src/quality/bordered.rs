@@ -5,12 +5,13 @@
 //! *AIAA J.* 14; Andrew, Chu & Lancaster 1993, *SIAM J. Matrix Anal.* 14). The last column of B⁻*
 //! is the left shape y with y*Q′(λ)x = 1.
 
+use std::sync::Arc;
+
 use eigentone_digits::ComplexDoubleDouble;
 use num_complex::Complex;
 
-use crate::model::Node;
+use crate::model::{Element, MatrixKind, Square};
 use crate::system::System;
-use crate::system::{Parameter, Place};
 
 type Number = ComplexDoubleDouble;
 
@@ -47,11 +48,7 @@ impl Resolved {
             .iter()
             .position(|entry| *entry == Complex::ONE)
             .filter(|_| shape.len() == system.len())?;
-        let mut terms: Vec<(f64, Place)> = Parameter::all(system)
-            .into_iter()
-            .filter_map(|parameter| Some((parameter.value(system)?, parameter.place(system)?)))
-            .filter(|(value, _)| *value != 0.0)
-            .collect();
+        let mut terms = terms(system);
         let entry = |z: &Complex<f64>| Number::new(z.re, z.im);
         let mut root = entry(&lambda);
         let mut x: Vec<Number> = shape.iter().map(entry).collect();
@@ -88,15 +85,15 @@ impl Resolved {
         let mut bordered = vec![Number::ZERO; (n + 1) * (n + 1)];
         let mut sizes = vec![0.0; (n + 1) * (n + 1)];
         for (value, place) in &terms {
-            for (row, left) in signed(place.left) {
-                for (column, right) in signed(place.right) {
+            for (row, left) in place.left.parts() {
+                for (column, right) in place.right.parts() {
                     let entry = powers[place.power] * (value * left * right);
                     bordered[row * (n + 1) + column] += entry;
                     sizes[row * (n + 1) + column] += entry.norm();
                 }
             }
-            let force = value.abs() * derived[place.power] * difference(&x, place.right).norm();
-            for (row, _) in signed(place.left) {
+            let force = value.abs() * derived[place.power] * place.right.of(&x).norm();
+            for (row, _) in place.left.parts() {
                 sizes[row * (n + 1) + n] += force;
             }
         }
@@ -152,6 +149,21 @@ impl Resolved {
         (solution, root_change)
     }
 
+    /// How far rounding in the terms of Q(λ)x may move λ: what y*Q(λ)x errs by, where y*Q′(λ)x = 1.
+    pub(crate) fn rounding(&self, y: &[Number]) -> f64 {
+        /// Of each product and sum in a term, a few of 2^-104.
+        const UNIT: f64 = 1e-30;
+        let size = self.lambda.norm();
+        let each = self.terms.iter().map(|(value, place)| {
+            let parts = place.right.parts().iter();
+            let moved: f64 = parts
+                .map(|(i, times)| times.abs() * self.x[*i].norm())
+                .sum();
+            value.abs() * size.powi(place.power as i32) * place.left.of(y).norm() * moved
+        });
+        UNIT * each.sum::<f64>()
+    }
+
     /// y with y*Q(λ) = 0 and y*Q′(λ)x = 1, once refined.
     pub(crate) fn left(&self) -> Vec<Number> {
         let n = self.x.len();
@@ -172,6 +184,87 @@ impl Resolved {
         }
         y
     }
+}
+
+/// Where a number p enters: Q(λ) holds p·λ^power·l rᵀ.
+#[derive(Clone, Debug)]
+struct Place {
+    power: usize,
+    left: Form,
+    right: Form,
+}
+
+/// A linear form by index and coefficient; an index may come more than once.
+#[derive(Clone, Debug)]
+enum Form {
+    /// So many of two.
+    Short([(usize, f64); 2], usize),
+    Long(Arc<[(usize, f64)]>),
+}
+
+impl Form {
+    fn alone(i: usize) -> Form {
+        Form::Short([(i, 1.0), (0, 0.0)], 1)
+    }
+
+    /// x_first − x_second, with 0 at the ground.
+    fn of_element(element: &Element) -> Form {
+        match (element.first.coordinate(), element.second.coordinate()) {
+            (Some(i), Some(j)) => Form::Short([(i, 1.0), (j, -1.0)], 2),
+            (Some(i), None) | (None, Some(i)) => Form::alone(i),
+            (None, None) => Form::Short([(0, 0.0); 2], 0),
+        }
+    }
+
+    fn parts(&self) -> &[(usize, f64)] {
+        match self {
+            Form::Short(parts, count) => &parts[..*count],
+            Form::Long(parts) => parts,
+        }
+    }
+
+    fn of(&self, x: &[Number]) -> Number {
+        let parts = self.parts().iter();
+        parts.fold(Number::ZERO, |sum, (i, times)| sum + x[*i] * *times)
+    }
+}
+
+/// All that M, C and K are made of, elements as they are.
+fn terms(system: &System) -> Vec<(f64, Place)> {
+    let model = system.model();
+    let kinds = [
+        (2, MatrixKind::Mass, &[] as &[Element]),
+        (1, MatrixKind::Damping, system.dampers()),
+        (0, MatrixKind::Stiffness, system.springs()),
+    ];
+    let mut terms = Vec::new();
+    for (power, kind, elements) in kinds {
+        let symmetric = |value, left: Form| {
+            let right = left.clone();
+            (value, Place { power, left, right })
+        };
+        let elements = elements.iter();
+        terms.extend(elements.map(|each| symmetric(each.coefficient, Form::of_element(each))));
+        if let Some(squares) = model.added_whole(kind).squares() {
+            let long = |square: &Square| Form::Long(square.form.as_slice().into());
+            terms.extend(
+                squares
+                    .iter()
+                    .map(|each| symmetric(each.coefficient, long(each))),
+            );
+            if kind == MatrixKind::Mass {
+                let masses = system.masses().iter().enumerate();
+                terms.extend(masses.map(|(i, mass)| symmetric(*mass, Form::alone(i))));
+            }
+        } else {
+            terms.extend(model.single_terms(kind).map(|term| {
+                let (left, right) = (Form::alone(term.row), Form::alone(term.column));
+                (term.value, Place { power, left, right })
+            }));
+        }
+    }
+    terms.retain(|(value, _)| *value != 0.0);
+    terms
 }
 
 fn one() -> Number {
@@ -206,7 +299,7 @@ fn step_size(change: &[Number], root_change: Number, root: Number) -> f64 {
     })
 }
 
-/// Σ value·weight·(e_l1 − e_l2)(e_r1 − e_r2)ᵀx, or with left and right exchanged.
+/// Σ value·weight·l rᵀx, or with left and right exchanged.
 fn product(
     terms: &[(f64, Place)],
     weights: [Number; 3],
@@ -216,28 +309,16 @@ fn product(
     let mut image = vec![Number::ZERO; x.len()];
     for (value, place) in terms {
         let (from, to) = if transposed {
-            (place.left, place.right)
+            (&place.left, &place.right)
         } else {
-            (place.right, place.left)
+            (&place.right, &place.left)
         };
-        let force = difference(x, from) * *value * weights[place.power];
-        for (i, sign) in signed(to) {
-            image[i] += force * sign;
+        let force = from.of(x) * *value * weights[place.power];
+        for (i, times) in to.parts() {
+            image[*i] += force * *times;
         }
     }
     image
-}
-
-/// x_first − x_second, with 0 at the ground.
-pub(crate) fn difference(x: &[Number], ends: [Node; 2]) -> Number {
-    signed(ends).fold(Number::ZERO, |sum, (i, sign)| sum + x[i] * sign)
-}
-
-/// The coordinates among two ends: the first with sign +, the second with −.
-pub(crate) fn signed(ends: [Node; 2]) -> impl Iterator<Item = (usize, f64)> {
-    ends.into_iter()
-        .zip([1.0, -1.0])
-        .filter_map(|(end, sign)| Some((end.coordinate()?, sign)))
 }
 
 pub(crate) fn conjugate(z: Number) -> Number {

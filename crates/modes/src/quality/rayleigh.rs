@@ -9,7 +9,7 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Lanes, Real, WideCompl
 use num_complex::Complex;
 use pulp::Arch;
 
-use crate::model::{Element, MatrixKind, Node};
+use crate::model::{Element, MatrixKind, Node, Square};
 use crate::system::System;
 
 /// y*Mx, y*Cx and y*Kx, or for a real shape x = y their real values, in the precision of T.
@@ -41,6 +41,21 @@ impl<T: Real> Forms<T> {
             let Some(matrix) = system.added(kind) else {
                 continue;
             };
+            if let Some(squares) = system.model().added_whole(kind).squares() {
+                for Square {
+                    coefficient,
+                    form: a,
+                } in squares
+                {
+                    let along = |shape: &[Complex<f64>]| {
+                        a.iter().fold(WideComplex::<T>::ZERO, |sum, (i, times)| {
+                            sum + wide(shape[*i]) * *times
+                        })
+                    };
+                    *form += along(y).conj() * along(x) * *coefficient;
+                }
+                continue;
+            }
             for (j, xj) in x.iter().enumerate() {
                 let mut column = WideComplex::<T>::ZERO;
                 for (entry, yi) in matrix.col(j).iter().zip(y) {
@@ -49,6 +64,10 @@ impl<T: Real> Forms<T> {
                     }
                 }
                 *form += column * wide(*xj);
+            }
+            for tail in system.model().tails(kind) {
+                let [y, x] = [y[tail.row].conj(), x[tail.column]];
+                *form += wide::<T>(y) * wide(x) * tail.value;
             }
         }
         forms

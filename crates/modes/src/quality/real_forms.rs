@@ -64,6 +64,7 @@ impl RealForms {
         }
         let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
         for (kind, matrix) in kinds.into_iter().enumerate() {
+            let tails = system.model().tails(matrix);
             let Some(matrix) = system.added(matrix) else {
                 continue;
             };
@@ -73,7 +74,10 @@ impl RealForms {
                 let exact = |x: &&[f64]| (quadratic_form(matrix, x), 0.0);
                 shapes.iter().map(exact).collect()
             };
-            for (forms, (sum, rounding)) in all.iter_mut().zip(sums) {
+            for ((forms, x), (mut sum, rounding)) in all.iter_mut().zip(shapes).zip(sums) {
+                for tail in tails {
+                    sum += DoubleDouble::product(x[tail.row], x[tail.column]).mul_f64(tail.value);
+                }
                 *[&mut forms.m, &mut forms.c, &mut forms.k][kind] += sum;
                 forms.rounding[kind] = rounding;
             }

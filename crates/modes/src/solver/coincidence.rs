@@ -288,5 +288,8 @@ fn alike(a: &System, b: &System) -> bool {
     a.masses() == b.masses()
         && a.springs() == b.springs()
         && a.dampers() == b.dampers()
-        && kinds.all(|kind| a.added(kind) == b.added(kind))
+        && kinds.all(|kind| {
+            let tails = [a, b].map(|system| system.model().tails(kind));
+            a.added(kind) == b.added(kind) && tails[0] == tails[1]
+        })
 }

@@ -24,15 +24,19 @@ pub(crate) fn resolved(system: &System, root: &Root, reach: f64) -> Option<Root>
     if (value - root.value).norm() > reach {
         return None;
     }
-    let left = || resolved.left().iter().map(plain).collect();
-    let part = |part: f64| f64::EPSILON * part.abs() + BEYOND * value.norm();
+    let left = resolved.left();
+    let beyond = BEYOND * value.norm() + resolved.rounding(&left);
+    let part = |part: f64| f64::EPSILON * part.abs() + beyond;
     // On the real axis it is one of two, and no longer stands for a pair.
     if root.value.im != 0.0 && value.im <= part(value.re).hypot(part(value.im)) {
         return None;
     }
     Some(Root {
         value,
-        left: root.left.is_some().then(left),
+        left: root
+            .left
+            .is_some()
+            .then(|| left.iter().map(plain).collect()),
         shape: resolved.x.iter().map(plain).collect(),
         error: Some((part(value.re).hypot(part(value.im)), part(value.re))),
         ..root.clone()

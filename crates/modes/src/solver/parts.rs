@@ -1,6 +1,5 @@
 //! Parts of a system that nothing joins are solved each by itself.
 
-use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::model::{Element, MatrixKind, Node};
@@ -19,6 +18,22 @@ pub(crate) fn parts(system: &System) -> Vec<Vec<usize>> {
 /// The same, with the matrices of these kinds only.
 pub(crate) fn groups(system: &System, kinds: &[MatrixKind]) -> Vec<Vec<usize>> {
     let n = system.len();
+    let elements = system.springs().iter().chain(system.dampers());
+    let elements = elements.filter_map(|element| {
+        let joins = element.coefficient != 0.0;
+        let ends = (element.first.coordinate()?, element.second.coordinate()?);
+        joins.then_some(ends)
+    });
+    let matrices = kinds.iter().filter_map(|kind| system.added(*kind));
+    let entries = matrices.flat_map(|matrix| {
+        let places = (0..n).flat_map(move |j| (0..n).map(move |i| (i, j)));
+        places.filter(move |at| matrix[*at] != 0.0)
+    });
+    joined_by(n, elements.chain(entries))
+}
+
+/// The numbers below n in groups that pairs join, each rising.
+pub(crate) fn joined_by(n: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..n).collect();
     fn root(parent: &mut [usize], mut i: usize) -> usize {
         while parent[i] != i {
@@ -27,23 +42,9 @@ pub(crate) fn groups(system: &System, kinds: &[MatrixKind]) -> Vec<Vec<usize>> {
         }
         i
     }
-    let mut join = |i: usize, j: usize| {
+    for (i, j) in pairs {
         let (a, b) = (root(&mut parent, i), root(&mut parent, j));
         parent[a.max(b)] = a.min(b);
-    };
-    for element in system.springs().iter().chain(system.dampers()) {
-        if let (Node::Coordinate(i), Node::Coordinate(j)) = (element.first, element.second)
-            && element.coefficient != 0.0
-        {
-            join(i, j);
-        }
-    }
-    for matrix in kinds.iter().filter_map(|kind| system.added(*kind)) {
-        for j in 0..n {
-            for i in (0..n).filter(|i| *i != j && matrix[(*i, j)] != 0.0) {
-                join(i, j);
-            }
-        }
     }
     let mut groups = vec![Vec::new(); n];
     for i in 0..n {
@@ -70,10 +71,6 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
         });
         moved.collect()
     };
-    let block = |matrix: MatRef<'_, f64>| {
-        let k = coordinates.len();
-        Mat::from_fn(k, k, |i, j| matrix[(coordinates[i], coordinates[j])])
-    };
     System::assemble(
         coordinates
             .iter()
@@ -82,7 +79,7 @@ pub(crate) fn part(system: &System, coordinates: &[usize]) -> System {
         coordinates.iter().map(|i| system.masses()[*i]).collect(),
         within(system.springs()),
         within(system.dampers()),
-        KINDS.map(|kind| system.added(kind).map(block)),
+        KINDS.map(|kind| system.model().added_whole(kind).block(coordinates)),
     )
 }
 

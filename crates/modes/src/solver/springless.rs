@@ -4,7 +4,7 @@
 
 use num_complex::Complex;
 
-use crate::model::MatrixKind;
+use crate::model::{Added, MatrixKind};
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
@@ -84,13 +84,17 @@ fn has_no_springs(system: &System) -> bool {
 
 /// The dampers for springs, and no dampers.
 fn turned(system: &System) -> System {
-    let added = |kind| system.added(kind).map(|matrix| matrix.to_owned());
+    let added = |kind| system.model().added_whole(kind).clone();
     System::assemble(
         system.names().to_vec(),
         system.masses().to_vec(),
         system.dampers().to_vec(),
         Vec::new(),
-        [added(MatrixKind::Mass), None, added(MatrixKind::Damping)],
+        [
+            added(MatrixKind::Mass),
+            Added::default(),
+            added(MatrixKind::Damping),
+        ],
     )
 }
 

@@ -9,6 +9,7 @@ use eigentone_digits::{DoubleDouble, Real, Wide};
 use num_complex::Complex;
 
 use crate::model::{Element, MatrixKind, Node};
+use crate::structure::symmetric::is_symmetric;
 use crate::system::System;
 
 use super::entry::Entry;
@@ -61,26 +62,23 @@ impl Form {
         for element in elements.iter().filter(|element| element.coefficient != 0.0) {
             form.element(element);
         }
+        if !is_symmetric(system.model(), kind) {
+            return None;
+        }
         if let Some(matrix) = system.added(kind) {
             for j in 0..system.len() {
                 for i in 0..system.len() {
-                    if matrix[(i, j)] != matrix[(j, i)] {
-                        return None;
-                    }
                     form.entry(i, j, matrix[(i, j)]);
                 }
             }
         }
         if let Some(matrix) = system.added_sparse(kind) {
-            for j in 0..system.len() {
-                let rows = matrix.row_idx_of_col_raw(j);
-                for (&i, &value) in rows.iter().zip(matrix.val_of_col(j)) {
-                    if matrix.get(j, i).copied().unwrap_or(0.0) != value {
-                        return None;
-                    }
-                    form.entry(i, j, value);
-                }
+            for entry in matrix.triplet_iter() {
+                form.entry(entry.row, entry.col, *entry.val);
             }
+        }
+        for tail in system.model().tails(kind) {
+            form.entry(tail.row, tail.column, tail.value);
         }
         let of_one_sign = |ground: &DoubleDouble| ground.high() >= 0.0;
         form.non_negative =

@@ -84,7 +84,14 @@ fn differ_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> bool {
         let rounding = 4.0 * (terms + 8) as f64 * f64::EPSILON;
         size.is_finite() && sum.abs() > rounding * size
     };
-    (0..m.len()).any(|i| (0..i).any(|j| differs(i, j)))
+    // Of each pair that has a node in common, once.
+    let mut met = vec![usize::MAX; m.len()];
+    (0..m.len()).any(|i| {
+        let joined = |i: usize| c.row(i).chain(k.row(i)).map(|entry| entry.0);
+        joined(i).any(|l| {
+            joined(l).any(|j| j < i && std::mem::replace(&mut met[j], i) != i && differs(i, j))
+        })
+    })
 }
 
 /// Whether one of three symmetric matrices is a combination of the others: their entries, taken as

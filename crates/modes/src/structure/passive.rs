@@ -9,7 +9,7 @@ use crate::model::Model;
 pub(crate) enum Passive {
     /// Every spring and damper, parallel ones added up, is ≥ 0, and so is every mass.
     Elements,
-    /// Matrices were added, and each sum was proved positive semidefinite.
+    /// Matrices were added, or elements act at points, and each sum was proved positive semidefinite.
     Matrices,
 }
 
@@ -21,12 +21,15 @@ pub(crate) fn passive(model: &Model, coefficients: &Coefficients) -> Option<Pass
         (MatrixKind::Damping, &coefficients.damping),
         (MatrixKind::Stiffness, &coefficients.stiffness),
     ];
-    let proved = parts.iter().all(|&(kind, part)| match model.added(kind) {
-        Some(_) => part.semidefinite_rank().is_some(),
-        None => part
-            .network
-            .as_ref()
-            .is_some_and(|network| network.is_non_negative()),
+    let proved = parts.iter().all(|&(kind, part)| {
+        model.is_sum_of_squares(kind)
+            || match model.is_of_elements(kind) {
+                true => part
+                    .network
+                    .as_ref()
+                    .is_some_and(|network| network.is_non_negative()),
+                false => part.semidefinite_rank().is_some(),
+            }
     });
     let elements_alone = parts.iter().all(|&(kind, _)| model.is_of_elements(kind));
     proved.then_some(if elements_alone {

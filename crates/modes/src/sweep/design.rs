@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::model::{Element, MatrixKind, Node};
+use crate::model::{Element, ElementKind, MatrixKind, Node};
 use crate::system::Parameter;
 use crate::system::System;
 
@@ -28,12 +28,22 @@ impl Design {
         if let Some(kind) = kinds.into_iter().find(|kind| system.added(*kind).is_some()) {
             return Err(DesignError::Matrix { kind });
         }
+        let elements = [
+            (ElementKind::Spring, system.springs()),
+            (ElementKind::Damper, system.dampers()),
+        ];
+        for (kind, between) in elements {
+            if system.model().element_count(kind) != between.len() {
+                return Err(DesignError::AtRest { kind });
+            }
+        }
         let mut design = Design {
             masses: system.masses().to_vec(),
             springs: system.springs().to_vec(),
             dampers: system.dampers().to_vec(),
         };
-        for parameter in Parameter::all(system) {
+        let settable = |parameter: &Parameter| !matches!(parameter, Parameter::PointMass(_));
+        for parameter in Parameter::all(system).into_iter().filter(settable) {
             if let Some(value) = parameter.value(system) {
                 design.set(parameter, value)?;
             }
@@ -52,7 +62,7 @@ impl Design {
             Parameter::Mass(i) => (self.masses.get_mut(i), f64::MIN_POSITIVE),
             Parameter::Spring(i) => (coefficient(&mut self.springs, i), 0.0),
             Parameter::Damper(i) => (coefficient(&mut self.dampers, i), 0.0),
-            Parameter::Entry { .. } => (None, 0.0),
+            Parameter::PointMass(_) | Parameter::Entry { .. } => (None, 0.0),
         };
         let place = place.ok_or(DesignError::Unknown { parameter })?;
         if !value.is_finite() || value < least {
@@ -148,11 +158,21 @@ fn coefficient(elements: &mut [Element], index: usize) -> Option<&mut f64> {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DesignError {
-    /// The system was given a whole matrix.
-    #[error("the system has a {kind} matrix: a sweep takes masses, springs and dampers alone")]
+    /// The system was given a whole matrix, or elements or masses at points make one.
+    #[error(
+        "the system has a {kind} matrix, given or made at points: a sweep takes masses, springs and dampers between coordinates alone"
+    )]
     Matrix {
         /// Which matrix.
         kind: MatrixKind,
+    },
+    /// A spring or damper joins only what stands still.
+    #[error(
+        "a {kind} moves with no coordinate: a sweep takes springs and dampers between coordinates, or from one to what stands still"
+    )]
+    AtRest {
+        /// Spring or damper.
+        kind: ElementKind,
     },
     /// The system has no such parameter, or it is the entry of a matrix.
     #[error("{parameter:?} is not a mass, spring or damper of the system")]

@@ -8,9 +8,11 @@ use faer::{Mat, MatRef};
 use thiserror::Error;
 
 use super::System;
-use super::places::{self, Places};
+use super::beams::{Beam, Continua, Rod};
+use super::damping::{ModalRatios, Rayleigh};
+use super::places::{self, GivenPoint, Joint, Places};
 use crate::model::{
-    Added, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, MatrixKind, Model,
+    Added, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, Machine, MatrixKind, Model,
 };
 use crate::structure::determinant;
 
@@ -36,27 +38,16 @@ const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKin
 #[must_use = "a builder does nothing until `build` is called"]
 pub struct SystemBuilder {
     masses: Vec<(String, f64)>,
+    /// Indices of those that are inertias.
+    rotations: Vec<usize>,
+    beams: Vec<Beam>,
+    rods: Vec<Rod>,
+    rayleigh: Option<Rayleigh>,
+    modal: Option<ModalRatios>,
     points: Vec<GivenPoint>,
     supports: Vec<String>,
     elements: Vec<Joint>,
     matrices: Vec<(MatrixKind, Entries)>,
-}
-
-/// A point as it was given.
-#[derive(Clone, Debug)]
-pub(super) struct GivenPoint {
-    pub(super) name: String,
-    pub(super) moves: Vec<(String, f64)>,
-    pub(super) mass: f64,
-}
-
-/// A spring or a damper as it was given.
-#[derive(Clone, Debug)]
-pub(super) struct Joint {
-    pub(super) kind: ElementKind,
-    pub(super) ends: [String; 2],
-    pub(super) coefficient: f64,
-    pub(super) name: Option<String>,
 }
 
 /// A matrix as it was given.
@@ -71,6 +62,85 @@ impl SystemBuilder {
     /// massless node. The order of calls is the order of the coordinates.
     pub fn mass(mut self, name: impl Into<String>, mass: f64) -> Self {
         self.masses.push((name.into(), mass));
+        self
+    }
+
+    /// Adds a coordinate `name` that is an angle in rad, with an inertia in kg·m² (0: none). It is a
+    /// [`mass`](Self::mass) in all else.
+    pub fn rotation(mut self, name: impl Into<String>, inertia: f64) -> Self {
+        self.rotations.push(self.masses.len());
+        self.mass(name, inertia)
+    }
+
+    /// Adds a beam, whose coordinates come after those of all masses. Their names may stand wherever names of masses may.
+    ///
+    /// ```
+    /// use eigentone_modes::{Beam, BeamEnd, System};
+    ///
+    /// let system = System::builder()
+    ///     .beam(Beam {
+    ///         name: "mast".to_owned(),
+    ///         length: 2.0,
+    ///         elements: 10,
+    ///         flexural_rigidity: 100.0,
+    ///         mass_per_length: 1.2,
+    ///         ends: [BeamEnd::Clamped, BeamEnd::Free],
+    ///         lumped: false,
+    ///     })
+    ///     .mass("tip", 0.5)
+    ///     .spring("mast.10.w", "tip", 30.0)
+    ///     .build()?;
+    /// assert_eq!(system.names()[..3], ["tip", "mast.1.w", "mast.1.r"]);
+    /// # Ok::<(), eigentone_modes::BuildError>(())
+    /// ```
+    pub fn beam(mut self, beam: Beam) -> Self {
+        self.beams.push(beam);
+        self
+    }
+
+    /// Adds a rod, whose coordinates come after those of all masses and beams.
+    pub fn rod(mut self, rod: Rod) -> Self {
+        self.rods.push(rod);
+        self
+    }
+
+    /// Adds Rayleigh damping αM + βK of everything in the system, α = `mass_factor` in 1/s and β = `stiffness_factor`
+    /// in s; a second call replaces the first. Exact: products are kept in two doubles.
+    ///
+    /// The part of β acts in the springs, so that supports that move pull by it too. The part of α acts on velocities
+    /// relative to the ground, those of the masses that points carry too; or, with `relative_to` a support whose displacement is u, relative to the
+    /// motion in which everything would follow that support without inertia: −αM r u′ is added to C x′, with
+    /// K r = −K_s for the column K_s of [`coupling`](System::coupling) of that support. A carried mass that moves with the support itself adds nothing then,
+    /// as its part of that motion is its own. r is 1 for every coordinate where K·1 = −K_s exactly, as in a building on
+    /// its soil, and is else solved for and kept in three doubles an entry, within 2^-159 of its largest.
+    pub fn rayleigh(
+        mut self,
+        mass_factor: f64,
+        stiffness_factor: f64,
+        relative_to: Option<&str>,
+    ) -> Self {
+        self.rayleigh = Some(Rayleigh {
+            of_mass: mass_factor,
+            of_stiffness: stiffness_factor,
+            relative_to: relative_to.map(str::to_owned),
+        });
+        self
+    }
+
+    /// Adds damping by ratios ζ of the undamped modes, those with the supports at rest: MΦ diag(2ζω) ΦᵀM for shapes Φ
+    /// of modal mass 1. The ratios are those of the lowest mode, the next one, …, rigid ones counted, and the last ratio is that of all others; a second
+    /// call replaces the first. It acts on velocities relative to the ground or to what follows a support, as the
+    /// part of α of [`rayleigh`](Self::rayleigh).
+    ///
+    /// The matrix is full, and is computed with more than forty-eight digits, of which three doubles an entry are kept. The system
+    /// has exactly that matrix: its roots differ from those of the ideal one by about 2^-159 of the largest entry, far
+    /// below the last digit unless frequencies are more than 1e30 apart; a rigid motion that nothing damps is damped by as
+    /// little, instead of not at all.
+    pub fn modal_damping(mut self, ratios: impl Into<Vec<f64>>, relative_to: Option<&str>) -> Self {
+        self.modal = Some(ModalRatios {
+            ratios: ratios.into(),
+            relative_to: relative_to.map(str::to_owned),
+        });
         self
     }
 
@@ -178,26 +248,57 @@ impl SystemBuilder {
     /// # Errors
     /// A [`BuildError`] naming the first thing that is wrong.
     pub fn build(self) -> Result<System, BuildError> {
-        let (names, masses) = self.coordinates()?;
+        let continua = Continua::of(&self.beams, &self.rods, self.masses.len())?;
+        let (names, masses) = self.coordinates(&continua)?;
         let n = names.len();
         let places = Places::of(&names, self.points, self.supports)?;
-        let mut joined = places::join(&places, self.elements)?;
+        let is_rotation = |i: &usize| self.rotations.binary_search(i).is_ok();
+        let mut is_rotation: Vec<bool> = (0..self.masses.len()).map(|i| is_rotation(&i)).collect();
+        is_rotation.extend(continua.is_rotation);
+        let damping = [self.rayleigh.is_some(), self.modal.is_some()];
+        let is_plain = !is_rotation.contains(&true)
+            && !damping.contains(&true)
+            && (self.beams.is_empty() && self.rods.is_empty());
+        let mut joined = places::join(&places, self.elements, is_plain)?;
+        joined.springs.extend(continua.springs);
+        for (kind, sum) in [
+            (MatrixKind::Mass, continua.mass),
+            (MatrixKind::Stiffness, continua.stiffness),
+        ] {
+            joined.terms[kind as usize].extend(sum.terms);
+            joined.squares[kind as usize].extend(sum.squares);
+        }
 
-        let mut added = Added::default();
+        let mut added = joined.squares.map(|squares| Added {
+            squares,
+            ..Added::default()
+        });
         for (kind, matrix) in self.matrices {
             matrix.check(kind, n)?;
+            let added = &mut added[kind as usize];
+            added.is_given = true;
             if n > MAX_DENSE_COORDINATES {
-                added.sparse[kind as usize] = Some(Arc::new(matrix.sparse()));
+                added.sparse = Some(Arc::new(matrix.sparse()));
             } else {
-                added.dense[kind as usize] = Some(matrix.dense());
+                added.dense = Some(matrix.dense());
             }
         }
-        for (kind, terms) in KINDS.into_iter().zip(std::mem::take(&mut joined.terms)) {
-            added.add(kind, n, terms);
+        for (added, terms) in added.iter_mut().zip(joined.terms) {
+            added.add(n, terms);
         }
         let mut model = Model::new(names, masses, joined.springs, joined.dampers, added);
         if let Some(machine) = joined.machine {
-            model = model.with_machine(machine);
+            model = model.with_machine(Machine {
+                is_rotation,
+                ..machine
+            });
+        }
+        let more = [
+            self.rayleigh.map(|rayleigh| rayleigh.of(&model)),
+            self.modal.map(|modal| modal.of(&model)),
+        ];
+        for more in more.into_iter().flatten() {
+            model = model.with_damping(more?);
         }
         for kind in KINDS {
             if let Some((row, column)) = overflow(&model, kind) {
@@ -210,9 +311,10 @@ impl SystemBuilder {
         Ok(model.into())
     }
 
-    /// Names and masses of the coordinates, from the masses or else from the matrices' order.
-    fn coordinates(&self) -> Result<(Vec<String>, Vec<f64>), BuildError> {
-        if self.masses.is_empty() {
+    /// Names and masses of the coordinates: of the masses, then of beams and rods; without any, from the matrices'
+    /// order.
+    fn coordinates(&self, continua: &Continua) -> Result<(Vec<String>, Vec<f64>), BuildError> {
+        if self.masses.is_empty() && continua.names.is_empty() {
             let n = match self.matrices.first() {
                 Some((kind, matrix)) => match matrix.shape() {
                     (rows, columns) if rows != columns => {
@@ -230,9 +332,12 @@ impl SystemBuilder {
             check_count(n)?;
             return Ok(((1..=n).map(|i| format!("x{i}")).collect(), vec![0.0; n]));
         }
-        check_count(self.masses.len())?;
+        check_count(self.masses.len() + continua.names.len())?;
+        let beside = continua.names.iter().zip(&continua.masses);
+        let all = self.masses.iter().map(|(name, mass)| (name, mass));
+        let all = all.chain(beside);
         let mut seen = HashMap::new();
-        for (index, (name, mass)) in self.masses.iter().enumerate() {
+        for (index, (name, mass)) in all.clone().enumerate() {
             if name.is_empty() {
                 return Err(BuildError::EmptyName { index });
             }
@@ -254,11 +359,7 @@ impl SystemBuilder {
                 });
             }
         }
-        Ok(self
-            .masses
-            .iter()
-            .map(|(name, mass)| (name.clone(), mass.abs()))
-            .unzip())
+        Ok(all.map(|(name, mass)| (name.clone(), mass.abs())).unzip())
     }
 }
 
@@ -498,6 +599,92 @@ pub enum BuildError {
     PointRange {
         /// Which spring, damper or mass.
         what: String,
+    },
+    /// A number of a beam or a rod is out of range.
+    #[error(
+        "the {what} of {name:?} is {value:?}: a length and a rigidity must be finite numbers > 0, a mass per length a finite number ≥ 0, and there must be an element"
+    )]
+    Continuum {
+        /// The beam or the rod.
+        name: String,
+        /// Which number.
+        what: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// What the elements of a beam or a rod are made of is beyond the range of doubles.
+    #[error(
+        "the elements of {name:?} leave the range of doubles: choose units that make the numbers neither so large nor so small"
+    )]
+    ContinuumRange {
+        /// The beam or the rod.
+        name: String,
+    },
+    /// A factor of Rayleigh damping or a ratio is infinite or NaN.
+    #[error("a factor or ratio of the damping is {value:?}: it must be a finite number")]
+    DampingNotFinite {
+        /// The value given.
+        value: f64,
+    },
+    /// What a factor makes of a mass or a spring is beyond the range of doubles.
+    #[error(
+        "the products of damping factors with masses and springs leave the range of doubles: choose units that make the numbers neither so large nor so small"
+    )]
+    DampingRange,
+    /// Damping is relative to a name that is no support.
+    #[error("damping is relative to {name:?}, which is not a support: supports are [{known}]")]
+    NotASupport {
+        /// The name given.
+        name: String,
+        /// The supports.
+        known: String,
+    },
+    /// Nothing tells how the structure follows a support, as springs do not hold it.
+    #[error(
+        "damping is relative to {name:?}, but springs do not tell how everything follows it: K is singular"
+    )]
+    NotHeld {
+        /// The support.
+        name: String,
+    },
+    /// The motion that follows a support takes too long to compute.
+    #[error(
+        "damping is relative to a support that {count} coordinates do not all follow alike: at most {most} may"
+    )]
+    FollowSize {
+        /// How many coordinates there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// Modal damping without a ratio.
+    #[error("modal damping has no ratio: give at least one")]
+    NoRatios,
+    /// Modal damping takes too long to compute.
+    #[error("modal damping takes all modes of {count} coordinates: at most {most} are possible")]
+    ModalSize {
+        /// How many coordinates there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The undamped modes are no real oscillations.
+    #[error("modal damping needs real undamped modes, but {reason}")]
+    NoModes {
+        /// Why not.
+        reason: &'static str,
+    },
+    /// Modes of one frequency, whose shapes are not determined, have different ratios.
+    #[error(
+        "modes {mode} and the next one have the same frequency, {frequency} rad/s, but the ratios {} and {}: their damping is not determined; give both the same ratio", ratios[0], ratios[1]
+    )]
+    EqualModes {
+        /// The first of them, from 0.
+        mode: usize,
+        /// In rad/s.
+        frequency: f64,
+        /// The two ratios.
+        ratios: [f64; 2],
     },
     /// A matrix does not have one row and one column for each coordinate.
     #[error("the {kind} matrix is {rows} × {columns}: it must be {expected} × {expected}")]

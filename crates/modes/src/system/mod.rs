@@ -1,7 +1,9 @@
 //! A checked system: a model, and what is proved of it when first asked for. Modes are computed above it. It knows
-//! `model` and `structure`.
+//! `linear`, `model`, `exact` and `structure`.
 
+mod beams;
 mod builder;
+mod damping;
 mod parameter;
 mod places;
 
@@ -11,10 +13,12 @@ use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatRef};
 
 use crate::model::{
-    Added, Element, ElementKind, Form, GROUND, GivenElement, MatrixKind, Model, Point, Term,
+    Added, CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MatrixKind, Model,
+    Point, Term,
 };
 use crate::structure::Structure;
 
+pub use beams::{Beam, BeamEnd, Rod, RodEnd};
 pub use builder::{BuildError, SystemBuilder};
 pub use parameter::Parameter;
 pub(crate) use parameter::Place;
@@ -58,7 +62,7 @@ impl System {
         masses: Vec<f64>,
         springs: Vec<Element>,
         dampers: Vec<Element>,
-        added: impl Into<Added>,
+        added: [impl Into<Added>; 3],
     ) -> System {
         Model::new(names, masses, springs, dampers, added).into()
     }
@@ -83,6 +87,12 @@ impl System {
         self.model.index_of(name)
     }
 
+    /// What the coordinate of this index measures: a displacement, or an angle if it was given by
+    /// [`rotation`](SystemBuilder::rotation) or is that of a node of a [`Beam`].
+    pub fn kind_of(&self, index: usize) -> CoordinateKind {
+        self.model.kind_of(index)
+    }
+
     /// The points, in the order given.
     pub fn points(&self) -> &[Point] {
         self.model.machine().map_or(&[], |machine| &machine.points)
@@ -90,9 +100,7 @@ impl System {
 
     /// The names of the supports, in the order given.
     pub fn supports(&self) -> &[String] {
-        self.model
-            .machine()
-            .map_or(&[], |machine| &machine.supports)
+        self.model.supports()
     }
 
     /// The displacement of a coordinate, point or support by its name, or of the ground, which has none.
@@ -110,19 +118,8 @@ impl System {
 
     /// All springs, or all dampers, as they were given: those at points and supports too.
     pub fn elements(&self, kind: ElementKind) -> Vec<GivenElement> {
-        if let Some(machine) = self.model.machine() {
-            return machine.elements(kind).to_vec();
-        }
-        let elements = match kind {
-            ElementKind::Spring => self.springs(),
-            ElementKind::Damper => self.dampers(),
-        };
-        let given = elements.iter().map(|element| GivenElement {
-            name: None,
-            stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
-            coefficient: element.coefficient,
-        });
-        given.collect()
+        let all = 0..self.model.element_count(kind);
+        all.filter_map(|i| self.model.element(kind, i)).collect()
     }
 
     /// The spring or damper of this name: its kind and its index among [`elements`](Self::elements) of that kind.
@@ -140,9 +137,7 @@ impl System {
     /// What unit motions of the supports add to M x″ (accelerations), C x′ (velocities) or K x (displacements): terms
     /// whose columns are the [supports](Self::supports), each entry being the exact sum of those in its place.
     pub fn coupling(&self, kind: MatrixKind) -> &[Term] {
-        self.model
-            .machine()
-            .map_or(&[], |machine| &machine.couplings[kind as usize])
+        self.model.coupling(kind)
     }
 
     /// The lumped mass on each coordinate, in kg; an added mass matrix is not included.
@@ -151,12 +146,15 @@ impl System {
     }
 
     /// The springs between coordinates, and those from one to the ground or a support, which stands still in modes; in
-    /// the order given. What acts at points is part of the [added](Self::added) matrices.
+    /// the order given, and after them those that rods are made of. What acts at points, and beams, are part of the
+    /// [added](Self::added) matrices. [`elements`](Self::elements) has the ones that were given.
     pub fn springs(&self) -> &[Element] {
         self.model.springs()
     }
 
-    /// The dampers, as [`springs`](Self::springs).
+    /// The dampers, as [`springs`](Self::springs), and after them those that
+    /// [Rayleigh damping](SystemBuilder::rayleigh) makes of springs and masses. [`elements`](Self::elements) has the ones
+    /// that were given.
     pub fn dampers(&self) -> &[Element] {
         self.model.dampers()
     }

@@ -1,6 +1,6 @@
 //! The numbers a system is made of, one by one.
 
-use crate::model::{Element, MatrixKind, Node};
+use crate::model::{ElementKind, Form, GivenElement, MatrixKind};
 use crate::system::System;
 
 /// One number of a system: what derivatives are taken with respect to. Indices count from 0.
@@ -9,9 +9,11 @@ use crate::system::System;
 pub enum Parameter {
     /// The lumped mass on this coordinate, in kg.
     Mass(usize),
-    /// The stiffness of this one of [`System::springs`], in N/m.
+    /// The mass that moves with this one of [`System::points`], in kg.
+    PointMass(usize),
+    /// The stiffness of this one of the springs as given, [`System::elements`], in N/m.
     Spring(usize),
-    /// The damping of this one of [`System::dampers`], in N·s/m.
+    /// The damping of this one of the dampers as given, [`System::elements`], in N·s/m.
     Damper(usize),
     /// One entry of M, C or K by itself. A symmetric change off the diagonal is the sum of two.
     Entry {
@@ -24,24 +26,27 @@ pub enum Parameter {
     },
 }
 
-/// Where a parameter p enters: Q(λ) holds p·λ^power·(e_l1 − e_l2)(e_r1 − e_r2)ᵀ, with e of the
-/// ground = 0.
-#[derive(Clone, Copy, Debug)]
+/// Where a parameter p enters: Q(λ) holds p·λ^power·l rᵀ, with l and r by index and coefficient. An index may come
+/// more than once.
+#[derive(Clone, Debug)]
 pub(crate) struct Place {
     pub(crate) power: usize,
-    pub(crate) left: [Node; 2],
-    pub(crate) right: [Node; 2],
+    pub(crate) left: Vec<(usize, f64)>,
+    pub(crate) right: Vec<(usize, f64)>,
 }
 
 impl Parameter {
-    /// All parameters of a system: each lumped mass (those of 0 too), each spring, each damper, and
-    /// each entry of the added matrices that is not 0.
+    /// All parameters of a system: each lumped mass (those of 0 too), each mass of a point, each spring, each damper, and
+    /// each entry that is not 0 of a matrix that was given.
     pub fn all(system: &System) -> Vec<Parameter> {
         let mut all: Vec<Parameter> = (0..system.len()).map(Parameter::Mass).collect();
-        all.extend((0..system.springs().len()).map(Parameter::Spring));
-        all.extend((0..system.dampers().len()).map(Parameter::Damper));
+        let count = |kind| system.model().element_count(kind);
+        all.extend((0..system.points().len()).map(Parameter::PointMass));
+        all.extend((0..count(ElementKind::Spring)).map(Parameter::Spring));
+        all.extend((0..count(ElementKind::Damper)).map(Parameter::Damper));
         for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
-            let Some(matrix) = system.added(kind) else {
+            let added = system.model().added_whole(kind);
+            let Some(matrix) = added.dense.as_ref().filter(|_| added.is_given) else {
                 continue;
             };
             for row in 0..system.len() {
@@ -52,13 +57,15 @@ impl Parameter {
         all
     }
 
-    /// Its value in a system, or `None` if the system has no such parameter. Of an entry it is the
-    /// part that was [added](System::added) as a matrix, 0 if none was.
+    /// Its value in a system, or `None` if the system has no such parameter. Of an entry it is that of the
+    /// [added](System::added) matrix, 0 if there is none.
     pub fn value(self, system: &System) -> Option<f64> {
+        let element = |kind, i| Some(system.model().element(kind, i)?.coefficient);
         match self {
             Parameter::Mass(i) => system.masses().get(i).copied(),
-            Parameter::Spring(i) => system.springs().get(i).map(|spring| spring.coefficient),
-            Parameter::Damper(i) => system.dampers().get(i).map(|damper| damper.coefficient),
+            Parameter::PointMass(i) => system.points().get(i).map(|point| point.mass),
+            Parameter::Spring(i) => element(ElementKind::Spring, i),
+            Parameter::Damper(i) => element(ElementKind::Damper, i),
             Parameter::Entry { kind, row, column } => (row.max(column) < system.len()).then(|| {
                 system
                     .added(kind)
@@ -68,17 +75,25 @@ impl Parameter {
     }
 
     pub(crate) fn place(self, system: &System) -> Option<Place> {
-        let alone = |i: usize| (i < system.len()).then_some([Node::Coordinate(i), Node::Ground]);
-        let symmetric = |power: usize, ends: [Node; 2]| Place {
+        let alone = |i: usize| (i < system.len()).then(|| vec![(i, 1.0)]);
+        let symmetric = |power: usize, form: Vec<(usize, f64)>| Place {
             power,
-            left: ends,
-            right: ends,
+            left: form.clone(),
+            right: form,
         };
-        let ends = |element: &Element| [element.first, element.second];
+        let stretch = |kind, i| -> Option<Vec<(usize, f64)>> {
+            let GivenElement { stretch, .. } = system.model().element(kind, i)?;
+            let Form { coordinates, .. } = stretch;
+            Some(coordinates)
+        };
         match self {
             Parameter::Mass(i) => Some(symmetric(2, alone(i)?)),
-            Parameter::Damper(i) => Some(symmetric(1, ends(system.dampers().get(i)?))),
-            Parameter::Spring(i) => Some(symmetric(0, ends(system.springs().get(i)?))),
+            Parameter::PointMass(i) => {
+                let form = &system.points().get(i)?.form;
+                Some(symmetric(2, form.coordinates.clone()))
+            }
+            Parameter::Damper(i) => Some(symmetric(1, stretch(ElementKind::Damper, i)?)),
+            Parameter::Spring(i) => Some(symmetric(0, stretch(ElementKind::Spring, i)?)),
             Parameter::Entry { kind, row, column } => Some(Place {
                 power: match kind {
                     MatrixKind::Mass => 2,
@@ -96,6 +111,7 @@ impl std::fmt::Display for Parameter {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Parameter::Mass(i) => write!(f, "mass {i}"),
+            Parameter::PointMass(i) => write!(f, "mass of point {i}"),
             Parameter::Spring(i) => write!(f, "spring {i}"),
             Parameter::Damper(i) => write!(f, "damper {i}"),
             Parameter::Entry { kind, row, column } => {

@@ -3,10 +3,27 @@
 use std::collections::{HashMap, HashSet};
 
 use super::BuildError;
-use super::builder::{GivenPoint, Joint};
 use crate::model::{
-    Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node, Point, Term,
+    Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node, Point, Square,
+    Term,
 };
+
+/// A point as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct GivenPoint {
+    pub(super) name: String,
+    pub(super) moves: Vec<(String, f64)>,
+    pub(super) mass: f64,
+}
+
+/// A spring or a damper as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) kind: ElementKind,
+    pub(super) ends: [String; 2],
+    pub(super) coefficient: f64,
+    pub(super) name: Option<String>,
+}
 
 /// Everything an element may end at.
 pub(super) struct Places<'a> {
@@ -98,10 +115,6 @@ impl<'a> Places<'a> {
         Ok(Point { name, form, mass })
     }
 
-    fn has(&self, name: &str) -> bool {
-        self.node(name).is_some() || self.points.iter().any(|point| point.name == name)
-    }
-
     /// A place that is not a point; a support stands still as the ground does.
     fn node(&self, name: &str) -> Option<Node> {
         let coordinate = self.index.get(name).map(|&i| Node::Coordinate(i));
@@ -142,31 +155,41 @@ pub(super) struct Joined {
     pub(super) dampers: Vec<Element>,
     /// What the other ones, and the masses of points, add to M, C and K.
     pub(super) terms: [Vec<Term>; 3],
+    pub(super) squares: [Vec<Square>; 3],
     /// Absent where nothing but coordinates was given.
     pub(super) machine: Option<Machine>,
 }
 
-/// Finds the ends of all elements.
-pub(super) fn join(places: &Places<'_>, elements: Vec<Joint>) -> Result<Joined, BuildError> {
-    let mut machine = Machine {
+/// Finds the ends of all elements. What is not `is_plain` has more than coordinates and elements between them.
+pub(super) fn join(
+    places: &Places<'_>,
+    elements: Vec<Joint>,
+    is_plain: bool,
+) -> Result<Joined, BuildError> {
+    let named = elements.iter().any(|element| element.name.is_some());
+    let is_plain = is_plain && places.points.is_empty() && places.supports.is_empty() && !named;
+    let machine = Machine {
         points: places.points.clone(),
         supports: places.supports.clone(),
         ..Machine::default()
     };
-    let named = elements.iter().any(|element| element.name.is_some());
-    let is_plain = places.points.is_empty() && places.supports.is_empty() && !named;
-    let (mut springs, mut dampers) = (Vec::new(), Vec::new());
-    let mut terms: [Vec<Term>; 3] = Default::default();
+    let mut joined = Joined {
+        springs: Vec::new(),
+        dampers: Vec::new(),
+        terms: Default::default(),
+        squares: Default::default(),
+        machine: (!is_plain).then_some(machine),
+    };
     let mut names = HashSet::new();
     let mut counts = [0, 0];
     for element in elements {
         let kind = element.kind;
-        let count = &mut counts[kind as usize];
-        let (index, coefficient) = (*count, element.coefficient);
-        *count += 1;
-        let [first, second] = &element.ends;
-        for name in [first, second] {
-            if !places.has(name) {
+        let index = counts[kind as usize];
+        counts[kind as usize] += 1;
+        let ends = element.ends.each_ref().map(|name| places.node(name));
+        let is_point = |name: &String| places.points.iter().any(|point| point.name == *name);
+        for (name, node) in element.ends.iter().zip(ends) {
+            if node.is_none() && !is_point(name) {
                 return Err(BuildError::UnknownNode {
                     kind,
                     index,
@@ -175,15 +198,15 @@ pub(super) fn join(places: &Places<'_>, elements: Vec<Joint>) -> Result<Joined, 
                 });
             }
         }
-        if first == second {
-            let name = first.clone();
+        if element.ends[0] == element.ends[1] {
+            let [name, _] = element.ends;
             return Err(BuildError::SelfJoined { kind, index, name });
         }
-        if !coefficient.is_finite() {
+        if !element.coefficient.is_finite() {
             return Err(BuildError::ElementNotFinite {
                 kind,
                 index,
-                value: coefficient,
+                value: element.coefficient,
             });
         }
         if let Some(name) = element.name.clone()
@@ -191,69 +214,87 @@ pub(super) fn join(places: &Places<'_>, elements: Vec<Joint>) -> Result<Joined, 
         {
             return Err(BuildError::ElementName { kind, index, name });
         }
-        let (matrix, list, given) = match kind {
-            ElementKind::Spring => (MatrixKind::Stiffness, &mut springs, &mut machine.springs),
-            ElementKind::Damper => (MatrixKind::Damping, &mut dampers, &mut machine.dampers),
+        joined.take(places, element, ends, index)?;
+    }
+    for point in &places.points {
+        let what = || format!("the mass of point {:?}", point.name);
+        joined.add(MatrixKind::Mass, &point.form, point.mass, what)?;
+    }
+    Ok(joined)
+}
+
+impl Joined {
+    /// An element whose ends are known; those that are points have no node.
+    fn take(
+        &mut self,
+        places: &Places<'_>,
+        element: Joint,
+        ends: [Option<Node>; 2],
+        index: usize,
+    ) -> Result<(), BuildError> {
+        let (kind, coefficient) = (element.kind, element.coefficient);
+        let (matrix, list) = match kind {
+            ElementKind::Spring => (MatrixKind::Stiffness, &mut self.springs),
+            ElementKind::Damper => (MatrixKind::Damping, &mut self.dampers),
         };
-        let ends = [first, second].map(|name| places.node(name));
-        if is_plain && let [Some(first), Some(second)] = ends {
-            list.push(Element {
-                first,
-                second,
-                coefficient,
-            });
-            continue;
-        }
-        let [from, to] = [first, second].map(|name| places.form(name).expect("looked up above"));
-        let stretch = to.minus(&from);
-        let direct = match ends {
-            [Some(Node::Ground), Some(Node::Ground)] => None,
-            [Some(first), Some(second)] => Some(Element {
+        let between = match ends {
+            [Some(first), Some(second)] if first != second => Some(Element {
                 first,
                 second,
                 coefficient,
             }),
-            _ => stretch.element(coefficient),
+            _ => None,
         };
+        let Some(machine) = &mut self.machine else {
+            list.extend(between);
+            return Ok(());
+        };
+        let [from, to] = element
+            .ends
+            .each_ref()
+            .map(|name| places.form(name).expect("looked up before"));
+        let stretch = to.minus(&from);
+        let direct = between.or_else(|| stretch.element(coefficient));
         list.extend(direct);
-        if direct.is_none() || !stretch.supports.is_empty() {
-            let what = || format!("{kind} {index}");
-            let [own, coupling] = within_range(&stretch, coefficient, what)?;
-            if direct.is_none() {
-                terms[matrix as usize].extend(own);
-            }
-            machine.couplings[matrix as usize].extend(coupling);
-        }
+        let given = match kind {
+            ElementKind::Spring => &mut machine.springs,
+            ElementKind::Damper => &mut machine.dampers,
+        };
         given.push(GivenElement {
             name: element.name,
-            stretch,
+            stretch: stretch.clone(),
             coefficient,
         });
+        if direct.is_some() && stretch.supports.is_empty() {
+            return Ok(());
+        }
+        let before = self.terms[matrix as usize].len();
+        self.add(matrix, &stretch, coefficient, || format!("{kind} {index}"))?;
+        if direct.is_some() {
+            self.terms[matrix as usize].truncate(before);
+            self.squares[matrix as usize].pop();
+        }
+        Ok(())
     }
-    for point in &places.points {
-        let what = || format!("the mass of point {:?}", point.name);
-        let [own, coupling] = within_range(&point.form, point.mass, what)?;
-        terms[MatrixKind::Mass as usize].extend(own);
-        machine.couplings[MatrixKind::Mass as usize].extend(coupling);
-    }
-    Ok(Joined {
-        springs,
-        dampers,
-        terms,
-        machine: (!is_plain).then_some(machine),
-    })
-}
 
-fn within_range(
-    form: &Form,
-    coefficient: f64,
-    what: impl Fn() -> String,
-) -> Result<[Vec<Term>; 2], BuildError> {
-    let mut terms = form
-        .terms(coefficient)
-        .ok_or_else(|| BuildError::PointRange { what: what() })?;
-    for terms in &mut terms {
-        terms.retain(|term| term.value != 0.0);
+    /// coefficient·a aᵀ of a form, and what couples it to supports.
+    fn add(
+        &mut self,
+        matrix: MatrixKind,
+        form: &Form,
+        coefficient: f64,
+        what: impl Fn() -> String,
+    ) -> Result<(), BuildError> {
+        let terms = form.terms(coefficient);
+        let [own, coupling] = terms.ok_or_else(|| BuildError::PointRange { what: what() })?;
+        self.terms[matrix as usize].extend(own);
+        self.squares[matrix as usize].push(Square {
+            coefficient,
+            form: form.coordinates.clone(),
+        });
+        if let Some(machine) = &mut self.machine {
+            machine.couplings[matrix as usize].extend(coupling);
+        }
+        Ok(())
     }
-    Ok(terms)
 }

@@ -1,6 +1,6 @@
 //! What elements at points add to the matrices, without rounding.
 
-use eigentone_modes::{ElementKind, GROUND, MatrixKind, System};
+use eigentone_modes::{ElementKind, GROUND, MatrixKind, Parameter, Sensitivity, System};
 
 /// Springs of 1e8 and 1 on points at right angles: the soft one keeps its last digit. λ² = −k(0.8² + 0.6²), with
 /// 0.8 and 0.6 the doubles next to them.
@@ -88,4 +88,101 @@ fn carried_masses_couple_to_supports() {
     assert_eq!(system.mass_matrix()[(0, 0)], 3.0);
     let coupling = system.coupling(MatrixKind::Mass);
     assert_eq!(coupling.iter().map(|term| term.value).sum::<f64>(), 1.0);
+}
+
+/// Two levers, of which one is softer by a part that the double of its matrix does not show: their roots differ, and none
+/// is taken for double.
+#[test]
+fn parts_that_differ_below_a_double_are_told_apart() {
+    let lever = |builder: eigentone_modes::SystemBuilder, name: &str, soft: f64| {
+        let (point, next) = (format!("{name} point"), format!("{name} next"));
+        builder
+            .mass(name, 1.0)
+            .mass(&next, 1.0)
+            .point(&point, [(name, 1.0), (&next, -0.5)], 0.0)
+            .spring(GROUND, &point, 1e18)
+            .spring(GROUND, &point, soft)
+            .spring(GROUND, name, 1.0)
+    };
+    let both = |soft| {
+        let system = lever(lever(System::builder(), "a", 0.0), "b", soft);
+        system.build().expect("a system").modes().expect("modes")
+    };
+    let same = both(0.0);
+    assert_eq!(same.as_slice()[0].multiplicity(), Some(2));
+    for mode in both(1.0).iter() {
+        assert_ne!(mode.multiplicity(), Some(2));
+    }
+}
+
+/// Forms with positive coefficients are squares, however many there are.
+#[test]
+fn large_machines_of_levers_are_passive() {
+    let n = 4100;
+    let name = |i: usize| format!("m{i}");
+    let levers = (0..n).fold(System::builder(), |builder, i| builder.mass(name(i), 1.0));
+    let levers = (1..n).fold(levers, |builder, i| {
+        let point = format!("p{i}");
+        let moves = [(name(i - 1), 0.3), (name(i), -1.1)];
+        builder
+            .point(&point, moves, 0.1)
+            .spring(&point, GROUND, 2.0)
+            .damper(&point, GROUND, 0.1)
+    });
+    assert!(
+        levers
+            .clone()
+            .build()
+            .expect("a system")
+            .structure()
+            .is_passive()
+    );
+    let pushed = levers
+        .spring("p1", GROUND, -1e-9)
+        .build()
+        .expect("a system");
+    assert!(!pushed.structure().is_passive());
+}
+
+/// ∂ω/∂k = (aᵀx)²/2ω and ∂ω/∂m = −ω(aᵀx)²/2 for shapes of modal mass 1, of elements at points by name.
+#[test]
+fn sensitivities_at_points() {
+    let build = |k: f64, m: f64| {
+        System::builder()
+            .mass("x", 2.0)
+            .mass("y", 1.0)
+            .point("p", [("x", 0.6), ("y", -0.3)], m)
+            .spring(GROUND, "x", 3.0)
+            .spring("p", "y", k)
+            .named("link")
+            .spring(GROUND, "y", 1.0)
+            .build()
+            .expect("a system")
+    };
+    let system = build(5.0, 0.5);
+    let Some((ElementKind::Spring, link)) = system.element_of("link") else {
+        panic!("there is a link");
+    };
+    let modes = system.modes().expect("modes");
+    let frequency = |k: f64, m: f64, mode: usize| {
+        let modes = build(k, m).modes().expect("modes");
+        modes.as_slice()[mode]
+            .natural_frequency()
+            .radians_per_second()
+    };
+    let step = 1e-4;
+    for (i, mode) in modes.iter().enumerate() {
+        let sensitivity = Sensitivity::of(&system, mode).expect("a simple root");
+        let to = |parameter| {
+            let derivative = sensitivity.to(parameter).expect("there is one");
+            derivative.natural_frequency().expect("it swings")
+        };
+        let by_k = (frequency(5.0 + step, 0.5, i) - frequency(5.0 - step, 0.5, i)) / (2.0 * step);
+        let by_m = (frequency(5.0, 0.5 + step, i) - frequency(5.0, 0.5 - step, i)) / (2.0 * step);
+        assert!((to(Parameter::Spring(link)) - by_k).abs() < 1e-8);
+        assert!((to(Parameter::PointMass(0)) - by_m).abs() < 1e-8);
+    }
+    let all = Parameter::all(&system);
+    assert_eq!(all.len(), 2 + 1 + 3);
+    assert_eq!(Parameter::Spring(link).value(&system), Some(5.0));
 }

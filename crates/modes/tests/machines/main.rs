@@ -1,4 +1,7 @@
-//! Points and supports: linear forms in place of coordinates at the ends of elements.
+//! Points and supports, beams and rods, damping in proportion and by ratios, and kinds of coordinate.
 
+mod beams;
+mod damping;
 mod errors;
 mod forms;
+mod kinds;

@@ -1,0 +1,117 @@
+//! Machines drawn at random: points on masses and supports, nodes without mass, forms that cancel, coefficients that are
+//! twenty powers of ten apart. What is said of their roots holds against the exact determinant.
+
+use eigentone_check::Reference;
+use eigentone_modes::{Bounds, ElementKind, GROUND, Precision, System};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::coincidence::fault;
+
+/// What a machine is made of. Numbers of names are taken modulo how many there are.
+#[derive(Clone, Debug)]
+struct Drawn {
+    masses: Vec<f64>,
+    supports: usize,
+    points: Vec<(Vec<(usize, f64)>, f64)>,
+    elements: Vec<(bool, usize, usize, f64)>,
+}
+
+impl Drawn {
+    /// `None` where it is refused.
+    fn system(&self) -> Option<System> {
+        let mut names: Vec<String> = (0..self.masses.len()).map(|i| format!("m{i}")).collect();
+        names.extend((0..self.supports).map(|i| format!("s{i}")));
+        let moving = names.len();
+        names.extend((0..self.points.len()).map(|i| format!("p{i}")));
+        names.push(GROUND.to_owned());
+        let mut builder = System::builder();
+        for (name, mass) in names.iter().zip(&self.masses) {
+            builder = builder.mass(name, *mass);
+        }
+        for name in &names[self.masses.len()..moving] {
+            builder = builder.support(name);
+        }
+        for (name, (moves, mass)) in names[moving..].iter().zip(&self.points) {
+            let moves = moves.iter().map(|(i, times)| (&names[i % moving], *times));
+            builder = builder.point(name, moves, *mass);
+        }
+        for (spring, a, b, coefficient) in &self.elements {
+            let [a, b] = [a, b].map(|i| &names[i % names.len()]);
+            builder = match (a == b, spring) {
+                (true, _) => builder,
+                (_, true) => builder.spring(a, b, *coefficient),
+                (_, false) => builder.damper(a, b, *coefficient),
+            };
+        }
+        builder.build().ok()
+    }
+}
+
+fn coefficients() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        4 => (-8.0..12.0f64).prop_map(|power| 10f64.powf(power)),
+        4 => (1u8..9).prop_map(f64::from),
+        1 => -3.0..0.0f64,
+    ]
+}
+
+fn machines() -> impl Strategy<Value = Drawn> {
+    let mass = || prop_oneof![2 => Just(0.0), 3 => (1u8..4).prop_map(f64::from), 3 => 0.1..1e3f64];
+    let times = || {
+        let simple = prop::sample::select(vec![1.0, -1.0, 0.5, 0.1, 0.6, 0.8, -1.2, 3.0]);
+        prop_oneof![5 => simple, 2 => -2.0..2.0f64, 1 => Just(1e-5)]
+    };
+    let moves = vec((0..16usize, times()), 1..4);
+    let point_mass = prop_oneof![3 => Just(0.0), 1 => 0.1..10.0f64];
+    let elements = (any::<bool>(), 0..32usize, 0..32usize, coefficients());
+    let sizes = prop_oneof![3 => 1..5usize, 1 => 5..13usize];
+    (
+        sizes.prop_flat_map(move |n| vec(mass(), n)),
+        0..3usize,
+        vec((moves, point_mass), 0..5),
+        vec(elements, 1..16),
+    )
+        .prop_map(|(masses, supports, points, elements)| Drawn {
+            masses,
+            supports,
+            points,
+            elements,
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_said_of_their_roots_holds(drawn in machines()) {
+        let Some(system) = drawn.system() else {
+            return Ok(());
+        };
+        for kind in [ElementKind::Spring, ElementKind::Damper] {
+            let count = drawn.elements.iter().filter(|element| {
+                let names = system.len() + system.points().len() + system.supports().len() + 1;
+                element.0 == (kind == ElementKind::Spring) && element.1 % names != element.2 % names
+            });
+            prop_assert_eq!(system.elements(kind).len(), count.count());
+        }
+        let structure = system.structure();
+        if structure.finite_roots() == Some(0) {
+            return Ok(());
+        }
+        let Ok(truth) = Reference::with_digits(40).modes(&system) else {
+            return Ok(());
+        };
+        for precision in [Precision::default(), Precision::Double] {
+            let modes = system.modes_to(precision);
+            let modes = modes.map_err(|error| TestCaseError::fail(error.to_string()))?;
+            if modes.bounds() == Bounds::Proven || precision == Precision::Double {
+                prop_assert_eq!(fault(&truth, &modes), None, "{}: {:?}", modes.plan(), modes.as_slice());
+            }
+        }
+        if structure.is_passive() {
+            let growing = truth.eigenvalues().iter().find(|root| root.re.nearest() > 0.0);
+            prop_assert!(growing.is_none(), "{growing:?}");
+        }
+    }
+}

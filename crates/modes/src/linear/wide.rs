@@ -1,0 +1,239 @@
+//! Matrices with so many digits that what they give is right to forty-eight, whatever the condition of doubles allows:
+//! linear equations by Gaussian elimination, and all modes of a definite pair by Jacobi's rotations (Golub & Van Loan,
+//! *Matrix Computations*, §8.5).
+
+use eigentone_digits::{Real, Wide};
+
+/// 384 bits.
+pub(crate) type Number = Wide<6>;
+
+/// What is smaller than this beside what it came from is rounding, or cannot be told from it: 2^-200 leaves 184 bits.
+fn least(size: Number) -> Number {
+    size.abs().scale(-200)
+}
+
+/// A full matrix by rows.
+pub(crate) type Rows = Vec<Vec<Number>>;
+
+/// X of A X = B, all given by rows, by elimination with row interchanges; `None` where a pivot is lost beside its row.
+pub(crate) fn solve(mut a: Rows, mut b: Rows) -> Option<Rows> {
+    let n = a.len();
+    let sizes: Vec<Number> = a.iter().map(|row| largest(row.iter().copied())).collect();
+    let mut rows: Vec<usize> = (0..n).collect();
+    for k in 0..n {
+        // The pivot that is largest beside its row.
+        let share = |i: &usize| match sizes[*i].is_zero() {
+            true => Number::from(0.0),
+            false => a[*i][k].abs() / sizes[*i],
+        };
+        let best = (k..n).max_by(|i, j| {
+            let (x, y) = (share(&rows[*i]), share(&rows[*j]));
+            x.partial_cmp(&y).unwrap_or(std::cmp::Ordering::Equal)
+        })?;
+        rows.swap(k, best);
+        let pivot = rows[k];
+        if a[pivot][k].abs() <= least(sizes[pivot]) {
+            return None;
+        }
+        let (row, right) = (a[pivot].clone(), b[pivot].clone());
+        for &i in &rows[k + 1..] {
+            if a[i][k].is_zero() {
+                continue;
+            }
+            let factor = -(a[i][k] / row[k]);
+            Number::add_multiple(&mut a[i][k..], factor, &row[k..]);
+            Number::add_multiple(&mut b[i], factor, &right);
+        }
+    }
+    let mut x: Rows = vec![Vec::new(); n];
+    for k in (0..n).rev() {
+        let i = rows[k];
+        let mut row = b[i].clone();
+        for j in k + 1..n {
+            Number::add_multiple(&mut row, -a[i][j], &x[j]);
+        }
+        x[k] = row.into_iter().map(|entry| entry / a[i][k]).collect();
+    }
+    Some(x)
+}
+
+/// The modes of K x = ω²M x by rising ω²: ω², and as rows the forces M x for shapes with xᵀMx = 1. `None` where M is not
+/// positive definite. What is below 2^-200 of the largest ω² is 0.
+pub(crate) fn modes(mass: &Rows, stiffness: &Rows) -> Option<(Vec<Number>, Rows)> {
+    let n = mass.len();
+    // M = L Lᵀ, and A = L⁻¹ K L⁻ᵀ.
+    let factor = cholesky(mass)?;
+    let mut half = forward(&factor, stiffness.clone());
+    transpose(&mut half);
+    let mut a = forward(&factor, half);
+    // Columns of L Q, as rows.
+    let mut forces = factor;
+    transpose(&mut forces);
+    rotate(&mut a, &mut forces);
+    let size = largest((0..n).map(|i| a[i][i]));
+    let mut found: Vec<(Number, Vec<Number>)> = forces
+        .into_iter()
+        .enumerate()
+        .map(|(i, forces)| match a[i][i].abs() <= least(size) {
+            true => (Number::from(0.0), forces),
+            false => (a[i][i], forces),
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
+    Some(found.into_iter().unzip())
+}
+
+fn largest(values: impl Iterator<Item = Number>) -> Number {
+    values.fold(Number::from(0.0), |largest, value| {
+        if value.abs() > largest {
+            value.abs()
+        } else {
+            largest
+        }
+    })
+}
+
+fn transpose(rows: &mut Rows) {
+    for i in 0..rows.len() {
+        let (above, below) = rows.split_at_mut(i);
+        for (j, row) in above.iter_mut().enumerate() {
+            std::mem::swap(&mut row[i], &mut below[0][j]);
+        }
+    }
+}
+
+/// L with L Lᵀ the matrix, by rows with zeros above the diagonal.
+fn cholesky(matrix: &Rows) -> Option<Rows> {
+    let n = matrix.len();
+    let mut factor: Rows = vec![vec![Number::from(0.0); n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            let mut sum = matrix[i][j];
+            for (x, y) in factor[i][..j].iter().zip(&factor[j][..j]) {
+                if !x.is_zero() {
+                    sum = sum - *x * *y;
+                }
+            }
+            factor[i][j] = match i == j {
+                false => sum / factor[j][j],
+                true if sum > least(matrix[i][i]) => sum.sqrt(),
+                true => return None,
+            };
+        }
+    }
+    Some(factor)
+}
+
+/// L⁻¹B.
+fn forward(factor: &Rows, mut b: Rows) -> Rows {
+    for i in 0..factor.len() {
+        let (above, rest) = b.split_at_mut(i);
+        for (j, row) in above.iter().enumerate() {
+            if !factor[i][j].is_zero() {
+                Number::add_multiple(&mut rest[0], -factor[i][j], row);
+            }
+        }
+        let pivot = factor[i][i];
+        rest[0].iter_mut().for_each(|entry| *entry = *entry / pivot);
+    }
+    b
+}
+
+/// Makes a symmetric matrix diagonal by rotations of rows and columns; those of rows are applied to `others` too.
+fn rotate(a: &mut Rows, others: &mut Rows) {
+    /// Each sweep squares what is left, once it is small.
+    const SWEEPS: usize = 40;
+    let n = a.len();
+    let one = Number::from(1.0);
+    for _ in 0..SWEEPS {
+        let mut still = true;
+        for p in 0..n {
+            for q in p + 1..n {
+                let off = a[p][q];
+                let (first, second) = (a[p][p], a[q][q]);
+                let size = largest([first, second].into_iter());
+                // 2^-370 of both is what rounding leaves.
+                if off.abs() <= size.scale(-370) {
+                    continue;
+                }
+                still = false;
+                let theta = (second - first) / (off + off);
+                let size = theta.abs() + (theta * theta + one).sqrt();
+                let tangent = match theta < Number::from(0.0) {
+                    true => -(one / size),
+                    false => one / size,
+                };
+                let cosine = one / (tangent * tangent + one).sqrt();
+                let sine = tangent * cosine;
+                turn(a, [p, q], [cosine, sine]);
+                turn(others, [p, q], [cosine, sine]);
+                for row in a.iter_mut() {
+                    let (x, y) = (row[p], row[q]);
+                    row[p] = cosine * x - sine * y;
+                    row[q] = sine * x + cosine * y;
+                }
+                (a[p][q], a[q][p]) = (Number::from(0.0), Number::from(0.0));
+            }
+        }
+        if still {
+            return;
+        }
+    }
+}
+
+fn turn(rows: &mut Rows, [p, q]: [usize; 2], [cosine, sine]: [Number; 2]) {
+    let (above, below) = rows.split_at_mut(q);
+    for (x, y) in above[p].iter_mut().zip(&mut below[0]) {
+        (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
+    }
+}
+
+/// A number as three doubles, the largest first: it is their sum but for 2^-159 of itself.
+pub(crate) fn parts(number: Number) -> [f64; 3] {
+    let mut rest = number;
+    [(); 3].map(|()| {
+        let part = rest.to_f64();
+        rest = rest - Number::from(part);
+        part
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows<const N: usize>(entries: [[f64; N]; N]) -> Rows {
+        let row = |row: &[f64; N]| row.iter().map(|x| Number::from(*x)).collect();
+        entries.iter().map(row).collect()
+    }
+
+    /// Equations whose pivots must be sought, and a singular matrix.
+    #[test]
+    fn equations() {
+        let b: Rows = [1.0, 2.0].map(|x| vec![Number::from(x)]).to_vec();
+        let x = solve(rows([[0.0, 3.0], [1.0, 1e-30]]), b.clone()).expect("regular");
+        assert_eq!(parts(x[1][0])[..2], [1.0 / 3.0, 1.850_371_707_708_594e-17]);
+        assert!(solve(rows([[1.0, 2.0], [2.0, 4.0]]), b).is_none());
+    }
+
+    /// Three equal masses between walls: ω² = 2 − √2, 2, 2 + √2, and what a free pair leaves at 0.
+    #[test]
+    fn modes_of_chains() {
+        let unit = rows([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+        let chain = rows([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]);
+        let (squares, forces) = modes(&unit, &chain).expect("definite");
+        let root = Number::from(2.0).sqrt();
+        let expected = [-root, Number::from(0.0), root].map(|x| x + Number::from(2.0));
+        for (i, (square, expected)) in squares.iter().zip(expected).enumerate() {
+            assert!((*square - expected).abs().to_f64() < 1e-100);
+            let sum = forces[i]
+                .iter()
+                .fold(Number::from(0.0), |sum, x| sum + *x * *x);
+            assert!((sum - Number::from(1.0)).abs().to_f64() < 1e-100);
+        }
+        let free = rows([[1.0, -1.0], [-1.0, 1.0]]);
+        let (squares, _) = modes(&rows([[3.0, 1.0], [1.0, 2.0]]), &free).expect("definite");
+        assert!(squares[0].is_zero() && !squares[1].is_zero());
+        assert!(modes(&free, &free).is_none());
+    }
+}

@@ -1,0 +1,37 @@
+//! Damping beside that of the dampers given.
+
+use std::sync::Arc;
+
+use super::{Element, MatrixKind, Model, Square, Term, gathered};
+
+/// What is added to the damping of a model.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MoreDamping {
+    pub(crate) dampers: Vec<Element>,
+    /// What else is added to C.
+    pub(crate) terms: Vec<Term>,
+    /// The squares that these are the sum of, unless `is_given`.
+    pub(crate) squares: Vec<Square>,
+    /// Whether they come of a matrix that is not a sum of squares.
+    pub(crate) is_given: bool,
+    /// What unit velocities of supports, whose indices are the columns, add to C x′.
+    pub(crate) coupling: Vec<Term>,
+}
+
+impl Model {
+    pub(crate) fn with_damping(mut self, more: MoreDamping) -> Model {
+        let n = self.len();
+        self.dampers.extend(more.dampers);
+        let added = &mut self.added[MatrixKind::Damping as usize];
+        added.add(n, more.terms);
+        added.squares.extend(more.squares);
+        added.is_given |= more.is_given;
+        if let Some(machine) = &mut self.machine {
+            let coupling = &mut Arc::make_mut(machine).couplings[MatrixKind::Damping as usize];
+            let mut all = std::mem::take(coupling);
+            all.extend(more.coupling);
+            *coupling = gathered(all);
+        }
+        self
+    }
+}

@@ -1,0 +1,347 @@
+//! Damping as engineers state it: in proportion to masses and springs, or by ratios of the undamped modes.
+
+use std::cmp::Ordering;
+
+use eigentone_digits::Real;
+
+use super::BuildError;
+use crate::exact::sum::ExactSum;
+use crate::linear::wide::{Number, Rows, modes, parts, solve};
+use crate::model::{
+    Element, Form, GROUND, MatrixKind, Model, MoreDamping, Node, Square, Term, gathered, product,
+};
+
+/// More coordinates than this take minutes with so many digits.
+const MOST: usize = 200;
+
+/// αM + βK as it was given.
+#[derive(Clone, Debug)]
+pub(super) struct Rayleigh {
+    pub(super) of_mass: f64,
+    pub(super) of_stiffness: f64,
+    pub(super) relative_to: Option<String>,
+}
+
+/// Ratios of the undamped modes as they were given.
+#[derive(Clone, Debug)]
+pub(super) struct ModalRatios {
+    pub(super) ratios: Vec<f64>,
+    pub(super) relative_to: Option<String>,
+}
+
+/// What moves when a support does.
+struct Follow {
+    support: usize,
+    /// Row and part of how far it follows.
+    motion: Vec<(usize, f64)>,
+}
+
+impl Rayleigh {
+    /// What it adds to a model. Products are kept in two doubles each; those of one spring or mass have its sign, so that
+    /// what is known of springs that push is known of their dampers.
+    pub(super) fn of(&self, model: &Model) -> Result<MoreDamping, BuildError> {
+        for value in [self.of_mass, self.of_stiffness] {
+            check(value)?;
+        }
+        let mut more = MoreDamping::default();
+        let elements = |factor: f64, element: Element| -> Result<_, BuildError> {
+            let parts = parallel(factor, element.coefficient)?.into_iter();
+            Ok(parts.map(move |coefficient| Element {
+                coefficient,
+                ..element
+            }))
+        };
+        for spring in model.springs() {
+            more.dampers.extend(elements(self.of_stiffness, *spring)?);
+        }
+        for (i, &coefficient) in model.masses().iter().enumerate() {
+            let (first, second) = (Node::Ground, Node::Coordinate(i));
+            let mass = Element {
+                first,
+                second,
+                coefficient,
+            };
+            more.dampers.extend(elements(self.of_mass, mass)?);
+        }
+        let follow = Follow::of(model, self.relative_to.as_deref())?;
+        for (factor, kind) in [
+            (self.of_mass, MatrixKind::Mass),
+            (self.of_stiffness, MatrixKind::Stiffness),
+        ] {
+            // A mass that a support carries does not move relative to the motion that follows it.
+            let carried = |term: &Term| {
+                let followed = follow.as_ref().map(|follow| follow.support);
+                kind == MatrixKind::Mass && followed == Some(term.column)
+            };
+            let coupling = model.coupling(kind).iter().copied();
+            let coupling = times(factor, coupling.filter(|term| !carried(term)))?;
+            more.coupling.extend(coupling);
+            let Some(squares) = model.added_whole(kind).squares() else {
+                more.is_given |= factor != 0.0;
+                more.terms.extend(times(factor, model.added_terms(kind))?);
+                continue;
+            };
+            for square in squares {
+                for coefficient in parallel(factor, square.coefficient)? {
+                    let form = Form {
+                        coordinates: square.form.clone(),
+                        supports: Vec::new(),
+                    };
+                    let [own, _] = form.terms(coefficient).ok_or(BuildError::DampingRange)?;
+                    more.terms.extend(own);
+                    more.squares.push(Square {
+                        coefficient,
+                        form: form.coordinates,
+                    });
+                }
+            }
+        }
+        if let Some(follow) = follow {
+            let against = times(-self.of_mass, model.terms(MatrixKind::Mass))?;
+            more.coupling.extend(follow.force(&against)?);
+        }
+        Ok(more)
+    }
+}
+
+impl ModalRatios {
+    /// What it adds to a model: MΦ diag(2ζω) ΦᵀM, each entry as three doubles.
+    pub(super) fn of(&self, model: &Model) -> Result<MoreDamping, BuildError> {
+        let Some(&last) = self.ratios.last() else {
+            return Err(BuildError::NoRatios);
+        };
+        for &ratio in &self.ratios {
+            check(ratio)?;
+        }
+        let n = model.len();
+        if n > MOST {
+            return Err(BuildError::ModalSize {
+                count: n,
+                most: MOST,
+            });
+        }
+        let no_modes = |reason| BuildError::NoModes { reason };
+        let kinds = [MatrixKind::Mass, MatrixKind::Stiffness];
+        let [mass, stiffness] = kinds.map(|kind| dense(model, kind));
+        let is_symmetric = |rows: &Rows| (0..n).all(|i| (0..i).all(|j| rows[i][j] == rows[j][i]));
+        if ![&mass, &stiffness].into_iter().all(is_symmetric) {
+            return Err(no_modes("M or K is not symmetric"));
+        }
+        let zero = Number::from(0.0);
+        let (massless, massive): (Vec<usize>, Vec<usize>) =
+            (0..n).partition(|&i| mass[i].iter().all(|entry| *entry == zero));
+        let block = |rows: &Rows, of: &[usize], with: &[usize]| -> Rows {
+            let row = |i: &usize| with.iter().map(|j| rows[*i][*j]).collect();
+            of.iter().map(row).collect()
+        };
+        let mut condensed = block(&stiffness, &massive, &massive);
+        if !massless.is_empty() {
+            let follow = solve(
+                block(&stiffness, &massless, &massless),
+                block(&stiffness, &massless, &massive),
+            )
+            .ok_or(no_modes("springs do not hold the coordinates without mass"))?;
+            for (row, beside) in condensed
+                .iter_mut()
+                .zip(block(&stiffness, &massive, &massless))
+            {
+                for (force, moved) in beside.into_iter().zip(&follow) {
+                    for (entry, moved) in row.iter_mut().zip(moved) {
+                        *entry = *entry - force * *moved;
+                    }
+                }
+            }
+            for i in 0..condensed.len() {
+                for j in 0..i {
+                    condensed[i][j] = condensed[j][i];
+                }
+            }
+        }
+        let found = modes(&block(&mass, &massive, &massive), &condensed);
+        let (squares, forces) = found.ok_or(no_modes("M is not positive definite"))?;
+        let zeta = |r: usize| self.ratios.get(r).copied().unwrap_or(last);
+        let mut matrix: Rows = vec![vec![zero; massive.len()]; massive.len()];
+        for (r, (&square, force)) in squares.iter().zip(&forces).enumerate() {
+            if square < zero {
+                return Err(no_modes("K is not positive semidefinite"));
+            }
+            if let (Some(&next), Some(&largest)) = (squares.get(r + 1), squares.last())
+                && next - square <= largest.scale(-200)
+                && zeta(r) != zeta(r + 1)
+                && next != zero
+            {
+                let frequency = square.sqrt().to_f64();
+                return Err(BuildError::EqualModes {
+                    mode: r,
+                    frequency,
+                    ratios: [zeta(r), zeta(r + 1)],
+                });
+            }
+            let rate = Number::from(2.0 * zeta(r)) * square.sqrt();
+            for (i, x) in force.iter().enumerate() {
+                let factor = rate * *x;
+                for (entry, y) in matrix[i][..=i].iter_mut().zip(force) {
+                    *entry = *entry + factor * *y;
+                }
+            }
+        }
+        let mut terms = Vec::new();
+        for (i, row) in matrix.iter().enumerate() {
+            for (j, entry) in row[..=i].iter().enumerate() {
+                let (row, column) = (massive[i], massive[j]);
+                for value in parts(*entry) {
+                    terms.push(Term { row, column, value });
+                    if i != j {
+                        let (row, column) = (column, row);
+                        terms.push(Term { row, column, value });
+                    }
+                }
+            }
+        }
+        if terms.iter().any(|term| !term.value.is_finite()) {
+            return Err(BuildError::DampingRange);
+        }
+        terms.retain(|term| term.value != 0.0);
+        let mut more = MoreDamping {
+            is_given: true,
+            ..MoreDamping::default()
+        };
+        if let Some(follow) = Follow::of(model, self.relative_to.as_deref())? {
+            let against: Vec<Term> = terms
+                .iter()
+                .map(|term| Term {
+                    value: -term.value,
+                    ..*term
+                })
+                .collect();
+            more.coupling = follow.force(&against)?;
+        }
+        more.terms = terms;
+        Ok(more)
+    }
+}
+
+impl Follow {
+    /// `None` for the ground.
+    fn of(model: &Model, support: Option<&str>) -> Result<Option<Follow>, BuildError> {
+        let Some(name) = support.filter(|name| *name != GROUND) else {
+            return Ok(None);
+        };
+        let supports = model.supports();
+        let Some(support) = supports.iter().position(|support| support == name) else {
+            return Err(BuildError::NotASupport {
+                name: name.to_owned(),
+                known: supports.join(", "),
+            });
+        };
+        // K·1 + K_s.
+        let n = model.len();
+        let mut sums: Vec<Vec<f64>> = vec![Vec::new(); n];
+        for term in model.terms(MatrixKind::Stiffness) {
+            sums[term.row].push(term.value);
+        }
+        let coupling = model.coupling(MatrixKind::Stiffness);
+        let own = || coupling.iter().filter(|term| term.column == support);
+        for term in own() {
+            sums[term.row].push(term.value);
+        }
+        let is_zero = |terms: &Vec<f64>| ExactSum::sign_of(terms) == Ordering::Equal;
+        if sums.iter().all(is_zero) {
+            let motion = (0..n).map(|i| (i, 1.0)).collect();
+            return Ok(Some(Follow { support, motion }));
+        }
+        if n > MOST {
+            return Err(BuildError::FollowSize {
+                count: n,
+                most: MOST,
+            });
+        }
+        let mut right: Rows = vec![vec![Number::from(0.0)]; n];
+        for term in own() {
+            right[term.row][0] = right[term.row][0] - Number::from(term.value);
+        }
+        let solved = solve(dense(model, MatrixKind::Stiffness), right);
+        let solved = solved.ok_or_else(|| BuildError::NotHeld {
+            name: name.to_owned(),
+        })?;
+        let each = solved.into_iter().enumerate();
+        let motion = each.flat_map(|(i, row)| parts(row[0]).map(|part| (i, part)));
+        let motion: Vec<(usize, f64)> = motion.filter(|(_, part)| *part != 0.0).collect();
+        match motion.iter().all(|(_, part)| part.is_finite()) {
+            true => Ok(Some(Follow { support, motion })),
+            false => Err(BuildError::DampingRange),
+        }
+    }
+
+    /// A matrix given by its terms, times this motion.
+    fn force(&self, matrix: &[Term]) -> Result<Vec<Term>, BuildError> {
+        let mut by_row: Vec<(usize, f64)> = Vec::new();
+        let mut starts: Vec<usize> = Vec::new();
+        for &(i, part) in &self.motion {
+            starts.resize(i + 1, by_row.len());
+            by_row.push((i, part));
+        }
+        let at = |i: usize| {
+            let start = starts.get(i).copied().unwrap_or(by_row.len());
+            by_row[start..].iter().take_while(move |each| each.0 == i)
+        };
+        let mut force = Vec::new();
+        for term in matrix {
+            for &(_, part) in at(term.column) {
+                let parts = product(term.value, part).ok_or(BuildError::DampingRange)?;
+                force.extend(parts.map(|value| Term {
+                    row: term.row,
+                    column: self.support,
+                    value,
+                }));
+            }
+        }
+        Ok(gathered(force))
+    }
+}
+
+fn check(value: f64) -> Result<(), BuildError> {
+    match value.is_finite() {
+        true => Ok(()),
+        false => Err(BuildError::DampingNotFinite { value }),
+    }
+}
+
+/// a·b as two doubles of its sign, the first rounded towards 0; as one or none where that is all.
+fn parallel(a: f64, b: f64) -> Result<Vec<f64>, BuildError> {
+    let [mut high, mut low] = product(a, b).ok_or(BuildError::DampingRange)?;
+    if high * low < 0.0 {
+        let near = match high > 0.0 {
+            true => high.next_down(),
+            false => high.next_up(),
+        };
+        // Both differences are exact: the second has no more bits than a product has in its lower half.
+        low += high - near;
+        high = near;
+    }
+    Ok([high, low]
+        .into_iter()
+        .filter(|part| *part != 0.0)
+        .collect())
+}
+
+fn times(factor: f64, terms: impl Iterator<Item = Term>) -> Result<Vec<Term>, BuildError> {
+    let mut all = Vec::new();
+    for term in terms {
+        let parts = product(factor, term.value).ok_or(BuildError::DampingRange)?;
+        all.extend(parts.map(|value| Term { value, ..term }));
+    }
+    all.retain(|term| term.value != 0.0);
+    Ok(all)
+}
+
+/// One of the matrices with all its digits.
+fn dense(model: &Model, kind: MatrixKind) -> Rows {
+    let n = model.len();
+    let mut rows: Rows = vec![vec![Number::from(0.0); n]; n];
+    for term in model.terms(kind) {
+        let entry = &mut rows[term.row][term.column];
+        *entry = *entry + Number::from(term.value);
+    }
+    rows
+}

@@ -1,0 +1,275 @@
+//! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
+
+use eigentone_modes::{
+    Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, SparseModes, System, SystemBuilder,
+};
+
+/// Three storeys on a soil; numbers whose products are no doubles.
+fn building() -> SystemBuilder {
+    System::builder()
+        .mass("a", 3.1)
+        .mass("b", 2.7)
+        .mass("c", 1.9)
+        .support("soil")
+        .spring("soil", "a", 310.1)
+        .spring("a", "b", 270.3)
+        .spring("b", "c", 190.7)
+}
+
+fn ratios(modes: &Modes) -> Vec<f64> {
+    let each = modes
+        .iter()
+        .map(|mode| mode.damping_ratio().expect("it swings"));
+    each.collect()
+}
+
+#[test]
+fn ratios_of_rayleigh_damping() {
+    let (alpha, beta) = (0.3, 0.007);
+    let system = building()
+        .rayleigh(alpha, beta, Some("soil"))
+        .build()
+        .expect("a system");
+    let structure = system.structure();
+    assert!(structure.is_classical() && structure.is_passive());
+    let modes = system.modes().expect("modes");
+    assert_eq!(modes.bounds(), Bounds::Proven);
+    for mode in &modes {
+        let omega = mode.natural_frequency().radians_per_second();
+        let zeta = 0.5 * (alpha / omega + beta * omega);
+        assert!((mode.damping_ratio().expect("it swings") / zeta - 1.0).abs() < 1e-15);
+    }
+    // What was given is what was given.
+    assert!(system.elements(ElementKind::Damper).is_empty());
+    assert_eq!(system.elements(ElementKind::Spring).len(), 3);
+    assert!(
+        system
+            .dampers()
+            .iter()
+            .all(|damper| damper.coefficient > 0.0)
+    );
+}
+
+fn summed(system: &System, kind: MatrixKind, row: usize) -> f64 {
+    let terms = system.coupling(kind).iter();
+    terms
+        .filter(|term| term.row == row)
+        .map(|term| term.value)
+        .sum()
+}
+
+/// On its soil everything follows alike: −αM·1 − β·K·1 goes to the soil's velocity.
+#[test]
+fn damping_relative_to_the_soil_follows_it() {
+    let relative = building()
+        .rayleigh(0.5, 0.25, Some("soil"))
+        .build()
+        .expect("a system");
+    let absolute = building()
+        .rayleigh(0.5, 0.25, None)
+        .build()
+        .expect("a system");
+    let damping = MatrixKind::Damping;
+    for (i, mass) in [3.1, 2.7, 1.9].into_iter().enumerate() {
+        let spring = if i == 0 { -0.25 * 310.1 } else { 0.0 };
+        assert_eq!(summed(&relative, damping, i), spring - 0.5 * mass);
+        assert_eq!(summed(&absolute, damping, i), spring);
+    }
+}
+
+/// A carried mass of 8 moves with 0.5x + 0.25s: M = 3, M_s = 1. K = 2 holds x at s, so that r = 1.
+#[test]
+fn carried_masses_follow_too() {
+    let lever = || {
+        System::builder()
+            .mass("x", 1.0)
+            .support("s")
+            .support("t")
+            .point("p", [("x", 0.5), ("s", 0.25), ("t", 0.125)], 8.0)
+            .spring("x", "s", 2.0)
+    };
+    let of = |system: &System, column: usize| {
+        let terms = system.coupling(MatrixKind::Damping).iter();
+        let own = terms.filter(|term| term.column == column);
+        own.map(|term| term.value).sum::<f64>()
+    };
+    let relative = lever()
+        .rayleigh(0.5, 0.0, Some("s"))
+        .build()
+        .expect("a system");
+    assert_eq!([of(&relative, 0), of(&relative, 1)], [-1.5, 0.25]);
+    let absolute = lever().rayleigh(0.5, 0.0, None).build().expect("a system");
+    assert_eq!([of(&absolute, 0), of(&absolute, 1)], [0.5, 0.25]);
+}
+
+/// Between two supports, x follows the first by k₁/(k₁ + k₂) = 0.1/0.3 of its motion.
+#[test]
+fn what_follows_in_part() {
+    let between = System::builder()
+        .mass("x", 3.0)
+        .support("s")
+        .spring("x", "s", 1.0)
+        .spring("x", GROUND, 2.0)
+        .rayleigh(1.0, 0.0, Some("s"))
+        .build()
+        .expect("a system");
+    let parts: Vec<f64> = between
+        .coupling(MatrixKind::Damping)
+        .iter()
+        .map(|term| term.value)
+        .collect();
+    // −3·(1/3), right to 2^-156.
+    assert_eq!(parts.iter().sum::<f64>(), -1.0);
+    assert!(
+        parts.len() <= 4 && parts[1..].iter().all(|part| part.abs() < 1e-46),
+        "{parts:?}"
+    );
+    let floating = building().mass("far", 1.0).rayleigh(1.0, 0.0, Some("soil"));
+    let floating = floating.spring("a", GROUND, 1.0).build();
+    assert!(
+        matches!(floating, Err(BuildError::NotHeld { .. })),
+        "{floating:?}"
+    );
+}
+
+/// Points, beams and given matrices are damped as well.
+#[test]
+fn everything_is_damped_in_proportion() {
+    let plain = || {
+        System::builder()
+            .mass("x", 0.7)
+            .mass("y", 1.3)
+            .point("p", [("x", 0.6), ("y", -0.8)], 0.9)
+            .spring("p", GROUND, 1e8)
+            .spring("y", GROUND, 3.0)
+    };
+    let system = plain().rayleigh(0.1, 0.2, None).build().expect("a system");
+    assert!(system.structure().is_passive() && system.structure().is_classical());
+    let matrix = faer::mat![[2.0, -1.0], [-1.0, 2.0]];
+    let given = plain().matrix(MatrixKind::Stiffness, matrix.as_ref());
+    let given = given.rayleigh(0.1, 0.2, None).build().expect("a system");
+    for system in [system, given] {
+        assert!(system.structure().is_classical());
+        let [m, c, k] = [
+            system.mass_matrix(),
+            system.damping_matrix(),
+            system.stiffness_matrix(),
+        ];
+        for i in 0..2 {
+            for j in 0..2 {
+                let expected = 0.1 * m[(i, j)] + 0.2 * k[(i, j)];
+                assert!((c[(i, j)] - expected).abs() <= 2e-16 * expected.abs());
+            }
+        }
+    }
+}
+
+/// Linear in the number of coordinates: a second for a hundred thousand, not an hour.
+#[test]
+fn a_long_chain_is_seen_to_be_damped_in_proportion() {
+    let n = 100_000;
+    let name = |i: usize| {
+        if i == 0 {
+            GROUND.to_owned()
+        } else {
+            format!("m{i}")
+        }
+    };
+    let chain = (1..=n).fold(System::builder(), |builder, i| {
+        let builder = builder.mass(name(i), 1.0 + 0.1 * (i % 7) as f64);
+        builder.spring(name(i - 1), name(i), 100.1 + (i % 11) as f64)
+    });
+    let start = std::time::Instant::now();
+    let system = chain.rayleigh(0.0, 0.003, None).build().expect("a system");
+    let built = start.elapsed();
+    let modes = SparseModes::lowest(&system, 5).expect("modes");
+    println!("{n}: built in {built:?}, modes after {:?}", start.elapsed());
+    assert!(system.structure().is_classical());
+    assert_eq!(modes.len(), 5);
+}
+
+#[test]
+fn modal_ratios_are_those_given() {
+    for (given, expected) in [
+        (vec![0.05], [0.05, 0.05, 0.05]),
+        (vec![0.02, 0.3, 0.0], [0.02, 0.3, 0.0]),
+        (vec![0.02, 0.05], [0.02, 0.05, 0.05]),
+    ] {
+        let system = building()
+            .modal_damping(given, None)
+            .build()
+            .expect("a system");
+        let modes = system.modes().expect("modes");
+        assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
+        for (found, expected) in ratios(&modes).into_iter().zip(expected) {
+            assert!(
+                (found - expected).abs() <= 4.5e-16 * expected + 1e-40,
+                "{found} {expected}"
+            );
+        }
+    }
+}
+
+/// Beside dampers, with a node without mass, and relative to the soil: −C r for C the modal part.
+#[test]
+fn modal_damping_beside_others() {
+    let system = building()
+        .mass("node", 0.0)
+        .spring("node", "c", 3.0)
+        .spring("node", "a", 1.0)
+        .damper("a", "b", 0.7)
+        .modal_damping([0.1], Some("soil"))
+        .build()
+        .expect("a system");
+    let c = system.damping_matrix();
+    assert!((0..4).all(|i| c[(3, i)] == 0.0 && c[(i, 3)] == 0.0));
+    let damping = MatrixKind::Damping;
+    for i in 0..3 {
+        let own: f64 = (0..3).map(|j| c[(i, j)]).sum();
+        assert!((summed(&system, damping, i) + own).abs() < 1e-14);
+    }
+    assert_eq!(system.modes().expect("modes").bounds(), Bounds::Proven);
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let wrong = |builder: SystemBuilder| builder.build().expect_err("wrong");
+    let two = || {
+        let names = System::builder().mass("a", 1.0).mass("b", 1.0);
+        names.spring(GROUND, "a", 2.0).spring(GROUND, "b", 2.0)
+    };
+    let equal = wrong(two().modal_damping([0.1, 0.2], None));
+    assert!(
+        matches!(equal, BuildError::EqualModes { mode: 0, .. }),
+        "{equal}"
+    );
+    assert!(two().modal_damping([0.1], None).build().is_ok());
+    let no_modes = |builder: SystemBuilder| {
+        let error = wrong(builder);
+        assert!(matches!(error, BuildError::NoModes { .. }), "{error}");
+    };
+    no_modes(two().spring("a", GROUND, -9.0).modal_damping([0.1], None));
+    let skew = faer::mat![[0.0, 0.5], [0.0, 0.0]];
+    no_modes(
+        two()
+            .matrix(MatrixKind::Stiffness, skew.as_ref())
+            .modal_damping([0.1], None),
+    );
+    let indefinite = faer::mat![[-2.0, 0.0], [0.0, 0.0]];
+    no_modes(
+        two()
+            .matrix(MatrixKind::Mass, indefinite.as_ref())
+            .modal_damping([0.1], None),
+    );
+    assert_eq!(wrong(two().modal_damping([], None)), BuildError::NoRatios);
+    let infinite = wrong(two().rayleigh(f64::INFINITY, 0.0, None));
+    assert!(matches!(infinite, BuildError::DampingNotFinite { .. }));
+    let far = wrong(two().rayleigh(1e-300, 0.0, None));
+    assert_eq!(far, BuildError::DampingRange);
+    for builder in [
+        two().rayleigh(1.0, 1.0, Some("a")),
+        two().modal_damping([0.1], Some("a")),
+    ] {
+        assert!(matches!(wrong(builder), BuildError::NotASupport { .. }));
+    }
+}

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use eigentone::modes::{Modes, Participation};
+use eigentone::modes::{ElementKind, Modes, Participation, System};
 use eigentone::report::{
     Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
@@ -117,11 +117,14 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
     if let Some(answer) = &analysis.response {
         let response = ResponseReport::new(answer.trajectory, analysis.names)
+            .with_kinds(system)
             .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
-        if let Ok(forces) = ElementForces::along(system, trajectory) {
+        if has_plain_elements(system)
+            && let Ok(forces) = ElementForces::along(system, trajectory)
+        {
             let report = ElementForceReport::new(&forces, system, trajectory);
             files.write("forces.csv", |out| report.csv(out))?;
         }
@@ -139,6 +142,11 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
     }
+    for (number, plot) in (1..).zip(analysis.output_plots()) {
+        files.write(&format!("output-{number}.svg"), |out| {
+            out.write_all(plot.svg().as_bytes())
+        })?;
+    }
     let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
@@ -149,4 +157,14 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
     };
     files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;
     files.keep()
+}
+
+/// Whether all springs and dampers are between coordinates and the ground; forces of others take the motion of points and
+/// supports, which outputs have.
+fn has_plain_elements(system: &System) -> bool {
+    let alike = |kind, direct: usize| system.elements(kind).len() == direct;
+    system.points().is_empty()
+        && system.supports().is_empty()
+        && alike(ElementKind::Spring, system.springs().len())
+        && alike(ElementKind::Damper, system.dampers().len())
 }

@@ -2,8 +2,8 @@
 //! steps, and with proven bounds.
 //!
 //! Say what is asked with [`Response`]: a [`System`](eigentone_modes::System), a [`State`] to start from, loads
-//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`]), and the instants wanted. The answer is
-//! a [`Trajectory`].
+//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`], [`HalfSine`], [`Versine`]) on coordinates and points, motions
+//! of supports by any of their derivatives ([`Quantity`]), and the instants wanted. The answer is a [`Trajectory`].
 //!
 //! ```
 //! use eigentone_modes::{Bounds, GROUND, System};
@@ -34,6 +34,7 @@
 //! | at instants that are on no grid | [`ByCertifiedExponential::at`] |
 //! | peaks, also between the instants | [`Extrema`]; peaks, ends and settling times in one: [`Summary`] |
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
+//! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |

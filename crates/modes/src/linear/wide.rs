@@ -126,14 +126,14 @@ fn cholesky(matrix: &Rows) -> Option<Rows> {
 
 /// L⁻¹B.
 fn forward(factor: &Rows, mut b: Rows) -> Rows {
-    for i in 0..factor.len() {
+    for (i, own) in factor.iter().enumerate() {
         let (above, rest) = b.split_at_mut(i);
-        for (j, row) in above.iter().enumerate() {
-            if !factor[i][j].is_zero() {
-                Number::add_multiple(&mut rest[0], -factor[i][j], row);
+        for (entry, row) in own.iter().zip(above.iter()) {
+            if !entry.is_zero() {
+                Number::add_multiple(&mut rest[0], -*entry, row);
             }
         }
-        let pivot = factor[i][i];
+        let pivot = own[i];
         rest[0].iter_mut().for_each(|entry| *entry = *entry / pivot);
     }
     b

@@ -4,6 +4,7 @@ use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
+use crate::model::MatrixKind;
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
@@ -68,6 +69,14 @@ fn modal_roots(
         mode.forms.c = DoubleDouble::ZERO;
     }
     let couplings = couplings(system, &all);
+    let mut sums = vec![0.0; system.len()];
+    for term in system.terms(MatrixKind::Damping) {
+        sums[term.row] += term.value.abs();
+    }
+    let largest = sums.into_iter().fold(0.0, f64::max);
+    // What an error of the shape, roundings of each entry, puts into xᵀCx: its square times C, where C all but annuls
+    // the shape.
+    let slip = (16.0 * system.len() as f64 * f64::EPSILON).powi(2) * largest;
     let each = all.into_iter().zip(couplings);
     for (mode, coupling) in each {
         let ModalForms {
@@ -86,7 +95,7 @@ fn modal_roots(
             m: forms.m,
             c: forms.c,
             k,
-            rounding: [m_off, c_off, k_off],
+            rounding: [m_off, c_off + slip * square_sum(&shape), k_off],
         };
         if rigid {
             at_rest.push(complex(&shape));
@@ -126,6 +135,10 @@ fn couplings(system: &System, modes: &[ModalForms]) -> Vec<f64> {
         found.extend((0..group.len()).map(|p| others(p).map(|q| gamma[(p, q)].abs()).sum::<f64>()));
     }
     found
+}
+
+fn square_sum(shape: &[f64]) -> f64 {
+    shape.iter().map(|x| x * x).sum()
 }
 
 fn complex(shape: &[f64]) -> Vec<Complex<f64>> {

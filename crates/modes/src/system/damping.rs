@@ -10,6 +10,7 @@ use crate::linear::wide::{Number, Rows, modes, parts, solve};
 use crate::model::{
     Element, Form, GROUND, MatrixKind, Model, MoreDamping, Node, Square, Term, gathered, product,
 };
+use crate::structure::symmetric::is_symmetric;
 
 /// More coordinates than this take minutes with so many digits.
 const MOST: usize = 200;
@@ -123,8 +124,7 @@ impl ModalRatios {
         let no_modes = |reason| BuildError::NoModes { reason };
         let kinds = [MatrixKind::Mass, MatrixKind::Stiffness];
         let [mass, stiffness] = kinds.map(|kind| dense(model, kind));
-        let is_symmetric = |rows: &Rows| (0..n).all(|i| (0..i).all(|j| rows[i][j] == rows[j][i]));
-        if ![&mass, &stiffness].into_iter().all(is_symmetric) {
+        if !kinds.into_iter().all(|kind| is_symmetric(model, kind)) {
             return Err(no_modes("M or K is not symmetric"));
         }
         let zero = Number::from(0.0);
@@ -149,11 +149,6 @@ impl ModalRatios {
                     for (entry, moved) in row.iter_mut().zip(moved) {
                         *entry = *entry - force * *moved;
                     }
-                }
-            }
-            for i in 0..condensed.len() {
-                for j in 0..i {
-                    condensed[i][j] = condensed[j][i];
                 }
             }
         }

@@ -20,7 +20,7 @@ use eigentone::scene::{Scene, SceneError};
 use listing::{Listing, kind};
 
 /// What would take an input that no test should make, with the reason.
-const NOT_SHOWN: [(&str, &str); 6] = [
+const NOT_SHOWN: &[(&str, &str)] = &[
     ("BuildError::TooLarge", "takes more than ten million masses"),
     (
         "BuildError::ElementNotFinite",
@@ -33,6 +33,28 @@ const NOT_SHOWN: [(&str, &str); 6] = [
     (
         "BuildError::UnknownNode",
         "SceneError::UnknownName says it with the nearest name",
+    ),
+    (
+        "BuildError::PointNotFinite",
+        "a scene has finite numbers only",
+    ),
+    (
+        "BuildError::DampingNotFinite",
+        "a scene has finite numbers only",
+    ),
+    (
+        "BuildError::PointMoves",
+        "SceneError::UnknownName says it with the nearest name",
+    ),
+    (
+        "BuildError::NotASupport",
+        "SceneError::UnknownName says it with the nearest name",
+    ),
+    ("BuildError::FollowSize", "takes thousands of masses"),
+    ("BuildError::ModalSize", "takes thousands of masses"),
+    (
+        "LoadError::ImpulseOfMotion",
+        "\"impulse\" is no kind of a motion in a scene",
     ),
     ("LoadError::NotFinite", "a scene has finite numbers only"),
     (
@@ -78,6 +100,35 @@ const SCENES: &[&str] = &[
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"p\", \"mass\": 0}], \"springs\": [{\"between\": [\"p\", \"a\"], \"stiffness\": 1}], \"initial\": {\"p\": {\"displacement\": 1}}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"p\", \"mass\": 0}], \"dampers\": [{\"between\": [\"p\", \"a\"], \"damping\": 1}], \"initial\": {\"p\": {\"velocity\": 1}}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"p\", \"mass\": 0}], \"springs\": [{\"between\": [\"p\", \"a\"], \"stiffness\": 1}], \"loads\": [{\"on\": \"p\", \"impulse\": {\"magnitude\": 1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"a\", \"moves\": {\"road\": 1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {\"b\": 1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {\"p\": 1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {\"a\": 1}}], \"initial\": {\"p\": {\"displacement\": 1}}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {\"a\": 1e300}, \"mass\": 1}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"loads\": [{\"on\": \"road\", \"step\": {\"force\": 1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"loads\": [{\"on\": \"a\", \"half_sine\": {\"force\": 1, \"duration\": 0}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"loads\": [{\"on\": \"a\", \"versine\": {\"force\": 1, \"duration\": 1, \"start\": -1}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"motions\": [{\"of\": \"a\", \"displacement\": {\"step\": {\"height\": 1}}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"motions\": [{\"of\": \"road\"}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"motions\": [{\"of\": \"road\", \"displacement\": {}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"points\": [{\"name\": \"p\", \"moves\": {\"a\": 1, \"road\": 1}, \"mass\": 1}], \"motions\": [{\"of\": \"road\", \"displacement\": {\"step\": {\"height\": 1}}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"outputs\": [{\"name\": \"o\"}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"outputs\": [{\"name\": \"o\", \"displacement\": {}}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"outputs\": [{\"name\": \"o\", \"force\": \"tire\"}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"outputs\": [{\"name\": \"\", \"force\": \"tyre\"}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"dampers\": [{\"between\": [\"road\", \"a\"], \"damping\": 1, \"name\": \"tyre\"}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"damping\": {\"rayleigh\": {\"mass\": 1, \"relative_to\": \"soil\"}}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"damping\": {\"modal\": []}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": -1}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": 0.1}], \"time\": {\"end\": 1, \"step\": 0.1}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": -1}], \"damping\": {\"modal\": 0.02}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"b\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1}, {\"between\": [\"ground\", \"b\"], \"stiffness\": 1}], \"damping\": {\"modal\": [0.02, 0.03]}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"b\", \"mass\": 1}], \"supports\": [\"soil\"], \"springs\": [{\"between\": [\"soil\", \"a\"], \"stiffness\": 1}, {\"between\": [\"ground\", \"a\"], \"stiffness\": 1}], \"damping\": {\"rayleigh\": {\"mass\": 1, \"relative_to\": \"soil\"}}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1e300}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1}], \"damping\": {\"rayleigh\": {\"mass\": 1e300}}}",
+    "{\"beams\": [{\"name\": \"mast\", \"length\": 0, \"elements\": 2, \"flexural_rigidity\": 1, \"mass_per_length\": 1, \"ends\": [\"clamped\", \"free\"]}]}",
+    "{\"beams\": [{\"name\": \"mast\", \"length\": 1e-200, \"elements\": 2, \"flexural_rigidity\": 1, \"mass_per_length\": 1, \"ends\": [\"clamped\", \"free\"]}]}",
+    "{\"rods\": [{\"name\": \"rod\", \"length\": 1, \"elements\": 0, \"axial_rigidity\": 1, \"mass_per_length\": 1, \"ends\": [\"fixed\", \"free\"]}]}",
 ];
 
 /// Matrix files of one fault each, beside the scene, as a stiffness matrix.
@@ -110,8 +161,22 @@ const MATRICES: &[&str] = &[
     "%%MatrixMarket matrix array real general\n2 2\n1 2\n3 4",
 ];
 
-const ENUMS: [(&str, &str); 4] = [
+/// Files of samples of one fault each, beside the scene, of which the column ax is wanted.
+const RECORDS: &[&str] = &[
+    "",
+    "0.1\n0.2",
+    "t,ay\n0,0.1",
+    "ax,ax\n0,0.1",
+    "t,ax\n0,0.1\n0.02,\n",
+    "t,ax\n0,0.1\n0.02\n",
+    "t,ax\n0,0.1\n\n0.04,0.2",
+    "t;ax\n0;0,1",
+    "t ax\n0 nan",
+];
+
+const ENUMS: [(&str, &str); 5] = [
     ("crates/eigentone/scene/error.rs", "SceneError"),
+    ("crates/eigentone/scene/record.rs", "RecordError"),
     (
         "crates/eigentone/scene/matrix_market.rs",
         "MatrixMarketError",
@@ -125,10 +190,12 @@ fn kinds(error: &SceneError) -> Vec<String> {
     let mut all = vec![kind(error)];
     match error {
         SceneError::Matrix { source, .. } => all.push(kind(&**source)),
+        SceneError::Record { source, .. } => all.push(kind(&**source)),
         SceneError::System { source, .. } => all.push(kind(&**source)),
         SceneError::Response { source, .. } => {
             all.push(kind(&**source));
-            if let eigentone::response::ResponseError::Load { error, .. } = &**source {
+            use eigentone::response::ResponseError::{Load, Motion};
+            if let Load { error, .. } | Motion { error, .. } = &**source {
                 all.push(kind(error));
             }
         }
@@ -201,8 +268,24 @@ fn every_error_of_a_scene_is_listed() {
     vast(&matrix, head, (4 << 30) + 1);
     let error = read().expect_err("it is vast");
     list("k.mtx: (more than 4 GiB)", error);
+    let record = folder.join("ax.csv");
+    let scene = "{\"masses\": [{\"name\": \"m\", \"mass\": 1}], \"loads\": [{\"on\": \"m\", \"samples\": \
+                 {\"step\": 1, \"values\": {\"file\": \"ax.csv\", \"column\": \"ax\"}, \"hold\": \"first\"}}]}";
+    let read = || Scene::parse(scene, &folder.join("scene.json"));
+    list("ax.csv: (no such file)", read().expect_err("lost"));
+    for text in RECORDS {
+        fs::write(&record, text).expect("it can be written");
+        let lines = if text.is_empty() { " " } else { text }.replace('\n', " ⏎ ");
+        list(&format!("ax.csv: {lines}"), read().expect_err(text));
+    }
+    vast(&record, "ax\n1\n", (256 << 20) + 1);
+    let error = read().expect_err("it is vast");
+    list("ax.csv: (more than 256 MiB)", error);
+    let folder_for_file = scene.replace("ax.csv", ".");
+    let error = Scene::parse(&folder_for_file, &folder.join("scene.json"));
+    list("ax.csv: (a directory)", error.expect_err("no file"));
     fs::remove_dir_all(&folder).expect("it can be removed");
-    let table = listing.finish(&ENUMS, &NOT_SHOWN);
+    let table = listing.finish(&ENUMS, NOT_SHOWN);
     page::assert_shown("errors.md", "scene", &table);
 }
 

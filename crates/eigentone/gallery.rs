@@ -2,8 +2,9 @@
 //!
 //! The answers were computed in rigorous ball arithmetic from the exact values of each scene's
 //! doubles. A case is a pair of files in `tests/gallery`: `scenes/NAME.json` and
-//! `truth/NAME.json`.
+//! `truth/NAME.json`, and of [machines] in `tests/gallery/machines`.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
@@ -93,6 +94,9 @@ pub struct TrueSample {
     pub displacement: Vec<Decimal>,
     /// Velocities in m/s, one for each coordinate.
     pub velocity: Vec<Decimal>,
+    /// The outputs of the scene, by name.
+    #[serde(default)]
+    pub outputs: BTreeMap<String, Decimal>,
 }
 
 /// A decimal number with more digits than a double has.
@@ -182,16 +186,32 @@ impl fmt::Display for Decimal {
 }
 
 macro_rules! cases {
-    ($($name:literal),* $(,)?) => {
+    ($folder:literal: $($name:literal),* $(,)?) => {
         &[$(Case {
             name: $name,
-            scene: include_str!(concat!("../../tests/gallery/scenes/", $name, ".json")),
-            truth: include_str!(concat!("../../tests/gallery/truth/", $name, ".json")),
+            scene: include_str!(concat!("../../tests/", $folder, "/scenes/", $name, ".json")),
+            truth: include_str!(concat!("../../tests/", $folder, "/truth/", $name, ".json")),
         }),*]
     };
 }
 
-/// Every case, in the order of their names.
+/// Scenes of machines, in the order of their names: points that move with several coordinates, supports that move, damping
+/// of the whole, and outputs.
+pub fn machines() -> &'static [Case] {
+    cases!["gallery/machines":
+        "carried-mass",
+        "double-pendulum",
+        "drive-train",
+        "half-car",
+        "inclined-springs",
+        "lever",
+        "quarter-car-bump",
+        "quarter-car-kerb",
+        "shaken-building",
+    ]
+}
+
+/// Every case but the [machines], in the order of their names.
 ///
 /// ```
 /// use eigentone::gallery::cases;
@@ -205,7 +225,7 @@ macro_rules! cases {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn cases() -> &'static [Case] {
-    cases![
+    cases!["gallery":
         "alternating-1e12",
         "free-free",
         "mass-ratio",

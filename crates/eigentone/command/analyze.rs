@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use eigentone::modes::{Modes, Participation};
+use eigentone::modes::{ElementKind, Modes, Participation, System};
 use eigentone::report::{
     Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
@@ -117,6 +117,7 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
     if let Some(answer) = &analysis.response {
         let response = ResponseReport::new(answer.trajectory, analysis.names)
+            .with_kinds(system)
             .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
@@ -141,6 +142,11 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
         if let Some(plot) = plot {
             files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
+    }
+    for (number, plot) in (1..).zip(analysis.output_plots()) {
+        files.write(&format!("output-{number}.svg"), |out| {
+            out.write_all(plot.svg().as_bytes())
+        })?;
     }
     let participation = Participation::of_parts(system);
     let page = Page {

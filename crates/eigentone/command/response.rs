@@ -60,6 +60,7 @@ impl Response {
         let (trajectory, steady_state) = solve()?;
         self.question.tell_doubts_of_motion(&trajectory);
         let report = ResponseReport::new(&trajectory, scene.system().names())
+            .with_kinds(scene.system())
             .with_steady_state(steady_state.as_ref());
         print(|out| match self.json {
             true => report.json(out),

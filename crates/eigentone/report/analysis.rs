@@ -61,6 +61,9 @@ impl Analysis<'_> {
         if let Some(answer) = &self.response {
             let table = answer.table(self.names).text() + answer.explained();
             section(&mut text, &answer.heading(), &table);
+            if let Some(outputs) = answer.outputs() {
+                section(&mut text, "Outputs", &outputs.text());
+            }
             if let Some(steady) = answer.steady(self.names) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
             }
@@ -79,6 +82,25 @@ impl Analysis<'_> {
     pub fn velocity_plot(&self) -> Option<Plot<'_>> {
         let axis = Axis::linear("velocity", "m/s");
         Some(self.plot(axis, self.response.as_ref()?, Quantity::Velocity))
+    }
+
+    /// Each output against time, in their order: lines through the samples.
+    pub fn output_plots(&self) -> Vec<Plot<'_>> {
+        let Some(answer) = &self.response else {
+            return Vec::new();
+        };
+        let (trajectory, times) = (answer.trajectory, answer.trajectory.times());
+        let plot = |(index, name)| {
+            let values = trajectory.output(index);
+            Plot {
+                title: self.title.to_owned(),
+                x: Axis::linear("time", "s"),
+                y: Axis::linear(name, ""),
+                lines: vec![Line::new(name, times.len(), move |k| (times[k], values[k]))],
+                ring: None,
+            }
+        };
+        trajectory.outputs().enumerate().map(plot).collect()
     }
 
     fn plot<'b>(&'b self, axis: Axis, answer: &'b Answer<'_>, quantity: Quantity) -> Plot<'b> {
@@ -175,6 +197,38 @@ impl Answer<'_> {
             }),
             Err(error) => Some(format!("none: {error}")),
         }
+    }
+
+    /// The largest value of each output at a sample, and the largest bound; `None` without any.
+    pub(super) fn outputs(&self) -> Option<Table> {
+        let trajectory = self.trajectory;
+        let names: Vec<&str> = trajectory.outputs().collect();
+        let peak = |index: usize| {
+            let values = trajectory.output(index).iter().copied().enumerate();
+            values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        };
+        let peaks: Vec<Option<(usize, f64)>> = (0..names.len()).map(peak).collect();
+        let values = peaks.iter().map(|peak| peak.map(|(_, value)| value));
+        let times = peaks
+            .iter()
+            .map(|peak| peak.map(|(k, _)| trajectory.times()[k]));
+        let bounds = (0..names.len()).map(|index| {
+            let bounds = trajectory.output_bound(index).iter().copied();
+            bounds
+                .collect::<Option<Vec<f64>>>()
+                .map(|all| all.into_iter().fold(0.0, f64::max))
+        });
+        (!names.is_empty()).then(|| {
+            Table::default()
+                .column(
+                    "output",
+                    Align::Left,
+                    names.iter().map(|name| visible(name)),
+                )
+                .column("largest at a sample", Align::Point, number::column(values))
+                .column("at, s", Align::Point, number::column(times))
+                .column("bound of its error", Align::Point, number::column(bounds))
+        })
     }
 
     /// What becomes of each coordinate.

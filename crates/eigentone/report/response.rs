@@ -3,6 +3,7 @@
 
 use std::io::{self, Write};
 
+use eigentone_modes::{CoordinateKind, System};
 use eigentone_response::{SteadyState, Trajectory};
 use faer::MatRef;
 use serde::ser::{SerializeMap, SerializeSeq};
@@ -19,6 +20,8 @@ pub struct ResponseReport<'a> {
     trajectory: &'a Trajectory,
     names: &'a [String],
     steady_state: Option<&'a SteadyState>,
+    /// What says which coordinates are rotations.
+    system: Option<&'a System>,
 }
 
 impl<'a> ResponseReport<'a> {
@@ -28,6 +31,22 @@ impl<'a> ResponseReport<'a> {
             trajectory,
             names,
             steady_state: None,
+            system: None,
+        }
+    }
+
+    /// The same with rotations of `system` in rad, where all are said to be in m otherwise.
+    pub fn with_kinds(self, system: &'a System) -> ResponseReport<'a> {
+        ResponseReport {
+            system: Some(system),
+            ..self
+        }
+    }
+
+    fn unit(&self, coordinate: usize) -> &'static str {
+        match self.system.map(|system| system.kind_of(coordinate)) {
+            Some(CoordinateKind::Rotation) => "rad",
+            _ => "m",
         }
     }
 
@@ -40,7 +59,7 @@ impl<'a> ResponseReport<'a> {
         }
     }
 
-    /// A table of step index, instant and displacements, six significant digits, one line for each
+    /// A table of step index, instant, displacements and outputs, six significant digits, one line for each
     /// instant. What has no bound is marked as doubtful.
     ///
     /// # Errors
@@ -52,8 +71,10 @@ impl<'a> ResponseReport<'a> {
         let headers = self
             .names
             .iter()
-            .map(|name| format!("{}, m", visible(name)));
-        let headers: Vec<String> = headers.collect();
+            .enumerate()
+            .map(|(i, name)| format!("{}, {}", visible(name), self.unit(i)));
+        let outputs = self.trajectory.outputs().map(visible);
+        let headers: Vec<String> = headers.chain(outputs).collect();
         // No number is wider than this: a sign, six digits, the point and a three-digit power.
         let width = |header: &String| header.chars().count().max("−1.23456e−300".chars().count());
         write!(out, "{:>step_width$}  {:>13}", "step", "t, s")?;
@@ -69,7 +90,11 @@ impl<'a> ResponseReport<'a> {
                 number::significant(*time)
             )?;
             for (row, header) in headers.iter().enumerate() {
-                let value = number::significant(displacement[(row, column)]);
+                let value = match row.checked_sub(self.names.len()) {
+                    None => displacement[(row, column)],
+                    Some(output) => self.trajectory.output(output)[column],
+                };
+                let value = number::significant(value);
                 write!(out, "  {value:>0$}", width(header))?;
             }
             let mark = if self.trajectory.is_doubtful(column) {
@@ -91,6 +116,7 @@ impl<'a> ResponseReport<'a> {
     /// One JSON object: step indices, instants in s, displacements in m and velocities in m/s by
     /// name, and absolute bounds over all coordinates for each instant. Numbers are in the
     /// shortest form that reads back to the same double; a bound that cannot be given is null.
+    /// Where outputs were asked for, the keys `outputs` and `output_bound` list their values and absolute bounds by name.
     /// Where a steady state was given, the key `steady_state` lists the real and imaginary part of
     /// the amplitude of each coordinate in m, with its proven bound, for each frequency in rad/s.
     ///
@@ -98,6 +124,7 @@ impl<'a> ResponseReport<'a> {
     /// Those of `out`.
     pub fn json(&self, mut out: impl Write) -> io::Result<()> {
         let trajectory = self.trajectory;
+        let outputs = trajectory.outputs().next().is_some();
         let json = Json {
             bounds: super::worth(trajectory.bounds()),
             step: trajectory.steps(),
@@ -106,6 +133,8 @@ impl<'a> ResponseReport<'a> {
             velocity: Rows(self.names, trajectory.velocity()),
             displacement_bound: trajectory.displacement_bound(),
             velocity_bound: trajectory.velocity_bound(),
+            outputs: outputs.then_some(Outputs(trajectory, Trajectory::output)),
+            output_bound: outputs.then_some(Outputs(trajectory, Trajectory::output_bound)),
             steady_state: self.steady_state.map(|steady_state| SteadyStateReport {
                 steady_state,
                 names: self.names,
@@ -115,19 +144,25 @@ impl<'a> ResponseReport<'a> {
         out.write_all(b"\n")
     }
 
-    /// One row for each instant with all digits: step, instant, displacements, velocities, bounds.
+    /// One row for each instant with all digits: step, instant, displacements, velocities, bounds, outputs and
+    /// their bounds.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         let trajectory = self.trajectory;
         let mut header = vec!["step".to_owned(), "time [s]".to_owned()];
-        for (quantity, unit) in [("displacement", "m"), ("velocity", "m/s")] {
-            let names = self.names.iter();
-            header.extend(names.map(|name| format!("{quantity} {name} [{unit}]")));
+        for (quantity, per) in [("displacement", ""), ("velocity", "/s")] {
+            let names = self.names.iter().enumerate();
+            let cell = |(i, name)| format!("{quantity} {name} [{}{per}]", self.unit(i));
+            header.extend(names.map(cell));
         }
         header.push("displacement_bound [m]".to_owned());
         header.push("velocity_bound [m/s]".to_owned());
+        let outputs: Vec<&str> = trajectory.outputs().collect();
+        for kind in ["output", "output_bound"] {
+            header.extend(outputs.iter().map(|name| format!("{kind} {name}")));
+        }
         csv::row(&mut out, header)?;
         let (displacement, velocity) = (trajectory.displacement(), trajectory.velocity());
         for (column, step) in trajectory.steps().iter().enumerate() {
@@ -140,7 +175,15 @@ impl<'a> ResponseReport<'a> {
                 csv::optional(trajectory.velocity_bound()[column]),
             ];
             let cells = cells.chain(at(displacement)).chain(at(velocity));
-            csv::row(&mut out, cells.chain(bounds))?;
+            let all = 0..outputs.len();
+            let values = all
+                .clone()
+                .map(|i| csv::number(trajectory.output(i)[column]));
+            let of_outputs = all.map(|i| csv::optional(trajectory.output_bound(i)[column]));
+            csv::row(
+                &mut out,
+                cells.chain(bounds).chain(values).chain(of_outputs),
+            )?;
         }
         Ok(())
     }
@@ -166,7 +209,21 @@ struct Json<'a> {
     displacement_bound: &'a [Option<f64>],
     velocity_bound: &'a [Option<f64>],
     #[serde(skip_serializing_if = "Option::is_none")]
+    outputs: Option<Outputs<'a, f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output_bound: Option<Outputs<'a, Option<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     steady_state: Option<SteadyStateReport<'a>>,
+}
+
+/// Something of each output at the instants, by its name.
+struct Outputs<'a, T>(&'a Trajectory, fn(&Trajectory, usize) -> &[T]);
+
+impl<T: Serialize> Serialize for Outputs<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let names = self.0.outputs().enumerate();
+        serializer.collect_map(names.map(|(index, name)| (name, self.1(self.0, index))))
+    }
 }
 
 /// The rows of a matrix as arrays, by name.

@@ -1,75 +1,224 @@
 //! From the layout of a scene to its system, initial state, loads and instants.
 
-use eigentone_modes::{BuildError, ElementKind, GROUND, MatrixKind, System};
+use std::collections::HashSet;
+
+use eigentone_modes::{
+    Beam, BuildError, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System, SystemBuilder,
+};
 use eigentone_response::{
-    AppliedLoad, Harmonic, Impulse, Load, LoadError, Problem, Ramp, ResponseError, Samples, State,
-    Step, TimeGrid,
+    Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Quantity, Ramp, ResponseError,
+    Samples, State, Step, Sum, Versine,
 };
 use faer::Mat;
 
 use super::Scene;
-use super::error::SceneError;
+use super::error::{Choice, SceneError};
 use super::layout;
 use super::matrix_market;
 use super::place::{self, steps};
-
-use super::shape::{List, Matrix, Number, Object};
+use super::record;
+use super::shape::{ByName, List, Matrix, Number, Object, Ratios, Text, Values};
 use super::text::Source;
 use super::words::{excerpt, hint};
 
 /// Checks all there is to check.
 pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene, SceneError> {
     let system = system(&layout, source)?;
-    let known = |name: &str, path: Vec<place::Step>| {
-        if name == GROUND {
-            let at = source.place(path);
-            return Err(SceneError::OnGround { at });
-        }
-        system
-            .index_of(name)
-            .ok_or_else(|| unknown_name(name, system.names(), source, path))
+    let names = Names {
+        system: &system,
+        source,
     };
-
     let mut initial = State::at_rest();
-    for (name, Object(motion)) in &layout.initial.0 {
-        known(name, steps!["initial", name.as_str()])?;
+    for (name, Object(state)) in &layout.initial.0 {
+        names.of_state(name, steps!["initial", name.as_str()])?;
         initial = initial
-            .displace(name, motion.displacement.0)
-            .push(name, motion.velocity.0);
+            .displace(name, state.displacement.0)
+            .push(name, state.velocity.0);
     }
+    let mut kinds = Kinds::default();
     let mut loads = Vec::new();
-    let mut kinds = Vec::new();
     for (i, Object(given)) in layout.loads.0.into_iter().enumerate() {
-        let coordinate = known(&given.on.0, steps!["loads", i, "on"])?;
-        let (kind, load) = load(given).map_err(|given| SceneError::LoadKind {
-            at: source.place(steps!["loads", i]),
-            given,
-        })?;
-        loads.push(AppliedLoad { coordinate, load });
-        kinds.push(kind);
+        let on = given.on.0.clone();
+        names.of_load(&on, steps!["loads", i, "on"])?;
+        let (kind, load) = load(given, i, source)?;
+        kinds.loads.push(kind);
+        loads.push((on, load));
     }
-
-    let refusal = |error: ResponseError| {
-        let at = source.place(response_path(&error, &kinds));
-        let source = Box::new(error);
-        SceneError::Response { at, source }
-    };
-    let grid = match layout.time {
-        Some(Object(time)) => Some(TimeGrid::new(time.step.0, time.end.0).map_err(refusal)?),
-        None => None,
-    };
-    match grid {
-        Some(grid) => Problem::new(&system, &initial, loads.clone(), grid).map(drop),
-        None => check_without_time(&system, &initial, &loads),
+    let mut motions = Vec::new();
+    for (i, Object(given)) in layout.motions.0.into_iter().enumerate() {
+        let of = given.of.0.clone();
+        names.of_motion(&of, steps!["motions", i, "of"])?;
+        let (path, quantity, course) = motion(given, i, source)?;
+        kinds.motions.push(path);
+        motions.push((of, quantity, course));
     }
-    .map_err(refusal)?;
-    Ok(Scene {
+    let outputs = outputs(layout.outputs.0, &names)?;
+    let elastic = |spring: &Object<layout::Spring>| spring.0.loss_factor.0;
+    let loss_factors: Vec<f64> = layout.springs.0.iter().map(elastic).collect();
+    let lossy = loss_factors.iter().position(|factor| *factor != 0.0);
+    if let (Some(i), true) = (lossy, layout.time.is_some()) {
+        let at = source.place(steps!["springs", i, "loss_factor"]);
+        return Err(SceneError::LossFactorInTime { at });
+    }
+    let time = layout.time.map(|Object(time)| (time.step.0, time.end.0));
+    let scene = Scene {
         title: layout.title.map(|title| title.0),
         system,
         initial,
         loads,
-        grid,
-    })
+        motions,
+        outputs,
+        loss_factors,
+        time,
+    };
+    let problem = match scene.problem() {
+        Some(problem) => problem.map(drop),
+        None => check_without_time(&scene),
+    };
+    problem.map_err(|error| SceneError::Response {
+        at: source.place(response_path(&error, &kinds, &scene.motions)),
+        source: Box::new(error),
+    })?;
+    Ok(scene)
+}
+
+/// The kind of each load, and where the course of each motion stands.
+#[derive(Default)]
+struct Kinds {
+    loads: Vec<&'static str>,
+    motions: Vec<[&'static str; 2]>,
+}
+
+/// What names stand for, once there is a system.
+struct Names<'a> {
+    system: &'a System,
+    source: &'a Source<'a>,
+}
+
+impl Names<'_> {
+    /// What the name stands for.
+    fn kind(&self, name: &str) -> Option<Named> {
+        let coordinate = || self.system.index_of(name).map(|_| Named::Coordinate);
+        let supports = self.system.supports();
+        let support = || {
+            supports
+                .iter()
+                .any(|support| support == name)
+                .then_some(Named::Support)
+        };
+        let points = self.system.points();
+        let point = || {
+            points
+                .iter()
+                .any(|point| point.name == name)
+                .then_some(Named::Point)
+        };
+        let ground = (name == GROUND).then_some(Named::Ground);
+        ground.or_else(coordinate).or_else(support).or_else(point)
+    }
+
+    /// The names of what is of one of these kinds.
+    fn all(&self, kinds: &[Named]) -> Vec<&str> {
+        let coordinates = self.system.names().iter().map(String::as_str);
+        let points = self.system.points().iter().map(|point| point.name.as_str());
+        let supports = self.system.supports().iter().map(String::as_str);
+        let all = coordinates.chain(points).chain(supports);
+        all.filter(|name| self.kind(name).is_some_and(|kind| kinds.contains(&kind)))
+            .collect()
+    }
+
+    /// Refuses a name of none of these kinds.
+    fn admit(
+        &self,
+        name: &str,
+        kinds: &[Named],
+        what: &'static str,
+        path: Vec<place::Step>,
+    ) -> Result<(), SceneError> {
+        let at = || self.source.place(path.clone());
+        match self.kind(name) {
+            Some(kind) if kinds.contains(&kind) => Ok(()),
+            Some(Named::Ground) => Err(SceneError::OnGround { at: at() }),
+            Some(kind) => Err(SceneError::WrongKind {
+                at: at(),
+                name: excerpt(name),
+                is: kind.word(),
+                what,
+            }),
+            None => Err(unknown_name(
+                name,
+                what,
+                &self.all(kinds),
+                self.source,
+                path,
+            )),
+        }
+    }
+
+    fn of_state(&self, name: &str, path: Vec<place::Step>) -> Result<(), SceneError> {
+        self.admit(name, &[Named::Coordinate], "a coordinate", path)
+    }
+
+    fn of_load(&self, name: &str, path: Vec<place::Step>) -> Result<(), SceneError> {
+        let kinds = [Named::Coordinate, Named::Point];
+        self.admit(name, &kinds, "a coordinate or point", path)
+    }
+
+    fn of_motion(&self, name: &str, path: Vec<place::Step>) -> Result<(), SceneError> {
+        self.admit(name, &[Named::Support], "a support", path)
+    }
+
+    fn of_output(&self, name: &str, path: Vec<place::Step>) -> Result<(), SceneError> {
+        let kinds = [
+            Named::Coordinate,
+            Named::Point,
+            Named::Support,
+            Named::Ground,
+        ];
+        self.admit(name, &kinds, "a coordinate, point or support", path)
+    }
+
+    fn of_force(&self, name: &str, path: Vec<place::Step>) -> Result<(), SceneError> {
+        if self.system.element_of(name).is_some() {
+            return Ok(());
+        }
+        let kinds = [ElementKind::Spring, ElementKind::Damper];
+        let elements: Vec<GivenElement> = kinds
+            .into_iter()
+            .flat_map(|kind| self.system.elements(kind))
+            .collect();
+        let known: Vec<&String> = elements
+            .iter()
+            .filter_map(|element| element.name.as_ref())
+            .collect();
+        Err(unknown_name(
+            name,
+            "a spring or damper",
+            &known,
+            self.source,
+            path,
+        ))
+    }
+}
+
+/// What a name may stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Named {
+    Ground,
+    Coordinate,
+    Point,
+    Support,
+}
+
+impl Named {
+    fn word(self) -> &'static str {
+        match self {
+            Named::Ground => "the ground",
+            Named::Coordinate => "a coordinate",
+            Named::Point => "a point",
+            Named::Support => "a support",
+        }
+    }
 }
 
 fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneError> {
@@ -82,16 +231,68 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             });
         }
         for Object(mass) in &masses.0 {
-            builder = builder.mass(&mass.name.0, mass.mass.0);
+            let (name, inertia) = (&mass.name.0, mass.mass.0);
+            builder = match mass.unit.0 {
+                true => builder.rotation(name, inertia),
+                false => builder.mass(name, inertia),
+            };
         }
     }
-    for Object(spring) in &layout.springs.0 {
+    for Object(point) in &layout.points.0 {
+        let moves = point
+            .moves
+            .0
+            .iter()
+            .map(|(name, times)| (name.as_str(), times.0));
+        builder = builder.point(&point.name.0, moves, point.mass.0);
+    }
+    for support in &layout.supports.0 {
+        builder = builder.support(&support.0);
+    }
+    for (i, Object(spring)) in layout.springs.0.iter().enumerate() {
+        if spring.loss_factor.0 < 0.0 {
+            return Err(SceneError::LossFactor {
+                at: source.place(steps!["springs", i, "loss_factor"]),
+                value: spring.loss_factor.0,
+            });
+        }
         let [first, second] = &spring.between.0;
-        builder = builder.spring(first, second, spring.stiffness.0);
+        builder = builder.spring(&first.0, &second.0, spring.stiffness.0);
+        if let Some(name) = &spring.name {
+            builder = builder.named(&name.0);
+        }
     }
     for Object(damper) in &layout.dampers.0 {
         let [first, second] = &damper.between.0;
-        builder = builder.damper(first, second, damper.damping.0);
+        builder = builder.damper(&first.0, &second.0, damper.damping.0);
+        if let Some(name) = &damper.name {
+            builder = builder.named(&name.0);
+        }
+    }
+    for Object(beam) in &layout.beams.0 {
+        builder = builder.beam(Beam {
+            name: beam.name.0.clone(),
+            length: beam.length.0,
+            elements: beam.elements.0,
+            flexural_rigidity: beam.flexural_rigidity.0,
+            mass_per_length: beam.mass_per_length.0,
+            ends: beam.ends.0.each_ref().map(|end| end.0),
+            lumped: beam.mass.0,
+        });
+    }
+    for Object(rod) in &layout.rods.0 {
+        builder = builder.rod(Rod {
+            name: rod.name.0.clone(),
+            length: rod.length.0,
+            elements: rod.elements.0,
+            axial_rigidity: rod.axial_rigidity.0,
+            mass_per_length: rod.mass_per_length.0,
+            ends: rod.ends.0.each_ref().map(|end| end.0),
+            lumped: rod.mass.0,
+        });
+    }
+    if let Some(Object(damping)) = &layout.damping {
+        builder = damped(builder, damping);
     }
     let mut order = 0;
     if let Some(Object(matrices)) = &layout.matrices {
@@ -123,14 +324,30 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
     }
     builder.build().map_err(|error| {
         let path = build_path(&error, layout);
+        let mut names: Vec<String> = match &layout.masses {
+            Some(masses) => masses.0.iter().map(|mass| mass.0.name.0.clone()).collect(),
+            None => (1..=order).map(|i| format!("x{i}")).collect(),
+        };
+        let supports = layout.supports.0.iter().map(|support| support.0.clone());
+        let points = layout.points.0.iter().map(|point| point.0.name.0.clone());
         match error {
             BuildError::UnknownNode { name, .. } => {
-                let mut names: Vec<String> = match &layout.masses {
-                    Some(masses) => masses.0.iter().map(|mass| mass.0.name.0.clone()).collect(),
-                    None => (1..=order).map(|i| format!("x{i}")).collect(),
+                let coordinates = names.len();
+                names.extend(points.chain(supports));
+                let what = match names.len() > coordinates {
+                    true => "a coordinate, point or support",
+                    false => "a coordinate",
                 };
                 names.push(GROUND.to_owned());
-                unknown_name(&name, &names, source, path)
+                unknown_name(&name, what, &names, source, path)
+            }
+            BuildError::PointMoves { name, .. } => {
+                names.extend(supports);
+                unknown_name(&name, "a coordinate or support", &names, source, path)
+            }
+            BuildError::NotASupport { name, .. } => {
+                let supports: Vec<String> = supports.collect();
+                unknown_name(&name, "a support", &supports, source, path)
             }
             error => SceneError::System {
                 at: source.place(path),
@@ -140,8 +357,26 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
     })
 }
 
+fn damped(mut builder: SystemBuilder, damping: &layout::Damping) -> SystemBuilder {
+    let name = |text: &Option<Text>| text.as_ref().map(|text| text.0.clone());
+    if let Some(Object(rayleigh)) = &damping.rayleigh {
+        let relative_to = name(&rayleigh.relative_to);
+        let (mass, stiffness) = (rayleigh.mass.0, rayleigh.stiffness.0);
+        builder = builder.rayleigh(mass, stiffness, relative_to.as_deref());
+    }
+    match &damping.modal {
+        Some(Ratios::Plain(ratios)) => builder.modal_damping(ratios.0.clone(), None),
+        Some(Ratios::More(modal)) => {
+            let relative_to = name(&modal.relative_to);
+            builder.modal_damping(modal.ratios.0.clone(), relative_to.as_deref())
+        }
+        None => builder,
+    }
+}
+
 fn unknown_name(
     name: &str,
+    what: &'static str,
     known: &[impl AsRef<str>],
     source: &Source<'_>,
     path: Vec<place::Step>,
@@ -149,6 +384,7 @@ fn unknown_name(
     SceneError::UnknownName {
         at: source.place(path),
         name: excerpt(name),
+        what,
         hint: hint(name, known),
     }
 }
@@ -172,60 +408,225 @@ fn entries(
     Ok(Mat::from_fn(rows.len(), expected, |i, j| rows[i].0[j].0))
 }
 
-/// The load and its kind, if it has one; or else the kinds it has.
-fn load(given: layout::Load) -> Result<(&'static str, Load), Vec<&'static str>> {
-    let step = given
-        .step
-        .map(|Object(step)| Step::of(step.force.0).starting_at(step.start.0));
-    let ramp = given
-        .ramp
-        .map(|Object(ramp)| Ramp::of(ramp.rate.0).starting_at(ramp.start.0));
-    let impulse = given
-        .impulse
-        .map(|Object(impulse)| Impulse::of(impulse.magnitude.0).at(impulse.at.0));
-    let harmonic = given.harmonic.map(|Object(harmonic)| {
-        Harmonic::of(harmonic.amplitude.0, harmonic.frequency.0).with_phase(harmonic.phase.0)
-    });
-    let samples = given.samples.map(|Object(samples)| Samples {
-        step: samples.step.0,
-        values: samples.values.0.into_iter().map(|value| value.0).collect(),
-        hold: samples.hold.0,
-    });
-    let all = [
-        ("step", step.map(Load::from)),
-        ("ramp", ramp.map(Load::from)),
-        ("impulse", impulse.map(Load::from)),
-        ("harmonic", harmonic.map(Load::from)),
-        ("samples", samples.map(Load::from)),
-    ];
+/// The only one of these that is given, with its key; or else all the keys that are.
+fn only<T, const N: usize>(
+    all: [(&'static str, Option<T>); N],
+) -> Result<(&'static str, T), Vec<&'static str>> {
     let mut present = all
         .into_iter()
-        .filter_map(|(kind, load)| Some((kind, load?)));
+        .filter_map(|(key, value)| Some((key, value?)));
     match (present.next(), present.next()) {
         (Some(only), None) => Ok(only),
         (first, second) => {
             let present = first.into_iter().chain(second).chain(present);
-            Err(present.map(|(kind, _)| kind).collect())
+            Err(present.map(|(key, _)| key).collect())
         }
     }
 }
 
+/// The load and its kind.
+fn load(
+    given: layout::Load,
+    index: usize,
+    source: &Source<'_>,
+) -> Result<(&'static str, Load), SceneError> {
+    let place = || steps!["loads", index];
+    let step =
+        |Object(step): Object<layout::Step>| Step::of(step.force.0).starting_at(step.start.0);
+    let impulse = |Object(impulse): Object<layout::Impulse>| {
+        Impulse::of(impulse.magnitude.0).at(impulse.at.0)
+    };
+    let half_sine = |Object(push): Object<layout::Push>| HalfSine {
+        force: push.force.0,
+        duration: push.duration.0,
+        start: push.start.0,
+    };
+    let versine = |Object(push): Object<layout::Push>| Versine {
+        force: push.force.0,
+        duration: push.duration.0,
+        start: push.start.0,
+    };
+    let all = [
+        ("step", given.step.map(step).map(Load::from)),
+        ("ramp", given.ramp.map(ramp)),
+        ("impulse", given.impulse.map(impulse).map(Load::from)),
+        ("harmonic", given.harmonic.map(harmonic)),
+        ("half_sine", given.half_sine.map(half_sine).map(Load::from)),
+        ("versine", given.versine.map(versine).map(Load::from)),
+        ("samples", samples(given.samples, place, source)?),
+    ];
+    only(all).map_err(|given| SceneError::Choice {
+        at: source.place(place()),
+        choice: Choice::Load,
+        given,
+    })
+}
+
+/// The motion of a support, and where its course stands.
+fn motion(
+    given: layout::Motion,
+    index: usize,
+    source: &Source<'_>,
+) -> Result<([&'static str; 2], Quantity, Load), SceneError> {
+    let all = [
+        (
+            "displacement",
+            given
+                .displacement
+                .map(|course| (Quantity::Displacement, course)),
+        ),
+        (
+            "velocity",
+            given.velocity.map(|course| (Quantity::Velocity, course)),
+        ),
+        (
+            "acceleration",
+            given
+                .acceleration
+                .map(|course| (Quantity::Acceleration, course)),
+        ),
+    ];
+    let (key, (quantity, Object(given))) = only(all).map_err(|given| SceneError::Choice {
+        at: source.place(steps!["motions", index]),
+        choice: Choice::Motion,
+        given,
+    })?;
+    let place = || steps!["motions", index, key];
+    let step =
+        |Object(rise): Object<layout::Rise>| Step::of(rise.height.0).starting_at(rise.start.0);
+    let half_sine = |Object(bump): Object<layout::Bump>| HalfSine {
+        force: bump.height.0,
+        duration: bump.duration.0,
+        start: bump.start.0,
+    };
+    let versine = |Object(bump): Object<layout::Bump>| Versine {
+        force: bump.height.0,
+        duration: bump.duration.0,
+        start: bump.start.0,
+    };
+    let all = [
+        ("step", given.step.map(step).map(Load::from)),
+        ("ramp", given.ramp.map(ramp)),
+        ("harmonic", given.harmonic.map(harmonic)),
+        ("half_sine", given.half_sine.map(half_sine).map(Load::from)),
+        ("versine", given.versine.map(versine).map(Load::from)),
+        ("samples", samples(given.samples, place, source)?),
+    ];
+    let (kind, course) = only(all).map_err(|given| SceneError::Choice {
+        at: source.place(place()),
+        choice: Choice::Course,
+        given,
+    })?;
+    Ok(([key, kind], quantity, course))
+}
+
+fn ramp(Object(ramp): Object<layout::Ramp>) -> Load {
+    Ramp::of(ramp.rate.0).starting_at(ramp.start.0).into()
+}
+
+fn harmonic(Object(harmonic): Object<layout::Harmonic>) -> Load {
+    Harmonic::of(harmonic.amplitude.0, harmonic.frequency.0)
+        .with_phase(harmonic.phase.0)
+        .into()
+}
+
+/// Samples that stand in the scene or in a file beside it.
+fn samples(
+    given: Option<Object<layout::Samples>>,
+    place: impl Fn() -> Vec<place::Step>,
+    source: &Source<'_>,
+) -> Result<Option<Load>, SceneError> {
+    let Some(Object(samples)) = given else {
+        return Ok(None);
+    };
+    let values = match samples.values {
+        Values::Here(values) => values.into_iter().map(|value| value.0).collect(),
+        Values::There(of) => {
+            record::read(&source.beside(&of.file.0), &of.column).map_err(|error| {
+                let path = place().into_iter().chain(steps!["samples", "values"]);
+                SceneError::Record {
+                    at: source.place(path.collect()),
+                    source: Box::new(error),
+                }
+            })?
+        }
+    };
+    Ok(Some(Load::from(Samples {
+        step: samples.step.0,
+        values,
+        hold: samples.hold.0,
+    })))
+}
+
+/// What is asked for beside the motion of the coordinates.
+fn outputs(
+    given: Vec<Object<layout::Output>>,
+    names: &Names<'_>,
+) -> Result<Vec<Combination>, SceneError> {
+    let mut seen = HashSet::new();
+    let mut outputs = Vec::new();
+    for (i, Object(output)) in given.into_iter().enumerate() {
+        let name = output.name.0;
+        let at = |path| names.source.place(path);
+        if name.is_empty() || !seen.insert(name.clone()) {
+            return Err(SceneError::OutputName {
+                at: at(steps!["outputs", i, "name"]),
+                name: excerpt(&name),
+            });
+        }
+        let sums = [
+            ("displacement", Quantity::Displacement, output.displacement),
+            ("velocity", Quantity::Velocity, output.velocity),
+            ("acceleration", Quantity::Acceleration, output.acceleration),
+        ];
+        let mut terms = Vec::new();
+        let mut keys = Vec::new();
+        for (key, quantity, sum) in sums {
+            let Some(ByName(sum)) = sum else { continue };
+            keys.push(key);
+            if sum.is_empty() {
+                let at = at(steps!["outputs", i, key]);
+                return Err(SceneError::EmptyOutput { at });
+            }
+            for (of, times) in sum {
+                names.of_output(&of, steps!["outputs", i, key, of.as_str()])?;
+                terms.push((quantity, of, times.0));
+            }
+        }
+        let of = match output.force {
+            Some(element) if keys.is_empty() => {
+                names.of_force(&element.0, steps!["outputs", i, "force"])?;
+                Sum::Pull(element.0)
+            }
+            None if !keys.is_empty() => Sum::Motions(terms),
+            force => {
+                keys.extend(force.map(|_| "force"));
+                return Err(SceneError::Choice {
+                    at: at(steps!["outputs", i]),
+                    choice: Choice::Output,
+                    given: keys,
+                });
+            }
+        };
+        outputs.push(Combination { name, of });
+    }
+    Ok(outputs)
+}
+
 /// What can be checked of the initial state and the loads while no instants are asked for: all but
 /// the fit of sample steps to a grid.
-fn check_without_time(
-    system: &System,
-    initial: &State,
-    loads: &[AppliedLoad],
-) -> Result<(), ResponseError> {
-    let loads = loads.iter().cloned().map(|mut applied| {
-        if let Load::Samples(samples) = &mut applied.load
+fn check_without_time(scene: &Scene) -> Result<(), ResponseError> {
+    let mut scene = scene.clone();
+    let loads = scene.loads.iter_mut().map(|(_, load)| load);
+    let courses = scene.motions.iter_mut().map(|(_, _, course)| course);
+    for load in loads.chain(courses) {
+        if let Load::Samples(samples) = load
             && samples.step > 0.0
         {
             samples.step = 1.0;
         }
-        applied
-    });
-    Problem::new(system, initial, loads.collect(), TimeGrid::new(1.0, 0.0)?).map(drop)
+    }
+    scene.asked(1.0, 0.0).problem().map(drop)
 }
 
 /// Where in the scene a system is wrong.
@@ -233,6 +634,36 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
     let element = |kind: &ElementKind| match kind {
         ElementKind::Spring => ("springs", "stiffness"),
         ElementKind::Damper => ("dampers", "damping"),
+    };
+    let index_of_point = |name: &String| {
+        let points = layout.points.0.iter();
+        let found = points
+            .map(|point| &point.0.name.0)
+            .position(|point| point == name);
+        found.unwrap_or(0)
+    };
+    let continuum = |name: &String| {
+        let beam = layout
+            .beams
+            .0
+            .iter()
+            .position(|beam| beam.0.name.0 == *name);
+        let rod = layout.rods.0.iter().position(|rod| rod.0.name.0 == *name);
+        match (beam, rod) {
+            (Some(beam), _) => steps!["beams", beam],
+            (None, rod) => steps!["rods", rod.unwrap_or(0)],
+        }
+    };
+    let relative_to = |name: &String| {
+        let damping = layout.damping.as_ref().map(|damping| &damping.0);
+        let rayleigh = damping.and_then(|damping| damping.rayleigh.as_ref());
+        let to_it = rayleigh.and_then(|rayleigh| rayleigh.0.relative_to.as_ref());
+        let of = if to_it.is_some_and(|to| to.0 == *name) {
+            "rayleigh"
+        } else {
+            "modal"
+        };
+        steps!["damping", of, "relative_to"]
     };
     match error {
         BuildError::TooLarge { .. } | BuildError::Empty => match &layout.masses {
@@ -242,8 +673,57 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
         },
         BuildError::EmptyName { index }
         | BuildError::ReservedName { index }
-        | BuildError::DuplicateName { second: index, .. } => steps!["masses", *index, "name"],
-        BuildError::InvalidMass { index, .. } => steps!["masses", *index, "mass"],
+        | BuildError::DuplicateName { second: index, .. } => match &layout.masses {
+            Some(masses) if *index < masses.0.len() => steps!["masses", *index, "name"],
+            _ if layout.beams.0.is_empty() => steps!["rods"],
+            _ => steps!["beams"],
+        },
+        BuildError::Continuum { name, what, .. } => {
+            let mut path = continuum(name);
+            let is_beam = path.first() == Some(&place::Step::from("beams"));
+            path.push(place::Step::from(match (*what, is_beam) {
+                ("rigidity", true) => "flexural_rigidity",
+                ("rigidity", false) => "axial_rigidity",
+                ("mass per length", _) => "mass_per_length",
+                ("number of elements", _) => "elements",
+                (what, _) => what,
+            }));
+            path
+        }
+        BuildError::ContinuumRange { name } => continuum(name),
+        BuildError::DampingNotFinite { .. } | BuildError::DampingRange => steps!["damping"],
+        BuildError::NotASupport { name, .. } | BuildError::NotHeld { name } => relative_to(name),
+        BuildError::NoRatios => match &layout.damping {
+            Some(Object(layout::Damping {
+                modal: Some(Ratios::More(_)),
+                ..
+            })) => {
+                steps!["damping", "modal", "ratios"]
+            }
+            _ => steps!["damping", "modal"],
+        },
+        BuildError::ModalSize { .. }
+        | BuildError::NoModes { .. }
+        | BuildError::EqualModes { .. } => steps!["damping", "modal"],
+        BuildError::FollowSize { .. } => steps!["damping"],
+        BuildError::InvalidMass { index, name, .. } => {
+            let masses = layout.masses.iter().flat_map(|masses| &masses.0);
+            let is_mass = masses.take(index + 1).any(|mass| mass.0.name.0 == *name);
+            steps![if is_mass { "masses" } else { "points" }, *index, "mass"]
+        }
+        BuildError::PlaceName {
+            what: "support",
+            index,
+            ..
+        } => steps!["supports", *index],
+        BuildError::PlaceName { index, .. } => steps!["points", *index, "name"],
+        BuildError::PointMoves { point, name, .. }
+        | BuildError::PointOnPoint { point, name }
+        | BuildError::PointNotFinite { point, name, .. } => {
+            steps!["points", index_of_point(point), "moves", name.as_str()]
+        }
+        BuildError::PointStill { point } => steps!["points", index_of_point(point), "moves"],
+        BuildError::ElementName { kind, index, .. } => steps![element(kind).0, *index, "name"],
         BuildError::ElementNotFinite { kind, index, .. } => {
             let (list, coefficient) = element(kind);
             steps![list, *index, coefficient]
@@ -255,7 +735,7 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
                 ElementKind::Spring => &layout.springs.0[*index].0.between,
                 ElementKind::Damper => &layout.dampers.0[*index].0.between,
             };
-            let end = usize::from(between.0[0] != *name);
+            let end = usize::from(between.0[0].0 != *name);
             steps![element(kind).0, *index, "between", end]
         }
         BuildError::SelfJoined { kind, index, .. } => steps![element(kind).0, *index, "between"],
@@ -275,7 +755,11 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
 }
 
 /// Where in the scene a response is wrong.
-fn response_path(error: &ResponseError, kinds: &[&str]) -> Vec<place::Step> {
+fn response_path(
+    error: &ResponseError,
+    kinds: &Kinds,
+    motions: &[(String, Quantity, Load)],
+) -> Vec<place::Step> {
     match error {
         ResponseError::Step { .. } => steps!["time", "step"],
         ResponseError::End { .. } => steps!["time", "end"],
@@ -287,20 +771,36 @@ fn response_path(error: &ResponseError, kinds: &[&str]) -> Vec<place::Step> {
         }
         ResponseError::ImpulseOnMassless { index, .. } => steps!["loads", *index, "impulse"],
         ResponseError::Load { index, error } => {
-            let kind = kinds[*index];
-            match error {
-                LoadError::NotFinite { parameter, .. } => steps!["loads", *index, kind, *parameter],
-                LoadError::ImpulseBeforeStart { .. } => steps!["loads", *index, kind, "at"],
-                LoadError::NoSamples => steps!["loads", *index, kind, "values"],
-                LoadError::SampleNotFinite { index: sample, .. } => {
-                    steps!["loads", *index, kind, "values", *sample]
-                }
-                LoadError::SampleStep { .. } | LoadError::SampleGrid { .. } => {
-                    steps!["loads", *index, kind, "step"]
-                }
-                _ => steps!["loads", *index, kind],
-            }
+            let kind = kinds.loads[*index];
+            let mut path = steps!["loads", *index, kind];
+            path.extend(parameter(error));
+            path
         }
+        ResponseError::Motion { index, error } => {
+            let [quantity, kind] = kinds.motions[*index];
+            let mut path = steps!["motions", *index, quantity, kind];
+            path.extend(parameter(error));
+            path
+        }
+        ResponseError::JumpOnMassless { support, .. } => {
+            let moved = motions.iter().position(|(of, ..)| of == support);
+            steps!["motions", moved.unwrap_or(0)]
+        }
+        ResponseError::Combination { index, .. } => steps!["outputs", *index],
         _ => steps![],
+    }
+}
+
+/// Where in a load or a motion it is wrong.
+fn parameter(error: &LoadError) -> Vec<place::Step> {
+    match error {
+        LoadError::NotFinite { parameter, .. } => steps![*parameter],
+        LoadError::ImpulseBeforeStart { .. } => steps!["at"],
+        LoadError::NoSamples => steps!["values"],
+        LoadError::SampleNotFinite { index, .. } => steps!["values", *index],
+        LoadError::SampleStep { .. } | LoadError::SampleGrid { .. } => steps!["step"],
+        LoadError::Duration { .. } => steps!["duration"],
+        LoadError::PulseBeforeStart { .. } => steps!["start"],
+        _ => Vec::new(),
     }
 }

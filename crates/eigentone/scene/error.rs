@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::matrix_market::MatrixMarketError;
 use super::place::Place;
+use super::record::RecordError;
 use super::words::listed;
 
 /// The largest scene file that is read, in bytes.
@@ -46,7 +47,7 @@ pub enum SceneError {
     },
     /// It has nothing in it.
     #[error(
-        "{}: is empty: a scene is a JSON object with \"masses\" or \"matrices\"",
+        "{}: is empty: a scene is a JSON object with \"masses\", \"matrices\", \"beams\" or \"rods\"",
         file.display()
     )]
     Empty {
@@ -83,29 +84,86 @@ pub enum SceneError {
         /// What is wrong.
         source: serde_json::Error,
     },
-    /// A name is not that of a coordinate.
-    #[error("{at}: {name:?} is not the name of a coordinate: {hint}")]
+    /// A name is not that of anything that may stand here.
+    #[error("{at}: {name:?} is not the name of {what}: {hint}")]
     UnknownName {
         /// Where.
         at: Place,
         /// The name.
         name: String,
+        /// What may stand here.
+        what: &'static str,
         /// The nearest known name, or the names there are.
         hint: String,
     },
-    /// A load or an initial state was given to the ground.
+    /// A name stands for something else than belongs here.
+    #[error("{at}: {name:?} is {is}: name {what}{}", instead(is, what))]
+    WrongKind {
+        /// Where.
+        at: Place,
+        /// The name.
+        name: String,
+        /// What it stands for.
+        is: &'static str,
+        /// What may stand here.
+        what: &'static str,
+    },
+    /// A load, a motion or an initial state was given to the ground.
     #[error("{at}: the ground does not move: name a mass instead")]
     OnGround {
         /// Where.
         at: Place,
     },
-    /// A load has no kind, or more than one.
-    #[error("{at}: {}", load_kinds(given))]
-    LoadKind {
-        /// The load.
+    /// One of several keys must be given, and none or more are.
+    #[error("{at}: {}", choice.message(given))]
+    Choice {
+        /// Where.
         at: Place,
-        /// The kinds given.
+        /// Between what.
+        choice: Choice,
+        /// The keys given.
         given: Vec<&'static str>,
+    },
+    /// Two outputs share a name, or one has the empty name.
+    #[error(
+        "{at}: an output is named {name:?}: names of outputs must not be empty, and must differ"
+    )]
+    OutputName {
+        /// The name.
+        at: Place,
+        /// The name.
+        name: String,
+    },
+    /// A sum of nothing.
+    #[error("{at}: the sum is empty: give at least one name and what it is multiplied by")]
+    EmptyOutput {
+        /// The sum.
+        at: Place,
+    },
+    /// A loss factor is negative.
+    #[error("{at}: the loss factor is {value:?}: it must be 0 or more")]
+    LossFactor {
+        /// Where.
+        at: Place,
+        /// The value given.
+        value: f64,
+    },
+    /// A spring with a loss factor in a scene that asks for a motion in time.
+    #[error(
+        "{at}: structural damping is defined for harmonic motion alone, and in time it would answer before it is asked: \
+         leave out \"time\" and take the frequency response, or give dampers or \"damping\" in its place"
+    )]
+    LossFactorInTime {
+        /// The loss factor.
+        at: Place,
+    },
+    /// A file with the values of samples is wrong.
+    #[error("{at}: {source}")]
+    Record {
+        /// The values.
+        at: Place,
+        /// What is wrong with their file.
+        source: Box<RecordError>,
     },
     /// A matrix that is given by the name of a file is wrong there.
     #[error("{at}: {source}")]
@@ -173,21 +231,94 @@ fn reason(error: &serde_json::Error) -> String {
     }
 }
 
-/// What the response says, without the number of the load, which the place has.
+/// What the response says, without the number of the load, motion or output, which the place has.
 fn response_reason(error: &ResponseError) -> String {
     match error {
-        ResponseError::Load { error, .. } => error.to_string(),
+        ResponseError::Load { error, .. } | ResponseError::Motion { error, .. } => {
+            error.to_string()
+        }
+        ResponseError::Combination { reason, .. } => reason.clone(),
         error => error.to_string(),
     }
 }
 
-fn load_kinds(given: &[&str]) -> String {
-    let all = "\"step\", \"ramp\", \"impulse\", \"harmonic\" or \"samples\"";
-    match given {
-        [] => format!("the load has no force: give it one of {all}"),
-        _ => format!(
-            "the load has {}: give each a load of its own",
-            listed(given.iter().map(|kind| format!("{kind:?}")), "and")
-        ),
+/// What to do about a name of another kind.
+fn instead(is: &str, what: &str) -> &'static str {
+    match (is, what) {
+        ("a point", "a coordinate") => ", such as those it moves with, which have the state",
+        ("a support", "a coordinate") => ": supports are at rest at 0 before t = 0",
+        ("a support", "a coordinate or point") => {
+            ": a force on a support moves nothing, its motion is given"
+        }
+        ("a coordinate" | "a point", "a support") => {
+            ": only the motion of those is given, by \"supports\""
+        }
+        _ => "",
+    }
+}
+
+/// Keys of which exactly one must be given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Choice {
+    /// The kinds of a load.
+    Load,
+    /// The quantity that a motion prescribes.
+    Motion,
+    /// The kinds of a motion.
+    Course,
+    /// Sums or a force.
+    Output,
+}
+
+impl Choice {
+    fn message(self, given: &[&'static str]) -> String {
+        let quoted =
+            |words: &[&str], last| listed(words.iter().map(|word| format!("{word:?}")), last);
+        let (what, lacks, all, each): (_, _, &[&str], _) = match self {
+            Choice::Load => (
+                "the load",
+                "has no force",
+                &[
+                    "step",
+                    "ramp",
+                    "impulse",
+                    "harmonic",
+                    "half_sine",
+                    "versine",
+                    "samples",
+                ],
+                "give each a load of its own",
+            ),
+            Choice::Motion => (
+                "the motion",
+                "says nothing",
+                &["displacement", "velocity", "acceleration"],
+                "give each a motion of its own",
+            ),
+            Choice::Course => (
+                "the motion",
+                "has no course",
+                &[
+                    "step",
+                    "ramp",
+                    "harmonic",
+                    "half_sine",
+                    "versine",
+                    "samples",
+                ],
+                "give each a motion of its own",
+            ),
+            Choice::Output => (
+                "the output",
+                "shows nothing",
+                &["displacement", "velocity", "acceleration", "force"],
+                "give the force an output of its own",
+            ),
+        };
+        match given {
+            [] => format!("{what} {lacks}: give it one of {}", quoted(all, "or")),
+            _ => format!("{what} has {}: {each}", quoted(given, "and")),
+        }
     }
 }

@@ -2,7 +2,10 @@
 
 use serde::Deserialize;
 
-use super::shape::{ByName, Hold, List, Matrix, Number, Object, Text, Two, given};
+use super::shape::{
+    BeamEnd, ByName, Column, Count, Hold, List, MassKind, Matrix, Number, Object, OneOrMore,
+    Ratios, RodEnd, Text, Two, Unit, Values, given,
+};
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Scene {
@@ -17,9 +20,23 @@ pub(super) struct Scene {
     #[serde(default)]
     pub(super) dampers: List<Object<Damper>>,
     #[serde(default)]
-    pub(super) initial: ByName<Object<Motion>>,
+    pub(super) points: List<Object<Point>>,
+    #[serde(default)]
+    pub(super) supports: List<Text>,
+    #[serde(default)]
+    pub(super) beams: List<Object<Beam>>,
+    #[serde(default)]
+    pub(super) rods: List<Object<Rod>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) damping: Option<Object<Damping>>,
+    #[serde(default)]
+    pub(super) initial: ByName<Object<State>>,
     #[serde(default)]
     pub(super) loads: List<Object<Load>>,
+    #[serde(default)]
+    pub(super) motions: List<Object<Motion>>,
+    #[serde(default)]
+    pub(super) outputs: List<Object<Output>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) time: Option<Object<Time>>,
 }
@@ -28,18 +45,76 @@ pub(super) struct Scene {
 pub(super) struct Mass {
     pub(super) name: Text,
     pub(super) mass: Number,
+    #[serde(default)]
+    pub(super) unit: Unit,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Point {
+    pub(super) name: Text,
+    pub(super) moves: ByName<Number>,
+    #[serde(default)]
+    pub(super) mass: Number,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Spring {
-    pub(super) between: Two,
+    pub(super) between: Two<Text>,
     pub(super) stiffness: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) name: Option<Text>,
+    #[serde(default)]
+    pub(super) loss_factor: Number,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Damper {
-    pub(super) between: Two,
+    pub(super) between: Two<Text>,
     pub(super) damping: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) name: Option<Text>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Beam {
+    pub(super) name: Text,
+    pub(super) length: Number,
+    pub(super) elements: Count,
+    pub(super) flexural_rigidity: Number,
+    pub(super) mass_per_length: Number,
+    pub(super) ends: Two<BeamEnd>,
+    #[serde(default)]
+    pub(super) mass: MassKind,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Rod {
+    pub(super) name: Text,
+    pub(super) length: Number,
+    pub(super) elements: Count,
+    pub(super) axial_rigidity: Number,
+    pub(super) mass_per_length: Number,
+    pub(super) ends: Two<RodEnd>,
+    #[serde(default)]
+    pub(super) mass: MassKind,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Damping {
+    #[serde(default, deserialize_with = "given")]
+    pub(super) rayleigh: Option<Object<Rayleigh>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) modal: Option<Ratios<Modal>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Rayleigh {
+    #[serde(default)]
+    pub(super) mass: Number,
+    #[serde(default)]
+    pub(super) stiffness: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) relative_to: Option<Text>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -53,7 +128,7 @@ pub(super) struct Matrices {
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct Motion {
+pub(super) struct State {
     #[serde(default)]
     pub(super) displacement: Number,
     #[serde(default)]
@@ -72,12 +147,79 @@ pub(super) struct Load {
     #[serde(default, deserialize_with = "given")]
     pub(super) harmonic: Option<Object<Harmonic>>,
     #[serde(default, deserialize_with = "given")]
+    pub(super) half_sine: Option<Object<Push>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) versine: Option<Object<Push>>,
+    #[serde(default, deserialize_with = "given")]
     pub(super) samples: Option<Object<Samples>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Motion {
+    pub(super) of: Text,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) displacement: Option<Object<Course>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) velocity: Option<Object<Course>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) acceleration: Option<Object<Course>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Course {
+    #[serde(default, deserialize_with = "given")]
+    pub(super) step: Option<Object<Rise>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) ramp: Option<Object<Ramp>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) harmonic: Option<Object<Harmonic>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) half_sine: Option<Object<Bump>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) versine: Option<Object<Bump>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) samples: Option<Object<Samples>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Output {
+    pub(super) name: Text,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) displacement: Option<ByName<Number>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) velocity: Option<ByName<Number>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) acceleration: Option<ByName<Number>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) force: Option<Text>,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Step {
     pub(super) force: Number,
+    #[serde(default)]
+    pub(super) start: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Rise {
+    pub(super) height: Number,
+    #[serde(default)]
+    pub(super) start: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Push {
+    pub(super) force: Number,
+    pub(super) duration: Number,
+    #[serde(default)]
+    pub(super) start: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Bump {
+    pub(super) height: Number,
+    pub(super) duration: Number,
     #[serde(default)]
     pub(super) start: Number,
 }
@@ -107,8 +249,22 @@ pub(super) struct Harmonic {
 #[derive(Debug, Deserialize)]
 pub(super) struct Samples {
     pub(super) step: Number,
-    pub(super) values: List<Number>,
+    pub(super) values: Values<Record>,
     pub(super) hold: Hold,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Record {
+    pub(super) file: Text,
+    #[serde(default)]
+    pub(super) column: Column,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Modal {
+    pub(super) ratios: OneOrMore,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) relative_to: Option<Text>,
 }
 
 #[derive(Debug, Deserialize)]

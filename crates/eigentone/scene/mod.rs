@@ -9,6 +9,7 @@ mod error;
 mod layout;
 mod matrix_market;
 mod place;
+mod record;
 mod shape;
 mod text;
 mod words;
@@ -16,11 +17,14 @@ mod words;
 use std::path::Path;
 
 use eigentone_modes::System;
-use eigentone_response::{AppliedLoad, Problem, ResponseError, State, TimeGrid};
+use eigentone_response::{
+    Combination, Load, Problem, Quantity, Response, ResponseError, State, Sum,
+};
 
 pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
+pub use record::{MAX_RECORD_BYTES, RecordError};
 
 /// A scene that has been read and checked.
 #[derive(Clone, Debug)]
@@ -28,8 +32,13 @@ pub struct Scene {
     title: Option<String>,
     system: System,
     initial: State,
-    loads: Vec<AppliedLoad>,
-    grid: Option<TimeGrid>,
+    loads: Vec<(String, Load)>,
+    motions: Vec<(String, Quantity, Load)>,
+    outputs: Vec<Combination>,
+    /// One for each spring.
+    loss_factors: Vec<f64>,
+    /// Step and end.
+    time: Option<(f64, f64)>,
 }
 
 impl Scene {
@@ -76,17 +85,44 @@ impl Scene {
         &self.system
     }
 
+    /// What it asks for beside the motion of the coordinates.
+    pub fn outputs(&self) -> &[Combination] {
+        &self.outputs
+    }
+
+    /// The loss factors of the springs, in their order; 0 where none is given. They are for frequency response: neither
+    /// modes nor motions have them.
+    pub fn loss_factors(&self) -> &[f64] {
+        &self.loss_factors
+    }
+
     /// The response it asks for, or `None` if it has no `time`.
     ///
     /// # Errors
     /// None after [`read`](Scene::read), which checks the same; the type is the library's.
     pub fn problem(&self) -> Option<Result<Problem<'_>, ResponseError>> {
-        let grid = self.grid?;
-        Some(Problem::new(
-            &self.system,
-            &self.initial,
-            self.loads.clone(),
-            grid,
-        ))
+        let (step, end) = self.time?;
+        Some(self.asked(step, end).problem())
+    }
+
+    /// The response at these instants.
+    fn asked(&self, step: f64, end: f64) -> Response<'_> {
+        let mut response = Response::of(&self.system)
+            .from(self.initial.clone())
+            .every(step)
+            .until(end);
+        for (on, load) in &self.loads {
+            response = response.load(on, load.clone());
+        }
+        for (of, quantity, course) in &self.motions {
+            response = response.motion(of, *quantity, course.clone());
+        }
+        for output in &self.outputs {
+            response = match &output.of {
+                Sum::Motions(motions) => response.sum(&output.name, motions.iter().cloned()),
+                Sum::Pull(element) => response.pull(&output.name, element),
+            };
+        }
+        response
     }
 }

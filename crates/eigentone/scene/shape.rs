@@ -6,6 +6,8 @@ use std::collections::HashSet;
 use std::fmt;
 use std::marker::PhantomData;
 
+use eigentone_modes as modes;
+use eigentone_response as response;
 use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, forward_to_deserialize_any};
@@ -95,11 +97,15 @@ macro_rules! deserialize_by_shape {
 }
 deserialize_by_shape!(
     Number,
+    Count,
     Text,
-    Two,
-    Hold,
+    Column,
     Matrix,
+    OneOrMore,
+    Two<T>,
     List<T>,
+    Values<T>,
+    Ratios<T>,
     Object<T>,
     ByName<T>
 );
@@ -135,22 +141,62 @@ impl Shape<'_> for Text {
     }
 }
 
-/// The two names that a spring or damper joins.
-#[derive(Debug)]
-pub(super) struct Two(pub(super) [String; 2]);
+/// A number of pieces.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Count(pub(super) usize);
 
-impl<'de> Shape<'de> for Two {
+impl Shape<'_> for Count {
+    const EXPECTED: &'static str = "a whole number from 1 to 10000000";
+
+    fn from_number<E: Error>(number: f64) -> Result<Self, E> {
+        match number.fract() == 0.0 && (1.0..=1e7).contains(&number) {
+            true => Ok(Count(number as usize)),
+            false => Err(unexpected::<Self, E>(&format!("the number {number}"))),
+        }
+    }
+}
+
+/// A column of a file by its name or its number, or the only one there is.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Column {
+    #[default]
+    Only,
+    Name(String),
+    /// From 1.
+    Number(usize),
+}
+
+impl Shape<'_> for Column {
+    const EXPECTED: &'static str = "the name of a column or its number, from 1 on";
+
+    fn from_number<E: Error>(number: f64) -> Result<Self, E> {
+        match number.fract() == 0.0 && (1.0..=1e6).contains(&number) {
+            true => Ok(Column::Number(number as usize)),
+            false => Err(unexpected::<Self, E>(&format!("the number {number}"))),
+        }
+    }
+
+    fn from_text<E: Error>(text: String) -> Result<Self, E> {
+        Ok(Column::Name(text))
+    }
+}
+
+/// Two of a kind: the names that a spring or damper joins, or the ends of a beam.
+#[derive(Debug)]
+pub(super) struct Two<T>(pub(super) [T; 2]);
+
+impl<'de, T: Deserialize<'de>> Shape<'de> for Two<T> {
     const EXPECTED: &'static str = "a list of two names";
 
     fn from_list<A: SeqAccess<'de>>(mut list: A) -> Result<Self, A::Error> {
-        let first: Option<Text> = list.next_element()?;
-        let second: Option<Text> = list.next_element()?;
+        let first: Option<T> = list.next_element()?;
+        let second: Option<T> = list.next_element()?;
         let mut beyond = 0;
         while list.next_element::<IgnoredAny>()?.is_some() {
             beyond += 1;
         }
         match (first, second, beyond) {
-            (Some(first), Some(second), 0) => Ok(Two([first.0, second.0])),
+            (Some(first), Some(second), 0) => Ok(Two([first, second])),
             (first, second, _) => {
                 let count = first.iter().count() + second.iter().count() + beyond;
                 Err(unexpected::<Self, A::Error>(&format!("a list of {count}")))
@@ -159,23 +205,46 @@ impl<'de> Shape<'de> for Two {
     }
 }
 
-/// What a sampled force does between its samples.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hold(pub(super) eigentone_response::Hold);
+/// Readers of texts that are one of a few words.
+macro_rules! words {
+    ($($(#[$attribute:meta])* $name:ident($value:ty): $expected:literal, $($word:literal => $means:expr),+;)+) => {$(
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug)]
+        pub(super) struct $name(pub(super) $value);
 
-impl Shape<'_> for Hold {
-    const EXPECTED: &'static str = "\"zero\" or \"first\"";
+        impl Shape<'_> for $name {
+            const EXPECTED: &'static str = $expected;
 
-    fn from_text<E: Error>(text: String) -> Result<Self, E> {
-        match text.as_str() {
-            "zero" => Ok(Hold(eigentone_response::Hold::Zero)),
-            "first" => Ok(Hold(eigentone_response::Hold::First)),
-            _ => {
-                let found = format!("the text {:?}", excerpt(&text));
-                Err(unexpected::<Self, E>(&found))
+            fn from_text<E: Error>(text: String) -> Result<Self, E> {
+                match text.as_str() {
+                    $($word => Ok($name($means)),)+
+                    _ => Err(unexpected::<Self, E>(&format!("the text {:?}", excerpt(&text)))),
+                }
             }
         }
-    }
+
+        deserialize_by_shape!($name);
+    )+};
+}
+words! {
+    /// What a sampled force does between its samples.
+    Hold(response::Hold): "\"zero\" or \"first\"",
+        "zero" => response::Hold::Zero, "first" => response::Hold::First;
+    /// Whether a coordinate is a rotation.
+    #[derive(Default)]
+    Unit(bool): "\"m\" or \"rad\"",
+        "m" => false, "rad" => true;
+    /// Whether the mass of a beam or rod is lumped at its nodes.
+    #[derive(Default)]
+    MassKind(bool): "\"consistent\" or \"lumped\"",
+        "consistent" => false, "lumped" => true;
+    /// How an end of a beam is held.
+    BeamEnd(modes::BeamEnd): "\"clamped\", \"pinned\", \"guided\" or \"free\"",
+        "clamped" => modes::BeamEnd::Clamped, "pinned" => modes::BeamEnd::Pinned,
+        "guided" => modes::BeamEnd::Guided, "free" => modes::BeamEnd::Free;
+    /// How an end of a rod is held.
+    RodEnd(modes::RodEnd): "\"fixed\" or \"free\"",
+        "fixed" => modes::RodEnd::Fixed, "free" => modes::RodEnd::Free;
 }
 
 /// A matrix by its rows, or by the name of a file.
@@ -194,6 +263,65 @@ impl<'de> Shape<'de> for Matrix {
 
     fn from_list<A: SeqAccess<'de>>(list: A) -> Result<Self, A::Error> {
         Ok(Matrix::Rows(List::from_list(list)?.0))
+    }
+}
+
+/// The values of samples, or where they are.
+#[derive(Debug)]
+pub(super) enum Values<T> {
+    Here(Vec<Number>),
+    There(T),
+}
+
+impl<'de, T: Deserialize<'de>> Shape<'de> for Values<T> {
+    const EXPECTED: &'static str = "a list of numbers, or an object with \"file\" and \"column\"";
+
+    fn from_list<A: SeqAccess<'de>>(list: A) -> Result<Self, A::Error> {
+        Ok(Values::Here(List::from_list(list)?.0))
+    }
+
+    fn from_object<A: MapAccess<'de>>(object: A) -> Result<Self, A::Error> {
+        Ok(Values::There(Object::from_object(object)?.0))
+    }
+}
+
+/// A number or a list of them.
+#[derive(Debug)]
+pub(super) struct OneOrMore(pub(super) Vec<f64>);
+
+impl<'de> Shape<'de> for OneOrMore {
+    const EXPECTED: &'static str = "a number or a list of numbers";
+
+    fn from_number<E: Error>(number: f64) -> Result<Self, E> {
+        Ok(OneOrMore(vec![number]))
+    }
+
+    fn from_list<A: SeqAccess<'de>>(list: A) -> Result<Self, A::Error> {
+        let numbers: List<Number> = List::from_list(list)?;
+        Ok(OneOrMore(numbers.0.iter().map(|number| number.0).collect()))
+    }
+}
+
+/// Ratios by themselves, or with more that is said of them.
+#[derive(Debug)]
+pub(super) enum Ratios<T> {
+    Plain(OneOrMore),
+    More(T),
+}
+
+impl<'de, T: Deserialize<'de>> Shape<'de> for Ratios<T> {
+    const EXPECTED: &'static str = "a number, a list of numbers, or an object with \"ratios\"";
+
+    fn from_number<E: Error>(number: f64) -> Result<Self, E> {
+        OneOrMore::from_number(number).map(Ratios::Plain)
+    }
+
+    fn from_list<A: SeqAccess<'de>>(list: A) -> Result<Self, A::Error> {
+        OneOrMore::from_list(list).map(Ratios::Plain)
+    }
+
+    fn from_object<A: MapAccess<'de>>(object: A) -> Result<Self, A::Error> {
+        Ok(Ratios::More(Object::from_object(object)?.0))
     }
 }
 

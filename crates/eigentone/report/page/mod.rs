@@ -9,7 +9,7 @@ mod motion;
 mod pole_map;
 mod schematic;
 
-use eigentone_modes::{Participation, ParticipationError, System};
+use eigentone_modes::{ElementKind, Participation, ParticipationError, System};
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::Analysis;
@@ -52,8 +52,18 @@ impl Page<'_> {
         let system = self.system;
         let mut parts = vec![number::count(system.len(), "coordinate", "coordinates")];
         let elements = [
-            (system.springs().len(), "spring", "springs"),
-            (system.dampers().len(), "damper", "dampers"),
+            (system.points().len(), "point", "points"),
+            (system.supports().len(), "support", "supports"),
+            (
+                system.elements(ElementKind::Spring).len(),
+                "spring",
+                "springs",
+            ),
+            (
+                system.elements(ElementKind::Damper).len(),
+                "damper",
+                "dampers",
+            ),
             (
                 self.problem.map_or(0, |problem| problem.loads().len()),
                 "load",
@@ -157,6 +167,10 @@ impl Page<'_> {
         body += "</div>\n";
         body += &table(&answer.table(names));
         body += &remark(&answer.explained().replace('\n', " "));
+        if let Some(outputs) = answer.outputs() {
+            body += "<h3>Outputs</h3>\n";
+            body += &table(&outputs);
+        }
         let mut sections = vec![Section {
             id: "response",
             heading: answer.heading(),

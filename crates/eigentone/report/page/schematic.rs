@@ -1,9 +1,10 @@
-//! The scene as a schematic: masses in a row, what joins neighbours between them, what joins others in
+//! The scene as a schematic: masses, points and supports in a row, what joins neighbours between them, what joins others in
 //! lanes below, the ground as walls and floors, loads above.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use eigentone_modes::{Element, ElementKind, MatrixKind, Node, System};
+use eigentone_modes::{ElementKind, Form, MatrixKind, System};
 use eigentone_response::{AppliedLoad, Load, Problem};
 
 use crate::report::number;
@@ -28,25 +29,33 @@ const LANE_PORT: f64 = 16.0;
 const DROP: f64 = 74.0;
 /// Letters of a name in a box.
 const LETTERS: usize = 12;
+/// Letters of what a point moves with.
+const FORM_LETTERS: usize = 22;
 /// Loads that are spelled out on one mass.
 const LOADS: usize = 4;
 
 /// The drawing, or a sentence that says why there is none.
 pub(super) fn figure(system: &System, problem: Option<&Problem<'_>>) -> Result<String, String> {
-    let elements = parts(system);
-    if elements.is_empty() && system.masses().iter().all(|mass| *mass == 0.0) {
+    let kinds = [ElementKind::Spring, ElementKind::Damper];
+    let elements: usize = kinds.iter().map(|kind| system.elements(*kind).len()).sum();
+    if elements == 0 && system.masses().iter().all(|mass| *mass == 0.0) {
         return Err(
             "The system is given by its matrices, so there are no parts to draw.".to_owned(),
         );
     }
-    if system.len() > MOST_MASSES || elements.len() > MOST_ELEMENTS {
+    let places = system.len() + system.points().len() + system.supports().len();
+    if places > MOST_MASSES || elements > MOST_ELEMENTS {
+        let what = match places > system.len() {
+            true => "masses, points and supports",
+            false => "masses",
+        };
         return Err(format!(
-            "{} masses with {} springs and dampers are too many for a readable drawing.",
-            system.len(),
-            elements.len()
+            "{places} {what} with {elements} springs and dampers are too many for a readable drawing.",
         ));
     }
-    let plan = Plan::of(system, elements, problem);
+    let bodies = bodies(system);
+    let parts = parts(system, &bodies);
+    let plan = Plan::of(bodies, parts, problem);
     if plan.lanes > MOST_LANES {
         return Err("Its springs and dampers cross too much for a readable drawing.".to_owned());
     }
@@ -58,25 +67,134 @@ pub(super) fn has_matrices(system: &System) -> bool {
     [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
         .into_iter()
         .any(|kind| system.added(kind).is_some())
+        && system.points().is_empty()
 }
 
-type Part = (ElementKind, Element);
+/// A box of the drawing.
+struct Body {
+    name: String,
+    /// What stands below the name.
+    text: String,
+    /// Whether it has no mass of its own.
+    light: bool,
+    /// Its index, if it is a coordinate.
+    coordinate: Option<usize>,
+    form: BTreeMap<Place, f64>,
+}
 
-fn parts(system: &System) -> Vec<Part> {
-    let springs = system
-        .springs()
-        .iter()
-        .map(|spring| (ElementKind::Spring, *spring));
-    let dampers = system
-        .dampers()
-        .iter()
-        .map(|damper| (ElementKind::Damper, *damper));
-    springs.chain(dampers).collect()
+/// A coordinate, or a support behind them.
+type Place = (bool, usize);
+
+/// A form by its places; the coefficients of one place are added up.
+fn places(form: &Form) -> BTreeMap<Place, f64> {
+    let mut places = BTreeMap::new();
+    let coordinates = form.coordinates.iter().map(|&(i, a)| ((false, i), a));
+    let supports = form.supports.iter().map(|&(i, a)| ((true, i), a));
+    for (place, a) in coordinates.chain(supports) {
+        *places.entry(place).or_insert(0.0) += a;
+    }
+    places
+}
+
+/// Coordinates, points and supports.
+fn bodies(system: &System) -> Vec<Body> {
+    let body = |name: &String, text: String, light: bool, coordinate: Option<usize>| Body {
+        name: name.clone(),
+        text,
+        light,
+        coordinate,
+        form: system.form(name).as_ref().map(places).unwrap_or_default(),
+    };
+    let coordinates = system.names().iter().zip(system.masses()).enumerate();
+    let coordinates = coordinates.map(|(i, (name, mass))| {
+        let text = match *mass == 0.0 {
+            true if has_matrices(system) && system.added(MatrixKind::Mass).is_some() => {
+                "matrix".to_owned()
+            }
+            true => "no mass".to_owned(),
+            false => format!("{} kg", short(*mass)),
+        };
+        body(name, text, *mass == 0.0, Some(i))
+    });
+    let points = system.points().iter().map(|point| {
+        let mass = match point.mass == 0.0 {
+            true => String::new(),
+            false => format!("{} kg, ", short(point.mass)),
+        };
+        let form = places(&point.form);
+        let parts = form.iter().map(|(&(is_support, i), a)| {
+            let names = if is_support {
+                system.supports()
+            } else {
+                system.names()
+            };
+            format!("{}·{}", short(*a), names[i])
+        });
+        let text = format!("{mass}{}", parts.collect::<Vec<String>>().join(" + "));
+        body(&point.name, text, point.mass == 0.0, None)
+    });
+    let supports = system.supports().iter();
+    let supports = supports.map(|name| body(name, "support".to_owned(), true, None));
+    coordinates.chain(points).chain(supports).collect()
+}
+
+/// A spring or damper; an end is a box or the ground.
+#[derive(Clone)]
+struct Part {
+    kind: ElementKind,
+    coefficient: f64,
+    ends: [Option<usize>; 2],
+}
+
+/// The springs and dampers between two boxes, or a box and the ground.
+fn parts(system: &System, bodies: &[Body]) -> Vec<Part> {
+    let still = BTreeMap::new();
+    let forms: Vec<(Option<usize>, &BTreeMap<Place, f64>)> = std::iter::once((None, &still))
+        .chain(
+            bodies
+                .iter()
+                .enumerate()
+                .map(|(k, body)| (Some(k), &body.form)),
+        )
+        .collect();
+    let joined = |stretch: &BTreeMap<Place, f64>| {
+        let pairs = forms
+            .iter()
+            .flat_map(|from| forms.iter().map(move |to| (from, to)));
+        let mut pairs = pairs.filter(|(from, to)| from.0 != to.0);
+        pairs.find_map(|((from, a), (to, b))| {
+            let mut difference = (*b).clone();
+            for (place, value) in *a {
+                *difference.entry(*place).or_insert(0.0) -= value;
+            }
+            difference.retain(|_, value| *value != 0.0);
+            (difference == *stretch).then_some([*from, *to])
+        })
+    };
+    let kinds = [ElementKind::Spring, ElementKind::Damper].into_iter();
+    let all = kinds.flat_map(|kind| {
+        system
+            .elements(kind)
+            .into_iter()
+            .map(move |part| (kind, part))
+    });
+    let drawn = all.filter_map(|(kind, part)| {
+        let mut stretch = places(&part.stretch);
+        stretch.retain(|_, value| *value != 0.0);
+        let (coefficient, ends) = (part.coefficient, joined(&stretch)?);
+        Some(Part {
+            kind,
+            coefficient,
+            ends,
+        })
+    });
+    drawn.collect()
 }
 
 /// What is where.
 struct Plan {
-    /// Coordinates from left to right.
+    bodies: Vec<Body>,
+    /// Boxes from left to right.
     order: Vec<usize>,
     /// Between the wall, the masses and the wall: gap k lies before mass k.
     gaps: Vec<Vec<Part>>,
@@ -85,6 +203,8 @@ struct Plan {
     /// Between masses that are no neighbours: left end, right end, lane, element.
     links: Vec<(usize, usize, usize, Part)>,
     lanes: usize,
+    /// Springs and dampers in the drawing.
+    drawn: usize,
     /// Lines above each mass.
     notes: Vec<Vec<Note>>,
 }
@@ -115,19 +235,18 @@ impl Note {
 }
 
 impl Plan {
-    fn of(system: &System, parts: Vec<Part>, problem: Option<&Problem<'_>>) -> Plan {
-        let n = system.len();
+    fn of(bodies: Vec<Body>, parts: Vec<Part>, problem: Option<&Problem<'_>>) -> Plan {
+        let (n, drawn) = (bodies.len(), parts.len());
         let order = order(n, &parts);
         let mut place = vec![0; n];
-        for (position, coordinate) in order.iter().enumerate() {
-            place[*coordinate] = position;
+        for (position, body) in order.iter().enumerate() {
+            place[*body] = position;
         }
         let mut gaps = vec![Vec::new(); n + 1];
         let mut floors = vec![Vec::new(); n];
         let mut far = Vec::new();
         for part in parts {
-            let ends = [part.1.first, part.1.second].map(Node::coordinate);
-            match ends {
+            match part.ends {
                 [Some(a), Some(b)] => {
                     let (a, b) = (place[a].min(place[b]), place[a].max(place[b]));
                     match b - a {
@@ -158,14 +277,16 @@ impl Plan {
         }
         let notes = order
             .iter()
-            .map(|coordinate| notes(*coordinate, problem))
+            .map(|body| notes(bodies[*body].coordinate, problem))
             .collect();
         Plan {
+            bodies,
             order,
             gaps,
             floors,
             links,
             lanes,
+            drawn,
             notes,
         }
     }
@@ -191,7 +312,7 @@ impl Plan {
         };
         let mut boxes = Vec::with_capacity(n);
         for k in 0..n {
-            let width = ports(k).max(BOX).max(self.name_width(system, k));
+            let width = ports(k).max(BOX).max(self.name_width(k));
             boxes.push((x, width));
             x += width
                 + if k + 1 < n || !self.gaps[n].is_empty() {
@@ -248,7 +369,7 @@ impl Plan {
         }
         self.below(&mut out, &boxes, bottom, floor);
         for (k, (x, width)) in boxes.iter().enumerate() {
-            self.mass(&mut out, system, k, (*x, top), (*width, height));
+            self.mass(&mut out, k, (*x, top), (*width, height));
         }
         out.push_str("</svg>\n</div>");
         let _ = writeln!(
@@ -259,36 +380,30 @@ impl Plan {
         out
     }
 
-    /// What a name takes, if its letters are at most two thirds as wide as they are high.
-    fn name_width(&self, system: &System, k: usize) -> f64 {
-        let letters = system.names()[self.order[k]].chars().count();
-        9.2 * letters.min(LETTERS) as f64 + 14.0
+    /// What a name takes, if its letters are at most two thirds as wide as they are high, and what stands below it.
+    fn name_width(&self, k: usize) -> f64 {
+        let body = &self.bodies[self.order[k]];
+        let letters = |text: &str, most: usize| text.chars().count().min(most) as f64;
+        let below = 7.4 * letters(&body.text, FORM_LETTERS);
+        f64::max(9.2 * letters(&body.name, LETTERS), below) + 14.0
     }
 
-    fn mass(
-        &self,
-        out: &mut String,
-        system: &System,
-        k: usize,
-        (x, y): (f64, f64),
-        (width, height): (f64, f64),
-    ) {
-        let coordinate = self.order[k];
-        let mass = system.masses()[coordinate];
-        let class = if mass == 0.0 { "box light" } else { "box" };
-        let name = escape(&shorten(&system.names()[coordinate], LETTERS));
+    fn mass(&self, out: &mut String, k: usize, (x, y): (f64, f64), (width, height): (f64, f64)) {
+        let body = &self.bodies[self.order[k]];
+        let class = if body.light { "box light" } else { "box" };
+        let name = escape(&shorten(&body.name, LETTERS));
         let middle = x + width / 2.0;
+        let title = match body.coordinate {
+            Some(_) => body.name.clone(),
+            None => format!("{}: {}", body.name, body.text),
+        };
         let _ = writeln!(
             out,
             "<rect class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"4\"><title>{}</title></rect>\n<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-weight=\"600\" font-size=\"13.5\">{name}</text>\n<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            escape(&system.names()[coordinate]),
+            escape(&title),
             y + height / 2.0 - 3.0,
             y + height / 2.0 + 15.0,
-            match mass == 0.0 {
-                true if system.added(MatrixKind::Mass).is_some() => "matrix".to_owned(),
-                true => "no mass".to_owned(),
-                false => format!("{} kg", short(mass)),
-            }
+            escape(&shorten(&body.text, FORM_LETTERS))
         );
         let notes = &self.notes[k];
         for (line, note) in notes.iter().enumerate() {
@@ -356,15 +471,30 @@ impl Plan {
     }
 
     fn caption(&self, system: &System) -> String {
-        let light = system.masses().contains(&0.0);
+        let light = self.bodies.iter().any(|body| body.light);
         let mut text = String::from(
             "Springs in N/m, dampers in N·s/m, with elements side by side acting in parallel.",
         );
-        if light && system.added(MatrixKind::Mass).is_none() {
+        if light && !has_matrices(system) {
             text.push_str(" Dashed boxes have no mass.");
         }
         if has_matrices(system) {
             text.push_str(" What the scene adds as matrices is not drawn.");
+        }
+        let moved = self.bodies.len() > system.len();
+        if moved {
+            text.push_str(
+                " Points move with what stands below their names; the motion of supports and loads on points are not drawn.",
+            );
+        }
+        let kinds = [ElementKind::Spring, ElementKind::Damper];
+        let given: usize = kinds.iter().map(|kind| system.elements(*kind).len()).sum();
+        if given > self.drawn {
+            let _ = write!(
+                text,
+                " {} elements between other places are not drawn.",
+                given - self.drawn
+            );
         }
         text
     }
@@ -373,8 +503,8 @@ impl Plan {
 /// Masses that form rows of neighbours stand in that order; others as they are given.
 fn order(n: usize, parts: &[Part]) -> Vec<usize> {
     let mut near = vec![Vec::new(); n];
-    for (_, element) in parts {
-        if let [Some(a), Some(b)] = [element.first, element.second].map(Node::coordinate)
+    for part in parts {
+        if let [Some(a), Some(b)] = part.ends
             && !near[a].contains(&b)
         {
             near[a].push(b);
@@ -400,8 +530,8 @@ fn order(n: usize, parts: &[Part]) -> Vec<usize> {
     order
 }
 
-fn notes(coordinate: usize, problem: Option<&Problem<'_>>) -> Vec<Note> {
-    let Some(problem) = problem else {
+fn notes(coordinate: Option<usize>, problem: Option<&Problem<'_>>) -> Vec<Note> {
+    let (Some(problem), Some(coordinate)) = (problem, coordinate) else {
         return Vec::new();
     };
     let loads = problem.loads().iter();
@@ -496,10 +626,10 @@ fn wall(out: &mut String, x: f64, top: f64, bottom: f64, side: f64) {
 }
 
 /// An element from left to right, its number above it.
-fn across(out: &mut String, (kind, element): &Part, from: f64, to: f64, y: f64) {
+fn across(out: &mut String, part: &Part, from: f64, to: f64, y: f64) {
     let middle = f64::midpoint(from, to);
     let left = middle - 25.0;
-    let path = match kind {
+    let path = match part.kind {
         ElementKind::Spring => format!(
             "M{from:.1} {y:.1}H{left:.1}l4.2 -7l8.3 14l8.3 -14l8.4 14l8.3 -14l8.3 14l4.2 -7H{to:.1}"
         ),
@@ -511,20 +641,21 @@ fn across(out: &mut String, (kind, element): &Part, from: f64, to: f64, y: f64) 
             middle + 3.0,
         ),
     };
-    let text = short(element.coefficient);
+    let text = short(part.coefficient);
     let _ = writeln!(
         out,
-        "<path class=\"part\" d=\"{path}\"><title>{kind} {} {}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
-        number::short(element.coefficient),
-        unit(*kind),
+        "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
+        part.kind,
+        number::short(part.coefficient),
+        unit(part.kind),
         y - 10.0,
     );
 }
 
 /// An element from a box to the floor, its number beside it.
-fn down(out: &mut String, (kind, element): &Part, x: f64, from: f64, to: f64) {
+fn down(out: &mut String, part: &Part, x: f64, from: f64, to: f64) {
     let middle = f64::midpoint(from, to);
-    let path = match kind {
+    let path = match part.kind {
         ElementKind::Spring => format!(
             "M{x:.1} {from:.1}V{:.1}l-7 4.2l14 8.3l-14 8.3l14 8.4l-14 8.3l14 8.3l-7 4.2V{to:.1}",
             middle - 25.0
@@ -541,12 +672,13 @@ fn down(out: &mut String, (kind, element): &Part, x: f64, from: f64, to: f64) {
     for k in 0..4 {
         let _ = write!(hatch, "M{:.1} {to:.1}l-6 6", x - 6.0 + 6.0 * f64::from(k));
     }
-    let text = short(element.coefficient);
+    let text = short(part.coefficient);
     let _ = writeln!(
         out,
-        "<path class=\"part\" d=\"{path}\"><title>{kind} {} {}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
-        number::short(element.coefficient),
-        unit(*kind),
+        "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
+        part.kind,
+        number::short(part.coefficient),
+        unit(part.kind),
         x + 11.0,
         middle + 4.0,
     );

@@ -164,9 +164,11 @@ impl<'a> Response<'a> {
         let grid = TimeGrid::new(step, end)?;
         let system = self.system;
         let (mut loads, mut drives) = (Vec::new(), Vec::new());
+        let mut numbers = Vec::new();
         for (index, (name, load)) in self.loads.into_iter().enumerate() {
             if let Some(coordinate) = system.index_of(&name) {
                 loads.push(AppliedLoad { coordinate, load });
+                numbers.push(index);
                 continue;
             }
             let point = system.points().iter().find(|point| point.name == name);
@@ -195,7 +197,16 @@ impl<'a> Response<'a> {
                 course,
             });
         }
-        let problem = Problem::new(system, &self.initial, loads, grid)?
+        let as_given = |mut error| {
+            if let ResponseError::Load { index, .. }
+            | ResponseError::ImpulseOnMassless { index, .. } = &mut error
+            {
+                *index = numbers[*index];
+            }
+            error
+        };
+        let problem = Problem::new(system, &self.initial, loads, grid)
+            .map_err(as_given)?
             .driven(drives)?
             .with_combinations(self.outputs)?
             .to(self.precision);

@@ -64,8 +64,9 @@ pub use frequency_response::{HarmonicMotion, SteadyState, SteadyStateError, rece
 pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
 pub use problem::{
-    AppliedLoad, Harmonic, Hold, Impulse, Instant, Load, LoadError, MAX_STEPS, Piece, Problem,
-    Ramp, ResponseError, Samples, State, Step, Straight, TimeGrid, Timeline,
+    AppliedLoad, Channel, Combination, Drive, HalfSine, Harmonic, Hold, Impulse, Instant, Load,
+    LoadError, MAX_STEPS, Piece, Problem, Quantity, Ramp, ResponseError, Samples, State, Step,
+    Straight, Sum, TimeGrid, Timeline, Versine,
 };
 pub use quantity::{
     CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,

@@ -21,7 +21,7 @@ pub(crate) struct Stretch<'a> {
 impl Stretch<'_> {
     /// Where it begins, in s.
     pub(crate) fn start(&self) -> f64 {
-        self.forces.timeline.pieces()[self.forces.piece].start()
+        self.forces.start()
     }
 
     /// Seconds from the start of the stretch.
@@ -87,7 +87,7 @@ pub(crate) fn stretches<'a>(
         ahead = later;
         let end = next.filter(|next| next.order(&finish).is_lt());
         Some(Stretch {
-            forces: Forces { timeline, piece },
+            forces: Forces { problem, piece },
             grid,
             start,
             end: end.unwrap_or(finish),

@@ -1,7 +1,7 @@
 //! The equation of motion solved for the acceleration, and the forces that act in one piece.
 
 use eigentone_modes::System;
-use eigentone_response::Timeline;
+use eigentone_response::Problem;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
@@ -94,31 +94,13 @@ impl EquationOfMotion {
         acceleration: &mut [f64],
     ) {
         self.pull(state, acceleration);
-        let mut push = |coordinate: usize, force: f64| {
+        let push = |coordinate: usize, force: f64| {
             for (i, mobility) in &self.mobility[coordinate] {
                 acceleration[*i] += mobility * force;
             }
         };
-        let piece = &forces.timeline.pieces()[forces.piece];
-        for straight in piece.straight() {
-            let force = match order {
-                0 => straight.value + straight.slope * elapsed,
-                1 => straight.slope,
-                _ => 0.0,
-            };
-            push(straight.coordinate, force);
-        }
-        for (coordinate, harmonic) in forces.timeline.harmonics() {
-            let angle = harmonic.frequency * (piece.start() + elapsed) + harmonic.phase;
-            let growth = harmonic.frequency.powi(order.into());
-            let turned = match order % 4 {
-                0 => angle.sin(),
-                1 => angle.cos(),
-                2 => -angle.sin(),
-                _ => -angle.cos(),
-            };
-            push(*coordinate, harmonic.amplitude * growth * turned);
-        }
+        let time = forces.start() + elapsed;
+        forces.problem.forces(forces.piece, time, order, push);
     }
 
     /// −M⁻¹(C x′ + K x) for the state [x; x′].
@@ -135,8 +117,8 @@ impl EquationOfMotion {
     /// Adds the velocities that the impulses at the start of a piece give to [x; x′].
     pub(crate) fn apply_impulses(&self, state: &mut [f64], forces: &Forces<'_>) {
         let velocity = &mut state[self.len()..];
-        for (coordinate, momentum) in forces.timeline.pieces()[forces.piece].impulses() {
-            for (i, mobility) in &self.mobility[*coordinate] {
+        for (coordinate, momentum) in forces.problem.kicks(forces.piece) {
+            for (i, mobility) in &self.mobility[coordinate] {
                 velocity[*i] += mobility * momentum;
             }
         }
@@ -161,12 +143,22 @@ impl EquationOfMotion {
                 total[*i] += (mobility * force).abs();
             }
         };
-        for straight in forces.timeline.pieces()[forces.piece].straight() {
-            let grown = straight.slope.abs() * elapsed;
-            add(straight.coordinate, straight.value.abs() + grown);
+        let timeline = forces.problem.timeline();
+        for straight in timeline.pieces()[forces.piece].straight() {
+            if straight.coordinate < self.len() {
+                let grown = straight.slope.abs() * elapsed;
+                add(straight.coordinate, straight.value.abs() + grown);
+            }
         }
-        for (coordinate, harmonic) in forces.timeline.harmonics() {
-            add(*coordinate, harmonic.amplitude);
+        for (coordinate, harmonic) in timeline.harmonics() {
+            if *coordinate < self.len() {
+                add(*coordinate, harmonic.amplitude);
+            }
+        }
+        // What moves supports has no bound of its own: three moments stand for all.
+        for part in [0.0, 0.5, 1.0] {
+            let time = forces.start() + part * elapsed;
+            forces.problem.motion_forces(forces.piece, time, &mut add);
         }
         total.into_iter().fold(0.0, f64::max)
     }
@@ -210,6 +202,13 @@ fn largest_row_sum(matrix: &Mat<f64>) -> f64 {
 
 /// The forces within one piece of a timeline.
 pub(crate) struct Forces<'a> {
-    pub(crate) timeline: &'a Timeline,
+    pub(crate) problem: &'a Problem<'a>,
     pub(crate) piece: usize,
+}
+
+impl Forces<'_> {
+    /// When the piece begins, in s.
+    pub(crate) fn start(&self) -> f64 {
+        self.problem.timeline().pieces()[self.piece].start()
+    }
 }

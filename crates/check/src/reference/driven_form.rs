@@ -1,4 +1,4 @@
-//! A system and its loads as one autonomous system z′ = A z: straight forces and their slopes, and
+//! A system and its loads as one autonomous system z′ = A z: what supports have moved, straight forces and their slopes, and
 //! the two components of each harmonic force, are states beside those of the system.
 
 use std::collections::BTreeMap;
@@ -25,10 +25,20 @@ pub(super) struct DrivenForm {
     pub(super) velocity: RationalMatrix,
     pub(super) scale: Vec<i64>,
     start: Vec<BigRational>,
-    /// The states of each harmonic force and its phase.
-    phases: Vec<(usize, f64)>,
+    /// The harmonic forces.
+    phases: Vec<Phase>,
     /// By instant: the components of the unscaled state that jump, and by how much.
     pub(super) jumps: BTreeMap<BigRational, Vec<(usize, BigRational)>>,
+}
+
+/// A harmonic force.
+pub(super) struct Phase {
+    /// The first of its two states.
+    sine: usize,
+    /// In rad.
+    phase: f64,
+    /// What its setting in adds to the states of the system: factors of its sine and of its cosine.
+    kicks: Vec<(usize, [BigRational; 2])>,
 }
 
 impl DrivenForm {
@@ -38,9 +48,17 @@ impl DrivenForm {
         let r = form.states();
         let n = problem.system().len();
 
-        // Where each force and its slope are among the states.
-        let mut forces = BTreeMap::new();
+        // Where each signal and its slope are among the states, and what of it is integrated.
+        let channels = problem.channels();
         let mut order = r;
+        let integrals: Vec<usize> = channels
+            .iter()
+            .map(|channel| {
+                order += channel.integrals;
+                order - channel.integrals
+            })
+            .collect();
+        let mut forces = BTreeMap::new();
         for event in &events.changes {
             if !matches!(event.change, Change::Impulse(_)) {
                 forces.entry(event.coordinate).or_insert_with(|| {
@@ -52,50 +70,123 @@ impl DrivenForm {
         let harmonics = order;
         order += 2 * events.harmonics.len();
 
+        // The signals, and how all but the states of the system go on.
+        let mut signals = RationalMatrix::zeros(n + channels.len(), order);
         let mut motion = RationalMatrix::zeros(order, order);
+        for (&signal, &force) in &forces {
+            *signals.at_mut(signal, force) = BigRational::one();
+            *motion.at_mut(force, force + 1) = BigRational::one();
+        }
+        for (k, (on, harmonic)) in events.harmonics.iter().enumerate() {
+            let (sine, cosine) = (harmonics + 2 * k, harmonics + 2 * k + 1);
+            *signals.at_mut(*on, sine) += exactly(harmonic.amplitude);
+            *motion.at_mut(sine, cosine) = exactly(harmonic.frequency);
+            *motion.at_mut(cosine, sine) = -exactly(harmonic.frequency);
+        }
+        for (at, channel) in channels.iter().enumerate() {
+            for k in 1..=channel.integrals {
+                let row = integrals[at] + k - 1;
+                match k == channel.integrals {
+                    true => (0..order).for_each(|j| {
+                        let entry = signals.at(n + at, j).clone();
+                        *motion.at_mut(row, j) = entry;
+                    }),
+                    false => *motion.at_mut(row, row + 1) = BigRational::one(),
+                }
+            }
+        }
+        // The forces on coordinates: f = Σ directions[k]·u⁽ᵏ⁾.
+        let coordinates: Vec<usize> = (0..n).collect();
+        let columns: Vec<usize> = (0..order).collect();
+        let mut pushed = signals.block(&coordinates, &columns);
+        for (at, channel) in channels.iter().enumerate() {
+            let mut course = match channel.integrals {
+                0 => signals.block(&[n + at], &columns),
+                _ => RationalMatrix::selection(&[integrals[at]], order),
+            };
+            for direction in &channel.directions {
+                for &(row, factor) in direction {
+                    for (_, j, entry) in course.nonzeros() {
+                        *pushed.at_mut(row, j) += entry * exactly(factor);
+                    }
+                }
+                course = course.times(&motion);
+            }
+        }
         let mut output = RationalMatrix::zeros(n, order);
         for (from, to) in [(&form.motion, &mut motion), (&form.output, &mut output)] {
             for (i, j, entry) in from.nonzeros() {
-                let Some(coordinate) = j.checked_sub(r) else {
-                    *to.at_mut(i, j) = entry.clone();
-                    continue;
-                };
-                if let Some(&force) = forces.get(&coordinate) {
-                    *to.at_mut(i, force) = entry.clone();
-                }
-                for (k, (on, harmonic)) in events.harmonics.iter().enumerate() {
-                    if *on == coordinate {
-                        *to.at_mut(i, harmonics + 2 * k) = entry * exactly(harmonic.amplitude);
+                match j.checked_sub(r) {
+                    None => *to.at_mut(i, j) += entry,
+                    Some(coordinate) => {
+                        for column in r..order {
+                            let push = pushed.at(coordinate, column);
+                            if !push.is_zero() {
+                                *to.at_mut(i, column) += entry * push;
+                            }
+                        }
                     }
                 }
             }
         }
-        for &force in forces.values() {
-            *motion.at_mut(force, force + 1) = BigRational::one();
-        }
-        let mut phases = Vec::new();
-        for (k, (_, harmonic)) in events.harmonics.iter().enumerate() {
-            let (sin, cos) = (harmonics + 2 * k, harmonics + 2 * k + 1);
-            *motion.at_mut(sin, cos) = exactly(harmonic.frequency);
-            *motion.at_mut(cos, sin) = -exactly(harmonic.frequency);
-            phases.push((sin, harmonic.phase));
-        }
 
+        // What momenta on coordinates add to the states.
+        let kicked = |direction: &[(usize, f64)], load: usize| {
+            let mut kicks = vec![BigRational::zero(); r];
+            for &(row, factor) in direction {
+                if form.gives_way[row] {
+                    return Err(ReferenceError::ImpulseGivesWay { load });
+                }
+                for (i, kick) in kicks.iter_mut().enumerate() {
+                    *kick += form.motion.at(i, r + row) * exactly(factor);
+                }
+            }
+            Ok(kicks)
+        };
+        // Those that a jump of a signal (0) or of its slope (1) makes.
+        let passed_on = |signal: usize, order: usize, load: usize| {
+            let direction = signal.checked_sub(n).and_then(|at| {
+                let place = channels[at].integrals + order + 1;
+                channels[at].directions.get(place)
+            });
+            kicked(direction.map_or(&[][..], Vec::as_slice), load)
+        };
+        let mut phases = Vec::new();
+        for (k, (on, harmonic)) in events.harmonics.iter().enumerate() {
+            let amplitude = exactly(harmonic.amplitude);
+            let growth = &amplitude * exactly(harmonic.frequency);
+            let jumps = passed_on(*on, 0, k)?.into_iter().zip(passed_on(*on, 1, k)?);
+            let kicks = jumps.map(|(value, slope)| [value * &amplitude, slope * &growth]);
+            phases.push(Phase {
+                sine: harmonics + 2 * k,
+                phase: harmonic.phase,
+                kicks: kicks.enumerate().collect(),
+            });
+        }
         let mut jumps: BTreeMap<BigRational, Vec<(usize, BigRational)>> = BTreeMap::new();
         for event in events.changes {
             let here = jumps.entry(event.time).or_default();
-            match event.change {
-                Change::Force(force) => here.push((forces[&event.coordinate], force)),
-                Change::Slope(slope) => here.push((forces[&event.coordinate] + 1, slope)),
-                Change::Impulse(_) if form.gives_way[event.coordinate] => {
-                    return Err(ReferenceError::ImpulseGivesWay { load: event.load });
+            let (kicks, size) = match event.change {
+                Change::Force(force) => {
+                    here.push((forces[&event.coordinate], force.clone()));
+                    (passed_on(event.coordinate, 0, event.load)?, force)
+                }
+                Change::Slope(slope) => {
+                    here.push((forces[&event.coordinate] + 1, slope.clone()));
+                    (passed_on(event.coordinate, 1, event.load)?, slope)
                 }
                 Change::Impulse(impulse) => {
-                    let column = r + event.coordinate;
-                    let entries = (0..r).map(|i| (i, form.motion.at(i, column) * &impulse));
-                    here.extend(entries.filter(|(_, jump)| !jump.is_zero()));
+                    let alone = [(event.coordinate, 1.0)];
+                    let direction = match event.coordinate.checked_sub(n) {
+                        None => &alone[..],
+                        Some(at) => &channels[at].directions[0],
+                    };
+                    (kicked(direction, event.load)?, impulse)
                 }
-            }
+            };
+            let entries = kicks.into_iter().enumerate();
+            let entries = entries.filter(|(_, kick)| !kick.is_zero());
+            here.extend(entries.map(|(i, kick)| (i, kick * &size)));
         }
         let mut start = form.start(problem.initial_displacement(), problem.initial_velocity());
         start.resize(order, BigRational::zero());
@@ -123,9 +214,19 @@ impl DrivenForm {
         &self.start
     }
 
-    /// The first of the two states of each harmonic force.
-    pub(super) fn phased(&self) -> impl Iterator<Item = usize> {
-        self.phases.iter().map(|(sin, _)| *sin)
+    /// Unscaled columns of which the state at t = 0 has the sine and the cosine of each phase: the two states of each
+    /// harmonic force, with what its setting in adds to others.
+    pub(super) fn phased(&self) -> impl Iterator<Item = Vec<(usize, BigRational)>> {
+        self.phases.iter().flat_map(|phase| {
+            [0, 1].map(|part| {
+                let kicks = phase.kicks.iter();
+                let mut column: Vec<_> = kicks
+                    .map(|(state, factors)| (*state, factors[part].clone()))
+                    .collect();
+                column.push((phase.sine + part, BigRational::one()));
+                column
+            })
+        })
     }
 
     /// The unscaled state at t = 0, before what happens then.
@@ -135,9 +236,16 @@ impl DrivenForm {
             .iter()
             .map(|value| Ball::rational(value, bits))
             .collect();
-        for &(sin, phase) in &self.phases {
-            let phase = Ball::rational(&exactly(phase), bits);
-            (start[sin], start[sin + 1]) = phase.sin_cos();
+        for phase in &self.phases {
+            let angle = Ball::rational(&exactly(phase.phase), bits);
+            let (sine, cosine) = angle.sin_cos();
+            for (state, factors) in &phase.kicks {
+                for (factor, part) in factors.iter().zip([&sine, &cosine]) {
+                    let kick = &Ball::rational(factor, bits) * part;
+                    start[*state] = &start[*state] + &kick;
+                }
+            }
+            (start[phase.sine], start[phase.sine + 1]) = (sine, cosine);
         }
         start
     }

@@ -14,6 +14,7 @@ pub(super) struct Event {
     pub(super) time: BigRational,
     /// Which load, from 0.
     pub(super) load: usize,
+    /// The coordinate; beyond them, the channel.
     pub(super) coordinate: usize,
     pub(super) change: Change,
 }
@@ -33,7 +34,7 @@ pub(super) enum Change {
 pub(super) struct Events {
     /// Of the loads that run straight, and the impulses; in no order.
     pub(super) changes: Vec<Event>,
-    /// By coordinate; they run from 0 on.
+    /// By coordinate, or beyond them channel; they run from 0 on.
     pub(super) harmonics: Vec<(usize, Harmonic)>,
 }
 
@@ -41,7 +42,7 @@ impl Events {
     pub(super) fn of(problem: &Problem<'_>) -> Result<Events, ReferenceError> {
         let grid = problem.grid();
         let mut events = Events::default();
-        for (load, applied) in problem.loads().iter().enumerate() {
+        for (load, applied) in problem.drives().iter().enumerate() {
             let coordinate = applied.coordinate;
             let mut at = |time: BigRational, change| {
                 events.changes.push(Event {

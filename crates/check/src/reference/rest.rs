@@ -6,7 +6,7 @@
 
 use eigentone_response::Problem;
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::Zero;
 
 use super::Reference;
 use super::driven_form::{DrivenForm, shifted};
@@ -85,13 +85,15 @@ impl DrivenForm {
     /// Columns, scaled as the states are, that span the state at t = 0 whatever the phases are.
     fn start_span(&self) -> RationalMatrix {
         let order = self.motion.nrows();
-        let phases: Vec<usize> = self.phased().flat_map(|sin| [sin, sin + 1]).collect();
+        let phases: Vec<_> = self.phased().collect();
         let mut span = RationalMatrix::zeros(order, 1 + phases.len());
         for (i, value) in self.given().iter().enumerate() {
             *span.at_mut(i, 0) = shifted(value, -self.scale[i]);
         }
-        for (k, state) in phases.into_iter().enumerate() {
-            *span.at_mut(state, k + 1) = BigRational::one();
+        for (k, column) in phases.into_iter().enumerate() {
+            for (state, value) in column {
+                *span.at_mut(state, k + 1) += shifted(&value, -self.scale[state]);
+            }
         }
         span
     }

@@ -6,6 +6,7 @@
 //! - `closed_forms`: one mass, uniform chains and undamped pairs in more digits against exponentials;
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
 //! - `reference`: the reference in more digits against closed forms, its laws, and what it refuses;
+//! - `motions`: supports that move, by the exact methods and by an integrator;
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
 mod closed_forms;
@@ -13,6 +14,7 @@ mod coincidence;
 mod comparisons;
 mod integrators;
 mod machines;
+mod motions;
 mod one_mass;
 mod reference;
 mod scenes;

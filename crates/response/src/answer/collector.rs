@@ -2,8 +2,9 @@
 
 use faer::Mat;
 
+use super::combined::Combined;
 use super::trajectory::Trajectory;
-use crate::problem::{Instant, Problem, ResponseError, TimeGrid};
+use crate::problem::{Instant, Problem, ResponseError, Source, TimeGrid};
 
 /// The most memory that a trajectory may take, in bytes.
 pub(crate) const BUDGET: f64 = 2e9;
@@ -39,6 +40,8 @@ pub(crate) struct Collector<'a, 'b> {
     /// Displacement, velocity and, where asked for, acceleration: one column for each instant.
     pub(crate) values: [Mat<f64>; 3],
     bounds: [Vec<Option<f64>>; 2],
+    /// One for each combination.
+    combined: Vec<Combined>,
 }
 
 /// Which instants are asked for.
@@ -88,7 +91,8 @@ impl<'a, 'b> Collector<'a, 'b> {
         let n = problem.system().len();
         let instants = wanted.count(problem.grid());
         let kinds = 2 + usize::from(problem.wants_acceleration());
-        let bytes = instants as f64 * (kinds * n + 6) as f64 * 8.0;
+        let combined = 3 * problem.combinations().len();
+        let bytes = instants as f64 * (kinds * n + combined + 6) as f64 * 8.0;
         check_size(instants, n, bytes)?;
         let mut ascending = wanted.instants(problem.grid());
         ascending.sort_by(Instant::order);
@@ -110,6 +114,7 @@ impl<'a, 'b> Collector<'a, 'b> {
                 columns(problem.wants_acceleration()),
             ],
             bounds: [Vec::with_capacity(count), Vec::with_capacity(count)],
+            combined: vec![Combined::default(); problem.combinations().len()],
         })
     }
 
@@ -129,8 +134,48 @@ impl<'a, 'b> Collector<'a, 'b> {
         self.taken
     }
 
-    /// The column is filled: bounds of its displacements and velocities.
-    pub(crate) fn close(&mut self, displacement: Option<f64>, velocity: Option<f64>) {
+    /// Whether any acceleration is asked for.
+    pub(crate) fn accelerates(&self) -> bool {
+        let mut sources = self.problem.sources().iter();
+        self.problem.wants_acceleration() || sources.any(Source::accelerates)
+    }
+
+    /// Fills the column: displacements, velocities and, where asked for, accelerations of coordinates and then of
+    /// supports, with a bound for all of a kind.
+    pub(crate) fn close(&mut self, motion: &[Vec<f64>; 3], bounds: [Option<f64>; 3]) {
+        for (values, motion) in self.values.iter_mut().zip(motion) {
+            if values.ncols() > 0 {
+                let column = values.col_mut(self.taken);
+                column
+                    .iter_mut()
+                    .zip(motion)
+                    .for_each(|(to, from)| *to = *from);
+            }
+        }
+        for (source, combined) in self.problem.sources().iter().zip(&mut self.combined) {
+            let (mut sum, mut size, mut bound) = (0.0, 0.0f64, Some(0.0f64));
+            for ((terms, motion), error) in source.terms.iter().zip(motion).zip(bounds) {
+                for (i, [a, b]) in terms {
+                    let part = a * b * motion[*i];
+                    sum += part;
+                    size += part.abs();
+                    let error = error.map(|error| (a * b).abs() * error);
+                    bound = bound.zip(error).map(|(sum, error)| sum + error);
+                }
+            }
+            let rounding = 4.0 * f64::EPSILON * size;
+            combined.push(sum, bound.map(|bound| bound + rounding));
+        }
+        self.advance([bounds[0], bounds[1]]);
+    }
+
+    /// The value of a combination at this instant, and its bound.
+    pub(crate) fn combine(&mut self, index: usize, value: f64, bound: f64) {
+        self.combined[index].push(value, Some(bound));
+    }
+
+    /// On to the next instant: bounds of the displacements and velocities of this one.
+    pub(crate) fn advance(&mut self, [displacement, velocity]: [Option<f64>; 2]) {
         self.bounds[0].push(displacement);
         self.bounds[1].push(velocity);
         self.taken += 1;
@@ -148,6 +193,7 @@ impl<'a, 'b> Collector<'a, 'b> {
             Wanted::Steps(steps) => steps.iter().map(|step| (*step, grid.time(*step))).unzip(),
             Wanted::Times(times) => (Vec::new(), times.to_vec()),
         };
+        let mut combined = self.combined;
         let (x, v, a, x_bound, v_bound) = if let Wanted::Grid = self.wanted {
             (x, v, a, x_bound, v_bound)
         } else {
@@ -161,6 +207,9 @@ impl<'a, 'b> Collector<'a, 'b> {
                 0 => m,
                 _ => Mat::from_fn(m.nrows(), pick.len(), |i, j| m[(i, pick[j])]),
             };
+            for one in &mut combined {
+                *one = one.picked(&pick);
+            }
             let bounds = |b: Vec<Option<f64>>| pick.iter().map(|j| b[*j]).collect();
             (
                 columns(x),
@@ -170,7 +219,11 @@ impl<'a, 'b> Collector<'a, 'b> {
                 bounds(v_bound),
             )
         };
-        let trajectory = Trajectory::new(method, steps, times, x, v).with_bounds(x_bound, v_bound);
+        let names = self.problem.combinations().iter();
+        let names = names.map(|combination| combination.name.clone());
+        let trajectory = Trajectory::new(method, steps, times, x, v)
+            .with_bounds(x_bound, v_bound)
+            .with_combined(names.zip(combined).collect());
         if self.problem.wants_acceleration() {
             trajectory.with_acceleration(a)
         } else {

@@ -1,6 +1,7 @@
 //! What is answered: motions at instants, what they took, and the trait of all methods. It knows `problem`.
 
 mod collector;
+mod combined;
 mod history;
 mod method;
 mod operations;

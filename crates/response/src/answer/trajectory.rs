@@ -3,6 +3,7 @@
 use eigentone_modes::Bounds;
 use faer::{Mat, MatRef};
 
+use super::combined::Combined;
 use super::operations::Operations;
 
 /// The motion at the instants asked for.
@@ -31,6 +32,8 @@ pub struct Trajectory {
     acceleration: Option<Mat<f64>>,
     displacement_bound: Vec<Option<f64>>,
     velocity_bound: Vec<Option<f64>>,
+    /// By name.
+    combined: Vec<(String, Combined)>,
     bounds: Bounds,
     digits: usize,
     operations: Operations,
@@ -62,6 +65,7 @@ impl Trajectory {
             acceleration: None,
             displacement_bound: vec![None; count],
             velocity_bound: vec![None; count],
+            combined: Vec::new(),
             bounds: Bounds::Estimated,
             digits: 16,
             operations: Operations::default(),
@@ -84,6 +88,32 @@ impl Trajectory {
             velocity_bound: velocity,
             ..self
         }
+    }
+
+    pub(super) fn with_combined(self, combined: Vec<(String, Combined)>) -> Trajectory {
+        Trajectory { combined, ..self }
+    }
+
+    /// The names of the [combinations](crate::Combination) that were asked for, in their order.
+    pub fn outputs(&self) -> impl Iterator<Item = &str> {
+        self.combined.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// A combination by its place: its values at the instants.
+    ///
+    /// # Panics
+    /// If there is no such combination.
+    pub fn output(&self, index: usize) -> &[f64] {
+        &self.combined[index].1.values
+    }
+
+    /// How far each of its values may be off: proven or a first-order estimate, as [`bounds`](Self::bounds) says; `None`
+    /// where none can be given.
+    ///
+    /// # Panics
+    /// If there is no such combination.
+    pub fn output_bound(&self, index: usize) -> &[Option<f64>] {
+        &self.combined[index].1.bounds
     }
 
     /// The same with bounds that are proven, computed with so many decimal digits.

@@ -9,7 +9,9 @@ use super::attempt::Attempt;
 use super::march::march;
 use crate::answer::{Trajectory, Wanted};
 use crate::plan::{Response, methods};
-use crate::problem::{Harmonic, Hold, Impulse, Load, Problem, Ramp, Samples, State, Step};
+use crate::problem::{
+    HalfSine, Harmonic, Hold, Impulse, Load, Problem, Quantity, Ramp, Samples, State, Step, Versine,
+};
 
 /// A link of two nodes, of which 0 is the ground, and its coefficient.
 type Link = (usize, usize, f64);
@@ -22,15 +24,22 @@ struct Asked {
     /// By coordinate, from 0.
     initial: Vec<(f64, f64)>,
     loads: Vec<(usize, Load)>,
+    /// How what node 0 stands for moves, where it is no ground but a support.
+    motions: Vec<(Quantity, Load)>,
+    /// A point that moves with a node and the support by these factors, with a mass and a load.
+    point: Option<(usize, [f64; 2], f64, Load)>,
 }
 
 const STEP: f64 = 0.1;
 const END: f64 = 3.0;
 
-fn name(node: usize) -> String {
-    match node {
-        0 => eigentone_modes::GROUND.to_owned(),
-        i => format!("m{i}"),
+impl Asked {
+    fn name(&self, node: usize) -> String {
+        match node {
+            0 if self.motions.is_empty() => eigentone_modes::GROUND.to_owned(),
+            0 => "s".to_owned(),
+            i => format!("m{i}"),
+        }
     }
 }
 
@@ -73,7 +82,27 @@ fn load() -> impl Strategy<Value = Load> {
             .into()
         }),
         (spacing, values, any::<bool>()).prop_map(move |given| samples(given).into()),
+        (size(), 0.01..2.0, moment()).prop_map(|(force, duration, start)| {
+            HalfSine::of(force, duration)
+                .starting_at(f64::max(start, 0.0))
+                .into()
+        }),
+        (size(), 0.01..2.0, moment()).prop_map(|(force, duration, start)| {
+            Versine::of(force, duration)
+                .starting_at(f64::max(start, 0.0))
+                .into()
+        }),
     ]
+}
+
+fn motion() -> impl Strategy<Value = (Quantity, Load)> {
+    let quantities = [
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+    ];
+    let course = load().prop_filter("a force", |load| !matches!(load, Load::Impulse(_)));
+    (prop::sample::select(quantities.to_vec()), course)
 }
 
 /// 2 to 6 masses in a chain with springs across, where coefficients spread over so many decades to
@@ -88,19 +117,32 @@ fn asked(decades: f64) -> impl Strategy<Value = Asked> {
         let dampers = prop::collection::vec(across, 0..4);
         let initial = prop::collection::vec((-1.0..1.0, -1.0..1.0), n);
         let loads = prop::collection::vec((1..=n, load()), 0..4);
-        (masses, along, springs, dampers, initial, loads).prop_map(
-            |(masses, along, springs, dampers, initial, loads)| {
-                let along = along.into_iter().enumerate().map(|(i, k)| (i, i + 1, k));
-                let joins = |link: &Link| link.0 != link.1;
-                Asked {
-                    masses,
-                    springs: along.chain(springs).filter(joins).collect(),
-                    dampers: dampers.into_iter().filter(joins).collect(),
-                    initial,
-                    loads,
-                }
-            },
+        let motions = prop::collection::vec(motion(), 0..3);
+        let point = prop::option::of((1..=n, [-2.0..2.0, -2.0..2.0], 0.0..2.0, load()));
+        (
+            masses,
+            along,
+            springs,
+            dampers,
+            initial,
+            loads,
+            (motions, point),
         )
+            .prop_map(
+                |(masses, along, springs, dampers, initial, loads, (motions, point))| {
+                    let along = along.into_iter().enumerate().map(|(i, k)| (i, i + 1, k));
+                    let joins = |link: &Link| link.0 != link.1;
+                    Asked {
+                        masses,
+                        springs: along.chain(springs).filter(joins).collect(),
+                        dampers: dampers.into_iter().filter(joins).collect(),
+                        initial,
+                        loads,
+                        motions,
+                        point,
+                    }
+                },
+            )
     })
 }
 
@@ -108,13 +150,31 @@ impl Asked {
     fn system(&self) -> System {
         let mut builder = System::builder();
         for (i, mass) in self.masses.iter().enumerate() {
-            builder = builder.mass(name(i + 1), *mass);
+            builder = builder.mass(self.name(i + 1), *mass);
+        }
+        if !self.motions.is_empty() {
+            builder = builder.support("s");
+        }
+        if let Some((node, [a, b], mass, _)) = &self.point {
+            // A mass on a support that jumps is refused.
+            let jumps = |(quantity, _): &(Quantity, Load)| *quantity == Quantity::Displacement;
+            let mass = if self.motions.iter().any(jumps) {
+                0.0
+            } else {
+                *mass
+            };
+            let mut moves = vec![(self.name(*node), *a)];
+            moves.extend((!self.motions.is_empty()).then(|| (self.name(0), *b)));
+            builder = builder.point("p", moves, mass);
+            builder = builder
+                .spring("p", self.name(1), 1.0)
+                .damper("p", self.name(1), 0.1);
         }
         for &(i, j, stiffness) in &self.springs {
-            builder = builder.spring(name(i), name(j), stiffness);
+            builder = builder.spring(self.name(i), self.name(j), stiffness);
         }
         for &(i, j, damping) in &self.dampers {
-            builder = builder.damper(name(i), name(j), damping);
+            builder = builder.damper(self.name(i), self.name(j), damping);
         }
         builder.build().expect("every mass is positive")
     }
@@ -122,12 +182,33 @@ impl Asked {
     fn problem<'a>(&self, system: &'a System) -> Problem<'a> {
         let mut state = State::at_rest();
         for (i, &(x, v)) in self.initial.iter().enumerate() {
-            state = state.displace(name(i + 1), x).push(name(i + 1), v);
+            state = state
+                .displace(self.name(i + 1), x)
+                .push(self.name(i + 1), v);
         }
         let mut response = Response::of(system).from(state).every(STEP).until(END);
         for (i, load) in &self.loads {
-            response = response.load(name(*i), load.clone());
+            response = response.load(self.name(*i), load.clone());
         }
+        for (quantity, course) in &self.motions {
+            response = response.motion("s", *quantity, course.clone());
+        }
+        if let Some((_, _, _, load)) = &self.point {
+            response = response.load("p", load.clone());
+        }
+        let place = |node| {
+            (
+                Quantity::Displacement,
+                self.name(node),
+                if node == 0 { -1.0 } else { 1.0 },
+            )
+        };
+        response = response.sum("relative", [place(1), place(0)]);
+        let rates = [
+            (Quantity::Velocity, self.name(2), 2.0),
+            (Quantity::Acceleration, self.name(1), -0.3),
+        ];
+        response = response.sum("mixed", rates);
         response.problem().expect("all names are known")
     }
 }
@@ -170,6 +251,13 @@ proptest! {
             [one.displacement_bound()[at], one.velocity_bound()[at]].map(|bound| bound.expect("proven"))
         };
         for few in [few, prepared] {
+            for output in 0..2 {
+                for at in 0..few.len() {
+                    let off = (few.output(output)[at] - many.output(output)[at]).abs();
+                    let [a, b] = [&few, &many].map(|one| one.output_bound(output)[at].expect("proven"));
+                    prop_assert!(off <= (a + b) * (1.0 + f64::EPSILON), "{output}: {off:e} {a:e} {b:e} at {at}");
+                }
+            }
             for (at, off) in differences(&few, &many).into_iter().enumerate() {
                 for (off, (a, b)) in off.into_iter().zip(bounds(&few, at).into_iter().zip(bounds(&many, at))) {
                     prop_assert!(off <= (a + b) * (1.0 + f64::EPSILON), "{:e} > {:e} + {:e} at {}", off, a, b, at);

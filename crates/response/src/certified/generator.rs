@@ -4,16 +4,18 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
 use crate::enclosed::{Energy, Normed, cos_sin, frobenius};
-use crate::problem::{Known, Problem, StraightLoad};
+use crate::problem::{Known, Piece, Problem, Pulse, Rate, StraightLoad};
 
-/// ζ holds, in this order: the state in energy coordinates; sine and cosine of each frequency; the
-/// force on each coordinate with a straight load; its slope where it has one. Loads are in units of
-/// powers of two in which their work over the whole time is about that of 1.
+/// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
+/// frequency, and of each pulse; the force on each coordinate, or the signal of each channel, with a straight load; its
+/// slope where it has one. Loads are in units of powers of two in which their work over the whole time is about that of 1.
 pub(crate) struct Generator<T> {
     /// W: block upper triangular, the states first.
     pub(crate) w: Normed<T>,
-    /// How many entries of ζ are states.
+    /// How many entries of ζ are states, with the integrals of signals.
     pub(crate) states: usize,
+    /// Where the sines of the pulses begin.
+    pulses: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
     /// By coordinate: whether a force on it displaces something at once, so that a blow would without limit.
@@ -28,8 +30,11 @@ pub(crate) struct Generator<T> {
     initial: BallMatrix<T>,
     /// Displacement, velocity and acceleration from ζ.
     pub(crate) outputs: [Output<T>; 3],
-    /// The same from the state in its own coordinates and the loads in theirs.
-    maps: [BallMatrix<T>; 3],
+    /// Each combination from ζ.
+    pub(crate) combinations: Vec<Output<T>>,
+    /// Displacement, velocity and acceleration from the state in its own coordinates and the loads in theirs; then
+    /// all combinations.
+    maps: [BallMatrix<T>; 4],
     /// B.
     push: BallMatrix<T>,
 }
@@ -72,14 +77,17 @@ impl<T: Real> Generator<T> {
         let energy = Energy::of(&form, supported, 1.0 / horizon)?;
 
         let timeline = problem.timeline();
-        let n = form.states();
+        let (own, n) = (form.states(), system.len());
+        let integrals: usize = problem.channels().iter().map(|one| one.integrals).sum();
+        let states = own + integrals;
         let mut frequencies: Vec<f64> = Vec::new();
         for (_, harmonic) in timeline.harmonics() {
             if !frequencies.contains(&harmonic.frequency) {
                 frequencies.push(harmonic.frequency);
             }
         }
-        let straight = n + 2 * frequencies.len();
+        let pulses = states + 2 * frequencies.len();
+        let straight = pulses + 2 * timeline.pulses().len();
         let mut channels: Vec<Channel> = Vec::new();
         for law in timeline.pieces().iter().flat_map(|piece| piece.changes()) {
             let at = match channels
@@ -108,11 +116,12 @@ impl<T: Real> Generator<T> {
             size += 1;
         }
 
-        // The system in its own coordinates: z′ = A z + B f, x = X z + D f, f = F (loads).
-        let mut forces = BallMatrix::<G>::zeros(system.len(), size);
-        for (coordinate, harmonic) in timeline.harmonics() {
+        // What is known of the signals: of coordinates, then of channels.
+        let count = problem.channels().len();
+        let mut signals = BallMatrix::<G>::zeros(n + count, size);
+        for (signal, harmonic) in timeline.harmonics() {
             let place = frequencies.iter().position(|f| *f == harmonic.frequency);
-            let column = n + 2 * place.expect("collected above");
+            let column = states + 2 * place.expect("collected above");
             let (c, s, error) = cos_sin::<G>(harmonic.phase);
             let amplitude = G::from(harmonic.amplitude);
             for (column, part) in [(column, c), (column + 1, s)] {
@@ -123,11 +132,64 @@ impl<T: Real> Generator<T> {
                 } else {
                     error
                 };
-                forces.add(*coordinate, column, value, error);
+                signals.add(*signal, column, value, error);
+            }
+        }
+        for (column, pulse) in (pulses..).step_by(2).zip(timeline.pulses()) {
+            let parts = [(column, pulse.sine), (column + 1, pulse.cosine)];
+            for (column, value) in parts.into_iter().filter(|(_, value)| *value != 0.0) {
+                signals.add(pulse.coordinate, column, G::from(value), Magnitude::ZERO);
             }
         }
         for (at, channel) in channels.iter().enumerate() {
-            forces.set(channel.coordinate, straight + at, G::ONE, Magnitude::ZERO);
+            signals.set(channel.coordinate, straight + at, G::ONE, Magnitude::ZERO);
+        }
+        // How the loads go on by themselves.
+        let mut motion = BallMatrix::<G>::zeros(size, size);
+        let rates = frequencies.iter().map(|frequency| Rate::Given(*frequency));
+        let rates = rates.chain(timeline.pulses().iter().map(|pulse| pulse.rate));
+        for (column, rate) in (states..).step_by(2).zip(rates) {
+            let (rate, error) = rate.value::<G>();
+            motion.set(column, column + 1, rate, error);
+            motion.set(column + 1, column, -rate, error);
+        }
+        for (at, channel) in channels.iter().enumerate() {
+            if let Some(slope) = channel.slope {
+                motion.set(straight + at, slope, G::ONE, Magnitude::ZERO);
+            }
+        }
+        let mut integral = own;
+        let mut firsts = Vec::with_capacity(count);
+        for (at, channel) in problem.channels().iter().enumerate() {
+            firsts.push(integral);
+            for k in 1..channel.integrals {
+                let row = integral + k - 1;
+                motion.set(row, row + 1, G::ONE, Magnitude::ZERO);
+            }
+            integral += channel.integrals;
+            if channel.integrals > 0 {
+                motion.put(integral - 1, 0, &signals.block(n + at, 0, 1, size));
+            }
+        }
+        // The system in its own coordinates: z′ = A z + B f, x = X z + D f, f = F (loads).
+        let mut forces = BallMatrix::<G>::zeros(n, size);
+        forces.put(0, 0, &signals.block(0, 0, n, size));
+        let mut supports = BallMatrix::<G>::zeros(system.supports().len(), size);
+        for ((at, channel), first) in problem.channels().iter().enumerate().zip(firsts) {
+            let mut course = signals.block(n + at, 0, 1, size);
+            if channel.integrals > 0 {
+                course = BallMatrix::zeros(1, size);
+                course.set(0, first, G::ONE, Magnitude::ZERO);
+            }
+            if let Some(support) = channel.support {
+                add_multiple(&mut supports, support, 1.0, &course);
+            }
+            for direction in &channel.directions {
+                for &(row, factor) in direction {
+                    add_multiple(&mut forces, row, factor, &course);
+                }
+                course = course.times(&motion);
+            }
         }
         let displaces = |j: usize| {
             let d = form.d();
@@ -136,14 +198,19 @@ impl<T: Real> Generator<T> {
         let gives_way = (0..system.len()).map(displaces).collect();
         let mut whole = form.b().times(&forces);
         whole.put(0, 0, form.a());
-        let mut position = form.d().times(&forces);
-        position.put(0, 0, form.x());
+        let mut moved = form.d().times(&forces);
+        moved.put(0, 0, form.x());
+        let mut position = BallMatrix::zeros(n + supports.rows(), size);
+        position.put(0, 0, &moved);
+        position.put(n, 0, &supports);
+        motion.put(0, 0, &whole);
+        let own_motion = motion;
 
         // Units of the loads.
-        let pushed = energy.r.times(&whole.block(0, n, n, size - n));
+        let pushed = energy.r.times(&whole.block(0, own, own, size - own));
         let strength = |column: usize| {
-            let squares = (0..n).map(|i| {
-                let size = pushed.middle(i, column - n).upper();
+            let squares = (0..own).map(|i| {
+                let size = pushed.middle(i, column - own).upper();
                 size * size
             });
             let norm = squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt();
@@ -151,49 +218,67 @@ impl<T: Real> Generator<T> {
         };
         let epoch = Magnitude::from(horizon).exponent();
         let mut units = vec![0i64; size];
-        for sine in (n..straight).step_by(2) {
-            let unit = strength(sine).max(strength(sine + 1));
-            units[sine..sine + 2].fill(unit);
+        // What a unit of a load adds to the integrals of its own channel.
+        let feeds = |units: &[i64], column: usize| {
+            let rows = (own..states).filter(|row| !own_motion.is_zero(*row, column));
+            let fed = rows.map(|row| {
+                let factor = own_motion.middle(row, column).upper();
+                units[row] + (factor * Magnitude::from(horizon)).exponent()
+            });
+            fed.max().unwrap_or(i64::MIN)
+        };
+        for column in own..states {
+            units[column] = strength(column).max(feeds(&units, column));
+        }
+        for sine in (states..straight).step_by(2) {
+            let unit = [sine, sine + 1].map(|part| strength(part).max(feeds(&units, part)));
+            units[sine..sine + 2].fill(unit[0].max(unit[1]));
         }
         for (at, channel) in (straight..).zip(&channels) {
-            units[at] = strength(at);
+            units[at] = strength(at).max(feeds(&units, at));
             if let Some(slope) = channel.slope {
-                units[slope] = units[at] + epoch;
+                units[slope] = strength(slope)
+                    .max(feeds(&units, slope))
+                    .max(units[at] + epoch);
             }
         }
-
-        // How the loads themselves go on.
-        let mut own = BallMatrix::<G>::zeros(size, size);
-        own.put(0, 0, &whole);
-        for (at, frequency) in frequencies.iter().enumerate() {
-            let column = n + 2 * at;
-            own.set(column, column + 1, G::from(*frequency), Magnitude::ZERO);
-            own.set(column + 1, column, G::from(-*frequency), Magnitude::ZERO);
-        }
-        for (at, channel) in channels.iter().enumerate() {
-            if let Some(slope) = channel.slope {
-                own.set(straight + at, slope, G::ONE, Magnitude::ZERO);
+        let velocity = position.times(&own_motion);
+        let acceleration = velocity.times(&own_motion);
+        let mut combined = BallMatrix::<G>::zeros(problem.sources().len(), size);
+        for (row, source) in problem.sources().iter().enumerate() {
+            for (terms, map) in source
+                .terms
+                .iter()
+                .zip([&position, &velocity, &acceleration])
+            {
+                for (i, [a, b]) in terms {
+                    let mut part = BallMatrix::zeros(1, size);
+                    add_multiple(&mut part, 0, *a, &map.block(*i, 0, 1, size));
+                    add_multiple(&mut combined, row, *b, &part);
+                }
             }
         }
-        let velocity = position.times(&own);
-        let acceleration = velocity.times(&own);
 
         let (mut enter, mut leave) = (BallMatrix::zeros(size, size), BallMatrix::zeros(size, size));
         enter.put(0, 0, &energy.r);
         leave.put(0, 0, &energy.y);
-        for (i, unit) in units.iter().enumerate().skip(n) {
+        for (i, unit) in units.iter().enumerate().skip(own) {
             enter.set(i, i, G::ONE.scale(*unit), Magnitude::ZERO);
             leave.set(i, i, G::ONE.scale(-*unit), Magnitude::ZERO);
         }
         // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
         let inexact = energy.defect + energy.defect;
-        let w = enter.times(&own).times(&leave);
-        let inside = inexact * frobenius(&w.block(0, 0, n, n));
-        let w = Normed::of(&w.rounded(), n).with_more_error(inside);
-        let output = |map: &BallMatrix<G>| Output::of(&map.times(&leave).rounded(), n, inexact);
+        let w = enter.times(&own_motion).times(&leave);
+        let inside = inexact * frobenius(&w.block(0, 0, own, own));
+        let w = Normed::of(&w.rounded(), states).with_more_error(inside);
+        let output =
+            |map: &BallMatrix<G>| Output::of(&map.times(&leave).rounded(), states, inexact);
+        let of_coordinates = |map: &BallMatrix<G>| map.block(0, 0, n, size);
+        let motions = [position, velocity, acceleration].map(|map| of_coordinates(&map));
         Some(Generator {
             w,
-            states: n,
+            states,
+            pulses,
             straight,
             gives_way,
             channels,
@@ -201,8 +286,14 @@ impl<T: Real> Generator<T> {
             blow: energy.r.times(form.b()).rounded(),
             enter: energy.r.rounded(),
             initial: form.initial().rounded(),
-            outputs: [output(&position), output(&velocity), output(&acceleration)],
-            maps: [position, velocity, acceleration].map(|map| map.rounded()),
+            outputs: [0, 1, 2].map(|kind| output(&motions[kind])),
+            combinations: (0..combined.rows())
+                .map(|row| output(&combined.block(row, 0, 1, size)))
+                .collect(),
+            maps: {
+                let [x, v, a] = motions;
+                [x, v, a, combined].map(|map| map.rounded())
+            },
             push: form.b().rounded(),
         })
     }
@@ -210,9 +301,9 @@ impl<T: Real> Generator<T> {
     /// ζ at t = 0 without straight loads, and its error.
     pub(crate) fn start(&self, problem: &Problem<'_>) -> (Vec<T>, Magnitude) {
         let state = self.enter.times(&self.given(problem));
-        let mut zeta: Vec<T> = (0..self.states).map(|i| state.middle(i, 0)).collect();
+        let mut zeta: Vec<T> = (0..state.rows()).map(|i| state.middle(i, 0)).collect();
         zeta.resize(self.w.len(), T::ZERO);
-        for cosine in (self.states + 1..self.straight).step_by(2) {
+        for cosine in (self.states + 1..self.pulses).step_by(2) {
             zeta[cosine] = T::ONE.scale(self.units[cosine]);
         }
         (zeta, state.spread())
@@ -238,16 +329,39 @@ impl<T: Real> Generator<T> {
         self.initial.times(&motion)
     }
 
-    /// A state in its own coordinates, after blows.
-    pub(crate) fn struck(&self, state: &BallMatrix<T>, blows: &[(usize, f64)]) -> BallMatrix<T> {
+    /// The state of rest in its own coordinates.
+    pub(crate) fn rest(&self) -> BallMatrix<T> {
+        BallMatrix::zeros(self.initial.rows(), 1)
+    }
+
+    /// A state in its own coordinates, after momenta.
+    pub(crate) fn kicked(
+        &self,
+        state: &BallMatrix<T>,
+        kicks: &[(usize, Known<T>)],
+    ) -> BallMatrix<T> {
         let mut sum = BallMatrix::zeros(self.push.columns(), 1);
-        for &(coordinate, magnitude) in blows {
-            sum.add(coordinate, 0, T::from(magnitude), Magnitude::ZERO);
+        for &(coordinate, (momentum, error)) in kicks {
+            sum.add(coordinate, 0, momentum, error);
         }
         state.plus(&self.push.times(&sum))
     }
 
-    /// Displacements, velocities and accelerations of a state in its own coordinates under the loads
+    /// Sets what pulses begin and end with a piece.
+    pub(crate) fn set_pulses(&self, zeta: &mut [T], pulses: &[Pulse], piece: &Piece) {
+        for (sine, pulse) in (self.pulses..).step_by(2).zip(pulses) {
+            let [begins, ends] = pulse.bounds(piece);
+            if begins || ends {
+                zeta[sine] = T::ZERO;
+                zeta[sine + 1] = match begins {
+                    true => T::ONE.scale(self.units[sine]),
+                    false => T::ZERO,
+                };
+            }
+        }
+    }
+
+    /// Displacements, velocities, accelerations and combinations of a state in its own coordinates under the loads
     /// in ζ, each with its error: without any change of coordinates, so that what is given comes out
     /// as it is.
     pub(crate) fn outset(
@@ -255,7 +369,7 @@ impl<T: Real> Generator<T> {
         state: &BallMatrix<T>,
         zeta: &[T],
         straight_error: Magnitude,
-    ) -> [BallMatrix<T>; 3] {
+    ) -> [BallMatrix<T>; 4] {
         let mut whole = BallMatrix::zeros(zeta.len(), 1);
         whole.put(0, 0, state);
         for (i, unit) in self.units.iter().enumerate().skip(self.states) {
@@ -267,21 +381,27 @@ impl<T: Real> Generator<T> {
             };
             whole.set(i, 0, zeta[i].scale(-*unit), error);
         }
-        [0, 1, 2].map(|kind| self.maps[kind].times(&whole))
+        [0, 1, 2, 3].map(|kind| self.maps[kind].times(&whole))
     }
 
-    /// Adds a blow to ζ; its error.
-    pub(crate) fn strike(&self, zeta: &mut [T], coordinate: usize, magnitude: f64) -> Magnitude {
-        let factor = T::from(magnitude);
+    /// Adds a momentum to ζ; its error.
+    pub(crate) fn kick(
+        &self,
+        zeta: &mut [T],
+        coordinate: usize,
+        (momentum, off): Known<T>,
+    ) -> Magnitude {
         let mut error = Magnitude::ZERO;
-        for (i, entry) in zeta.iter_mut().enumerate().take(self.states) {
+        for (i, entry) in zeta.iter_mut().enumerate().take(self.blow.rows()) {
             if self.blow.is_zero(i, coordinate) {
                 continue;
             }
-            let change = self.blow.middle(i, coordinate) * factor;
+            let factor = self.blow.middle(i, coordinate);
+            let change = factor * momentum;
             *entry = *entry + change;
             let rounding = (change.upper() + entry.upper()) * T::unit() + T::floor();
-            error = error + rounding + factor.upper() * self.blow.radius(i, coordinate);
+            let radius = self.blow.radius(i, coordinate);
+            error = error + rounding + (momentum.upper() + off) * radius + factor.upper() * off;
         }
         error
     }
@@ -316,6 +436,19 @@ impl<T: Real> Generator<T> {
             }
         }
         total
+    }
+}
+
+/// Adds a multiple of the only row of one matrix to a row of another.
+fn add_multiple<T: Real>(to: &mut BallMatrix<T>, row: usize, factor: f64, course: &BallMatrix<T>) {
+    for j in (0..course.columns()).filter(|j| !course.is_zero(0, *j)) {
+        let product = course.middle(0, j) * T::from(factor);
+        let rounding = match factor.abs() == 1.0 {
+            true => Magnitude::ZERO,
+            false => product.upper() * T::unit() + T::floor(),
+        };
+        let error = course.radius(0, j) * Magnitude::from(factor.abs()) + rounding;
+        to.add(row, j, product, error);
     }
 }
 
@@ -395,7 +528,7 @@ mod tests {
         assert!(off <= error.to_f64(), "{off:e} {:e}", error.to_f64());
 
         let before = zeta.clone();
-        let error = generator.strike(&mut zeta, 1, 0.3);
+        let error = generator.kick(&mut zeta, 1, (DoubleDouble::from(0.3), Magnitude::ZERO));
         let change = |i: usize| Exact::from(generator.blow.middle(i, 1)) * Exact::from(0.3);
         let exact = |i: usize| Exact::from(before[i]) + change(i);
         let off = length((0..n).map(|i| exact(i) - Exact::from(zeta[i])));

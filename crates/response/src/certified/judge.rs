@@ -16,6 +16,8 @@ pub(crate) struct Judge {
     relative: f64,
     /// The largest displacement and the largest velocity so far.
     largest: [f64; 2],
+    /// Of each combination, the largest so far: what it came to, and what it was made of.
+    combinations: Vec<(f64, Magnitude)>,
     /// The slowest rate that is seen, in 1/s: once in all the time, if not the fastest there is.
     rate: Magnitude,
 }
@@ -29,6 +31,7 @@ impl Judge {
         Judge {
             relative: (tolerance - UNIT).max(UNIT / 1024.0),
             largest: [0.0; 2],
+            combinations: Vec::new(),
             rate: if slowest < fastest { slowest } else { fastest },
         }
     }
@@ -51,5 +54,26 @@ impl Judge {
         let [displacement, velocity] = self.largest;
         let still = Magnitude::from(STILL) * Magnitude::from(displacement) * self.rate;
         good(0) && (good(1) || velocity == 0.0 && motion[1].1 <= still && !accelerates())
+    }
+
+    /// Whether a combination is good enough: its size, that of what it is made of, and the error before it is rounded.
+    pub(crate) fn judge_combination(
+        &mut self,
+        index: usize,
+        size: f64,
+        made_of: Magnitude,
+        error: Magnitude,
+    ) -> bool {
+        if self.combinations.len() <= index {
+            self.combinations.resize(index + 1, (0.0, Magnitude::ZERO));
+        }
+        let (largest, whole) = &mut self.combinations[index];
+        *largest = largest.max(size);
+        if *whole < made_of {
+            *whole = made_of;
+        }
+        let allowed = Magnitude::from(self.relative * *largest);
+        let hidden = *whole * Magnitude::from(LIMIT);
+        error.is_zero() || error <= allowed || error <= hidden
     }
 }

@@ -4,11 +4,14 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::attempt::Attempt;
 use super::drift::Drift;
-use super::generator::Generator;
+use super::generator::{Generator, Output};
 use super::judge::Judge;
 use crate::answer::{Collector, Operations, Wanted};
-use crate::enclosed::{Normed, counted, growth, squarings};
-use crate::problem::{Fraction, Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
+use crate::enclosed::{Normed, cos_sin, counted, growth, squarings};
+use crate::problem::{
+    Base, Fraction, Instant, Known, Leg, Piece, Problem, ResponseError, StraightLoad,
+    StraightLoads, Walk, kicks, sum,
+};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in
 /// that of G. Unless this is the `last` attempt, it ends at the first instant that misses the tolerance, or at once where
@@ -34,12 +37,15 @@ pub(crate) fn march<T: Real, G: Real>(
             })
         }
         Some(generator) => {
-            let pieces = problem.timeline().pieces().iter();
-            let mut blows = pieces.flat_map(|piece| piece.impulses());
-            match blows.find(|(on, magnitude)| *magnitude != 0.0 && generator.gives_way[*on]) {
-                Some((on, _)) => Err(problem.unresisted(*on)),
-                None => Walker::new(problem, generator).walk(wanted, method, tolerance, last),
+            let pieces = 0..problem.timeline().pieces().len();
+            for piece in pieces {
+                let kicks = problem.kicks(piece).into_iter();
+                let mut kicks = kicks.filter(|(_, momentum)| *momentum != 0.0);
+                if let Some((on, _)) = kicks.find(|(on, _)| generator.gives_way[*on]) {
+                    return Err(problem.unresisted(on, piece));
+                }
             }
+            Walker::new(problem, generator).walk(wanted, method, tolerance, last)
         }
     }
 }
@@ -53,6 +59,8 @@ pub(super) enum Moment {
     Part(Fraction),
     /// An event by itself, in s.
     Event(f64),
+    /// So many seconds after the start of a pulse.
+    Later(Base, f64),
 }
 
 /// A state on its way.
@@ -85,7 +93,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             next: zeta.clone(),
             zeta,
             drift: Drift::new(error),
-            straight: StraightLoads::of(problem.loads()),
+            straight: StraightLoads::of(problem.drives()),
             straight_error: Magnitude::ZERO,
             fresh: Some(generator.given(problem)),
             operations: Operations::default(),
@@ -140,30 +148,53 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         self.clock.seconds(from, to)
     }
 
-    /// The blows and new laws at the start of a piece.
-    pub(super) fn begin(&mut self, piece: usize) {
-        let piece = &self.problem.timeline().pieces()[piece];
+    /// The impulses and new laws at the start of a piece.
+    pub(super) fn begin(&mut self, index: usize) {
+        let problem = self.problem;
+        let piece = &problem.timeline().pieces()[index];
         if self.fresh.is_none() && self.is_at_rest() {
-            self.fresh = Some(BallMatrix::zeros(self.generator.states, 1));
+            self.fresh = Some(self.generator.rest());
         }
-        self.fresh = self
-            .fresh
-            .take()
-            .map(|state| self.generator.struck(&state, piece.impulses()));
-        for &(coordinate, magnitude) in piece.impulses() {
-            let error = self.generator.strike(&mut self.zeta, coordinate, magnitude);
-            let total = self.drift.total() + error;
-            self.drift.restart(total);
-        }
+        let signals = self.signals(piece);
         for law in piece.changes() {
             let clock = &self.clock;
             self.straight.set(law, |from, to| {
                 clock.seconds(clock.moment(from), clock.moment(to))
             });
         }
+        let later = self.signals(piece);
+        let first = problem.system().len();
+        let jump = |channel: usize| {
+            let [before, after] = [&signals, &later].map(|all| all[channel - first]);
+            let known = |(value, error): Known<T>| (-value, error);
+            let value = sum(after.value, known(before.value));
+            [value, sum(after.slope, known(before.slope))]
+        };
+        let kicks = kicks(problem, index, jump, cos_sin::<T>);
+        self.fresh = self
+            .fresh
+            .take()
+            .map(|state| self.generator.kicked(&state, &kicks));
+        for (coordinate, momentum) in kicks {
+            let error = self.generator.kick(&mut self.zeta, coordinate, momentum);
+            let total = self.drift.total() + error;
+            self.drift.restart(total);
+        }
+        let pulses = problem.timeline().pulses();
+        self.generator.set_pulses(&mut self.zeta, pulses, piece);
         if !piece.changes().is_empty() {
             self.set_straight(self.clock.moment(&piece.start));
         }
+    }
+
+    /// The straight part of each channel's signal at the start of a piece.
+    fn signals(&self, piece: &Piece) -> Vec<StraightLoad<T>> {
+        let (clock, now) = (&self.clock, self.clock.moment(&piece.start));
+        let elapsed = |since: &Instant| clock.seconds(clock.moment(since), now);
+        let first = self.problem.system().len();
+        let channels = (first..).zip(self.problem.channels());
+        let signals = channels.map(|(channel, _)| self.straight.of_one(channel, elapsed));
+        signals.map(Option::unwrap_or_default).collect()
     }
 
     fn is_at_rest(&mut self) -> bool {
@@ -280,6 +311,29 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             self.generator
                 .outset(state, &self.zeta, self.straight_error)
         });
+        let mut good = true;
+        let drift = self.drift.total();
+        for row in 0..self.generator.combinations.len() {
+            let (exact, error) = match &outset {
+                Some(outset) => (outset[3].middle(row, 0), outset[3].radius(row, 0)),
+                None => self.evaluate(&self.generator.combinations[row], drift)[0],
+            };
+            let (value, bound) = rounded(exact, error);
+            if !value.is_finite() && error.is_finite() {
+                return Err(ResponseError::Overflow { index });
+            }
+            let parts = self.generator.combinations[row].parts.iter();
+            let sides = [
+                states(&self.zeta, &self.generator),
+                loads(&self.zeta, &self.generator),
+            ];
+            let made_of = parts
+                .zip(sides)
+                .map(|(part, side)| part.norm * length(side));
+            let made_of = made_of.fold(Magnitude::ZERO, |sum, part| sum + part);
+            good &= judge.judge_combination(row, value.abs(), made_of, error);
+            collector.combine(row, value, bound.to_f64());
+        }
         let mut bounds = [Some(0.0); 2];
         let mut motion = [(0.0, Magnitude::ZERO); 2];
         for kind in 0..3 {
@@ -292,18 +346,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             };
             let (mut top, mut worst, mut bound) = (0.0f64, Magnitude::ZERO, Magnitude::ZERO);
             for (i, (exact, error)) in values.into_iter().enumerate() {
-                let size = exact.upper();
-                let hidden = size <= error;
-                let value = if hidden { 0.0 } else { exact.to_f64() };
+                let (value, off) = rounded(exact, error);
                 if !value.is_finite() && error.is_finite() {
                     return Err(ResponseError::Overflow { index });
                 }
-                let rounding = if hidden {
-                    size
-                } else {
-                    (exact - T::from(value)).upper()
-                };
-                bound = larger(bound, error + rounding);
+                bound = larger(bound, off);
                 worst = larger(worst, error);
                 collector.values[kind][(i, column)] = value;
                 top = top.max(value.abs());
@@ -317,21 +364,24 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 return Err(ResponseError::Lost { index, digits });
             }
         }
-        let [displacement, velocity] = bounds;
-        collector.close(displacement, velocity);
+        collector.advance(bounds);
         let accelerates = || {
             self.values(2)
                 .iter()
                 .any(|(value, error)| value.upper() > *error)
         };
-        Ok(judge.judge(motion, accelerates))
+        Ok(judge.judge(motion, accelerates) && good)
     }
 
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
     fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
-        let output = &self.generator.outputs[kind];
-        let (states, loads) = self.zeta.split_at(self.generator.states);
         let drift = self.drift.total();
+        self.evaluate(&self.generator.outputs[kind], drift)
+    }
+
+    /// The values of an output, and a bound of the error of any.
+    fn evaluate(&self, output: &Output<T>, drift: Magnitude) -> Vec<(T, Magnitude)> {
+        let (states, loads) = self.zeta.split_at(self.generator.states);
         let of_loads = if self.generator.straight > self.generator.states {
             drift + self.straight_error
         } else {
@@ -351,6 +401,24 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let rows = output.rows.iter();
         rows.map(|row| (dot(row, &self.zeta), error)).collect()
     }
+}
+
+fn states<'z, T: Real>(zeta: &'z [T], generator: &Generator<T>) -> &'z [T] {
+    &zeta[..generator.states]
+}
+
+fn loads<'z, T: Real>(zeta: &'z [T], generator: &Generator<T>) -> &'z [T] {
+    &zeta[generator.states..]
+}
+
+/// The nearest double, or 0 where the error hides it, and how far it may be off.
+fn rounded<T: Real>(exact: T, error: Magnitude) -> (f64, Magnitude) {
+    let size = exact.upper();
+    if size <= error {
+        return (0.0, error + size);
+    }
+    let value = exact.to_f64();
+    (value, error + (exact - T::from(value)).upper())
 }
 
 /// The only column, with its errors.
@@ -441,7 +509,10 @@ impl Clock {
                 Moment::Units(fraction.numerator * (self.division / fraction.denominator))
             }
             Some(fraction) => Moment::Part(fraction),
-            None => Moment::Event(instant.time().to_f64()),
+            None => match instant.parts() {
+                (Base::Event(time), 0.0) => Moment::Event(time),
+                (base, later) => Moment::Later(base, later),
+            },
         }
     }
 
@@ -477,6 +548,17 @@ impl Clock {
                 denominator,
             }) => self.part(numerator, denominator),
             Moment::Event(time) => (T::from(time), Magnitude::ZERO),
+            Moment::Later(base, later) => {
+                let (start, error) = match base {
+                    Base::Steps(Fraction {
+                        numerator,
+                        denominator,
+                    }) => self.part::<T>(numerator, denominator),
+                    Base::Event(time) => (T::from(time), Magnitude::ZERO),
+                };
+                let time = start + T::from(later);
+                (time, error + time.upper() * T::unit())
+            }
         };
         let ((from, before), (to, after)) = (of(from), of(to));
         let time = to - from;

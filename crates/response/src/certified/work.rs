@@ -43,10 +43,11 @@ pub(super) fn work(
     march * one(limbs) + GENERATOR * states.powi(3) * one(prepared)
 }
 
-/// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate.
+/// How many states the loads make: sine and cosine of each frequency, force and slope on each coordinate or channel, and
+/// the integrals of channels.
 fn load_states(problem: &Problem<'_>) -> usize {
     let mut laws: Vec<(u8, u64)> = Vec::new();
-    for applied in problem.loads() {
+    for (number, applied) in (0..).zip(problem.drives()) {
         let on = applied.coordinate as u64;
         match &applied.load {
             Load::Impulse(_) => {}
@@ -58,10 +59,13 @@ fn load_states(problem: &Problem<'_>) -> usize {
                 laws.extend([(2, on), (3, on)]);
             }
             Load::Ramp(_) => laws.extend([(2, on), (3, on)]),
+            Load::HalfSine(_) => laws.extend([(4, number), (5, number)]),
+            Load::Versine(_) => laws.extend([(2, on), (4, number), (5, number)]),
             Load::Step(_) | Load::Samples(_) => laws.push((2, on)),
         }
     }
     laws.sort_unstable();
     laws.dedup();
-    laws.len()
+    let channels = problem.channels().iter();
+    laws.len() + channels.map(|channel| channel.integrals).sum::<usize>()
 }

@@ -81,6 +81,11 @@ pub enum SteadyStateError {
         /// The digits that were tried.
         digits: usize,
     },
+    /// A sinusoid moves a support, or acts on a point.
+    #[error(
+        "a sinusoid moves a support or acts on a point: only forces on single coordinates are counted"
+    )]
+    Channel,
     /// An amplitude exceeds the largest double.
     #[error("an amplitude at {frequency:?} rad/s exceeds the largest double")]
     OutOfRange {

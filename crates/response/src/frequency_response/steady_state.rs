@@ -51,6 +51,10 @@ impl SteadyState {
     /// [`SteadyStateError`] at a frequency where no steady motion exists or where it is not the
     /// only one, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>) -> Result<SteadyState, SteadyStateError> {
+        let mut others = problem.drives()[problem.loads().len()..].iter();
+        if others.any(|drive| matches!(drive.load, Load::Harmonic(_))) {
+            return Err(SteadyStateError::Channel);
+        }
         let mut frequencies: Vec<(f64, Vec<Force>)> = Vec::new();
         for applied in problem.loads() {
             let Load::Harmonic(load) = &applied.load else {

@@ -4,67 +4,153 @@ use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 
 use super::laws::Laws;
-use crate::problem::{Instant, Piece, Problem};
+use crate::problem::{Instant, Piece, Plant, Problem, Pulse};
 
 /// What the loads are at the start of an interval: for each law one value for each loaded
-/// coordinate, in the order of [`crate::hold::Held::gamma`]; slopes are multiplied by the
+/// input, in the order of [`crate::hold::Held::gamma`]; slopes are multiplied by the
 /// interval's length.
 #[derive(Clone, Debug)]
 pub(crate) struct Signals {
     pub(crate) values: Vec<Vec<f64>>,
 }
 
-/// The loads of a problem, by loaded coordinate.
+/// The loads of a problem, by input of its [`Plant`](crate::problem::Plant).
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs {
-    /// Indices of the coordinates that any load but an impulse acts on.
+    /// Those that any load but an impulse acts on.
     pub(crate) loaded: Vec<usize>,
     pub(crate) laws: Laws,
-    /// Position in `loaded`, position in `laws.frequencies`, amplitude, phase.
-    harmonics: Vec<(usize, usize, f64, f64)>,
+    waves: Vec<Wave>,
+    /// How many coordinates there are.
+    coordinates: usize,
+    /// By channel: the orders of derivatives of its signal that act.
+    orders: Vec<Vec<usize>>,
+    pulses: Vec<Pulse>,
+}
+
+/// A sinusoid on an input: amplitude·sin(angle + quarters·π/2).
+#[derive(Clone, Debug)]
+struct Wave {
+    input: usize,
+    /// Position in `loaded`.
+    position: usize,
+    /// Position in `laws.frequencies`.
+    frequency: usize,
+    amplitude: f64,
+    quarters: usize,
+    angle: Angle,
+}
+
+/// Where the angle of a wave comes from.
+#[derive(Clone, Copy, Debug)]
+enum Angle {
+    /// It is frequency·t and this phase.
+    Phase(f64),
+    /// It is that of a pulse since its start.
+    Pulse(usize),
 }
 
 impl Inputs {
     pub(crate) fn of(problem: &Problem<'_>) -> Inputs {
         let timeline = problem.timeline();
+        let coordinates = problem.system().len();
+        let channels = problem.channels().iter();
+        let mut inputs = Inputs {
+            loaded: Vec::new(),
+            laws: Laws::default(),
+            waves: Vec::new(),
+            coordinates,
+            orders: channels.map(|channel| channel.orders().collect()).collect(),
+            pulses: timeline.pulses().to_vec(),
+        };
         let straight = || timeline.pieces().iter().flat_map(Piece::straight);
-        let mut loaded: Vec<usize> = straight().map(|straight| straight.coordinate).collect();
-        loaded.extend(
-            timeline
-                .harmonics()
-                .iter()
-                .map(|(coordinate, _)| *coordinate),
-        );
+        let harmonics = timeline.harmonics().iter().map(|(on, _)| *on);
+        let pulses = timeline.pulses().iter().map(|pulse| pulse.coordinate);
+        let signals = straight().map(|straight| straight.coordinate);
+        let signals: Vec<usize> = signals.chain(harmonics).chain(pulses).collect();
+        let mut loaded = Vec::new();
+        for signal in signals {
+            loaded.extend(inputs.of_signal(signal).map(|(input, _)| input));
+        }
         loaded.sort_unstable();
         loaded.dedup();
-        let mut frequencies: Vec<f64> = Vec::new();
-        let mut harmonics = Vec::new();
-        for (coordinate, harmonic) in timeline.harmonics() {
-            let position = loaded.binary_search(coordinate).expect("collected above");
-            let known = frequencies
-                .iter()
-                .position(|known| *known == harmonic.frequency);
-            let frequency = known.unwrap_or_else(|| {
-                frequencies.push(harmonic.frequency);
-                frequencies.len() - 1
-            });
-            harmonics.push((position, frequency, harmonic.amplitude, harmonic.phase));
+        inputs.loaded = loaded;
+        inputs.laws.straight = straight().any(|s| s.value != 0.0 || s.slope != 0.0);
+        inputs.laws.sloped = straight().any(|s| s.slope != 0.0);
+        for (on, harmonic) in timeline.harmonics() {
+            let angle = Angle::Phase(harmonic.phase);
+            inputs.add(*on, harmonic.frequency, harmonic.amplitude, 0, angle);
         }
-        let laws = Laws {
-            straight: straight().any(|s| s.value != 0.0 || s.slope != 0.0),
-            sloped: straight().any(|s| s.slope != 0.0),
-            frequencies,
-        };
-        Inputs {
-            loaded,
-            laws,
-            harmonics,
+        for (index, pulse) in timeline.pulses().iter().enumerate() {
+            let (rate, angle) = (pulse.rate.to_f64(), Angle::Pulse(index));
+            match pulse.sine != 0.0 {
+                true => inputs.add(pulse.coordinate, rate, pulse.sine, 0, angle),
+                false => inputs.add(pulse.coordinate, rate, pulse.cosine, 1, angle),
+            }
+        }
+        inputs
+    }
+
+    /// The inputs that a signal acts on, each with the order of its derivative there.
+    fn of_signal(&self, signal: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let mut inputs = [None; 3];
+        match signal.checked_sub(self.coordinates) {
+            None => inputs[0] = Some((signal, 0)),
+            Some(channel) => {
+                for order in &self.orders[channel] {
+                    let input = self.coordinates + 3 * channel + order;
+                    inputs[*order] = Some((input, *order));
+                }
+            }
+        }
+        inputs.into_iter().flatten()
+    }
+
+    fn add(&mut self, signal: usize, rate: f64, amplitude: f64, quarters: usize, angle: Angle) {
+        let known = self
+            .laws
+            .frequencies
+            .iter()
+            .position(|known| *known == rate);
+        let frequency = known.unwrap_or_else(|| {
+            self.laws.frequencies.push(rate);
+            self.laws.frequencies.len() - 1
+        });
+        for (input, order) in self.of_signal(signal) {
+            let position = self.loaded.binary_search(&input).expect("collected in of");
+            self.waves.push(Wave {
+                input,
+                position,
+                frequency,
+                amplitude: amplitude * rate.powi(order as i32),
+                quarters: quarters + order,
+                angle,
+            });
         }
     }
 
-    /// The columns of B for the loaded coordinates.
+    /// What a wave is now, and a quarter period ahead; nothing of a pulse that does not last.
+    fn at(&self, wave: &Wave, now: &Instant, piece: &Piece) -> Option<[f64; 2]> {
+        let angle = match wave.angle {
+            Angle::Phase(phase) => {
+                reduced_angle(self.laws.frequencies[wave.frequency], now.time, phase)
+            }
+            Angle::Pulse(index) if piece.pulses().contains(&index) => self.pulses[index].angle(now),
+            Angle::Pulse(_) => return None,
+        };
+        let (sine, cosine) = angle.sin_cos();
+        let turned = match wave.quarters % 4 {
+            0 => [sine, cosine],
+            1 => [cosine, -sine],
+            2 => [-sine, -cosine],
+            _ => [-cosine, sine],
+        };
+        Some(turned.map(|part| wave.amplitude * part))
+    }
+
+    /// The columns of B for the loaded inputs.
     pub(crate) fn columns(&self, b: MatRef<'_, f64>) -> Mat<f64> {
-        Mat::from_fn(b.nrows(), self.loaded.len(), |i, j| b[(i, self.loaded[j])])
+        Plant::columns(b, &self.loaded)
     }
 
     /// The signals at `now`, within `piece`, for an interval of `h` seconds.
@@ -73,24 +159,27 @@ impl Inputs {
             values.fill(0.0);
         }
         let elapsed = (now.time - piece.start.time).to_f64();
-        if self.laws.straight {
-            for straight in piece.straight() {
-                let j = self
-                    .loaded
-                    .binary_search(&straight.coordinate)
-                    .expect("collected in of");
-                signals.values[0][j] = straight.value + straight.slope * elapsed;
-                if self.laws.sloped {
-                    signals.values[1][j] = straight.slope * h;
+        for straight in piece.straight().iter().filter(|_| self.laws.straight) {
+            for (input, order) in self.of_signal(straight.coordinate) {
+                let j = self.loaded.binary_search(&input).expect("collected in of");
+                match order {
+                    0 => {
+                        signals.values[0][j] = straight.value + straight.slope * elapsed;
+                        if self.laws.sloped {
+                            signals.values[1][j] = straight.slope * h;
+                        }
+                    }
+                    1 => signals.values[0][j] = straight.slope,
+                    _ => {}
                 }
             }
         }
         let first = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
-        for &(j, frequency, amplitude, phase) in &self.harmonics {
-            let angle = reduced_angle(self.laws.frequencies[frequency], now.time, phase);
-            let (sine, cosine) = angle.sin_cos();
-            signals.values[first + 2 * frequency][j] += amplitude * sine;
-            signals.values[first + 2 * frequency + 1][j] += amplitude * cosine;
+        for wave in &self.waves {
+            if let Some([here, ahead]) = self.at(wave, now, piece) {
+                signals.values[first + 2 * wave.frequency][wave.position] += here;
+                signals.values[first + 2 * wave.frequency + 1][wave.position] += ahead;
+            }
         }
     }
 
@@ -100,7 +189,7 @@ impl Inputs {
         }
     }
 
-    /// f, f′ and f″ on every coordinate at `now`, of those loads that are not `split` off.
+    /// f, f′ and f″ of every input at `now`, of those loads that are not `split` off.
     pub(crate) fn forces(
         &self,
         now: &Instant,
@@ -113,16 +202,25 @@ impl Inputs {
         }
         let elapsed = (now.time - piece.start.time).to_f64();
         for straight in piece.straight().iter().filter(|_| !split) {
-            forces[0][straight.coordinate] += straight.value + straight.slope * elapsed;
-            forces[1][straight.coordinate] += straight.slope;
+            let derivatives = [
+                straight.value + straight.slope * elapsed,
+                straight.slope,
+                0.0,
+            ];
+            for (input, order) in self.of_signal(straight.coordinate) {
+                for (force, value) in forces.iter_mut().zip(&derivatives[order..]) {
+                    force[input] += value;
+                }
+            }
         }
-        for &(j, frequency, amplitude, phase) in &self.harmonics {
-            let rate = self.laws.frequencies[frequency];
-            let (sine, cosine) = reduced_angle(rate, now.time, phase).sin_cos();
-            let coordinate = self.loaded[j];
-            forces[0][coordinate] += amplitude * sine;
-            forces[1][coordinate] += amplitude * rate * cosine;
-            forces[2][coordinate] -= amplitude * rate * rate * sine;
+        for wave in &self.waves {
+            let Some([here, ahead]) = self.at(wave, now, piece) else {
+                continue;
+            };
+            let rate = self.laws.frequencies[wave.frequency];
+            forces[0][wave.input] += here;
+            forces[1][wave.input] += rate * ahead;
+            forces[2][wave.input] -= rate * rate * here;
         }
     }
 }

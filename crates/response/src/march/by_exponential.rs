@@ -11,7 +11,7 @@ use super::flow::{Coordinates, Flow, Outputs, march};
 use crate::answer::{Operations, ResponseMethod, Trajectory};
 use crate::exponential::second_order;
 use crate::hold::{Held, Inputs, Signals, exact};
-use crate::problem::{Problem, ResponseError};
+use crate::problem::{Plant, Problem, ResponseError};
 
 /// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
 /// form, at resonance, at critical damping and without supports. One exponential for each length of
@@ -36,20 +36,22 @@ impl ResponseMethod for ByExponential {
                 method: self.name(),
                 reason: error.to_string(),
             })?;
+        let plant = Plant::of(problem, &form);
         let inputs = Inputs::of(problem);
         let mut flow = Dense {
-            a: form.a().to_owned(),
-            u: inputs.columns(form.b()),
+            u: inputs.columns(plant.b.as_ref()),
             inputs,
             held: HashMap::new(),
             operations: Operations::default(),
-            next: vec![0.0; form.states()],
+            next: vec![0.0; plant.a.nrows()],
+            a: plant.a.clone(),
         };
         let coordinates = Coordinates {
             detour: Detour::default(),
-            b: form.b(),
+            b: plant.b.as_ref(),
             enter: &<[f64]>::to_vec,
-            outputs: &Outputs::of(&form, None),
+            outputs: &Outputs::of(&plant, None),
+            integrals: plant.integrals,
         };
         march(self.name(), problem, &mut flow, &form, &coordinates)
     }

@@ -11,7 +11,7 @@ use super::flow::{Coordinates, Flow, Outputs, march};
 use super::modal_basis::{Basis, BasisError, Block, HeldBlock, add_to_block};
 use crate::answer::{Operations, ResponseMethod, Trajectory};
 use crate::hold::{Inputs, Signals};
-use crate::problem::{Problem, ResponseError};
+use crate::problem::{Plant, Problem, ResponseError};
 
 /// The state as a sum of modes, each of which moves by itself and exactly: O(n) a step, and without
 /// drift over any number of them.
@@ -28,11 +28,18 @@ impl ResponseMethod for BySuperposition {
     }
 
     fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
+        if let Some(reason) = integrates(problem) {
+            return Some(reason);
+        }
         let error = Basis::of(problem.system(), Precision::default()).err()?;
         Some(error.to_string())
     }
 
     fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        if let Some(reason) = integrates(problem) {
+            let method = self.name();
+            return Err(ResponseError::NotApplicable { method, reason });
+        }
         let basis = match Basis::of(problem.system(), Precision::default()) {
             Ok(basis) => basis,
             Err(BasisError::Modes(error)) => return Err(error.into()),
@@ -45,7 +52,8 @@ impl ResponseMethod for BySuperposition {
         };
         let inputs = Inputs::of(problem);
         let form = &basis.form;
-        let b = &basis.inverse * form.b();
+        let plant = Plant::of(problem, form);
+        let b = &basis.inverse * &plant.b;
         let mut flow = Blocks {
             blocks: basis.blocks,
             low: vec![0.0; form.states()],
@@ -64,10 +72,19 @@ impl ResponseMethod for BySuperposition {
             detour: basis.detour,
             b: b.as_ref(),
             enter: &enter,
-            outputs: &Outputs::of(form, Some(basis.t.as_ref())),
+            outputs: &Outputs::of(&plant, Some(basis.t.as_ref())),
+            integrals: 0,
         };
         march(self.name(), problem, &mut flow, form, &coordinates)
     }
+}
+
+/// The integrals of a support's velocity or acceleration are no modes.
+fn integrates(problem: &Problem<'_>) -> Option<String> {
+    let mut channels = problem.channels().iter();
+    let integrated = channels.any(|channel| channel.integrals > 0);
+    integrated
+        .then(|| "the motion of a support is given by its velocity or acceleration".to_owned())
 }
 
 /// Independent blocks of one or two states. Each is carried on in double-double, so that rounding

@@ -1,7 +1,6 @@
 //! A march over the whole grid towards few outputs.
 
 use eigentone_modes::{Bounds, FirstOrder, Precision};
-use faer::Mat;
 
 use super::blocks::{self, Blocks};
 use super::estimate::{Estimate, is_stiff};
@@ -12,13 +11,14 @@ use super::strides::{Strides, all_finite, largest};
 use crate::answer::{History, Output};
 use crate::exponential::second_order;
 use crate::hold::exact;
-use crate::problem::{Problem, ResponseError, rest};
+use crate::problem::{Plant, Problem, ResponseError, rest};
 
 /// The question, once it is known that strides can answer it.
 pub(crate) struct Course<'a, 'b> {
     problem: &'a Problem<'b>,
     outputs: &'a [Output],
     form: FirstOrder,
+    plant: Plant,
     loads: GridLoads<'a>,
     estimate: Estimate,
     /// The state at 0, after any blows.
@@ -39,9 +39,10 @@ impl<'a, 'b> Course<'a, 'b> {
             return None;
         }
         let loads = GridLoads::of(problem)?;
+        let plant = Plant::of(problem, &form);
         let mut start = form.state(problem.initial_displacement(), problem.initial_velocity());
-        for (coordinate, momentum) in &loads.blows {
-            for (entry, b) in start.iter_mut().zip(form.b().col(*coordinate).iter()) {
+        for (input, momentum) in &loads.blows {
+            for (entry, b) in start.iter_mut().zip(plant.b.col(*input).iter()) {
                 *entry += b * momentum;
             }
         }
@@ -52,6 +53,7 @@ impl<'a, 'b> Course<'a, 'b> {
             outputs,
             estimate: Estimate::of(problem.system(), &form),
             form,
+            plant,
             loads,
             start,
             rest,
@@ -81,12 +83,13 @@ impl<'a, 'b> Course<'a, 'b> {
 
     fn by_modes(&self, basis: Basis) -> ModalMarch {
         let h = self.problem.grid().step();
-        ModalMarch::of(basis, &self.loads, h, &self.start, self.outputs)
+        let b = self.plant.b.as_ref();
+        ModalMarch::of(basis, b, &self.loads, h, &self.start, self.outputs)
     }
 
     fn in_blocks(&self) -> Blocks {
-        let (b, loaded, grid) = (self.form.b(), &self.loads.loaded, self.problem.grid());
-        let u = Mat::from_fn(b.nrows(), loaded.len(), |i, j| b[(i, loaded[j])]);
+        let grid = self.problem.grid();
+        let u = Plant::columns(self.plant.b.as_ref(), &self.loads.loaded);
         let laws = &self.loads.laws;
         let held = exact(second_order, self.form.a(), u.as_ref(), grid.step(), laws);
         let signals = &self.loads.signals;
@@ -125,7 +128,7 @@ impl<'a, 'b> Course<'a, 'b> {
         }
         self.estimate = self.estimate.by_way_of(strides.detour());
         let [x, v] = strides.largest();
-        let mut estimates = vec![self.estimate.bounds(x + farthest, v).into()];
+        let mut estimates = vec![two(self.estimate.bounds(x + farthest, v))];
         let mut first = 0;
         while first < last {
             let asked = (last - first).min(every as u64);
@@ -168,7 +171,7 @@ impl<'a, 'b> Course<'a, 'b> {
             rest = later;
             self.estimate.steps(asked, grid.step());
             let [x, v] = strides.largest();
-            estimates.push(self.estimate.bounds(x + farthest, v).into());
+            estimates.push(two(self.estimate.bounds(x + farthest, v)));
         }
         values.truncate((last as usize + 1) * width);
         Ok(History {
@@ -183,6 +186,11 @@ impl<'a, 'b> Course<'a, 'b> {
             method: strides.method(),
         })
     }
+}
+
+/// Those of displacements and velocities.
+fn two([displacement, velocity, _]: [Option<f64>; 3]) -> [Option<f64>; 2] {
+    [displacement, velocity]
 }
 
 /// Whether displacements and velocities at all instants would take more than 64 MB.

@@ -78,12 +78,17 @@ impl Deviation {
         let last = Instant::on_grid(grid, grid.last());
         let end = pieces.get(index + 1).map_or(last, |next| next.start);
         let lasts = end.since(&piece.start, grid) >= LASTING as f64 * grid.step();
-        if self.left == 0 || !lasts || !is_constant(piece) {
+        let coordinates = problem.system().len();
+        let forces = piece.straight().iter();
+        let alone = forces
+            .clone()
+            .all(|straight| straight.coordinate < coordinates);
+        if self.left == 0 || !lasts || !alone || !is_constant(piece) {
             return None;
         }
         self.left -= 1;
         let mut force = vec![0.0; problem.system().len()];
-        for straight in piece.straight() {
+        for straight in forces {
             force[straight.coordinate] += straight.value;
         }
         let displacement = rest(problem.system(), &force)?;

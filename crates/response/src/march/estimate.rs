@@ -101,16 +101,12 @@ impl Estimate {
         self.elapsed += count as f64 * h;
     }
 
-    /// Bounds for the largest displacement and velocity of the instant reached.
-    pub(crate) fn bounds(
-        &mut self,
-        displacement: f64,
-        velocity: f64,
-    ) -> (Option<f64>, Option<f64>) {
+    /// Bounds for the largest displacement, velocity and acceleration of the instant reached.
+    pub(crate) fn bounds(&mut self, displacement: f64, velocity: f64) -> [Option<f64>; 3] {
         self.displacement = self.displacement.max(displacement);
         self.velocity = self.velocity.max(velocity);
         if !self.applies {
-            return (None, None);
+            return [None; 3];
         }
         let roundings = 8.0 * (self.steps + 1.0);
         let units = roundings * self.states
@@ -125,7 +121,9 @@ impl Estimate {
         let velocity = factor * (self.velocity + self.rate * self.displacement) + detour[1];
         // Beyond the size of the motion, a first-order estimate says nothing.
         let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);
-        (telling(displacement), telling(velocity))
+        // A row of A² is no larger than a row of A times the rate.
+        let acceleration = self.rate * (velocity + self.rate * displacement);
+        [displacement, velocity, acceleration].map(telling)
     }
 }
 
@@ -160,12 +158,12 @@ mod tests {
         (0..STEPS).for_each(|_| each.step(h));
         let [first, second] = [&mut together, &mut each].map(|e| e.bounds(3.0, 2.0));
         assert_eq!(first, second);
-        let (displacement, velocity) = (first.0.expect("a bound"), first.1.expect("a bound"));
+        let (displacement, velocity) = (first[0].expect("a bound"), first[1].expect("a bound"));
         let units = f64::from(STEPS) * f64::EPSILON;
         assert!(displacement >= 3.0 * units && velocity >= 2.0 * units);
         // k off by half a unit turns it by a quarter of one for each second.
         each.step(1e6);
         let turned = 1e6 * f64::EPSILON / 4.0;
-        assert!(each.bounds(3.0, 3.0).0.expect("a bound") >= 3.0 * turned);
+        assert!(each.bounds(3.0, 3.0)[0].expect("a bound") >= 3.0 * turned);
     }
 }

@@ -8,7 +8,7 @@ use super::deviation::Deviation;
 use super::estimate::{Detour, Estimate};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
 use crate::hold::{Inputs, Signals};
-use crate::problem::{Instant, Leg, Piece, Problem, ResponseError, Walk};
+use crate::problem::{Instant, Leg, Piece, Plant, Problem, ResponseError, Walk};
 
 /// z′ = A z + B f in the method's own coordinates, able to step over any interval.
 pub(crate) trait Flow {
@@ -22,28 +22,35 @@ pub(crate) trait Flow {
     fn operations(&self) -> Operations;
 }
 
-/// How the method's coordinates ζ give what is asked for: x = X ζ + D f and its derivatives.
+/// How the method's coordinates ζ give what is asked for: x = X ζ + D f and its derivatives, of the coordinates and then
+/// of the supports.
 pub(crate) struct Outputs {
-    /// X, X A and X A² (n × N).
+    /// X, X A and X A², of N columns.
     maps: [Mat<f64>; 3],
-    /// D and X B, by which loads act on massless nodes at once; each absent where it vanishes.
+    /// D and X B, by which inputs act at once; each absent where it vanishes.
     feed: [Option<Mat<f64>>; 2],
     /// X A B.
     acceleration_feed: Mat<f64>,
 }
 
 impl Outputs {
-    /// The outputs of a first-order form whose state is z = T ζ.
-    pub(crate) fn of(form: &FirstOrder, t: Option<MatRef<'_, f64>>) -> Outputs {
-        let x = form.x().to_owned();
-        let v = &x * form.a();
-        let a = &v * form.a();
-        let pushed = &x * form.b();
-        let feed = [
-            form.d().map(|d| d.to_owned()),
-            (pushed.norm_max() != 0.0).then_some(pushed),
-        ];
-        let acceleration_feed = &v * form.b();
+    /// The outputs of a system whose state is z = T ζ.
+    pub(crate) fn of(plant: &Plant, t: Option<MatRef<'_, f64>>) -> Outputs {
+        let [by_states, by_inputs] = &plant.supports;
+        let x = stacked(&plant.x, by_states);
+        let d = match &plant.d {
+            None if by_inputs.nrows() == 0 => None,
+            Some(d) => Some(stacked(d, by_inputs)),
+            None => {
+                let zero = Mat::zeros(plant.x.nrows(), by_inputs.ncols());
+                Some(stacked(&zero, by_inputs))
+            }
+        };
+        let v = &x * &plant.a;
+        let a = &v * &plant.a;
+        let pushed = &x * &plant.b;
+        let feed = [d, (pushed.norm_max() != 0.0).then_some(pushed)];
+        let acceleration_feed = &v * &plant.b;
         let into = |map: Mat<f64>| match t {
             Some(t) => map * t,
             None => map,
@@ -56,15 +63,25 @@ impl Outputs {
     }
 }
 
+fn stacked(above: &Mat<f64>, below: &Mat<f64>) -> Mat<f64> {
+    let n = above.nrows();
+    Mat::from_fn(n + below.nrows(), above.ncols(), |i, j| match i < n {
+        true => above[(i, j)],
+        false => below[(i - n, j)],
+    })
+}
+
 /// How a method's own coordinates ζ are reached, and left.
 pub(crate) struct Coordinates<'a> {
-    /// N × n: what unit impulses add to ζ.
+    /// N × inputs: what unit impulses add to ζ.
     pub(crate) b: MatRef<'a, f64>,
     /// ζ of a state.
     pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
     pub(crate) outputs: &'a Outputs,
     /// What the way there and back makes of rounding errors.
     pub(crate) detour: Detour,
+    /// How many states are integrals of signals.
+    pub(crate) integrals: usize,
 }
 
 /// Runs the flow over the problem's timeline and collects the instants asked for.
@@ -83,24 +100,32 @@ pub(crate) fn march(
         enter,
         outputs,
         detour,
+        integrals,
     } = *coordinates;
+    let rows = outputs.maps[0].nrows();
     let mut recorder = Recorder {
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
-        forces: [vec![0.0; n], vec![0.0; n], vec![0.0; n]],
+        forces: std::array::from_fn(|_| vec![0.0; b.ncols()]),
+        motion: std::array::from_fn(|_| vec![0.0; rows]),
         estimate: Estimate::of(problem.system(), form).by_way_of(detour),
     };
-    let mut z = enter(&form.state(problem.initial_displacement(), problem.initial_velocity()));
-    let state = |x: &[f64]| enter(&form.state(x, &vec![0.0; n]));
+    // What supports have moved is nothing at the start.
+    let whole = |mut state: Vec<f64>| {
+        state.resize(state.len() + integrals, 0.0);
+        enter(&state)
+    };
+    let mut z = whole(form.state(problem.initial_displacement(), problem.initial_velocity()));
+    let state = |x: &[f64]| whole(form.state(x, &vec![0.0; n]));
     let mut deviation = Deviation::new(problem);
     let mut signals = inputs.empty_signals();
     let mut walk = Walk::of(problem);
-    strike(walk.piece(), problem, outputs, b, &mut z)?;
+    kick(walk.index(), problem, outputs, b, &mut z)?;
     while let Some(target) = recorder.collector.next() {
         while let Some(leg) = walk.towards(&target) {
             let Leg::Pass { from, to } = leg else {
                 deviation.join(problem, walk.index(), &mut z);
-                strike(walk.piece(), problem, outputs, b, &mut z)?;
+                kick(walk.index(), problem, outputs, b, &mut z)?;
                 continue;
             };
             deviation.split(problem, walk.index(), &mut z, state);
@@ -133,19 +158,19 @@ fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) ->
     }
 }
 
-/// Adds what the impulses at the start of a piece do to the state.
-fn strike(
-    piece: &Piece,
+/// Adds what the impulses at the start of a piece, and jumps of supports there, do to the state.
+fn kick(
+    piece: usize,
     problem: &Problem<'_>,
     outputs: &Outputs,
     b: MatRef<'_, f64>,
     z: &mut [f64],
 ) -> Result<(), ResponseError> {
-    for &(coordinate, magnitude) in piece.impulses() {
-        let moves_at_once =
-            |d: &Mat<f64>| (0..d.nrows()).any(|i| d[(i, coordinate)] * magnitude != 0.0);
+    let n = problem.system().len();
+    for (coordinate, magnitude) in problem.kicks(piece) {
+        let moves_at_once = |d: &Mat<f64>| (0..n).any(|i| d[(i, coordinate)] * magnitude != 0.0);
         if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
-            return Err(problem.unresisted(coordinate));
+            return Err(problem.unresisted(coordinate, piece));
         }
         for (entry, column) in z.iter_mut().zip(b.col(coordinate).iter()) {
             *entry += column * magnitude;
@@ -159,6 +184,8 @@ struct Recorder<'a, 'b> {
     outputs: &'a Outputs,
     collector: Collector<'a, 'b>,
     forces: [Vec<f64>; 3],
+    /// Displacements, velocities and accelerations of coordinates and supports.
+    motion: [Vec<f64>; 3],
     estimate: Estimate,
 }
 
@@ -171,52 +198,39 @@ impl Recorder<'_, '_> {
         piece: &Piece,
         rest: Option<&[f64]>,
     ) -> Result<(), ResponseError> {
-        let n = self.forces[0].len();
-        let column = self.collector.column();
-        for (value, map) in self.collector.values.iter_mut().zip(&self.outputs.maps) {
-            if value.ncols() == 0 {
-                continue;
-            }
-            for (j, entry) in z.iter().enumerate() {
-                for i in 0..n {
-                    value[(i, column)] += map[(i, j)] * entry;
-                }
-            }
+        let accelerates = self.collector.accelerates();
+        let wanted = if accelerates { 3 } else { 2 };
+        for (value, map) in self.motion.iter_mut().zip(&self.outputs.maps).take(wanted) {
+            value.fill(0.0);
+            add(value, map, z);
         }
-        let [x, v, a] = &mut self.collector.values;
+        let [x, v, a] = &mut self.motion;
         let [d, pushed] = &self.outputs.feed;
-        if d.is_some() || pushed.is_some() || a.ncols() > 0 {
+        if d.is_some() || pushed.is_some() || accelerates {
             inputs.forces(now, piece, rest.is_some(), &mut self.forces);
             let [f, rate, curvature] = &self.forces;
-            let add = |to: &mut Mat<f64>, map: &Mat<f64>, force: &[f64]| {
-                for (j, entry) in force.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
-                    for i in 0..n {
-                        to[(i, column)] += map[(i, j)] * entry;
-                    }
-                }
-            };
             if let Some(d) = d {
                 add(x, d, f);
                 add(v, d, rate);
-                if a.ncols() > 0 {
+                if accelerates {
                     add(a, d, curvature);
                 }
             }
             if let Some(pushed) = pushed {
                 add(v, pushed, f);
-                if a.ncols() > 0 {
+                if accelerates {
                     add(a, pushed, rate);
                 }
             }
-            if a.ncols() > 0 {
+            if accelerates {
                 add(a, &self.outputs.acceleration_feed, f);
             }
         }
-        for (i, rest) in rest.into_iter().flatten().enumerate() {
-            x[(i, column)] += rest;
+        for (x, rest) in x.iter_mut().zip(rest.into_iter().flatten()) {
+            *x += rest;
         }
-        let largest = |m: &Mat<f64>| {
-            m.col(column).iter().fold(0.0, |top: f64, entry| {
+        let largest = |values: &[f64]| {
+            values.iter().fold(0.0, |top: f64, entry| {
                 if entry.abs() > top || entry.is_nan() {
                     entry.abs()
                 } else {
@@ -229,8 +243,21 @@ impl Recorder<'_, '_> {
             let index = now.index().expect("only grid instants are recorded");
             return Err(ResponseError::Overflow { index });
         }
-        let (displacement, velocity) = self.estimate.bounds(displacement, velocity);
-        self.collector.close(displacement, velocity);
+        let bounds = self.estimate.bounds(displacement, velocity);
+        self.collector.close(&self.motion, bounds);
         Ok(())
+    }
+}
+
+/// sum += map · vector.
+fn add(sum: &mut [f64], map: &Mat<f64>, vector: &[f64]) {
+    for (j, entry) in vector
+        .iter()
+        .enumerate()
+        .filter(|(_, entry)| **entry != 0.0)
+    {
+        for (sum, factor) in sum.iter_mut().zip(map.col(j).iter()) {
+            *sum += factor * entry;
+        }
     }
 }

@@ -1,15 +1,17 @@
 //! Loads that change at instants of the grid alone, step by step of it.
 
 use crate::hold::{Laws, reduced_angle};
-use crate::problem::{AppliedLoad, Harmonic, Hold, Instant, Load, Problem, SampleGrid, TimeGrid};
+use crate::problem::{
+    AppliedLoad, Channel, Harmonic, Hold, Instant, Load, Problem, SampleGrid, TimeGrid,
+};
 
 /// The loads of a problem as signals of which each step needs the values at its start and, where they run on,
 /// at its end.
 pub(crate) struct GridLoads<'a> {
-    /// Indices of the coordinates that any load but an impulse acts on.
+    /// The inputs of the [`Plant`](crate::problem::Plant) that any load but an impulse acts on.
     pub(crate) loaded: Vec<usize>,
     pub(crate) laws: Laws,
-    /// Blows at t = 0: coordinate and momentum.
+    /// Impulses at t = 0: input and momentum.
     pub(crate) blows: Vec<(usize, f64)>,
     /// One for each coordinate and way to act on it.
     pub(crate) signals: Vec<Signal<'a>>,
@@ -50,12 +52,18 @@ enum Part<'a> {
 impl<'a> GridLoads<'a> {
     /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
     pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
-        let grid = problem.grid();
-        let loads = problem.loads();
+        let plain = |channel: &Channel| channel.orders().eq([0]) && channel.integrals == 0;
+        if !problem.channels().iter().all(plain) {
+            return None;
+        }
+        let (grid, n) = (problem.grid(), problem.system().len());
+        let loads = problem.drives();
+        // The input of a channel's signal itself.
+        let input = |on: usize| on.checked_sub(n).map_or(on, |channel| n + 3 * channel);
         let lasting = loads
             .iter()
             .filter(|applied| !matches!(applied.load, Load::Impulse(_)));
-        let mut loaded: Vec<usize> = lasting.map(|applied| applied.coordinate).collect();
+        let mut loaded: Vec<usize> = lasting.map(|applied| input(applied.coordinate)).collect();
         loaded.sort_unstable();
         loaded.dedup();
         let mut laws = Laws::default();
@@ -73,6 +81,7 @@ impl<'a> GridLoads<'a> {
                     }
                 }
                 Load::Impulse(_) => {}
+                Load::HalfSine(_) | Load::Versine(_) => return None,
             }
         }
         let straight = usize::from(laws.straight) + usize::from(laws.sloped);
@@ -90,7 +99,7 @@ impl<'a> GridLoads<'a> {
         let mut signals: Vec<Signal<'a>> = Vec::new();
         for AppliedLoad { coordinate, load } in loads {
             let place = |law: usize| {
-                let column = loaded.binary_search(coordinate).unwrap_or(0);
+                let column = loaded.binary_search(&input(*coordinate)).unwrap_or(0);
                 law * loaded.len() + column
             };
             let mut add = |law: usize, runs: bool, part| {
@@ -136,8 +145,9 @@ impl<'a> GridLoads<'a> {
                     add(straight + 2 * index, false, Part::Sine(harmonic));
                     add(straight + 2 * index + 1, false, Part::Cosine(harmonic));
                 }
+                Load::HalfSine(_) | Load::Versine(_) => return None,
                 Load::Impulse(impulse) => match begin(impulse.at)? {
-                    0 => blows.push((*coordinate, impulse.magnitude)),
+                    0 => blows.push((input(*coordinate), impulse.magnitude)),
                     u64::MAX => {}
                     _ => return None,
                 },
@@ -152,8 +162,11 @@ impl<'a> GridLoads<'a> {
         })
     }
 
-    /// The force on each of `n` coordinates, if all loads are constant from the start.
+    /// The force on each of `n` coordinates, if all loads are constant from the start and act on coordinates.
     pub(crate) fn constant(&self, n: usize) -> Option<Vec<f64>> {
+        if self.loaded.last().is_some_and(|input| *input >= n) {
+            return None;
+        }
         let mut sum = vec![0.0; n];
         for signal in &self.signals {
             for part in &signal.parts {

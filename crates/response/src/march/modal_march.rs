@@ -1,6 +1,7 @@
 //! Marching mode by mode towards few outputs, in doubles.
 
 use eigentone_digits::DoubleDouble;
+use faer::MatRef;
 use pulp::{Simd, WithSimd};
 
 use super::by_exponential::accumulate;
@@ -47,9 +48,10 @@ impl ModalMarch {
         basis.enlargement <= 8.0 * basis.form.states() as f64
     }
 
-    /// From the state `z`.
+    /// From the state `z`, with the columns of B for all inputs.
     pub(crate) fn of(
         basis: Basis,
+        b: MatRef<'_, f64>,
         loads: &GridLoads<'_>,
         h: f64,
         z: &[f64],
@@ -57,7 +59,7 @@ impl ModalMarch {
     ) -> ModalMarch {
         let (n, states) = (basis.form.massive().len(), basis.form.states());
         let groups = basis.blocks.len().div_ceil(LANES);
-        let u = basis.inverse.as_ref() * basis.form.b();
+        let u = basis.inverse.as_ref() * b;
         let inputs: usize = loads
             .signals
             .iter()
@@ -91,8 +93,8 @@ impl ModalMarch {
             }
             let input = |column: usize| {
                 let (law, loaded) = (column / loads.loaded.len(), column % loads.loaded.len());
-                let coordinate = loads.loaded[loaded];
-                let force: Vec<f64> = (0..width).map(|i| u[(first + i, coordinate)]).collect();
+                let on = loads.loaded[loaded];
+                let force: Vec<f64> = (0..width).map(|i| u[(first + i, on)]).collect();
                 let mut pushed = [0.0; 2];
                 add_to_block(held.gamma[law].as_ref(), &force, &mut pushed);
                 pushed

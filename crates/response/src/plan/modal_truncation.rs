@@ -188,6 +188,8 @@ fn scaled(load: &Load, factor: f64) -> Load {
         Load::Impulse(impulse) => impulse.magnitude *= factor,
         Load::Harmonic(harmonic) => harmonic.amplitude *= factor,
         Load::Samples(samples) => samples.values.iter_mut().for_each(|value| *value *= factor),
+        Load::HalfSine(pulse) => pulse.force *= factor,
+        Load::Versine(pulse) => pulse.force *= factor,
     }
     load
 }
@@ -242,9 +244,9 @@ impl Rest {
         let begun = pieces.partition_point(|piece| piece.start_instant().order(instant).is_le());
         let mut force = vec![0.0; displacement.nrows()];
         let t = instant.time().to_f64();
-        problem
-            .timeline()
-            .force(begun.saturating_sub(1), t, &mut force);
+        let piece = begun.saturating_sub(1);
+        let timeline = problem.timeline();
+        timeline.signals(piece, t, 0, |on, value| force[on] += value);
         for (coordinate, moved) in &self.loaded {
             let force = force[*coordinate];
             let pairs = displacement.col_mut(column).iter_mut().zip(moved);
@@ -298,6 +300,14 @@ fn variation(problem: &Problem<'_>, coordinate: usize, until: &Instant) -> f64 {
             let half_turns = (harmonic.frequency * end).abs() / std::f64::consts::PI + 1.0;
             total += harmonic.amplitude.abs() * (2.0 * half_turns + 1.0);
         }
+    }
+    for pulse in timeline
+        .pulses()
+        .iter()
+        .filter(|pulse| pulse.coordinate == coordinate)
+    {
+        // A cosine sets in at once, turns three times and ends at once.
+        total += 2.0 * pulse.sine.abs() + 6.0 * pulse.cosine.abs();
     }
     total
 }

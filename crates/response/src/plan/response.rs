@@ -4,7 +4,9 @@ use eigentone_modes::{Precision, System};
 
 use super::choice::ResponsePlan;
 use crate::answer::{History, Output, ResponseMethod, Trajectory};
-use crate::problem::{AppliedLoad, Load, Problem, ResponseError, State, TimeGrid};
+use crate::problem::{
+    AppliedLoad, Combination, Drive, Load, Problem, Quantity, ResponseError, State, Sum, TimeGrid,
+};
 
 /// Asks for the motion of a system, step by step; [`run`](Response::run) answers.
 ///
@@ -29,6 +31,8 @@ pub struct Response<'a> {
     system: &'a System,
     initial: State,
     loads: Vec<(String, Load)>,
+    motions: Vec<(String, Quantity, Load)>,
+    outputs: Vec<Combination>,
     step: Option<f64>,
     end: Option<f64>,
     acceleration: bool,
@@ -42,6 +46,8 @@ impl<'a> Response<'a> {
             system,
             initial: State::at_rest(),
             loads: Vec::new(),
+            motions: Vec::new(),
+            outputs: Vec::new(),
             step: None,
             end: None,
             acceleration: false,
@@ -54,9 +60,67 @@ impl<'a> Response<'a> {
         Response { initial, ..self }
     }
 
-    /// Adds a load on the coordinate `name`.
+    /// Adds a load on the coordinate or point `name`.
     pub fn load(mut self, name: impl Into<String>, load: impl Into<Load>) -> Response<'a> {
         self.loads.push((name.into(), load.into()));
+        self
+    }
+
+    /// Gives the support `name` a motion: its displacement, velocity or acceleration follows the course of a load, whose
+    /// forces are meters here, or m/s or m/s². It is at rest at 0 before t = 0; several motions of a support add up. A
+    /// displacement that jumps passes an impulse through the dampers at the support.
+    ///
+    /// ```
+    /// use eigentone_modes::System;
+    /// use eigentone_response::{Quantity, Response, Step};
+    ///
+    /// let car = System::builder()
+    ///     .mass("body", 290.0)
+    ///     .mass("wheel", 59.0)
+    ///     .support("road")
+    ///     .spring("wheel", "body", 16812.0)
+    ///     .damper("wheel", "body", 1000.0)
+    ///     .spring("road", "wheel", 190_000.0)
+    ///     .named("tyre")
+    ///     .build()?;
+    /// let kerb = Response::of(&car).motion("road", Quantity::Displacement, Step::of(0.08));
+    /// let motion = kerb.pull("tyre force", "tyre").every(0.01).until(30.0).run()?;
+    /// // At first the tyre is pressed by all of the kerb; in the end the car stands on it.
+    /// assert_eq!(motion.output(0)[0], -0.08 * 190_000.0);
+    /// assert!((motion.displacement()[(0, 3000)] - 0.08).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn motion(
+        mut self,
+        name: impl Into<String>,
+        quantity: Quantity,
+        course: impl Into<Load>,
+    ) -> Response<'a> {
+        self.motions.push((name.into(), quantity, course.into()));
+        self
+    }
+
+    /// Asks for a sum of motions too: which quantity, of which coordinate, point or support, times what.
+    pub fn sum<N: Into<String>>(
+        mut self,
+        name: impl Into<String>,
+        motions: impl IntoIterator<Item = (Quantity, N, f64)>,
+    ) -> Response<'a> {
+        let motions = motions.into_iter();
+        let motions = motions.map(|(quantity, of, factor)| (quantity, of.into(), factor));
+        self.outputs.push(Combination {
+            name: name.into(),
+            of: Sum::Motions(motions.collect()),
+        });
+        self
+    }
+
+    /// Asks for the pull of the spring or damper named `element` too.
+    pub fn pull(mut self, name: impl Into<String>, element: impl Into<String>) -> Response<'a> {
+        self.outputs.push(Combination {
+            name: name.into(),
+            of: Sum::Pull(element.into()),
+        });
         self
     }
 
@@ -98,18 +162,43 @@ impl<'a> Response<'a> {
             return Err(ResponseError::NoGrid);
         };
         let grid = TimeGrid::new(step, end)?;
-        let loads = self
-            .loads
-            .into_iter()
-            .map(|(name, load)| match self.system.index_of(&name) {
-                Some(coordinate) => Ok(AppliedLoad { coordinate, load }),
-                None => {
-                    let known = self.system.names().join(", ");
-                    Err(ResponseError::UnknownCoordinate { name, known })
-                }
+        let system = self.system;
+        let (mut loads, mut drives) = (Vec::new(), Vec::new());
+        for (index, (name, load)) in self.loads.into_iter().enumerate() {
+            if let Some(coordinate) = system.index_of(&name) {
+                loads.push(AppliedLoad { coordinate, load });
+                continue;
+            }
+            let point = system.points().iter().find(|point| point.name == name);
+            let Some(point) = point else {
+                let points = system.points().iter().map(|point| &point.name);
+                let known: Vec<_> = system.names().iter().chain(points).cloned().collect();
+                let known = known.join(", ");
+                return Err(ResponseError::UnknownCoordinate { name, known });
+            };
+            let on = point.form.clone();
+            drives.push(Drive::Force { index, on, load });
+        }
+        for (index, (name, quantity, course)) in self.motions.into_iter().enumerate() {
+            let support = system.supports().iter().position(|known| *known == name);
+            let Some(support) = support else {
+                let known = match system.supports() {
+                    [] => "none".to_owned(),
+                    supports => supports.join(", "),
+                };
+                return Err(ResponseError::UnknownSupport { name, known });
+            };
+            drives.push(Drive::Motion {
+                index,
+                support,
+                quantity,
+                course,
             });
-        let loads = loads.collect::<Result<_, _>>()?;
-        let problem = Problem::new(self.system, &self.initial, loads, grid)?.to(self.precision);
+        }
+        let problem = Problem::new(system, &self.initial, loads, grid)?
+            .driven(drives)?
+            .with_combinations(self.outputs)?
+            .to(self.precision);
         Ok(if self.acceleration {
             problem.with_acceleration()
         } else {

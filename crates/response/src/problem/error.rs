@@ -88,6 +88,40 @@ pub enum ResponseError {
         /// What is wrong with it.
         error: LoadError,
     },
+    /// The motion of a support is wrong by itself or does not fit the grid.
+    #[error("motion {index}: {error}")]
+    Motion {
+        /// Which motion, from 0.
+        index: usize,
+        /// What is wrong with it.
+        error: LoadError,
+    },
+    /// A jump of a support on a node that nothing resists at once.
+    #[error(
+        "{support:?} jumps, and a damper passes that on to {name:?}, where neither mass nor damper resists it: a displacement would be infinite"
+    )]
+    JumpOnMassless {
+        /// The support.
+        support: String,
+        /// The coordinate.
+        name: String,
+    },
+    /// A combination of motions that cannot be made.
+    #[error("output {index}: {reason}")]
+    Combination {
+        /// Which one, from 0.
+        index: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A name that is neither a coordinate nor a point nor a support, where one is needed.
+    #[error("{name:?} is not a support: known are {known}")]
+    UnknownSupport {
+        /// The name given.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
     /// An instant was asked for that the grid does not have.
     #[error("step {index} is beyond the last one, {last}")]
     InstantBeyondEnd {

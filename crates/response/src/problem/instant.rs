@@ -7,11 +7,22 @@ use eigentone_digits::{DoubleDouble, Real};
 use super::grid::TimeGrid;
 use super::load::LoadError;
 
-/// An exact instant: a fraction of the grid's step times a whole number, or any double.
+/// An exact instant: a fraction of the grid's step times a whole number, or any double; or so many seconds after either.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instant {
     pub(crate) time: DoubleDouble,
-    fraction: Option<Fraction>,
+    base: Base,
+    /// In s.
+    later: f64,
+}
+
+/// What an instant is counted from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Base {
+    /// Steps of the grid after 0.
+    Steps(Fraction),
+    /// An event by itself, in s.
+    Event(f64),
 }
 
 /// numerator/denominator, in lowest terms.
@@ -41,7 +52,8 @@ impl Instant {
     pub fn on_grid(grid: &TimeGrid, index: u64) -> Instant {
         Instant {
             time: DoubleDouble::product(index as f64, grid.step()),
-            fraction: Some(Fraction::of(index, 1)),
+            base: Base::Steps(Fraction::of(index, 1)),
+            later: 0.0,
         }
     }
 
@@ -53,13 +65,28 @@ impl Instant {
         }
         Instant {
             time: DoubleDouble::from(at),
-            fraction: None,
+            base: Base::Event(at),
+            later: 0.0,
         }
+    }
+
+    /// So many seconds later; not to be asked of such an instant again.
+    pub(super) fn after(&self, seconds: f64) -> Instant {
+        Instant {
+            time: self.time + DoubleDouble::from(seconds),
+            later: seconds,
+            ..*self
+        }
+    }
+
+    /// What it is counted from, and how many seconds it comes later.
+    pub(crate) fn parts(&self) -> (Base, f64) {
+        (self.base, self.later)
     }
 
     /// Earlier or later; two instants on the grid, or between its instants, by their fractions.
     pub fn order(&self, other: &Instant) -> Ordering {
-        match (self.fraction, other.fraction) {
+        match (self.fraction(), other.fraction()) {
             (Some(a), Some(b)) => {
                 let cross =
                     |a: Fraction, b: Fraction| u128::from(a.numerator) * u128::from(b.denominator);
@@ -79,13 +106,16 @@ impl Instant {
 
     /// Its index on the grid, if it is one of the grid's own.
     pub fn index(&self) -> Option<u64> {
-        let whole = self.fraction.filter(|fraction| fraction.denominator == 1);
+        let whole = self.fraction().filter(|fraction| fraction.denominator == 1);
         whole.map(|fraction| fraction.numerator)
     }
 
     /// How many steps of the grid it is away from 0, unless it is an event by itself.
     pub(crate) fn fraction(&self) -> Option<Fraction> {
-        self.fraction
+        match self.base {
+            Base::Steps(fraction) if self.later == 0.0 => Some(fraction),
+            _ => None,
+        }
     }
 
     /// The seconds from an earlier instant to this one; whole steps exactly.
@@ -142,7 +172,8 @@ impl SampleGrid {
                 let whole = DoubleDouble::product(fraction.numerator as f64, grid.step());
                 Some(Instant {
                     time: whole / DoubleDouble::from(fraction.denominator as f64),
-                    fraction: Some(fraction),
+                    base: Base::Steps(fraction),
+                    later: 0.0,
                 })
             }
         }

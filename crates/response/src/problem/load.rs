@@ -16,6 +16,10 @@ pub enum Load {
     Harmonic(Harmonic),
     /// A force given by equally spaced samples from t = 0 on.
     Samples(Samples),
+    /// Half a period of a sine.
+    HalfSine(HalfSine),
+    /// A whole period of 1 − cosine.
+    Versine(Versine),
 }
 
 /// `force` N for t ≥ `start`.
@@ -108,6 +112,60 @@ impl Harmonic {
     }
 }
 
+/// `force`·sin(π(t − `start`)/`duration`) N from `start` on for `duration` s, else 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSine {
+    /// Its largest value, in N.
+    pub force: f64,
+    /// In s, greater than 0.
+    pub duration: f64,
+    /// In s, not before 0.
+    pub start: f64,
+}
+
+impl HalfSine {
+    /// A force that swells to so many N and fades within so many s, from t = 0 on.
+    pub fn of(force: f64, duration: f64) -> HalfSine {
+        HalfSine {
+            force,
+            duration,
+            start: 0.0,
+        }
+    }
+
+    /// The same from `start` s on.
+    pub fn starting_at(self, start: f64) -> HalfSine {
+        HalfSine { start, ..self }
+    }
+}
+
+/// `force`/2·(1 − cos(2π(t − `start`)/`duration`)) N from `start` on for `duration` s, else 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Versine {
+    /// Its largest value, in N.
+    pub force: f64,
+    /// In s, greater than 0.
+    pub duration: f64,
+    /// In s, not before 0.
+    pub start: f64,
+}
+
+impl Versine {
+    /// A force that swells to so many N and fades within so many s, smoothly, from t = 0 on.
+    pub fn of(force: f64, duration: f64) -> Versine {
+        Versine {
+            force,
+            duration,
+            start: 0.0,
+        }
+    }
+
+    /// The same from `start` s on.
+    pub fn starting_at(self, start: f64) -> Versine {
+        Versine { start, ..self }
+    }
+}
+
 /// What a sampled force does between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
@@ -153,7 +211,7 @@ macro_rules! into_load {
         }
     )*};
 }
-into_load!(Step, Ramp, Impulse, Harmonic, Samples);
+into_load!(Step, Ramp, Impulse, Harmonic, Samples, HalfSine, Versine);
 
 /// What can be wrong with a load by itself.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -172,6 +230,29 @@ pub enum LoadError {
     ImpulseBeforeStart {
         /// The instant given.
         at: f64,
+    },
+    /// A pulse that takes no time.
+    #[error("its duration is {duration:?}: it must be at least 1e-300")]
+    Duration {
+        /// The duration given.
+        duration: f64,
+    },
+    /// A pulse before the response starts.
+    #[error("its start is {start:?}: a pulse must not start before 0")]
+    PulseBeforeStart {
+        /// The start given.
+        start: f64,
+    },
+    /// The motion of a support given as an impulse.
+    #[error("it is an impulse, which only a force can be: give a step of the velocity instead")]
+    ImpulseOfMotion,
+    /// A support that carries mass jumps.
+    #[error(
+        "the displacement jumps, and {support:?} carries mass, which would take an infinite force: give a motion that begins at 0 and has no jumps"
+    )]
+    JumpOfMass {
+        /// The support.
+        support: String,
     },
     /// A sampled force without samples.
     #[error("it has no values: give at least one sample")]
@@ -203,6 +284,22 @@ pub enum LoadError {
 }
 
 impl Load {
+    /// Whether it jumps, as the motion of what is at rest before t = 0.
+    pub(super) fn jumps(&self) -> bool {
+        match self {
+            Load::Step(step) => step.force != 0.0,
+            Load::Ramp(ramp) => ramp.rate != 0.0 && ramp.start < 0.0,
+            Load::Harmonic(harmonic) => harmonic.amplitude != 0.0 && harmonic.phase != 0.0,
+            Load::Samples(samples) => {
+                let mut values = samples.values.iter();
+                let first = samples.values.first().is_some_and(|value| *value != 0.0);
+                first || samples.hold == Hold::Zero && values.any(|value| *value != 0.0)
+            }
+            Load::HalfSine(_) | Load::Versine(_) => false,
+            Load::Impulse(_) => true,
+        }
+    }
+
     /// Checks the parameters by themselves; the fit of a sample step to a time grid is checked
     /// where both are known.
     pub(crate) fn check(&self) -> Result<(), LoadError> {
@@ -228,6 +325,31 @@ impl Load {
                 ("frequency", harmonic.frequency),
                 ("phase", harmonic.phase),
             ]),
+            Load::HalfSine(HalfSine {
+                force,
+                duration,
+                start,
+            })
+            | Load::Versine(Versine {
+                force,
+                duration,
+                start,
+            }) => {
+                finite(&[
+                    ("force", *force),
+                    ("duration", *duration),
+                    ("start", *start),
+                ])?;
+                if *duration < 1e-300 || (start + duration).is_infinite() {
+                    return Err(LoadError::Duration {
+                        duration: *duration,
+                    });
+                }
+                if *start < 0.0 {
+                    return Err(LoadError::PulseBeforeStart { start: *start });
+                }
+                Ok(())
+            }
             Load::Samples(samples) => {
                 finite(&[("step", samples.step)])?;
                 if samples.step <= 0.0 {

@@ -1,14 +1,20 @@
 //! What is asked: a system, its state at t = 0, loads, instants, and the pieces of time between events. It knows no other room.
 
 mod applied_load;
+mod channel;
+mod combination;
+mod course;
 mod equilibrium;
 mod error;
 mod grid;
 mod instant;
+mod kick;
 mod law;
 mod load;
 mod massless;
+mod plant;
 mod question;
+mod rate;
 mod state;
 mod straight_load;
 mod straight_loads;
@@ -16,15 +22,22 @@ mod timeline;
 mod walk;
 
 pub use applied_load::AppliedLoad;
+pub use channel::{Channel, Quantity};
+pub(crate) use combination::Source;
+pub use combination::{Combination, Sum};
 pub(crate) use equilibrium::{Floating, equilibrium, rest};
 pub use error::ResponseError;
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use instant::Instant;
-pub(crate) use instant::{Fraction, SampleGrid};
-pub use load::{Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step};
-pub use question::Problem;
+pub(crate) use instant::{Base, Fraction, SampleGrid};
+pub(crate) use kick::kicks;
+pub use load::{HalfSine, Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step, Versine};
+pub(crate) use plant::Plant;
+pub use question::{Drive, Problem};
+pub(crate) use rate::Rate;
 pub use state::State;
-pub(crate) use straight_load::{Known, StraightLoad};
+pub(crate) use straight_load::{Known, StraightLoad, sum};
 pub(crate) use straight_loads::StraightLoads;
+pub(crate) use timeline::Pulse;
 pub use timeline::{Piece, Straight, Timeline};
 pub(crate) use walk::{Leg, Walk};

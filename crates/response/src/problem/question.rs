@@ -1,14 +1,19 @@
 //! What is asked: a system, its state at t = 0, its loads, and the instants wanted.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-use eigentone_modes::{Precision, System};
+use eigentone_modes::{Form, Precision, System};
 
 use super::applied_load::AppliedLoad;
+use super::channel::{Channel, Quantity};
+use super::combination::{Combination, Source};
+use super::course::Courses;
 use super::error::ResponseError;
 use super::grid::TimeGrid;
 use super::instant::SampleGrid;
-use super::load::Load;
+use super::kick::kicks;
+use super::load::{Harmonic, Load, LoadError};
 use super::massless;
 use super::state::State;
 use super::timeline::Timeline;
@@ -20,13 +25,46 @@ pub struct Problem<'a> {
     system: &'a System,
     initial_displacement: Vec<f64>,
     initial_velocity: Vec<f64>,
-    loads: Vec<AppliedLoad>,
+    /// What acts on coordinates by itself, then what acts on channels.
+    drives: Vec<AppliedLoad>,
+    /// How many act on coordinates.
+    loads: usize,
+    channels: Vec<Channel>,
+    combinations: Vec<Combination>,
+    sources: Vec<Source>,
     grid: TimeGrid,
     /// Made when it is first asked for: long samples have as many pieces.
     timeline: OnceLock<Timeline>,
+    courses: OnceLock<Courses>,
     instants: Option<Vec<u64>>,
     acceleration: bool,
     precision: Precision,
+}
+
+/// What moves a system beside forces on single coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drive {
+    /// A force on a point.
+    Force {
+        /// The load's number as it was given, for messages.
+        index: usize,
+        /// The point's displacement.
+        on: Form,
+        /// The force.
+        load: Load,
+    },
+    /// The motion of a support, which is at rest at 0 before t = 0. What is given of it, in m, m/s or m/s² in place of N,
+    /// follows the course of a load, but for an impulse; a velocity or acceleration is integrated from t = 0 on.
+    Motion {
+        /// The motion's number as it was given, for messages.
+        index: usize,
+        /// Index of the support.
+        support: usize,
+        /// What is given of it.
+        quantity: Quantity,
+        /// Its course.
+        course: Load,
+    },
 }
 
 impl<'a> Problem<'a> {
@@ -43,23 +81,94 @@ impl<'a> Problem<'a> {
     ) -> Result<Problem<'a>, ResponseError> {
         for (index, applied) in loads.iter().enumerate() {
             let wrong = |error| ResponseError::Load { index, error };
-            applied.load.check().map_err(wrong)?;
-            if let Load::Samples(samples) = &applied.load {
-                SampleGrid::of(samples.step, grid.step()).map_err(wrong)?;
-            }
+            fits(&applied.load, &grid).map_err(wrong)?;
         }
         massless::check(system, initial, &loads)?;
         Ok(Problem {
             initial_displacement: resolve(system, &initial.displacements)?,
             initial_velocity: resolve(system, &initial.velocities)?,
             timeline: OnceLock::new(),
+            courses: OnceLock::new(),
             system,
-            loads,
+            loads: loads.len(),
+            drives: loads,
+            channels: Vec::new(),
+            combinations: Vec::new(),
+            sources: Vec::new(),
             grid,
             instants: None,
             acceleration: false,
             precision: Precision::default(),
         })
+    }
+
+    /// The same problem with forces on points and motions of supports.
+    ///
+    /// # Errors
+    /// [`ResponseError::Load`] and [`ResponseError::Motion`] for a course that is wrong by itself or does not fit the grid,
+    /// for an impulse as a motion, and for a displacement that jumps where the support carries mass.
+    ///
+    /// # Panics
+    /// If the system has no support or coordinate of an index given.
+    pub fn driven(mut self, drives: Vec<Drive>) -> Result<Problem<'a>, ResponseError> {
+        for drive in drives {
+            let (channel, load) = match drive {
+                Drive::Force { index, on, load } => {
+                    let wrong = |error| ResponseError::Load { index, error };
+                    fits(&load, &self.grid).map_err(wrong)?;
+                    (Channel::of_point(&on), load)
+                }
+                Drive::Motion {
+                    index,
+                    support,
+                    quantity,
+                    course,
+                } => {
+                    let name = &self.system.supports()[support];
+                    let channel = Channel::of_support(self.system, support, quantity);
+                    let carries = !channel.directions[2].is_empty();
+                    let jumps = quantity == Quantity::Displacement && course.jumps();
+                    let checked = match &course {
+                        Load::Impulse(_) => Err(LoadError::ImpulseOfMotion),
+                        _ if carries && jumps => Err(LoadError::JumpOfMass {
+                            support: name.clone(),
+                        }),
+                        course => fits(course, &self.grid),
+                    };
+                    let wrong = |error| ResponseError::Motion { index, error };
+                    checked.map_err(wrong)?;
+                    (channel, course)
+                }
+            };
+            let known = self.channels.iter().position(|known| *known == channel);
+            let at = known.unwrap_or_else(|| {
+                self.channels.push(channel);
+                self.channels.len() - 1
+            });
+            let coordinate = self.system.len() + at;
+            self.drives.push(AppliedLoad { coordinate, load });
+        }
+        self.timeline = OnceLock::new();
+        self.courses = OnceLock::new();
+        Ok(self)
+    }
+
+    /// The same problem with these combinations of motions in the answer.
+    ///
+    /// # Errors
+    /// [`ResponseError::Combination`] naming the first thing that is wrong.
+    pub fn with_combinations(
+        mut self,
+        combinations: Vec<Combination>,
+    ) -> Result<Problem<'a>, ResponseError> {
+        let sources = combinations.iter().enumerate();
+        let sources = sources.map(|(index, combination)| {
+            let wrong = |reason| ResponseError::Combination { index, reason };
+            Source::of(combination, self.system).map_err(wrong)
+        });
+        self.sources = sources.collect::<Result<_, _>>()?;
+        self.combinations = combinations;
+        Ok(self)
     }
 
     /// The same problem, answered only at these indices of the grid, in this order.
@@ -107,12 +216,198 @@ impl<'a> Problem<'a> {
     /// The loads as pieces between the instants at which they change.
     pub fn timeline(&self) -> &Timeline {
         self.timeline
-            .get_or_init(|| Timeline::of(&self.loads, &self.grid))
+            .get_or_init(|| Timeline::of(&self.drives, &self.grid))
     }
 
-    /// The loads in the order given.
+    /// The forces on single coordinates, in the order given.
     pub fn loads(&self) -> &[AppliedLoad] {
-        &self.loads
+        &self.drives[..self.loads]
+    }
+
+    /// All that moves the system: the forces on single coordinates, then the signals of [channels](Self::channels), whose
+    /// index is the number of coordinates more than their place there.
+    pub fn drives(&self) -> &[AppliedLoad] {
+        &self.drives
+    }
+
+    /// Where signals act that are no force on a single coordinate.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The combinations of motions that are asked for.
+    pub fn combinations(&self) -> &[Combination] {
+        &self.combinations
+    }
+
+    pub(crate) fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
+    /// Calls `push` with every part of the `order`-th time derivative, up to the second, of the forces on the coordinates at
+    /// `t` s, by the laws of the given piece of the timeline and without impulses: index of the coordinate and force in N,
+    /// of all loads and motions, in doubles.
+    ///
+    /// # Panics
+    /// If there is no such piece, or for a higher order.
+    pub fn forces(&self, piece: usize, t: f64, order: u8, mut push: impl FnMut(usize, f64)) {
+        assert!(order <= 2, "only two derivatives are kept");
+        let (n, timeline) = (self.system.len(), self.timeline());
+        timeline.signals(piece, t, order, |on, value| {
+            if on < n {
+                push(on, value);
+            }
+        });
+        self.channel_forces(piece, t, order, &mut push);
+    }
+
+    /// The same of forces on points and motions of supports alone, without derivatives.
+    ///
+    /// # Panics
+    /// If there is no such piece.
+    pub fn motion_forces(&self, piece: usize, t: f64, push: &mut dyn FnMut(usize, f64)) {
+        self.channel_forces(piece, t, 0, push);
+    }
+
+    fn channel_forces(&self, piece: usize, t: f64, order: u8, push: &mut dyn FnMut(usize, f64)) {
+        self.each_channel(piece, t, |channel, derivatives| {
+            let later = &derivatives[order.into()..];
+            for (direction, value) in channel.directions.iter().zip(later) {
+                for &(row, factor) in direction {
+                    push(row, factor * value);
+                }
+            }
+        });
+    }
+
+    /// The sinusoids that run all the time, as forces on coordinates in doubles: those of channels are spread.
+    pub(crate) fn sinusoids(&self) -> Vec<(usize, Harmonic)> {
+        let n = self.system.len();
+        let mut spread = Vec::new();
+        for &(on, harmonic) in self.timeline().harmonics() {
+            let Some(channel) = on.checked_sub(n) else {
+                spread.push((on, harmonic));
+                continue;
+            };
+            let channel = &self.channels[channel];
+            for (k, direction) in channel.directions.iter().enumerate() {
+                let turns = k as i32 - channel.integrals as i32;
+                let amplitude = harmonic.amplitude * harmonic.frequency.powi(turns);
+                let phase = harmonic.phase + f64::from(turns) * FRAC_PI_2;
+                spread.extend(direction.iter().map(|&(row, factor)| {
+                    let amplitude = amplitude * factor;
+                    (
+                        row,
+                        Harmonic {
+                            amplitude,
+                            phase,
+                            ..harmonic
+                        },
+                    )
+                }));
+            }
+        }
+        spread.retain(|(_, harmonic)| harmonic.amplitude.is_finite());
+        spread
+    }
+
+    /// The forces on the coordinates at `t` s, and their growth in N/s, of motions apart from what swings: by the laws of
+    /// the given piece, of those that are integrated, or of all.
+    pub(crate) fn steady(&self, piece: usize, t: f64, integrated: bool) -> [Vec<f64>; 2] {
+        let n = self.system.len();
+        let mut steady = [vec![0.0; n], vec![0.0; n]];
+        let harmonics = self.timeline().harmonics();
+        self.each_channel(piece, t, |channel, mut derivatives| {
+            if integrated && channel.integrals == 0 {
+                return;
+            }
+            let own = self.channels.iter().position(|one| one == channel);
+            let own = own.map_or(usize::MAX, |at| n + at);
+            for (_, harmonic) in harmonics.iter().filter(|(on, _)| *on == own) {
+                for (k, derivative) in derivatives.iter_mut().enumerate() {
+                    let turns = k as i32 - channel.integrals as i32;
+                    let angle = harmonic.frequency * t + harmonic.phase;
+                    let swing = harmonic.amplitude * harmonic.frequency.powi(turns);
+                    let part = swing * (angle + f64::from(turns) * FRAC_PI_2).sin();
+                    if harmonic.frequency != 0.0 && part.is_finite() {
+                        *derivative -= part;
+                    }
+                }
+            }
+            for (order, sums) in steady.iter_mut().enumerate() {
+                for (direction, value) in channel.directions.iter().zip(&derivatives[order..]) {
+                    direction
+                        .iter()
+                        .for_each(|&(row, factor)| sums[row] += factor * value);
+                }
+            }
+        });
+        steady
+    }
+
+    /// Displacement, velocity and acceleration of each support at `t` s, by the laws of the given piece of the timeline.
+    ///
+    /// # Panics
+    /// If there is no such piece.
+    pub fn supports(&self, piece: usize, t: f64) -> Vec<[f64; 3]> {
+        let mut motion = vec![[0.0; 3]; self.system.supports().len()];
+        self.each_channel(piece, t, |channel, derivatives| {
+            if let Some(support) = channel.support {
+                let parts = motion[support].iter_mut().zip(derivatives);
+                parts.for_each(|(sum, part)| *sum += part);
+            }
+        });
+        motion
+    }
+
+    fn each_channel(&self, piece: usize, t: f64, mut visit: impl FnMut(&Channel, [f64; 5])) {
+        if self.channels.is_empty() {
+            return;
+        }
+        let (timeline, channels) = (self.timeline(), &self.channels);
+        let n = self.system.len();
+        let courses = || Courses::of(timeline, channels, n, &self.grid);
+        let courses = self.courses.get_or_init(courses);
+        courses.each(timeline, channels, piece, t, |channel, derivatives| {
+            visit(&channels[channel], derivatives);
+        });
+    }
+
+    /// The momenta that coordinates take at the start of a piece of the timeline, by impulses and by jumps of supports:
+    /// index of the coordinate and momentum in N·s, which add up.
+    ///
+    /// # Panics
+    /// If there is no such piece.
+    pub fn kicks(&self, piece: usize) -> Vec<(usize, f64)> {
+        let pieces = self.timeline().pieces();
+        let at = |piece: &super::timeline::Piece, time: f64, channel: usize| {
+            let own = piece
+                .straight()
+                .iter()
+                .find(|one| one.coordinate == channel);
+            own.map_or([0.0; 2], |one| [one.value + one.slope * time, one.slope])
+        };
+        let jump = |channel: usize| {
+            let now = at(&pieces[piece], 0.0, channel);
+            let before = match piece {
+                0 => [0.0; 2],
+                _ => {
+                    let time = pieces[piece]
+                        .start
+                        .since(&pieces[piece - 1].start, &self.grid);
+                    at(&pieces[piece - 1], time, channel)
+                }
+            };
+            [0, 1].map(|order| {
+                (
+                    now[order] - before[order],
+                    eigentone_digits::Magnitude::ZERO,
+                )
+            })
+        };
+        let wave = |angle: f64| (angle.cos(), angle.sin(), eigentone_digits::Magnitude::ZERO);
+        let kicks = kicks::<f64>(self, piece, jump, wave).into_iter();
+        kicks.map(|(row, (momentum, _))| (row, momentum)).collect()
     }
 
     /// The grid of instants.
@@ -130,20 +425,53 @@ impl<'a> Problem<'a> {
         self.precision
     }
 
-    /// Why an impulse on this coordinate, which neither mass nor damper resists, is refused.
-    pub(crate) fn unresisted(&self, coordinate: usize) -> ResponseError {
-        let is_it = |applied: &AppliedLoad| {
-            applied.coordinate == coordinate && matches!(applied.load, Load::Impulse(_))
+    /// Why what changes this coordinate's velocity at once, at the start of a piece, is refused where neither mass nor
+    /// damper resists it.
+    pub(crate) fn unresisted(&self, coordinate: usize, piece: usize) -> ResponseError {
+        let name = self.system.names()[coordinate].clone();
+        let n = self.system.len();
+        let reaches = |on: usize| match on.checked_sub(n) {
+            None => on == coordinate,
+            Some(channel) => {
+                let mut direction = self.channels[channel].directions[0].iter();
+                direction.any(|(row, _)| *row == coordinate)
+            }
         };
-        ResponseError::ImpulseOnMassless {
-            index: self.loads.iter().position(is_it).unwrap_or(0),
-            name: self.system.names()[coordinate].clone(),
+        let struck = self.timeline().pieces()[piece].impulses().iter();
+        let index = self.drives.iter().position(|applied| {
+            matches!(applied.load, Load::Impulse(_))
+                && reaches(applied.coordinate)
+                && struck.clone().any(|(on, _)| *on == applied.coordinate)
+        });
+        match index {
+            Some(index) => ResponseError::ImpulseOnMassless { index, name },
+            None => {
+                let jumps = self.channels.iter().filter(|channel| {
+                    let mut rows = channel.directions[1..].iter().flatten();
+                    rows.any(|(row, _)| *row == coordinate)
+                });
+                let support = jumps.filter_map(|channel| channel.support).next();
+                let support = support.map(|support| self.system.supports()[support].clone());
+                ResponseError::JumpOnMassless {
+                    support: support.unwrap_or_default(),
+                    name,
+                }
+            }
         }
     }
 
     /// Whether accelerations are asked for.
     pub fn wants_acceleration(&self) -> bool {
         self.acceleration
+    }
+}
+
+/// Checks a load by itself and against the grid.
+fn fits(load: &Load, grid: &TimeGrid) -> Result<(), LoadError> {
+    load.check()?;
+    match load {
+        Load::Samples(samples) => SampleGrid::of(samples.step, grid.step()).map(|_| ()),
+        _ => Ok(()),
     }
 }
 

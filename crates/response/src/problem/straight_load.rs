@@ -19,6 +19,16 @@ pub(crate) fn units<T: Real>() -> Magnitude {
     T::unit() * Magnitude::from(8.0)
 }
 
+impl<T: Real> Default for StraightLoad<T> {
+    fn default() -> StraightLoad<T> {
+        let nothing = (T::ZERO, Magnitude::ZERO);
+        StraightLoad {
+            value: nothing,
+            slope: nothing,
+        }
+    }
+}
+
 impl<T: Real> StraightLoad<T> {
     /// Whether it changes with time, or may.
     pub(crate) fn is_sloped(&self) -> bool {

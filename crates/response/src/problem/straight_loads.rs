@@ -62,8 +62,8 @@ impl<T: Real> StraightLoads<T> {
     /// Before any has begun.
     pub(crate) fn of(loads: &[AppliedLoad]) -> StraightLoads<T> {
         let runs_straight = |applied: &&AppliedLoad| match applied.load {
-            Load::Step(_) | Load::Ramp(_) | Load::Samples(_) => true,
-            Load::Harmonic(_) | Load::Impulse(_) => false,
+            Load::Step(_) | Load::Ramp(_) | Load::Samples(_) | Load::Versine(_) => true,
+            Load::Harmonic(_) | Load::Impulse(_) | Load::HalfSine(_) => false,
         };
         let straight = loads.iter().filter(runs_straight);
         let mut coordinates: Vec<usize> = straight.map(|applied| applied.coordinate).collect();
@@ -95,6 +95,17 @@ impl<T: Real> StraightLoads<T> {
     pub(crate) fn are_sloped(&self) -> bool {
         let mut roots = self.sums.iter().filter_map(|(_, sum)| sum.root());
         roots.any(|(_, straight)| straight.is_sloped())
+    }
+
+    /// The load of one coordinate, where it has one that has begun and `elapsed` gives the seconds since an instant.
+    pub(crate) fn of_one(
+        &self,
+        coordinate: usize,
+        elapsed: impl Fn(&Instant) -> Known<T>,
+    ) -> Option<StraightLoad<T>> {
+        let place = self.sums.binary_search_by_key(&coordinate, |sum| sum.0);
+        let (since, straight) = self.sums[place.ok()?].1.root()?;
+        Some(straight.after(elapsed(since)))
     }
 
     /// Coordinate and load of each sum that has begun, where `elapsed` gives the seconds since an instant.
@@ -149,7 +160,8 @@ mod tests {
             let pieces = problem.timeline().pieces();
             for (at, piece) in pieces.iter().enumerate() {
                 let (mut found, t) = ([0.0], piece.start() + 0.01);
-                problem.timeline().force(at, t, &mut found);
+                let timeline = problem.timeline();
+                timeline.signals(at, t, 0, |on, value| found[on] += value);
                 let each = problem.loads().iter().map(|applied| match &applied.load {
                     crate::Load::Step(step) if step.start <= piece.start() => step.force,
                     crate::Load::Ramp(ramp) if ramp.start <= piece.start() => {

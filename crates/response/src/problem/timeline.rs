@@ -8,13 +8,14 @@ use super::applied_load::AppliedLoad;
 use super::grid::TimeGrid;
 use super::instant::{Instant, SampleGrid};
 use super::law::{Law, Run};
-use super::load::{Harmonic, Hold, Load, Samples};
+use super::load::{HalfSine, Harmonic, Hold, Load, Samples, Versine};
+use super::rate::Rate;
 use super::straight_loads::StraightLoads;
 
-/// A force on one coordinate that runs straight through a piece.
+/// A force on one coordinate, or a signal on one channel, that runs straight through a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Straight {
-    /// Index of the coordinate.
+    /// Index of the coordinate; beyond them, of the channel.
     pub coordinate: usize,
     /// The force at the start of the piece, in N.
     pub value: f64,
@@ -29,6 +30,8 @@ pub struct Piece {
     changes: Vec<Law>,
     straight: Vec<Straight>,
     impulses: Vec<(usize, f64)>,
+    /// Those of the pulses that last through it, by their index.
+    pulses: Vec<usize>,
 }
 
 impl Piece {
@@ -52,9 +55,55 @@ impl Piece {
         &self.straight
     }
 
-    /// The blows at its start: index of the coordinate and momentum in N·s.
+    /// The impulses at its start: index of the coordinate, or beyond them of the channel, and momentum in N·s.
     pub fn impulses(&self) -> &[(usize, f64)] {
         &self.impulses
+    }
+
+    /// Which of the [pulses](Timeline::pulses) last through it.
+    pub(crate) fn pulses(&self) -> &[usize] {
+        &self.pulses
+    }
+}
+
+/// A sinusoid that lasts for a time: a half-sine pulse, or what a versine has beside a constant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pulse {
+    /// Index of the coordinate; beyond them, of the channel.
+    pub(crate) coordinate: usize,
+    pub(crate) start: Instant,
+    end: Instant,
+    /// What the sine and what the cosine of the angle since its start are multiplied by; one of them is 0.
+    pub(crate) sine: f64,
+    pub(crate) cosine: f64,
+    pub(crate) rate: Rate,
+}
+
+impl Pulse {
+    /// Its value and its slope, in units of the rate, at its start and at its end.
+    pub(crate) fn ends(&self) -> [[f64; 2]; 2] {
+        match self.rate {
+            // cos π = −1, cos 2π = 1, and the sines are 0.
+            Rate::HalfTurns(1, _) => [[self.cosine, self.sine], [-self.cosine, -self.sine]],
+            _ => [[self.cosine, self.sine]; 2],
+        }
+    }
+
+    /// Whether it begins with this piece, and whether it ends with it.
+    pub(crate) fn bounds(&self, piece: &Piece) -> [bool; 2] {
+        [self.start, self.end].map(|end| end.order(&piece.start).is_eq())
+    }
+
+    /// The angle since its start.
+    pub(crate) fn angle(&self, now: &Instant) -> f64 {
+        let elapsed = now.time - self.start.time;
+        match self.rate {
+            Rate::Given(rate) => (elapsed * rate).to_f64(),
+            Rate::HalfTurns(count, duration) => {
+                let turns = elapsed / DoubleDouble::from(duration);
+                (turns * DoubleDouble::TAU * (0.5 * f64::from(count))).to_f64()
+            }
+        }
     }
 }
 
@@ -63,6 +112,7 @@ impl Piece {
 pub struct Timeline {
     pieces: Vec<Piece>,
     harmonics: Vec<(usize, Harmonic)>,
+    pulses: Vec<Pulse>,
 }
 
 impl Timeline {
@@ -71,24 +121,66 @@ impl Timeline {
         &self.pieces
     }
 
-    /// The sinusoidal forces, which run through all pieces: index of the coordinate, and the load.
+    /// The sinusoidal forces, which run through all pieces: index of the coordinate, or beyond them of the channel, and
+    /// the load.
     pub fn harmonics(&self) -> &[(usize, Harmonic)] {
         &self.harmonics
     }
 
-    /// The force on every coordinate at time `t` s by the law of the given piece, without impulses;
-    /// `force` has one entry for each coordinate.
-    pub fn force(&self, piece: usize, t: f64, force: &mut [f64]) {
-        force.fill(0.0);
+    /// The sinusoids that last for a time.
+    pub(crate) fn pulses(&self) -> &[Pulse] {
+        &self.pulses
+    }
+
+    /// Calls `push` with every part of the `order`-th time derivative of the signals at time `t` s, by the law of the given
+    /// piece and without impulses: the index of the coordinate, or beyond them of the channel, and its value.
+    pub fn signals(&self, piece: usize, t: f64, order: u8, mut push: impl FnMut(usize, f64)) {
+        let begun = &self.pieces[piece];
+        let elapsed = (DoubleDouble::from(t) - begun.start.time).to_f64();
+        for straight in &begun.straight {
+            let value = match order {
+                0 => straight.value + straight.slope * elapsed,
+                1 => straight.slope,
+                _ => 0.0,
+            };
+            push(straight.coordinate, value);
+        }
+        self.waves(piece, |on, [sine, cosine], start, rate| {
+            let (s, c) = (start + rate * elapsed).sin_cos();
+            let value = match order % 4 {
+                0 => sine * s + cosine * c,
+                1 => sine * c - cosine * s,
+                2 => -sine * s - cosine * c,
+                _ => cosine * s - sine * c,
+            };
+            push(on, value * rate.powi(order.into()));
+        });
+    }
+
+    /// Calls `visit` with every sinusoid in a piece: the index of the coordinate, or beyond them of the channel, what
+    /// sine and cosine are multiplied by, the angle at the piece's start, and the rate.
+    pub(super) fn waves(&self, piece: usize, mut visit: impl FnMut(usize, [f64; 2], f64, f64)) {
         let piece = &self.pieces[piece];
-        for straight in &piece.straight {
-            let elapsed = (DoubleDouble::from(t) - piece.start.time).to_f64();
-            force[straight.coordinate] += straight.value + straight.slope * elapsed;
-        }
         for (coordinate, harmonic) in &self.harmonics {
-            let angle = harmonic.frequency * t + harmonic.phase;
-            force[*coordinate] += harmonic.amplitude * angle.sin();
+            let angle = harmonic.frequency * piece.start() + harmonic.phase;
+            visit(
+                *coordinate,
+                [harmonic.amplitude, 0.0],
+                angle,
+                harmonic.frequency,
+            );
         }
+        for pulse in piece.pulses.iter().map(|index| &self.pulses[*index]) {
+            let (parts, angle) = ([pulse.sine, pulse.cosine], pulse.angle(&piece.start));
+            visit(pulse.coordinate, parts, angle, pulse.rate.to_f64());
+        }
+    }
+
+    /// The largest angular frequency of any sinusoid, in rad/s.
+    pub fn fastest(&self) -> f64 {
+        let harmonics = self.harmonics.iter().map(|(_, one)| one.frequency.abs());
+        let pulses = self.pulses.iter().map(|pulse| pulse.rate.to_f64());
+        harmonics.chain(pulses).fold(0.0, f64::max)
     }
 
     /// Cuts checked loads into pieces; what happens after the grid's end is left out.
@@ -98,6 +190,7 @@ impl Timeline {
         let mut laws: Vec<Law> = Vec::new();
         let mut impulses = Vec::new();
         let mut harmonics = Vec::new();
+        let mut pulses = Vec::new();
         for (load, applied) in loads.iter().enumerate() {
             let coordinate = applied.coordinate;
             let mut law = |since, run| {
@@ -129,8 +222,42 @@ impl Timeline {
                 }
                 Load::Harmonic(harmonic) => harmonics.push((coordinate, *harmonic)),
                 Load::Samples(samples) => sample_laws(samples, grid, law),
+                Load::HalfSine(HalfSine {
+                    force,
+                    duration,
+                    start,
+                }) => {
+                    let start = begin(*start).0;
+                    pulses.push(Pulse {
+                        coordinate,
+                        start,
+                        end: start.after(*duration),
+                        sine: *force,
+                        cosine: 0.0,
+                        rate: Rate::HalfTurns(1, *duration),
+                    });
+                }
+                Load::Versine(Versine {
+                    force,
+                    duration,
+                    start,
+                }) => {
+                    let start = begin(*start).0;
+                    let (end, half) = (start.after(*duration), force / 2.0);
+                    law(start, Run::Constant(half));
+                    law(end, Run::Constant(0.0));
+                    pulses.push(Pulse {
+                        coordinate,
+                        start,
+                        end,
+                        sine: 0.0,
+                        cosine: -half,
+                        rate: Rate::HalfTurns(2, *duration),
+                    });
+                }
             }
         }
+        pulses.retain(|pulse: &Pulse| pulse.start.order(&end) != Ordering::Greater);
         laws.retain(|law| law.since.order(&end) != Ordering::Greater);
         impulses.retain(|(at, ..)| at.order(&end) != Ordering::Greater);
         laws.sort_by(|a, b| a.since.order(&b.since));
@@ -138,6 +265,8 @@ impl Timeline {
         let mut starts: Vec<Instant> = vec![origin];
         starts.extend(laws.iter().map(|law| law.since));
         starts.extend(impulses.iter().map(|(at, ..)| *at));
+        let edges = pulses.iter().flat_map(|pulse| [pulse.start, pulse.end]);
+        starts.extend(edges.filter(|edge| edge.order(&end) != Ordering::Greater));
         starts.sort_by(Instant::order);
         starts.dedup_by(|a, b| a.order(b) == Ordering::Equal);
 
@@ -163,18 +292,27 @@ impl Timeline {
                 value: straight.value.0.to_f64(),
                 slope: straight.slope.0.to_f64(),
             });
+            let lasts = |pulse: &Pulse| {
+                pulse.start.order(&start) != Ordering::Greater
+                    && pulse.end.order(&start) == Ordering::Greater
+            };
             Piece {
                 start,
                 changes,
+                pulses: (0..pulses.len())
+                    .filter(|index| lasts(&pulses[*index]))
+                    .collect(),
                 straight: straight.collect(),
                 impulses: here
                     .map(|(_, coordinate, magnitude)| (coordinate, magnitude))
                     .collect(),
             }
         });
+        let pieces = pieces.collect();
         Timeline {
-            pieces: pieces.collect(),
+            pieces,
             harmonics,
+            pulses,
         }
     }
 }
@@ -213,10 +351,11 @@ mod tests {
         let problem = response.every(0.5).until(10.0).problem();
         let problem = problem.expect("a problem");
         for (piece, time, straight) in [(0, 0.75, 0.0), (1, 1.5, 5.0), (2, 4.0, 19.0)] {
-            let mut force = [f64::NAN];
-            problem.timeline().force(piece, time, &mut force);
+            let mut force = 0.0;
+            let timeline = problem.timeline();
+            timeline.signals(piece, time, 0, |_, value| force += value);
             let wanted = straight + 3.0 * (0.5 * time + 0.25).sin();
-            assert!((force[0] - wanted).abs() < 1e-14, "{time}: {}", force[0]);
+            assert!((force - wanted).abs() < 1e-14, "{time}: {force}");
         }
     }
 }

@@ -85,6 +85,11 @@ impl Energy {
                 return Err(refuse(format!("the {kind} matrix is not symmetric")));
             }
         }
+        let pulses = problem.timeline().pulses();
+        if !problem.channels().is_empty() || !pulses.is_empty() {
+            let what = "what moving supports, forces on points and pulses do";
+            return Err(refuse(format!("{what} is not counted")));
+        }
         let massless = system.structure().massless().to_vec();
         let blow = |load: &Load| matches!(load, Load::Impulse(impulse) if impulse.magnitude != 0.0);
         let struck = problem

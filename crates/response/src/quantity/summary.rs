@@ -240,19 +240,19 @@ struct Last {
 /// The loads as they are at time `t` and go on.
 fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
     let n = problem.system().len();
-    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
-    let timeline = problem.timeline();
-    if let Some(piece) = timeline.pieces().iter().rfind(|piece| piece.start() <= t) {
-        for straight in piece.straight() {
-            force[straight.coordinate] += straight.value + straight.slope * (t - piece.start());
-            rate[straight.coordinate] += straight.slope;
-        }
+    let pieces = problem.timeline().pieces();
+    let latest = pieces.iter().rposition(|piece| piece.start() <= t);
+    let latest = latest.unwrap_or(0);
+    let [mut force, mut rate] = problem.steady(latest, t, false);
+    let straight = pieces[latest].straight().iter();
+    for straight in straight.filter(|straight| straight.coordinate < n) {
+        let elapsed = t - pieces[latest].start();
+        force[straight.coordinate] += straight.value + straight.slope * elapsed;
+        rate[straight.coordinate] += straight.slope;
     }
     let turning = |load: &Harmonic| load.frequency != 0.0;
-    let (harmonics, still): (Vec<_>, Vec<_>) = timeline
-        .harmonics()
-        .iter()
-        .partition(|(_, load)| turning(load));
+    let sinusoids = problem.sinusoids().into_iter();
+    let (harmonics, still): (Vec<_>, Vec<_>) = sinusoids.partition(|(_, load)| turning(load));
     for (coordinate, load) in still {
         force[coordinate] += load.amplitude * load.phase.sin();
     }
@@ -268,21 +268,41 @@ fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
 /// passed.
 fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
     let n = problem.system().len();
-    let (mut force, mut rate) = (vec![0.0; n], vec![0.0; n]);
-    for applied in problem.loads() {
-        let i = applied.coordinate;
+    let end = problem.grid().time(problem.grid().last());
+    let last = problem.timeline().pieces().len() - 1;
+    let [mut force, mut rate] = problem.steady(last, end, true);
+    for i in 0..n {
+        force[i] -= rate[i] * end;
+    }
+    let mut add = |signal: usize, value: f64, growth: f64| {
+        let Some(channel) = signal.checked_sub(n) else {
+            force[signal] += value;
+            rate[signal] += growth;
+            return;
+        };
+        let channel = &problem.channels()[channel];
+        if channel.integrals == 0 {
+            for &(row, factor) in &channel.directions[0] {
+                force[row] += factor * value;
+                rate[row] += factor * growth;
+            }
+            let resisted = channel.directions[1].iter();
+            resisted.for_each(|&(row, factor)| force[row] += factor * growth);
+        }
+    };
+    for applied in problem.drives() {
+        let on = applied.coordinate;
         match &applied.load {
-            Load::Step(step) => force[i] += step.force,
+            Load::Step(step) => add(on, step.force, 0.0),
             // Forces that grow and stop growing leave what they have grown to.
-            Load::Ramp(ramp) => {
-                rate[i] += ramp.rate;
-                force[i] -= ramp.rate * ramp.start;
+            Load::Ramp(ramp) => add(on, -ramp.rate * ramp.start, ramp.rate),
+            Load::Samples(samples) => {
+                add(on, samples.values.last().copied().unwrap_or(0.0), 0.0);
             }
-            Load::Samples(samples) => force[i] += samples.values.last().copied().unwrap_or(0.0),
             Load::Harmonic(load) if load.frequency == 0.0 => {
-                force[i] += load.amplitude * load.phase.sin();
+                add(on, load.amplitude * load.phase.sin(), 0.0);
             }
-            Load::Harmonic(_) | Load::Impulse(_) => {}
+            Load::Harmonic(_) | Load::Impulse(_) | Load::HalfSine(_) | Load::Versine(_) => {}
         }
     }
     (force, rate)

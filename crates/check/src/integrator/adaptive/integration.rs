@@ -33,10 +33,7 @@ impl<'a, A: Adaptive> Integration<'a, A> {
         equation: &'a EquationOfMotion,
         problem: &Problem<'_>,
     ) -> Integration<'a, A> {
-        let harmonics = problem.timeline().harmonics().iter();
-        let loads = harmonics.fold(0.0, |fastest: f64, (_, harmonic)| {
-            fastest.max(harmonic.frequency.abs())
-        });
+        let loads = problem.timeline().fastest();
         let own = equation.fastest();
         let half_a_period = std::f64::consts::PI / loads;
         let longest_step = method.longest_stable_step(own).min(half_a_period);

@@ -278,7 +278,8 @@ fn accelerations_obey_newton() {
                 .iter()
                 .rposition(|piece| piece.start() <= *t);
             let mut force = [0.0; 3];
-            timeline.force(running.expect("the first begins at 0"), *t, &mut force);
+            let running = running.expect("the first begins at 0");
+            problem.forces(running, *t, 0, |i, value| force[i] += value);
             for i in 0..3 {
                 let rest = pull[(i, column)] - force[i];
                 assert!(rest.abs() < 1e-13, "{} at {t}: {rest:e}", method.name());

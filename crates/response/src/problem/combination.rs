@@ -1,0 +1,74 @@
+//! Sums of motions that are asked for beside those of the coordinates.
+
+use eigentone_modes::{ElementKind, System};
+
+use super::channel::Quantity;
+
+/// A sum of displacements, velocities and accelerations of coordinates, points and supports, or the pull of a spring or
+/// damper; each with a bound of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Combination {
+    /// What it is called.
+    pub name: String,
+    /// What it is.
+    pub of: Sum,
+}
+
+/// What a [`Combination`] adds up.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sum {
+    /// Motions: which derivative, of which coordinate, point or support, times what.
+    Motions(Vec<(Quantity, String, f64)>),
+    /// The pull in N of the spring or damper of this name: its coefficient times the stretch, or the rate of it.
+    Pull(String),
+}
+
+/// A combination in terms of coordinates and supports.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Source {
+    /// By order of the derivative: index of the coordinate, or beyond them of the support, and two factors; their products
+    /// add up.
+    pub(crate) terms: [Vec<(usize, [f64; 2])>; 3],
+}
+
+impl Source {
+    pub(super) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
+        let mut terms: [Vec<(usize, [f64; 2])>; 3] = Default::default();
+        let mut add = |order: usize, form: &eigentone_modes::Form, factor: f64| {
+            let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));
+            let places = form.coordinates.iter().copied().chain(supports);
+            terms[order].extend(places.map(|(i, a)| (i, [a, factor])));
+        };
+        match &combination.of {
+            Sum::Motions(motions) => {
+                if motions.is_empty() {
+                    return Err("it adds up nothing: give at least one motion".to_owned());
+                }
+                for (quantity, name, factor) in motions {
+                    if !factor.is_finite() {
+                        let text = format!("its factor of {name:?} is {factor:?}");
+                        return Err(text + ": it must be a finite number");
+                    }
+                    let form = system.form(name).ok_or_else(|| {
+                        format!("{name:?} is neither a coordinate nor a point nor a support")
+                    })?;
+                    add(*quantity as usize, &form, *factor);
+                }
+            }
+            Sum::Pull(name) => {
+                let (kind, index) = system
+                    .element_of(name)
+                    .ok_or_else(|| format!("no spring or damper is named {name:?}"))?;
+                let element = &system.elements(kind)[index];
+                let order = usize::from(kind == ElementKind::Damper);
+                add(order, &element.stretch, element.coefficient);
+            }
+        }
+        Ok(Source { terms })
+    }
+
+    /// Whether any acceleration is part of it.
+    pub(crate) fn accelerates(&self) -> bool {
+        !self.terms[2].is_empty()
+    }
+}

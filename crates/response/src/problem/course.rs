@@ -1,0 +1,119 @@
+//! How far the signals of channels have been integrated, in doubles.
+
+use super::channel::Channel;
+use super::grid::TimeGrid;
+use super::timeline::Timeline;
+
+/// By piece and channel: u and u′ at the piece's start, of those that the channel integrates.
+#[derive(Clone, Debug)]
+pub(super) struct Courses {
+    starts: Vec<[f64; 2]>,
+    /// How many coordinates there are before the first channel.
+    coordinates: usize,
+    channels: usize,
+}
+
+impl Courses {
+    pub(super) fn of(
+        timeline: &Timeline,
+        channels: &[Channel],
+        coordinates: usize,
+        grid: &TimeGrid,
+    ) -> Courses {
+        let mut courses = Courses {
+            starts: vec![[0.0; 2]; channels.len()],
+            coordinates,
+            channels: channels.len(),
+        };
+        if channels.iter().all(|channel| channel.integrals == 0) {
+            return courses;
+        }
+        for (piece, pair) in timeline.pieces().windows(2).enumerate() {
+            let time = pair[1].start.since(&pair[0].start, grid);
+            let next: Vec<[f64; 2]> = (0..channels.len())
+                .map(|at| courses.at(timeline, channels, at, piece, time))
+                .collect();
+            courses.starts.extend(next);
+        }
+        courses
+    }
+
+    /// u and u′ of a channel so many seconds after the start of a piece, as far as it integrates them.
+    fn at(
+        &self,
+        timeline: &Timeline,
+        channels: &[Channel],
+        channel: usize,
+        piece: usize,
+        time: f64,
+    ) -> [f64; 2] {
+        let integrals = channels[channel].integrals;
+        if integrals == 0 {
+            return [0.0; 2];
+        }
+        let own = self.coordinates + channel;
+        let [mut once, mut twice] = [0.0; 2];
+        let begun = &timeline.pieces()[piece];
+        for straight in begun.straight().iter().filter(|one| one.coordinate == own) {
+            once += time * (straight.value + straight.slope * time / 2.0);
+            twice += time * time * (straight.value / 2.0 + straight.slope * time / 6.0);
+        }
+        timeline.waves(piece, |on, [sine, cosine], angle, rate| {
+            if on != own {
+                return;
+            }
+            let (s, c) = angle.sin_cos();
+            if rate == 0.0 {
+                let value = sine * s + cosine * c;
+                once += value * time;
+                twice += value * time * time / 2.0;
+                return;
+            }
+            // Integrals of sin(angle + rate·τ) and cos(angle + rate·τ), by the half angle.
+            let (half, way) = ((rate * time / 2.0).sin(), angle + rate * time / 2.0);
+            let by_sine = 2.0 / rate * half * way.sin();
+            let by_cosine = 2.0 / rate * half * way.cos();
+            once += sine * by_sine + cosine * by_cosine;
+            twice += sine * (c * time - by_cosine) / rate + cosine * (by_sine - s * time) / rate;
+        });
+        let [u, rate] = self.starts[piece * self.channels + channel];
+        match integrals {
+            1 => [u + once, 0.0],
+            _ => [u + rate * time + twice, rate + once],
+        }
+    }
+
+    /// Calls `push` with each channel's u and its first four derivatives at `t` s, by the law of the given piece.
+    pub(super) fn each(
+        &self,
+        timeline: &Timeline,
+        channels: &[Channel],
+        piece: usize,
+        t: f64,
+        mut push: impl FnMut(usize, [f64; 5]),
+    ) {
+        let mut all = vec![[0.0; 5]; channels.len()];
+        for order in 0..5u8 {
+            timeline.signals(piece, t, order, |on, value| {
+                if let Some(channel) = on.checked_sub(self.coordinates)
+                    && let Some(into) =
+                        all[channel].get_mut(channels[channel].integrals + order as usize)
+                {
+                    *into += value;
+                }
+            });
+        }
+        let time = t - timeline.pieces()[piece].start();
+        for (channel, mut derivatives) in all.into_iter().enumerate() {
+            let integrated = self.at(timeline, channels, channel, piece, time);
+            for (into, value) in derivatives
+                .iter_mut()
+                .zip(integrated)
+                .take(channels[channel].integrals)
+            {
+                *into = value;
+            }
+            push(channel, derivatives);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The system with what drives it: z′ = A z + B f with forces and the signals of all channels as inputs.
+
+use eigentone_modes::FirstOrder;
+use faer::{Mat, MatRef};
+
+use super::question::Problem;
+
+/// z′ = A z + B f, x = X z + D f. The states are those of the system, then the integrals of the channels' signals; the
+/// inputs are the forces on the n coordinates, then for each channel its signal and the first two derivatives.
+pub(crate) struct Plant {
+    /// N × N.
+    pub(crate) a: Mat<f64>,
+    /// N × inputs.
+    pub(crate) b: Mat<f64>,
+    /// n × N.
+    pub(crate) x: Mat<f64>,
+    /// n × inputs; `None` where it is 0.
+    pub(crate) d: Option<Mat<f64>>,
+    /// Displacement of each support: by the states, and by the inputs.
+    pub(crate) supports: [Mat<f64>; 2],
+    /// How many states are integrals of signals.
+    pub(crate) integrals: usize,
+}
+
+impl Plant {
+    pub(crate) fn of(problem: &Problem<'_>, form: &FirstOrder) -> Plant {
+        let (n, own) = (problem.system().len(), form.states());
+        let channels = problem.channels();
+        let integrals = channels.iter().map(|channel| channel.integrals).sum();
+        let (states, inputs) = (own + integrals, n + 3 * channels.len());
+        let mut a = Mat::<f64>::zeros(states, states);
+        a.submatrix_mut(0, 0, own, own).copy_from(form.a());
+        let mut b = Mat::<f64>::zeros(states, inputs);
+        b.submatrix_mut(0, 0, own, n).copy_from(form.b());
+        let mut x = Mat::<f64>::zeros(n, states);
+        x.submatrix_mut(0, 0, n, own).copy_from(form.x());
+        let mut d = form.d().map(|own| {
+            let mut d = Mat::<f64>::zeros(n, inputs);
+            d.submatrix_mut(0, 0, n, n).copy_from(own);
+            d
+        });
+        let count = problem.system().supports().len();
+        let mut supports = [Mat::zeros(count, states), Mat::zeros(count, inputs)];
+        let mut state = own;
+        for (at, channel) in channels.iter().enumerate() {
+            let q = channel.integrals;
+            // u⁽ᵏ⁾ is a state for k < q, and a derivative of the signal from there on.
+            for (k, direction) in channel.directions.iter().enumerate() {
+                let input = n + 3 * at + k.saturating_sub(q);
+                for &(row, factor) in direction {
+                    for i in 0..own {
+                        let push = form.b()[(i, row)] * factor;
+                        match k < q {
+                            true => a[(i, state + k)] += push,
+                            false => b[(i, input)] += push,
+                        }
+                    }
+                    if let (Some(own), Some(d)) = (form.d(), &mut d) {
+                        for i in 0..n {
+                            let moved = own[(i, row)] * factor;
+                            match k < q {
+                                true => x[(i, state + k)] += moved,
+                                false => d[(i, input)] += moved,
+                            }
+                        }
+                    }
+                }
+            }
+            for k in 1..q {
+                a[(state + k - 1, state + k)] = 1.0;
+            }
+            if q > 0 {
+                b[(state + q - 1, n + 3 * at)] = 1.0;
+            }
+            if let Some(support) = channel.support {
+                match q {
+                    0 => supports[1][(support, n + 3 * at)] += 1.0,
+                    _ => supports[0][(support, state)] += 1.0,
+                }
+            }
+            state += q;
+        }
+        Plant {
+            a,
+            b,
+            x,
+            d,
+            supports,
+            integrals,
+        }
+    }
+
+    /// The columns of B for some inputs.
+    pub(crate) fn columns(b: MatRef<'_, f64>, inputs: &[usize]) -> Mat<f64> {
+        Mat::from_fn(b.nrows(), inputs.len(), |i, j| b[(i, inputs[j])])
+    }
+}

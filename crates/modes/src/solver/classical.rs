@@ -69,14 +69,6 @@ fn modal_roots(
         mode.forms.c = DoubleDouble::ZERO;
     }
     let couplings = couplings(system, &all);
-    let mut sums = vec![0.0; system.len()];
-    for term in system.terms(MatrixKind::Damping) {
-        sums[term.row] += term.value.abs();
-    }
-    let largest = sums.into_iter().fold(0.0, f64::max);
-    // What an error of the shape, roundings of each entry, puts into xᵀCx: its square times C, where C all but annuls
-    // the shape.
-    let slip = (16.0 * system.len() as f64 * f64::EPSILON).powi(2) * largest;
     let each = all.into_iter().zip(couplings);
     for (mode, coupling) in each {
         let ModalForms {
@@ -95,7 +87,7 @@ fn modal_roots(
             m: forms.m,
             c: forms.c,
             k,
-            rounding: [m_off, c_off + slip * square_sum(&shape), k_off],
+            rounding: [m_off, c_off, k_off],
         };
         if rigid {
             at_rest.push(complex(&shape));
@@ -135,10 +127,6 @@ fn couplings(system: &System, modes: &[ModalForms]) -> Vec<f64> {
         found.extend((0..group.len()).map(|p| others(p).map(|q| gamma[(p, q)].abs()).sum::<f64>()));
     }
     found
-}
-
-fn square_sum(shape: &[f64]) -> f64 {
-    shape.iter().map(|x| x * x).sum()
 }
 
 fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
@@ -276,11 +264,22 @@ fn modal_forms(
         return relaxing_forms(solver, system, &undamped, entries);
     }
     let modes = real_modes(solver, system, structure, entries)?;
-    let form = |mode: RealMode| ModalForms {
-        shape: mode.shape,
-        forms: mode.forms,
-        rigid: mode.rigid,
-        error: 0.0,
+    let mut sums = vec![0.0; system.len()];
+    for term in system.terms(MatrixKind::Damping) {
+        sums[term.row] += term.value.abs();
+    }
+    let largest = sums.into_iter().fold(0.0, f64::max);
+    // Where C all but annuls a shape, xᵀCx is what the shape's error makes of it: some roundings of each entry, squared.
+    let slip = 16.0 * system.len() as f64 * f64::EPSILON * f64::EPSILON * largest;
+    let form = |mode: RealMode| {
+        let mut forms = mode.forms;
+        forms.rounding[1] += slip * mode.shape.iter().map(|x| x * x).sum::<f64>();
+        ModalForms {
+            shape: mode.shape,
+            forms,
+            rigid: mode.rigid,
+            error: 0.0,
+        }
     };
     Ok(modes.into_iter().map(form).collect())
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::Precision;
+use eigentone_modes::{Precision, System};
 use faer::Mat;
 
 use super::by_exponential::accumulate;
@@ -28,26 +28,50 @@ impl ResponseMethod for BySuperposition {
     }
 
     fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        let error = Basis::of(problem.system(), Precision::default()).err()?;
+        let error = Superposition::of(problem.system()).err()?;
         Some(error.to_string())
     }
 
     fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        let basis = match Basis::of(problem.system(), Precision::default()) {
-            Ok(basis) => basis,
-            Err(BasisError::Modes(error)) => return Err(error.into()),
-            Err(BasisError::Refused(reason)) => {
-                return Err(ResponseError::NotApplicable {
-                    method: self.name(),
-                    reason,
-                });
-            }
-        };
+        match Superposition::of(problem.system()) {
+            Ok(superposition) => superposition.run(problem),
+            Err(BasisError::Modes(error)) => Err(error.into()),
+            Err(BasisError::Refused(reason)) => Err(ResponseError::NotApplicable {
+                method: self.name(),
+                reason,
+            }),
+        }
+    }
+}
+
+/// The modes of a system, found once for any number of its motions.
+pub(crate) struct Superposition {
+    /// A clone, which shares what is proved.
+    system: System,
+    basis: Basis,
+}
+
+impl Superposition {
+    pub(crate) fn of(system: &System) -> Result<Superposition, BasisError> {
+        Ok(Superposition {
+            system: system.clone(),
+            basis: Basis::of(system, Precision::default())?,
+        })
+    }
+
+    /// Whether it was found from this system or from a clone.
+    pub(crate) fn is_of(&self, system: &System) -> bool {
+        std::ptr::eq(self.system.structure(), system.structure())
+    }
+
+    /// The motion of a problem of the same system.
+    pub(crate) fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        let basis = &self.basis;
         let inputs = Inputs::of(problem);
         let form = &basis.form;
         let b = &basis.inverse * form.b();
         let mut flow = Blocks {
-            blocks: basis.blocks,
+            blocks: &basis.blocks,
             low: vec![0.0; form.states()],
             u: inputs.columns(b.as_ref()),
             inputs,
@@ -66,14 +90,20 @@ impl ResponseMethod for BySuperposition {
             enter: &enter,
             outputs: &Outputs::of(form, Some(basis.t.as_ref())),
         };
-        march(self.name(), problem, &mut flow, form, &coordinates)
+        march(
+            BySuperposition.name(),
+            problem,
+            &mut flow,
+            form,
+            &coordinates,
+        )
     }
 }
 
 /// Independent blocks of one or two states. Each is carried on in double-double, so that rounding
 /// does not add up over any number of steps.
-struct Blocks {
-    blocks: Vec<Block>,
+struct Blocks<'a> {
+    blocks: &'a [Block],
     /// What the states have beyond doubles.
     low: Vec<f64>,
     /// T⁻¹B for the loaded coordinates.
@@ -87,7 +117,7 @@ struct Blocks {
 /// So many lengths of step are kept.
 const KEPT: usize = 64;
 
-impl Flow for Blocks {
+impl Flow for Blocks<'_> {
     fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
         let key = [h.high(), h.low()].map(f64::to_bits);
         if self.held.len() >= KEPT && !self.held.contains_key(&key) {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use eigentone::modes::{ElementKind, Modes, Participation, System};
+use eigentone::modes::{Modes, Participation};
 use eigentone::report::{
     Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
 };

@@ -26,13 +26,13 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use exactly::{Terms, exact, lower, radius, size, terms, upper};
-use pencil::{Eliminated, Pencil, Scaled};
+use pencil::{Eliminated, Pencil, Scaled, product};
 use refine::{Goal, Level, refine};
 use shape::{Disc, Kind, Shaper, Shapes};
 use weierstrass::{Inclusion, Points, Polynomial};
 
 /// Where digits end, relative to |λ|.
-const LIMIT: f64 = 1e-30;
+pub(crate) const LIMIT: f64 = 1e-30;
 
 /// One root, or a cluster that the digits do not separate, with its proven disc.
 #[derive(Clone, Debug)]
@@ -50,12 +50,13 @@ pub(crate) struct Certified {
 }
 
 /// Proves a disc for each of the nonzero finite roots, given approximations of all of them
-/// (conjugates included), and the decimal digits that took; `None` where the count of roots is not known or no proof was reached.
+/// (conjugates included), with whether each is wanted, and the decimal digits that took, by not many more than `most_work` operations; `None` where the count of roots is not known or no proof was reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
-    approximations: &[Complex<f64>],
+    approximations: &[(Complex<f64>, bool)],
     tolerance: f64,
+    most_work: f64,
 ) -> Option<(Vec<Certified>, usize)> {
     let degree = structure.finite_roots()?;
     let zeros = structure.zero_roots()?;
@@ -65,31 +66,32 @@ pub(crate) fn certify(
     if approximations.is_empty() {
         return Some((Vec::new(), 0));
     }
+    let values = approximations.iter().map(|(z, _)| z.norm());
+    let size = values.fold(0.0, f64::max);
+    if !size.is_finite() || size == 0.0 {
+        return None;
+    }
+    let unit = size.log2().round() as i32;
     let in_square = structure.is_undamped() && structure.is_symmetric() && structure.is_passive();
-    let pencil = Pencil::of(system, in_square);
+    // In σ = λ² one point stands for each conjugate pair.
+    let chosen: Vec<usize> = (0..approximations.len())
+        .filter(|i| !in_square || approximations[*i].0.im > 0.0)
+        .collect();
     let job = Job {
         system,
         structure,
-        pencil,
+        pencil: Pencil::of(system, in_square),
         in_square,
         degree,
         zeros,
         determined: Massless::of_system(system).degree() == degree,
         tolerance,
+        wanted: chosen.iter().map(|i| approximations[*i].1).collect(),
     };
-    let size = approximations.iter().map(|z| z.norm()).fold(0.0, f64::max);
-    if !size.is_finite() || size == 0.0 {
-        return None;
-    }
-    let unit = size.log2().round() as i32;
-    // In σ = λ² one point stands for each conjugate pair.
-    let chosen: Vec<usize> = (0..approximations.len())
-        .filter(|i| !in_square || approximations[*i].im > 0.0)
-        .collect();
     let start: Vec<Complex<f64>> = chosen
         .iter()
         .map(|i| {
-            let z = approximations[*i] * 2f64.powi(-unit);
+            let z = approximations[*i].0 * 2f64.powi(-unit);
             if in_square {
                 Complex::from(-z.im * z.im)
             } else {
@@ -103,13 +105,16 @@ pub(crate) fn certify(
         .collect();
     let mut best = None;
     let mut digits = 0;
+    let mut left = most_work;
     for level in LEVELS {
         if level.limbs > 2
-            && (level.limbs < job.wanted(&best) || !job.pencil.affords(level.limbs, job.degree))
+            && (level.limbs < job.limbs(&best) || !job.pencil.affords(level.limbs, job.degree))
         {
             continue;
         }
-        let outcome = (level.run)(&job, unit, &points);
+        let product = product(level.limbs);
+        let outcome = (level.run)(&job, unit, &points, (left / product) as u64);
+        left -= product * outcome.products as f64;
         points = outcome.points;
         let done = outcome.done;
         if outcome.proven.is_some() {
@@ -184,7 +189,7 @@ struct Rung {
     limbs: usize,
     /// Decimal digits.
     digits: usize,
-    run: fn(&Job<'_>, i32, &[[Terms; 2]]) -> Outcome,
+    run: fn(&Job<'_>, i32, &[[Terms; 2]], u64) -> Outcome,
 }
 
 /// What a level leaves behind.
@@ -192,6 +197,8 @@ struct Outcome {
     points: Vec<[Terms; 2]>,
     proven: Option<Vec<Certified>>,
     done: bool,
+    /// How many it took.
+    products: u64,
 }
 
 /// From 32 digits to 1200.
@@ -228,8 +235,8 @@ const LEVELS: [Rung; 6] = [
     },
 ];
 
-fn level<T: Real>(job: &Job<'_>, unit: i32, start: &[[Terms; 2]]) -> Outcome {
-    job.level::<T>(unit, start)
+fn level<T: Real>(job: &Job<'_>, unit: i32, start: &[[Terms; 2]], most: u64) -> Outcome {
+    job.level::<T>(unit, start, most)
 }
 
 /// What stays the same at every level of precision.
@@ -243,12 +250,14 @@ struct Job<'a> {
     /// Whether the leading coefficient is that of [`leading`].
     determined: bool,
     tolerance: f64,
+    /// Which points have roots that are wanted.
+    wanted: Vec<bool>,
 }
 
 impl Job<'_> {
     /// The limbs that the clusters so far ask for: where m roots lie within r of each other, the polynomial is below r^m, and a root of
     /// multiplicity m is known to `LIMIT` only with m times its digits.
-    fn wanted(&self, best: &Option<Vec<Certified>>) -> usize {
+    fn limbs(&self, best: &Option<Vec<Certified>>) -> usize {
         const MOST: f64 = 110.0;
         /// Beyond what tells the disc of a cluster from a point, for each root.
         const MORE: f64 = 16.0;
@@ -256,7 +265,9 @@ impl Job<'_> {
             let each = (disc.value.norm() / disc.bound).log2() + MORE;
             disc.members.len() as f64 * each.min(MOST)
         };
-        let clusters = best.iter().flatten().filter(|disc| disc.members.len() > 1);
+        let is_wanted = |disc: &&Certified| disc.members.iter().any(|i| self.wanted[*i]);
+        let discs = best.iter().flatten().filter(is_wanted);
+        let clusters = discs.filter(|disc| disc.members.len() > 1);
         let most = clusters.map(bits).fold(0.0, f64::max);
         if most > 0.0 {
             ((most + 64.0) / 64.0).ceil().min(64.0) as usize
@@ -265,8 +276,8 @@ impl Job<'_> {
         }
     }
 
-    /// One level: the polynomial in the precision of T, refined from the given points.
-    fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]]) -> Outcome {
+    /// One level: the polynomial in the precision of T, refined from the given points by about so many products at most.
+    fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]], most: u64) -> Outcome {
         let (precise, total) = self.pencil.precise::<T>(unit);
         let leading = self.determined.then(|| {
             let mut leading = leading::<T>(self.system, &self.pencil);
@@ -293,6 +304,8 @@ impl Job<'_> {
             tolerance: self.tolerance,
             limit: LIMIT,
             real_parts: !self.in_square,
+            wanted: &self.wanted,
+            most,
         };
         let (discs, done) = match refine(&polynomial, &mut points, &goal) {
             Level::Done(discs) => (Some(discs), true),
@@ -312,6 +325,7 @@ impl Job<'_> {
                 (count == self.degree - self.zeros).then_some(found)
             }
         });
+        let products = points.products;
         let points = points
             .z
             .iter()
@@ -321,6 +335,7 @@ impl Job<'_> {
             points,
             done: done && proven.is_some(),
             proven,
+            products,
         }
     }
 

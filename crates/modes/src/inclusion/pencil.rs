@@ -81,6 +81,11 @@ struct Entry {
     terms: [Vec<f64>; 3],
 }
 
+/// Operations of a product with so many limbs.
+pub(crate) fn product(limbs: usize) -> f64 {
+    (limbs * limbs + 20) as f64
+}
+
 /// The matrix polynomial of a system, as sums of doubles: in λ, or without C in σ = λ² as σM + K.
 #[derive(Clone, Debug)]
 pub(crate) struct Pencil {
@@ -146,8 +151,7 @@ impl Pencil {
         let n = self.n as f64;
         let filled = self.entries.len() as f64 / n;
         let elimination = (n * n * n / 3.0).min(4.0 * n * filled * filled);
-        let product = (limbs * limbs + 20) as f64;
-        elimination * times as f64 * product <= LARGEST
+        elimination * times as f64 * product(limbs) <= LARGEST
     }
 
     /// The coefficient of one power, with rows and columns added up over the given parts; by rows.
@@ -246,9 +250,10 @@ impl<T: Real> PencilIn<T> {
         matrix
     }
 
-    /// The determinant at μ.
-    pub(crate) fn determinant(&self, mu: Ball<T>) -> Scaled<T> {
-        Eliminated::of(self.at(mu), self.n).determinant
+    /// The determinant at μ, and how many products it took.
+    pub(crate) fn determinant(&self, mu: Ball<T>) -> (Scaled<T>, u64) {
+        let eliminated = Eliminated::of(self.at(mu), self.n);
+        (eliminated.determinant, eliminated.products)
     }
 
     /// Balls about the vector x that Q(μ) annuls at every root μ in the disc, up to a factor and with x_i in
@@ -332,6 +337,8 @@ pub(crate) struct Eliminated<T> {
     columns: Vec<usize>,
     /// How many pivots are certainly not zero.
     pivots: usize,
+    /// How many products were formed.
+    products: u64,
 }
 
 impl<T: Real> Eliminated<T> {
@@ -342,6 +349,7 @@ impl<T: Real> Eliminated<T> {
         let mut rows: Vec<usize> = (0..n).collect();
         let mut columns: Vec<usize> = (0..n).collect();
         let mut odd = false;
+        let mut products = 0;
         for step in 0..n {
             let mut best = (0.0, step, step);
             for i in step..n {
@@ -367,6 +375,7 @@ impl<T: Real> Eliminated<T> {
                     rows,
                     columns,
                     pivots: step,
+                    products,
                 };
             }
             odd ^= (i != step) ^ (j != step);
@@ -387,6 +396,7 @@ impl<T: Real> Eliminated<T> {
                 let factor = below
                     .checked_div(pivot)
                     .expect("the pivot's ball excludes zero");
+                products += tail.len() as u64;
                 for &column in &tail {
                     let product = factor * matrix[rows[step] * n + column];
                     matrix[row * n + column] = matrix[row * n + column] - product;
@@ -402,6 +412,7 @@ impl<T: Real> Eliminated<T> {
             rows,
             columns,
             pivots: n,
+            products,
         }
     }
 }

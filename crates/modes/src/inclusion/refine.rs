@@ -17,7 +17,7 @@ pub(crate) enum Level<T> {
 
 /// How small discs must become.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Goal {
+pub(crate) struct Goal<'a> {
     /// Relative to |λ| and to |Re λ|.
     pub(crate) tolerance: f64,
     /// Where digits end, relative to |λ|: a real part below is not told from 0, and roots nearer to
@@ -25,12 +25,19 @@ pub(crate) struct Goal {
     pub(crate) limit: f64,
     /// Whether real parts count.
     pub(crate) real_parts: bool,
+    /// Which points have roots that are wanted; others only need discs apart from these.
+    pub(crate) wanted: &'a [bool],
+    /// After so many products no further sweep begins.
+    pub(crate) most: u64,
 }
 
-impl Goal {
-    /// Whether the disc is small enough: half of the tolerance, which leaves the other half for the
+impl Goal<'_> {
+    /// Whether the disc is small enough, or holds no root that is wanted: half of the tolerance, which leaves the other half for the
     /// rounding to double.
     pub(crate) fn meets<T: Real>(&self, disc: &Inclusion<T>) -> bool {
+        if !disc.members.iter().any(|member| self.wanted[*member]) {
+            return true;
+        }
         let centre = disc.centre;
         let size = size(centre);
         let radius = radius(centre);
@@ -51,7 +58,7 @@ type Found<T> = (Vec<Inclusion<T>>, Vec<Ball<T>>);
 pub(crate) fn refine<T: Real>(
     polynomial: &Polynomial<T>,
     points: &mut Points<T>,
-    goal: &Goal,
+    goal: &Goal<'_>,
 ) -> Level<T> {
     const SWEEPS: usize = 150;
     const PLAIN: usize = 6;
@@ -61,7 +68,7 @@ pub(crate) fn refine<T: Real>(
     let mut previous = f64::INFINITY;
     for sweep in 0..SWEEPS {
         separate(points);
-        if points.correct(polynomial).is_none() {
+        if points.products >= goal.most || points.correct(polynomial).is_none() {
             break;
         }
         let groups = points.groups();
@@ -219,7 +226,7 @@ fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
 /// Moves a group of points that do not stand clear of each other; whether any moved. If its roots lie much closer
 /// together than its points, these are gathered on a circle about their corrected mean that is as wide as the roots are apart;
 /// else each takes its own step.
-fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal) -> bool {
+fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal<'_>) -> bool {
     let m = group.len();
     let mut centre = Ball::ZERO;
     for &i in group {

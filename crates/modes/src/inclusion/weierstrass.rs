@@ -26,6 +26,8 @@ pub(crate) struct Points<T> {
     pub(crate) z: Vec<Ball<T>>,
     values: Vec<Option<Scaled<T>>>,
     pub(crate) corrections: Vec<Ball<T>>,
+    /// How many products the corrections took.
+    pub(crate) products: u64,
     /// A point far beyond all others, and P there.
     beyond: Option<(Ball<T>, Scaled<T>)>,
 }
@@ -44,6 +46,7 @@ impl<T: Real> Points<T> {
             z,
             values: vec![None; n],
             corrections: vec![Ball::ZERO; n],
+            products: 0,
             beyond: None,
         }
     }
@@ -72,10 +75,15 @@ impl<T: Real> Points<T> {
                     let ball = Ball::new(value.ball.middle().conj(), value.ball.radius());
                     Scaled { ball, ..value }
                 }
-                None => polynomial.pencil.determinant(self.z[i]),
+                None => {
+                    let (value, products) = polynomial.pencil.determinant(self.z[i]);
+                    self.products += products;
+                    value
+                }
             };
             self.values[i] = Some(value);
         }
+        self.products += (n * n) as u64;
         let known = polynomial.leading.unwrap_or_else(Scaled::one);
         let mut shares = Vec::with_capacity(n);
         for i in 0..n {
@@ -114,7 +122,7 @@ impl<T: Real> Points<T> {
         let largest = self.z.iter().map(|z| upper(*z)).fold(0.0, f64::max);
         let (far, value) = *self.beyond.get_or_insert_with(|| {
             let far = real(2f64.powi(largest.log2().ceil() as i32 + FAR));
-            (far, polynomial.pencil.determinant(far))
+            (far, polynomial.pencil.determinant(far).0)
         });
         let mut below = Scaled::one();
         for factor in self.z.iter().map(|z| far - *z) {

@@ -4,7 +4,6 @@ use num_complex::Complex;
 
 use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::quadratic::Damped;
-use crate::inclusion::shape::Enclosed;
 use crate::inclusion::slow::Slow;
 use crate::inclusion::{
     at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
@@ -15,15 +14,19 @@ use crate::structure::Structure;
 use crate::system::System;
 
 use super::mode_solver::ModeSolver;
+use super::proof::{Proof, looseness, width};
 use super::roots::{Root, collect, collect_proven};
 use super::springless::with_dampers_for_springs;
 use super::{classical, rigid};
 
-/// Above this many coordinates the O(n⁴) of a determinant at every root is too dear.
+/// Above this many coordinates the O(n⁴) of a determinant at every root is too expensive.
 const LARGEST: usize = 64;
 
 /// Below this many it is as quick as what takes O(n³).
 const SMALLEST: usize = 24;
+
+/// So many operations may go into determinants: some seconds.
+const MOST_WORK: f64 = 4e9;
 
 /// The same modes with eigenvalues that carry proven bounds, or the modes as they are, with the
 /// reason in their plan.
@@ -35,42 +38,18 @@ pub(crate) fn certified(
     tolerance: f64,
 ) -> Modes {
     let n = system.len();
-    let at_once = at_once(system, structure, modes.as_slice(), tolerance)
-        .or_else(|| without_springs(solver, system, structure, tolerance))
-        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
-        .or_else(|| {
-            let many = n > LARGEST || n >= SMALLEST && structure.is_symmetric();
-            many.then(|| by_pairs(system, structure, modes.as_slice(), None, tolerance))?
-        })
-        .or_else(|| {
-            // Damping that is classical but for rounding.
-            let modes = (n >= SMALLEST).then(|| uncoupled(solver, system, structure))??;
-            by_pairs(system, structure, &modes, None, tolerance)
-        })
-        .or_else(|| {
-            let slow = (n >= SMALLEST).then(|| slow(solver, system, structure))??;
-            let modes = with_slow_roots(solver, system, &slow, modes.as_slice());
-            by_pairs(system, structure, &modes, Some(&slow), tolerance)
-        });
-    let attempt = match at_once {
-        Some(proof) if n > LARGEST || proof.is_within(tolerance) => Some(proof),
-        None if n > LARGEST => None,
-        coarse => prove(system, structure, modes.as_slice(), tolerance)
-            .or_else(|| {
-                let modes = uncoupled(solver, system, structure)?;
-                prove(system, structure, &modes, tolerance)
-            })
-            .or_else(|| {
-                let modes = collect(solver, system, lone_roots(system));
-                prove(system, structure, modes.as_slice(), tolerance)
-            })
-            .or(coarse),
-    };
+    let proof = proof(&Question {
+        solver,
+        system,
+        structure,
+        modes: modes.as_slice(),
+        tolerance,
+    });
     let Some(Proof {
         mut roots,
         mut claim,
         shapes_may_gain,
-    }) = attempt
+    }) = proof
     else {
         let reason = if n > LARGEST {
             format!(
@@ -181,15 +160,6 @@ pub(crate) fn from_guesses(
     is_proven.then_some(modes)
 }
 
-/// The largest relative bound of a component, or infinity where there are none.
-fn looseness(root: &Root) -> f64 {
-    let Some(bounds) = root.shape_bound.clone() else {
-        return f64::INFINITY;
-    };
-    let shape = root.shape.clone();
-    Enclosed { shape, bounds }.looseness()
-}
-
 /// Bounds the shapes of simple roots that their proof left without, or with wide ones.
 fn enclose_shapes(system: &System, structure: &Structure, open: Vec<&mut Root>, tolerance: f64) {
     let bound = |root: &Root| root.error.map_or(f64::INFINITY, |(bound, _)| bound);
@@ -221,22 +191,107 @@ fn enclose_at_rest(system: &System, structure: &Structure, root: &mut Root, tole
     }
 }
 
-/// Roots with proven bounds, without those at 0, and what proves them.
-struct Proof {
-    roots: Vec<Root>,
-    claim: String,
-    /// Whether an elimination at every root may bound components of shapes that are bounded already better.
-    shapes_may_gain: bool,
+/// The modes that are to be proved, in doubles, and how closely.
+#[derive(Clone, Copy)]
+struct Question<'a> {
+    solver: &'a dyn ModeSolver,
+    system: &'a System,
+    structure: &'a Structure,
+    modes: &'a [Mode],
+    tolerance: f64,
 }
 
-impl Proof {
-    /// Whether every bound is within `tolerance` of |λ|, and that of its real part of |Re λ|.
-    fn is_within(&self, tolerance: f64) -> bool {
-        self.roots.iter().all(|root| {
-            let (bound, real_bound) = root.error.unwrap_or((f64::INFINITY, f64::INFINITY));
-            bound <= tolerance * root.value.norm() && real_bound <= tolerance * root.value.re.abs()
-        })
+/// The best that proofs give for each root, the quickest first, until all roots are within the tolerance.
+fn proof(question: &Question<'_>) -> Option<Proof> {
+    let n = question.system.len();
+    let is_open = |best: &Option<Proof>| {
+        let best = best.as_ref();
+        best.is_none_or(|best| !best.is_within(question.tolerance))
+    };
+    let better = |best: Option<Proof>, found: Option<Proof>| match (best, found) {
+        (Some(best), Some(found)) => Some(best.merged(found, question.tolerance)),
+        (best, found) => best.or(found),
+    };
+    let mut best = by_real_shapes(question);
+    // Where all shapes are real, pairs of them know no more.
+    let undamped = best.is_some() && question.structure.is_undamped();
+    if n >= SMALLEST && is_open(&best) && !undamped {
+        best = better(best, by_pairs(question));
     }
+    if n <= LARGEST && is_open(&best) {
+        let found = by_determinants(question, best.as_ref());
+        best = better(best, found);
+    }
+    best
+}
+
+/// By undamped shapes, or by those of λM + C without springs.
+fn by_real_shapes(question: &Question<'_>) -> Option<Proof> {
+    let Question {
+        solver,
+        system,
+        structure,
+        modes,
+        tolerance,
+    } = *question;
+    at_once(system, structure, modes, tolerance)
+        .or_else(|| without_springs(solver, system, structure, tolerance))
+        .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
+}
+
+/// By roots and shapes, as they are given, of damping taken to be classical, which it may be but for rounding, or with the
+/// slow ones from a system of their own.
+fn by_pairs(question: &Question<'_>) -> Option<Proof> {
+    let Question {
+        solver,
+        system,
+        structure,
+        modes,
+        tolerance,
+    } = *question;
+    paired(system, structure, modes, None, tolerance)
+        .or_else(|| {
+            let modes = uncoupled(solver, system, structure)?;
+            paired(system, structure, &modes, None, tolerance)
+        })
+        .or_else(|| {
+            let slow = slow(solver, system, structure)?;
+            let modes = with_slow_roots(solver, system, &slow, modes);
+            paired(system, structure, &modes, Some(&slow), tolerance)
+        })
+}
+
+/// By discs about the roots that are proved already; where these are not isolated, about those given, those of damping
+/// taken to be classical, or those of each coordinate by itself.
+fn by_determinants(question: &Question<'_>, known: Option<&Proof>) -> Option<Proof> {
+    let Question {
+        solver,
+        system,
+        structure,
+        modes,
+        tolerance,
+    } = *question;
+    // Doubles know more of the roots in a wide disc than that they lie there.
+    let is_vague = |root: &Root| root.repeats != Some(Repeats::SIMPLE) && width(root) > tolerance;
+    let known = known.filter(|known| !known.roots.iter().any(is_vague));
+    if let Some(known) = known {
+        return in_discs(system, structure, &known.roots, tolerance, MOST_WORK);
+    }
+    let about = |modes: &[Mode]| {
+        let root = |mode: &Mode| Root {
+            count: mode.roots(),
+            error: mode.eigenvalue().bound.map(|bound| (bound, f64::INFINITY)),
+            ..Root::simple(mode.eigenvalue().value, mode.shape().to_vec())
+        };
+        let moving = modes
+            .iter()
+            .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
+        let roots: Vec<Root> = moving.map(root).collect();
+        in_discs(system, structure, &roots, tolerance, MOST_WORK)
+    };
+    about(modes)
+        .or_else(|| about(&uncoupled(solver, system, structure)?))
+        .or_else(|| about(collect(solver, system, lone_roots(system)).as_slice()))
 }
 
 /// Of an undamped system, by its shapes.
@@ -323,7 +378,7 @@ fn without_springs(
 }
 
 /// Of a system with a mass or a damper wherever it moves, by its roots and shapes.
-fn by_pairs(
+fn paired(
     system: &System,
     structure: &Structure,
     modes: &[Mode],
@@ -360,26 +415,33 @@ fn by_pairs(
     })
 }
 
-/// Of any system, by discs about approximate roots.
-fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64) -> Option<Proof> {
-    // Approximations of all nonzero roots, and the mode that each belongs to.
-    let mut approximations: Vec<Complex<f64>> = Vec::new();
+/// Of any system, by discs about approximate roots, until those that are not within the tolerance yet are.
+fn in_discs(
+    system: &System,
+    structure: &Structure,
+    known: &[Root],
+    tolerance: f64,
+    most_work: f64,
+) -> Option<Proof> {
+    // Approximations of all nonzero roots, and the one that each belongs to.
+    let mut approximations = Vec::new();
     let mut owner = Vec::new();
-    for (index, mode) in modes.iter().enumerate() {
-        let value = mode.eigenvalue().value;
-        if value.norm() == 0.0 {
-            continue;
-        }
-        // The points of a cluster start on a circle as wide as it is uncertain, those of all modes with one value on the same.
-        let alike = |other: &&Mode| other.eigenvalue().value == value;
-        let roots = |modes: &[Mode]| modes.iter().filter(alike).map(Mode::roots).sum::<usize>();
-        let (count, before) = (roots(modes), roots(&modes[..index]));
-        let reach = mode
-            .eigenvalue()
-            .bound
-            .unwrap_or(f64::INFINITY)
-            .min(0.1 * value.norm());
-        for turn in before..before + mode.roots() {
+    for (index, root) in known.iter().enumerate() {
+        let value = root.value;
+        // The points of a cluster start on a circle as wide as it is uncertain, those of all roots with one value on the same.
+        let alike = |other: &&Root| other.value == value;
+        let roots = |roots: &[Root]| {
+            roots
+                .iter()
+                .filter(alike)
+                .map(|root| root.count)
+                .sum::<usize>()
+        };
+        let (count, before) = (roots(known), roots(&known[..index]));
+        let reach = root.error.map_or(f64::INFINITY, |(bound, _)| bound);
+        let reach = reach.min(0.1 * value.norm());
+        let is_wanted = width(root) > tolerance;
+        for turn in before..before + root.count {
             let angle = 0.4 + std::f64::consts::TAU * turn as f64 / count as f64;
             let offset = if count > 1 {
                 Complex::from_polar(reach, angle)
@@ -387,16 +449,16 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
                 Complex::ZERO
             };
             let point = value + offset;
-            approximations.push(point);
+            approximations.push((point, is_wanted));
             owner.push(index);
             if value.im != 0.0 {
-                approximations.push(point.conj());
+                approximations.push((point.conj(), is_wanted));
                 owner.push(index);
             }
         }
     }
     let mut roots = Vec::new();
-    let (found, digits) = certify(system, structure, &approximations, tolerance)?;
+    let (found, digits) = certify(system, structure, &approximations, tolerance, most_work)?;
     for certificate in found {
         let mut owners: Vec<usize> = certificate
             .members
@@ -410,7 +472,7 @@ fn prove(system: &System, structure: &Structure, modes: &[Mode], tolerance: f64)
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
         for owner in owners.into_iter().take(entries) {
-            let shape = modes[owner].shape().to_vec();
+            let shape = known[owner].shape.clone();
             let mut found = Root::simple(certificate.value, shape);
             if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
                 found.enclose(shapes.clone());

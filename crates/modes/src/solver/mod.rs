@@ -14,6 +14,7 @@ mod modal_matrix;
 mod mode_solver;
 mod newton;
 pub(crate) mod parts;
+mod proof;
 mod real_mode;
 mod rigid;
 mod roots;

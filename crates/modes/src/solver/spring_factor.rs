@@ -29,7 +29,7 @@ use crate::modes::Modes;
 #[derive(Clone, Copy, Debug)]
 pub struct SpringFactor;
 
-/// Above this many coordinates the O(sweeps·n³) of the Jacobi method is too dear.
+/// Above this many coordinates the O(sweeps·n³) of the Jacobi method is too expensive.
 const LARGEST: usize = 400;
 
 /// How far singular values of n columns by Jacobi's method may be off, relative: their errors are

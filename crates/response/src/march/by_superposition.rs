@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::Precision;
+use eigentone_modes::{Precision, System};
 use faer::Mat;
 
 use super::by_exponential::accumulate;
@@ -28,34 +28,58 @@ impl ResponseMethod for BySuperposition {
     }
 
     fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
-        if let Some(reason) = integrates(problem) {
-            return Some(reason);
-        }
-        let error = Basis::of(problem.system(), Precision::default()).err()?;
+        let error = Superposition::of(problem).err()?;
         Some(error.to_string())
     }
 
     fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        match Superposition::of(problem) {
+            Ok(superposition) => superposition.run(problem),
+            Err(BasisError::Modes(error)) => Err(error.into()),
+            Err(BasisError::Refused(reason)) => Err(ResponseError::NotApplicable {
+                method: self.name(),
+                reason,
+            }),
+        }
+    }
+}
+
+/// The modes of a system, found once for any number of its motions.
+pub(crate) struct Superposition {
+    /// A clone, which shares what is proved.
+    system: System,
+    basis: Basis,
+}
+
+impl Superposition {
+    pub(crate) fn of(problem: &Problem<'_>) -> Result<Superposition, BasisError> {
         if let Some(reason) = integrates(problem) {
-            let method = self.name();
+            return Err(BasisError::Refused(reason));
+        }
+        Ok(Superposition {
+            system: problem.system().clone(),
+            basis: Basis::of(problem.system(), Precision::default())?,
+        })
+    }
+
+    /// Whether it was found from this system or from a clone.
+    pub(crate) fn is_of(&self, system: &System) -> bool {
+        std::ptr::eq(self.system.structure(), system.structure())
+    }
+
+    /// The motion of a problem of the same system.
+    pub(crate) fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        if let Some(reason) = integrates(problem) {
+            let method = BySuperposition.name();
             return Err(ResponseError::NotApplicable { method, reason });
         }
-        let basis = match Basis::of(problem.system(), Precision::default()) {
-            Ok(basis) => basis,
-            Err(BasisError::Modes(error)) => return Err(error.into()),
-            Err(BasisError::Refused(reason)) => {
-                return Err(ResponseError::NotApplicable {
-                    method: self.name(),
-                    reason,
-                });
-            }
-        };
+        let basis = &self.basis;
         let inputs = Inputs::of(problem);
         let form = &basis.form;
         let plant = Plant::of(problem, form);
         let b = &basis.inverse * &plant.b;
         let mut flow = Blocks {
-            blocks: basis.blocks,
+            blocks: &basis.blocks,
             low: vec![0.0; form.states()],
             u: inputs.columns(b.as_ref()),
             inputs,
@@ -75,7 +99,13 @@ impl ResponseMethod for BySuperposition {
             outputs: &Outputs::of(&plant, Some(basis.t.as_ref())),
             integrals: 0,
         };
-        march(self.name(), problem, &mut flow, form, &coordinates)
+        march(
+            BySuperposition.name(),
+            problem,
+            &mut flow,
+            form,
+            &coordinates,
+        )
     }
 }
 
@@ -89,8 +119,8 @@ fn integrates(problem: &Problem<'_>) -> Option<String> {
 
 /// Independent blocks of one or two states. Each is carried on in double-double, so that rounding
 /// does not add up over any number of steps.
-struct Blocks {
-    blocks: Vec<Block>,
+struct Blocks<'a> {
+    blocks: &'a [Block],
     /// What the states have beyond doubles.
     low: Vec<f64>,
     /// T⁻¹B for the loaded coordinates.
@@ -104,7 +134,7 @@ struct Blocks {
 /// So many lengths of step are kept.
 const KEPT: usize = 64;
 
-impl Flow for Blocks {
+impl Flow for Blocks<'_> {
     fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
         let key = [h.high(), h.low()].map(f64::to_bits);
         if self.held.len() >= KEPT && !self.held.contains_key(&key) {

@@ -15,5 +15,6 @@ mod strides;
 
 pub use by_exponential::ByExponential;
 pub use by_superposition::BySuperposition;
+pub(crate) use by_superposition::Superposition;
 pub(crate) use course::Course;
 pub(crate) use estimate::{Estimate, is_stiff};

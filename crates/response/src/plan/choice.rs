@@ -6,7 +6,7 @@ use eigentone_modes::{FirstOrder, Precision, dense_gigabytes};
 
 use crate::answer::{ResponseMethod, Trajectory};
 use crate::certified::ByCertifiedExponential;
-use crate::march::{ByExponential, BySuperposition, Estimate, is_stiff};
+use crate::march::{ByExponential, BySuperposition, Estimate, Superposition, is_stiff};
 use crate::problem::{Problem, ResponseError};
 
 /// The choice of a response method, as a value that can be printed and run.
@@ -17,6 +17,8 @@ pub struct ResponsePlan {
     pub reason: String,
     /// What the problem does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
+    /// What told that superposition applies.
+    found: Option<Superposition>,
 }
 
 /// Every exact method, in the order in which the plan prefers them where they apply well: the
@@ -69,6 +71,7 @@ impl ResponsePlan {
                         method: &ByCertifiedExponential,
                         reason: "proven bounds, with the digits that they ask for".to_owned(),
                         left_out,
+                        found: None,
                     });
                 }
                 Some(reason) => left_out.push((ByCertifiedExponential.name(), reason)),
@@ -85,20 +88,20 @@ impl ResponsePlan {
         } else {
             None
         };
-        match (
-            reason,
-            reason.and_then(|_| BySuperposition.refuses(problem)),
-        ) {
-            (Some(reason), None) => {
+        match reason.map(|reason| (reason, Superposition::of(problem))) {
+            Some((reason, Ok(found))) => {
                 left_out.push((ByExponential.name(), "not needed".to_owned()));
                 return Ok(ResponsePlan {
                     method: &BySuperposition,
                     reason: reason.to_owned(),
                     left_out,
+                    found: Some(found),
                 });
             }
-            (Some(_), Some(refusal)) => left_out.push((BySuperposition.name(), refusal)),
-            (None, _) => {
+            Some((_, Err(refusal))) => {
+                left_out.push((BySuperposition.name(), refusal.to_string()));
+            }
+            None => {
                 let reason = "the damping couples the real modes".to_owned();
                 left_out.push((BySuperposition.name(), reason));
             }
@@ -114,17 +117,26 @@ impl ResponsePlan {
                     method: &ByExponential,
                     reason: reason.to_owned(),
                     left_out,
+                    found: None,
                 })
             }
         }
     }
 
-    /// Answers the problem by the method picked.
+    /// Answers the problem by the method picked. What the choice found of the modes is used again.
     ///
     /// # Errors
     /// What the method reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        self.method.run(problem)
+        match &self.found {
+            Some(found)
+                if self.method.name() == BySuperposition.name()
+                    && found.is_of(problem.system()) =>
+            {
+                found.run(problem)
+            }
+            _ => self.method.run(problem),
+        }
     }
 }
 

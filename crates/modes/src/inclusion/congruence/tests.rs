@@ -213,13 +213,13 @@ fn no_proof_without_its_conditions() {
 /// What Weierstrass corrections prove of the same frequencies.
 fn by_discs(system: &System) -> Option<Vec<(f64, f64)>> {
     let structure = system.structure();
-    let roots: Vec<Complex<f64>> = approximate(system)
+    let roots: Vec<(Complex<f64>, bool)> = approximate(system)
         .eigenvalues()
         .iter()
-        .map(|root| root.value)
-        .filter(|value| value.norm() > 0.0)
+        .map(|root| (root.value, true))
+        .filter(|(value, _)| value.norm() > 0.0)
         .collect();
-    let (found, _) = inclusion::certify(system, structure, &roots, 4.0 * UNIT)?;
+    let (found, _) = inclusion::certify(system, structure, &roots, 4.0 * UNIT, f64::INFINITY)?;
     let mut found: Vec<(f64, f64)> = found
         .iter()
         .flat_map(|root| root.members.iter().map(|_| (root.value.im, root.bound)))

@@ -462,10 +462,11 @@ fn agree(system: &System) -> Result<(), TestCaseError> {
         prop_assert!((0..roots.len()).any(near), "{:?}", roots);
         return Ok(());
     };
-    let nonzero = modes.eigenvalues().iter().map(|root| root.value);
-    let start: Vec<Complex<f64>> = nonzero.filter(|z| z.norm() > 0.0).collect();
+    let nonzero = modes.eigenvalues().iter().map(|root| (root.value, true));
+    let start: Vec<(Complex<f64>, bool)> = nonzero.filter(|(z, _)| z.norm() > 0.0).collect();
     let structure = system.structure();
-    let (discs, _) = inclusion::certify(system, structure, &start, 4.0 * UNIT).unwrap();
+    let found_at = inclusion::certify(system, structure, &start, 4.0 * UNIT, f64::INFINITY);
+    let (discs, _) = found_at.unwrap();
     let count: usize = discs.iter().map(|disc| disc.members.len()).sum();
     let ours: usize = found.iter().map(|disc| disc.members.len()).sum();
     prop_assert!(ours <= count);

@@ -141,7 +141,7 @@ impl Names<'_> {
             Some(Named::Ground) => Err(SceneError::OnGround { at: at() }),
             Some(kind) => Err(SceneError::WrongKind {
                 at: at(),
-                name: excerpt(name),
+                name: excerpt(name).into(),
                 is: kind.word(),
                 what,
             }),
@@ -383,9 +383,9 @@ fn unknown_name(
 ) -> SceneError {
     SceneError::UnknownName {
         at: source.place(path),
-        name: excerpt(name),
+        name: excerpt(name).into(),
         what,
-        hint: hint(name, known),
+        hint: hint(name, known).into(),
     }
 }
 

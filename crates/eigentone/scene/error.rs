@@ -90,11 +90,11 @@ pub enum SceneError {
         /// Where.
         at: Place,
         /// The name.
-        name: String,
+        name: Box<str>,
         /// What may stand here.
         what: &'static str,
         /// The nearest known name, or the names there are.
-        hint: String,
+        hint: Box<str>,
     },
     /// A name stands for something else than belongs here.
     #[error("{at}: {name:?} is {is}: name {what}{}", instead(is, what))]
@@ -102,7 +102,7 @@ pub enum SceneError {
         /// Where.
         at: Place,
         /// The name.
-        name: String,
+        name: Box<str>,
         /// What it stands for.
         is: &'static str,
         /// What may stand here.

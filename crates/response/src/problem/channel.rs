@@ -52,11 +52,11 @@ impl Channel {
     }
 
     /// The orders of the signal's own derivatives, beginning with the signal itself, that act directly: as forces, or on
-    /// what is integrated.
+    /// what is integrated; and the motion of a support itself, for sums that ask for it.
     pub(crate) fn orders(&self) -> impl Iterator<Item = usize> + '_ {
         (0..3 - self.integrals).filter(|order| {
             let acts = !self.directions[order + self.integrals].is_empty();
-            acts || *order == 0 && self.integrals > 0
+            acts || *order == 0 && (self.integrals > 0 || self.support.is_some())
         })
     }
 

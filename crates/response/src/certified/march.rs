@@ -170,7 +170,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             let value = sum(after.value, known(before.value));
             [value, sum(after.slope, known(before.slope))]
         };
-        let kicks = kicks(problem, index, jump, cos_sin::<T>);
+        let kicks = problem.kicks_known(index, jump, cos_sin::<T>);
         self.fresh = self
             .fresh
             .take()
@@ -322,15 +322,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             if !value.is_finite() && error.is_finite() {
                 return Err(ResponseError::Overflow { index });
             }
+            // Loads are in units of what they make of the states in all the time.
             let parts = self.generator.combinations[row].parts.iter();
-            let sides = [
-                states(&self.zeta, &self.generator),
-                loads(&self.zeta, &self.generator),
-            ];
-            let made_of = parts
-                .zip(sides)
-                .map(|(part, side)| part.norm * length(side));
-            let made_of = made_of.fold(Magnitude::ZERO, |sum, part| sum + part);
+            let norm = parts.fold(Magnitude::ZERO, |sum, part| sum + part.norm);
+            let made_of = norm * length(&self.zeta);
             good &= judge.judge_combination(row, value.abs(), made_of, error);
             collector.combine(row, value, bound.to_f64());
         }
@@ -401,14 +396,6 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let rows = output.rows.iter();
         rows.map(|row| (dot(row, &self.zeta), error)).collect()
     }
-}
-
-fn states<'z, T: Real>(zeta: &'z [T], generator: &Generator<T>) -> &'z [T] {
-    &zeta[..generator.states]
-}
-
-fn loads<'z, T: Real>(zeta: &'z [T], generator: &Generator<T>) -> &'z [T] {
-    &zeta[generator.states..]
 }
 
 /// The nearest double, or 0 where the error hides it, and how far it may be off.

@@ -2,18 +2,20 @@
 
 use eigentone_digits::{Magnitude, Real};
 
-use super::question::Problem;
+use super::channel::Channel;
 use super::straight_load::{Known, sum};
+use super::timeline::Timeline;
 
-/// The momenta that coordinates take at the start of a piece: index and momentum in N·s, which add up. `jump` gives by how
+/// The momenta that n coordinates take at the start of a piece: index and momentum in N·s, which add up. `jump` gives by how
 /// much the straight part of a channel's signal, and its slope, jump there; `wave` the cosine and sine of an angle.
 pub(crate) fn kicks<T: Real>(
-    problem: &Problem<'_>,
+    timeline: &Timeline,
+    channels: &[Channel],
+    n: usize,
     piece: usize,
     jump: impl Fn(usize) -> [Known<T>; 2],
     wave: impl Fn(f64) -> (T, T, Magnitude),
 ) -> Vec<(usize, Known<T>)> {
-    let (n, timeline) = (problem.system().len(), problem.timeline());
     let begun = &timeline.pieces()[piece];
     let mut kicks = Vec::new();
     for &(on, magnitude) in begun.impulses() {
@@ -21,12 +23,12 @@ pub(crate) fn kicks<T: Real>(
         match on.checked_sub(n) {
             None => kicks.push((on, momentum)),
             Some(channel) => {
-                let shares = problem.channels()[channel].directions[0].iter();
+                let shares = channels[channel].directions[0].iter();
                 kicks.extend(shares.map(|&(row, share)| (row, times(momentum, share))));
             }
         }
     }
-    for (at, channel) in (n..).zip(problem.channels()) {
+    for (at, channel) in (n..).zip(channels) {
         if !channel.strikes(0) && !channel.strikes(1) {
             continue;
         }

@@ -30,7 +30,6 @@ pub use error::ResponseError;
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use instant::Instant;
 pub(crate) use instant::{Base, Fraction, SampleGrid};
-pub(crate) use kick::kicks;
 pub use load::{HalfSine, Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step, Versine};
 pub(crate) use plant::Plant;
 pub use question::{Drive, Problem};

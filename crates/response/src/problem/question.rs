@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
+use eigentone_digits::{Magnitude, Real};
 use eigentone_modes::{Form, Precision, System};
 
 use super::applied_load::AppliedLoad;
@@ -16,6 +17,7 @@ use super::kick::kicks;
 use super::load::{Harmonic, Load, LoadError};
 use super::massless;
 use super::state::State;
+use super::straight_load::Known;
 use super::timeline::Timeline;
 
 /// A checked question: the motion of `system` from `initial` under `loads` at chosen instants of a
@@ -398,16 +400,22 @@ impl<'a> Problem<'a> {
                     at(&pieces[piece - 1], time, channel)
                 }
             };
-            [0, 1].map(|order| {
-                (
-                    now[order] - before[order],
-                    eigentone_digits::Magnitude::ZERO,
-                )
-            })
+            [0, 1].map(|order| (now[order] - before[order], Magnitude::ZERO))
         };
-        let wave = |angle: f64| (angle.cos(), angle.sin(), eigentone_digits::Magnitude::ZERO);
-        let kicks = kicks::<f64>(self, piece, jump, wave).into_iter();
+        let wave = |angle: f64| (angle.cos(), angle.sin(), Magnitude::ZERO);
+        let kicks = self.kicks_known::<f64>(piece, jump, wave).into_iter();
         kicks.map(|(row, (momentum, _))| (row, momentum)).collect()
+    }
+
+    /// The same with what is known of them, by [`kicks`].
+    pub(crate) fn kicks_known<T: Real>(
+        &self,
+        piece: usize,
+        jump: impl Fn(usize) -> [Known<T>; 2],
+        wave: impl Fn(f64) -> (T, T, Magnitude),
+    ) -> Vec<(usize, Known<T>)> {
+        let n = self.system.len();
+        kicks(self.timeline(), &self.channels, n, piece, jump, wave)
     }
 
     /// The grid of instants.

@@ -10,8 +10,9 @@ use eigentone::modes::{
     modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
-    ByCertifiedExponential, BySuperposition, Exponential, Hold, Impulse, ModalTruncation, Output,
-    Pade13, Problem, Response, Samples, State, Step, Sweep, expm, receptance,
+    ByCertifiedExponential, BySuperposition, Exponential, HalfSine, Harmonic, Hold, Impulse,
+    ModalTruncation, Output, Pade13, Problem, Quantity, Response, Samples, State, SteadyState,
+    Step, Sweep, Versine, expm, receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
@@ -355,7 +356,48 @@ fn response_errors(listing: &mut Listing) {
         },
         Ok(_) => Ok(()),
     };
+    let quarter = System::builder()
+        .mass("m0", 1.0)
+        .mass("p", 0.0)
+        .mass("q", 0.0);
+    let quarter = quarter
+        .support("road")
+        .point("both", [("p", 1.0), ("q", -1.0), ("road", 1.0)], 0.0)
+        .spring("m0", "p", 1.0)
+        .spring("p", GROUND, 1.0)
+        .spring("q", GROUND, 1.0)
+        .damper("both", GROUND, 1.0)
+        .build()
+        .expect("a system");
+    let carried = System::builder().mass("m0", 1.0).support("road");
+    let carried = carried
+        .point("p", [("m0", 1.0), ("road", 1.0)], 1.0)
+        .spring("m0", GROUND, 1.0)
+        .build()
+        .expect("a system");
+    let kerb = |system, name: &str, load: eigentone::response::Load| {
+        of(system).motion(name, Quantity::Displacement, load)
+    };
+    let of_motion = |system, load: eigentone::response::Load| match kerb(system, "road", load).run()
+    {
+        Err(error) => match error {
+            eigentone::response::ResponseError::Motion { error, .. } => Err(error),
+            other => panic!("{other}"),
+        },
+        Ok(_) => Ok(()),
+    };
+    let swings = kerb(&carried, "road", Harmonic::of(1.0, 2.0).into()).problem();
+    let swings = swings.expect("a problem");
     list! { listing:
+        kerb(&quarter, "wall", Step::of(1.0).into()).run();
+        kerb(&quarter, "road", Step::of(1.0).into()).run();
+        kerb(&quarter, "road", Impulse::of(1.0).into()).run();
+        of(&one).pull("tyre force", "tyre").run();
+        of_motion(&quarter, Impulse::of(1.0).into());
+        of_motion(&carried, Step::of(1.0).into());
+        of_load(HalfSine::of(1.0, 0.0).into());
+        of_load(Versine::of(1.0, 1.0).starting_at(-1.0).into());
+        SteadyState::of(&swings);
         of(&one).load("m0", Step::of(f64::NAN)).run();
         of_load(Step::of(f64::NAN).into());
         of_load(early.into());

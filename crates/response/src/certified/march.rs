@@ -10,7 +10,7 @@ use crate::answer::{Collector, Operations, Wanted};
 use crate::enclosed::{Normed, cos_sin, counted, growth, squarings};
 use crate::problem::{
     Base, Fraction, Instant, Known, Leg, Piece, Problem, ResponseError, StraightLoad,
-    StraightLoads, Walk, kicks, sum,
+    StraightLoads, Walk, sum,
 };
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in

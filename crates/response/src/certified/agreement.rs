@@ -275,6 +275,22 @@ proptest! {
         let most = [proven.displacement().norm_max(), proven.velocity().norm_max()];
         for method in methods().iter().filter(|method| method.refuses(&problem).is_none()) {
             let found = method.run(&problem).expect("it does not refuse");
+            for output in 0..2 {
+                for at in 0..found.len() {
+                    let off = (found.output(output)[at] - proven.output(output)[at]).abs();
+                    let known = proven.output_bound(output)[at].expect("proven");
+                    if let Some(bound) = found.output_bound(output)[at] {
+                        prop_assert!(off <= bound + known, "{} {output}: {off:e} > {bound:e} at {at}", method.name());
+                    }
+                }
+            }
+            for at in 0..found.len() {
+                let bounds = [found.displacement_bound()[at], found.velocity_bound()[at]];
+                let off = differences(&proven, &found)[at];
+                for (off, bound) in off.into_iter().zip(bounds) {
+                    prop_assert!(bound.is_none_or(|bound| off <= bound * 1.0001), "{}: {off:e} > {bound:?} at {at}", method.name());
+                }
+            }
             for (at, off) in differences(&proven, &found).into_iter().enumerate() {
                 for (off, most) in off.into_iter().zip(most) {
                     prop_assert!(off <= 1e-12 * most, "{}: {:e} of {:e} at {}", method.name(), off, most, at);

@@ -436,15 +436,11 @@ fn load(
     let impulse = |Object(impulse): Object<layout::Impulse>| {
         Impulse::of(impulse.magnitude.0).at(impulse.at.0)
     };
-    let half_sine = |Object(push): Object<layout::Push>| HalfSine {
-        force: push.force.0,
-        duration: push.duration.0,
-        start: push.start.0,
+    let half_sine = |Object(push): Object<layout::Push>| {
+        HalfSine::of(push.force.0, push.duration.0).starting_at(push.start.0)
     };
-    let versine = |Object(push): Object<layout::Push>| Versine {
-        force: push.force.0,
-        duration: push.duration.0,
-        start: push.start.0,
+    let versine = |Object(push): Object<layout::Push>| {
+        Versine::of(push.force.0, push.duration.0).starting_at(push.start.0)
     };
     let all = [
         ("step", given.step.map(step).map(Load::from)),
@@ -494,15 +490,11 @@ fn motion(
     let place = || steps!["motions", index, key];
     let step =
         |Object(rise): Object<layout::Rise>| Step::of(rise.height.0).starting_at(rise.start.0);
-    let half_sine = |Object(bump): Object<layout::Bump>| HalfSine {
-        force: bump.height.0,
-        duration: bump.duration.0,
-        start: bump.start.0,
+    let half_sine = |Object(bump): Object<layout::Bump>| {
+        HalfSine::of(bump.height.0, bump.duration.0).starting_at(bump.start.0)
     };
-    let versine = |Object(bump): Object<layout::Bump>| Versine {
-        force: bump.height.0,
-        duration: bump.duration.0,
-        start: bump.start.0,
+    let versine = |Object(bump): Object<layout::Bump>| {
+        Versine::of(bump.height.0, bump.duration.0).starting_at(bump.start.0)
     };
     let all = [
         ("step", given.step.map(step).map(Load::from)),

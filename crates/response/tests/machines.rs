@@ -331,6 +331,36 @@ fn summaries_know_where_supports_lead() {
     ));
 }
 
+/// A body that its road takes along does not turn: what rounding leaves of that in an equilibrium is no drift.
+#[test]
+fn rounding_is_no_drift() {
+    let system = System::builder()
+        .mass("heave", 1000.0)
+        .mass("pitch", 1200.0)
+        .point("front", [("heave", 1.0), ("pitch", -1.1)], 0.0)
+        .point("middle", [("heave", 1.0), ("pitch", 0.3)], 75.0)
+        .point("rear", [("heave", 1.0), ("pitch", 1.4)], 0.0)
+        .support("road")
+        .spring("road", "front", 21000.0)
+        .spring("road", "middle", 731.0)
+        .spring("road", "rear", 24000.0)
+        .damper("road", "front", 1400.0)
+        .damper("road", "rear", 1700.0)
+        .build()
+        .expect("a system");
+    let modes = system.modes().expect("modes");
+    let ask = Response::of(&system).motion("road", Quantity::Velocity, Step::of(0.1));
+    let problem = ask.every(0.05).until(20.0).problem().expect("a problem");
+    let motion = ByCertifiedExponential.run(&problem).expect("a motion");
+    let summary = Summary::of(&problem, &motion, &modes).expect("instants");
+    let [heave, pitch] = [0, 1].map(|i| summary.coordinates()[i].destination);
+    assert!(matches!(heave, Destination::Drift), "{heave:?}");
+    match pitch {
+        Destination::Rest { displacement, .. } => assert!(displacement.abs() < 1e-12, "{pitch:?}"),
+        other => panic!("{other:?}"),
+    }
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let car = quarter_car();

@@ -131,6 +131,8 @@ impl Summary {
         let rest = come_to_rest(system, &floating, &resisted, &force, &last, &now);
 
         let all = x.norm_max();
+        let end = problem.grid().time(problem.grid().last());
+        let horizon = if end > 0.0 { end } else { 1.0 };
         let whole = trajectory.steps()[latest] == problem.grid().last();
         let between = (whole && trajectory.bounds() == Bounds::Proven)
             .then(|| Extrema::of(problem, trajectory))
@@ -148,7 +150,7 @@ impl Summary {
             .collect();
         let destination = |i: usize| {
             let seen = (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
-            let moved = follows[i] != 0.0 || driven[i];
+            let moved = follows[i].abs() * horizon > seen || driven[i];
             if persistence.growth[i] > seen {
                 Destination::Growth
             } else if rest.drifts[i] || moved {

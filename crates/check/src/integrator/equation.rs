@@ -117,7 +117,7 @@ impl EquationOfMotion {
     /// Adds the velocities that the impulses at the start of a piece give to [x; x′].
     pub(crate) fn apply_impulses(&self, state: &mut [f64], forces: &Forces<'_>) {
         let velocity = &mut state[self.len()..];
-        for (coordinate, momentum) in forces.problem.kicks(forces.piece) {
+        for (coordinate, momentum) in forces.problem.momenta(forces.piece) {
             for (i, mobility) in &self.mobility[coordinate] {
                 velocity[*i] += mobility * momentum;
             }

@@ -38,7 +38,7 @@ pub(super) struct Phase {
     /// In rad.
     phase: f64,
     /// What its setting in adds to the states of the system: factors of its sine and of its cosine.
-    kicks: Vec<(usize, [BigRational; 2])>,
+    changes: Vec<(usize, [BigRational; 2])>,
 }
 
 impl DrivenForm {
@@ -131,17 +131,17 @@ impl DrivenForm {
         }
 
         // What momenta on coordinates add to the states.
-        let kicked = |direction: &[(usize, f64)], load: usize| {
-            let mut kicks = vec![BigRational::zero(); r];
+        let changed_by = |direction: &[(usize, f64)], load: usize| {
+            let mut changes = vec![BigRational::zero(); r];
             for &(row, factor) in direction {
                 if form.gives_way[row] {
                     return Err(ReferenceError::ImpulseGivesWay { load });
                 }
-                for (i, kick) in kicks.iter_mut().enumerate() {
-                    *kick += form.motion.at(i, r + row) * exactly(factor);
+                for (i, change) in changes.iter_mut().enumerate() {
+                    *change += form.motion.at(i, r + row) * exactly(factor);
                 }
             }
-            Ok(kicks)
+            Ok(changes)
         };
         // Those that a jump of a signal (0) or of its slope (1) makes.
         let passed_on = |signal: usize, order: usize, load: usize| {
@@ -149,24 +149,24 @@ impl DrivenForm {
                 let place = channels[at].integrals + order + 1;
                 channels[at].directions.get(place)
             });
-            kicked(direction.map_or(&[][..], Vec::as_slice), load)
+            changed_by(direction.map_or(&[][..], Vec::as_slice), load)
         };
         let mut phases = Vec::new();
         for (k, (on, harmonic)) in events.harmonics.iter().enumerate() {
             let amplitude = exactly(harmonic.amplitude);
             let growth = &amplitude * exactly(harmonic.frequency);
             let jumps = passed_on(*on, 0, k)?.into_iter().zip(passed_on(*on, 1, k)?);
-            let kicks = jumps.map(|(value, slope)| [value * &amplitude, slope * &growth]);
+            let changes = jumps.map(|(value, slope)| [value * &amplitude, slope * &growth]);
             phases.push(Phase {
                 sine: harmonics + 2 * k,
                 phase: harmonic.phase,
-                kicks: kicks.enumerate().collect(),
+                changes: changes.enumerate().collect(),
             });
         }
         let mut jumps: BTreeMap<BigRational, Vec<(usize, BigRational)>> = BTreeMap::new();
         for event in events.changes {
             let here = jumps.entry(event.time).or_default();
-            let (kicks, size) = match event.change {
+            let (changes, size) = match event.change {
                 Change::Force(force) => {
                     here.push((forces[&event.coordinate], force.clone()));
                     (passed_on(event.coordinate, 0, event.load)?, force)
@@ -181,12 +181,12 @@ impl DrivenForm {
                         None => &alone[..],
                         Some(at) => &channels[at].directions[0],
                     };
-                    (kicked(direction, event.load)?, impulse)
+                    (changed_by(direction, event.load)?, impulse)
                 }
             };
-            let entries = kicks.into_iter().enumerate();
-            let entries = entries.filter(|(_, kick)| !kick.is_zero());
-            here.extend(entries.map(|(i, kick)| (i, kick * &size)));
+            let entries = changes.into_iter().enumerate();
+            let entries = entries.filter(|(_, change)| !change.is_zero());
+            here.extend(entries.map(|(i, change)| (i, change * &size)));
         }
         let mut start = form.start(problem.initial_displacement(), problem.initial_velocity());
         start.resize(order, BigRational::zero());
@@ -219,8 +219,8 @@ impl DrivenForm {
     pub(super) fn phased(&self) -> impl Iterator<Item = Vec<(usize, BigRational)>> {
         self.phases.iter().flat_map(|phase| {
             [0, 1].map(|part| {
-                let kicks = phase.kicks.iter();
-                let mut column: Vec<_> = kicks
+                let changes = phase.changes.iter();
+                let mut column: Vec<_> = changes
                     .map(|(state, factors)| (*state, factors[part].clone()))
                     .collect();
                 column.push((phase.sine + part, BigRational::one()));
@@ -239,10 +239,10 @@ impl DrivenForm {
         for phase in &self.phases {
             let angle = Ball::rational(&exactly(phase.phase), bits);
             let (sine, cosine) = angle.sin_cos();
-            for (state, factors) in &phase.kicks {
+            for (state, factors) in &phase.changes {
                 for (factor, part) in factors.iter().zip([&sine, &cosine]) {
-                    let kick = &Ball::rational(factor, bits) * part;
-                    start[*state] = &start[*state] + &kick;
+                    let change = &Ball::rational(factor, bits) * part;
+                    start[*state] = &start[*state] + &change;
                 }
             }
             (start[phase.sine], start[phase.sine + 1]) = (sine, cosine);

@@ -335,13 +335,13 @@ impl<T: Real> Generator<T> {
     }
 
     /// A state in its own coordinates, after momenta.
-    pub(crate) fn kicked(
+    pub(crate) fn after_momenta(
         &self,
         state: &BallMatrix<T>,
-        kicks: &[(usize, Known<T>)],
+        momenta: &[(usize, Known<T>)],
     ) -> BallMatrix<T> {
         let mut sum = BallMatrix::zeros(self.push.columns(), 1);
-        for &(coordinate, (momentum, error)) in kicks {
+        for &(coordinate, (momentum, error)) in momenta {
             sum.add(coordinate, 0, momentum, error);
         }
         state.plus(&self.push.times(&sum))
@@ -385,7 +385,7 @@ impl<T: Real> Generator<T> {
     }
 
     /// Adds a momentum to ζ; its error.
-    pub(crate) fn kick(
+    pub(crate) fn add_momentum(
         &self,
         zeta: &mut [T],
         coordinate: usize,
@@ -528,7 +528,8 @@ mod tests {
         assert!(off <= error.to_f64(), "{off:e} {:e}", error.to_f64());
 
         let before = zeta.clone();
-        let error = generator.kick(&mut zeta, 1, (DoubleDouble::from(0.3), Magnitude::ZERO));
+        let error =
+            generator.add_momentum(&mut zeta, 1, (DoubleDouble::from(0.3), Magnitude::ZERO));
         let change = |i: usize| Exact::from(generator.blow.middle(i, 1)) * Exact::from(0.3);
         let exact = |i: usize| Exact::from(before[i]) + change(i);
         let off = length((0..n).map(|i| exact(i) - Exact::from(zeta[i])));

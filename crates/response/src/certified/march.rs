@@ -39,9 +39,9 @@ pub(crate) fn march<T: Real, G: Real>(
         Some(generator) => {
             let pieces = 0..problem.timeline().pieces().len();
             for piece in pieces {
-                let kicks = problem.kicks(piece).into_iter();
-                let mut kicks = kicks.filter(|(_, momentum)| *momentum != 0.0);
-                if let Some((on, _)) = kicks.find(|(on, _)| generator.gives_way[*on]) {
+                let momenta = problem.momenta(piece).into_iter();
+                let mut momenta = momenta.filter(|(_, momentum)| *momentum != 0.0);
+                if let Some((on, _)) = momenta.find(|(on, _)| generator.gives_way[*on]) {
                     return Err(problem.unresisted(on, piece));
                 }
             }
@@ -170,13 +170,15 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             let value = sum(after.value, known(before.value));
             [value, sum(after.slope, known(before.slope))]
         };
-        let kicks = problem.kicks_known(index, jump, cos_sin::<T>);
+        let momenta = problem.momenta_known(index, jump, cos_sin::<T>);
         self.fresh = self
             .fresh
             .take()
-            .map(|state| self.generator.kicked(&state, &kicks));
-        for (coordinate, momentum) in kicks {
-            let error = self.generator.kick(&mut self.zeta, coordinate, momentum);
+            .map(|state| self.generator.after_momenta(&state, &momenta));
+        for (coordinate, momentum) in momenta {
+            let error = self
+                .generator
+                .add_momentum(&mut self.zeta, coordinate, momentum);
             let total = self.drift.total() + error;
             self.drift.restart(total);
         }

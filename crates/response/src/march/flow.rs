@@ -120,12 +120,12 @@ pub(crate) fn march(
     let mut deviation = Deviation::new(problem);
     let mut signals = inputs.empty_signals();
     let mut walk = Walk::of(problem);
-    kick(walk.index(), problem, outputs, b, &mut z)?;
+    add_momenta(walk.index(), problem, outputs, b, &mut z)?;
     while let Some(target) = recorder.collector.next() {
         while let Some(leg) = walk.towards(&target) {
             let Leg::Pass { from, to } = leg else {
                 deviation.join(problem, walk.index(), &mut z);
-                kick(walk.index(), problem, outputs, b, &mut z)?;
+                add_momenta(walk.index(), problem, outputs, b, &mut z)?;
                 continue;
             };
             deviation.split(problem, walk.index(), &mut z, state);
@@ -159,7 +159,7 @@ fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) ->
 }
 
 /// Adds what the impulses at the start of a piece, and jumps of supports there, do to the state.
-fn kick(
+fn add_momenta(
     piece: usize,
     problem: &Problem<'_>,
     outputs: &Outputs,
@@ -167,7 +167,7 @@ fn kick(
     z: &mut [f64],
 ) -> Result<(), ResponseError> {
     let n = problem.system().len();
-    for (coordinate, magnitude) in problem.kicks(piece) {
+    for (coordinate, magnitude) in problem.momenta(piece) {
         let moves_at_once = |d: &Mat<f64>| (0..n).any(|i| d[(i, coordinate)] * magnitude != 0.0);
         if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
             return Err(problem.unresisted(coordinate, piece));

@@ -17,7 +17,7 @@ pub struct ResponsePlan {
     pub reason: String,
     /// What the problem does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
-    /// What told that superposition applies.
+    /// The modes by which superposition was found to apply.
     found: Option<Superposition>,
 }
 

@@ -61,7 +61,7 @@ impl Channel {
     }
 
     /// Whether a jump of the signal (order 0) or of its slope (order 1) is an impulse.
-    pub(crate) fn strikes(&self, order: usize) -> bool {
+    pub(crate) fn passes_on(&self, order: usize) -> bool {
         let direction = self.directions.get(self.integrals + order + 1);
         direction.is_some_and(|direction| !direction.is_empty())
     }

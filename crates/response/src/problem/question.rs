@@ -13,9 +13,9 @@ use super::course::Courses;
 use super::error::ResponseError;
 use super::grid::TimeGrid;
 use super::instant::SampleGrid;
-use super::kick::kicks;
 use super::load::{Harmonic, Load, LoadError};
 use super::massless;
+use super::momenta::momenta;
 use super::state::State;
 use super::straight_load::Known;
 use super::timeline::Timeline;
@@ -380,7 +380,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Panics
     /// If there is no such piece.
-    pub fn kicks(&self, piece: usize) -> Vec<(usize, f64)> {
+    pub fn momenta(&self, piece: usize) -> Vec<(usize, f64)> {
         let pieces = self.timeline().pieces();
         let at = |piece: &super::timeline::Piece, time: f64, channel: usize| {
             let own = piece
@@ -403,19 +403,21 @@ impl<'a> Problem<'a> {
             [0, 1].map(|order| (now[order] - before[order], Magnitude::ZERO))
         };
         let wave = |angle: f64| (angle.cos(), angle.sin(), Magnitude::ZERO);
-        let kicks = self.kicks_known::<f64>(piece, jump, wave).into_iter();
-        kicks.map(|(row, (momentum, _))| (row, momentum)).collect()
+        let momenta = self.momenta_known::<f64>(piece, jump, wave).into_iter();
+        momenta
+            .map(|(row, (momentum, _))| (row, momentum))
+            .collect()
     }
 
-    /// The same with what is known of them, by [`kicks`].
-    pub(crate) fn kicks_known<T: Real>(
+    /// The same with what is known of them, by [`momenta`].
+    pub(crate) fn momenta_known<T: Real>(
         &self,
         piece: usize,
         jump: impl Fn(usize) -> [Known<T>; 2],
         wave: impl Fn(f64) -> (T, T, Magnitude),
     ) -> Vec<(usize, Known<T>)> {
         let n = self.system.len();
-        kicks(self.timeline(), &self.channels, n, piece, jump, wave)
+        momenta(self.timeline(), &self.channels, n, piece, jump, wave)
     }
 
     /// The grid of instants.

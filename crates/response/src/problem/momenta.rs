@@ -8,7 +8,7 @@ use super::timeline::Timeline;
 
 /// The momenta that n coordinates take at the start of a piece: index and momentum in N·s, which add up. `jump` gives by how
 /// much the straight part of a channel's signal, and its slope, jump there; `wave` the cosine and sine of an angle.
-pub(crate) fn kicks<T: Real>(
+pub(crate) fn momenta<T: Real>(
     timeline: &Timeline,
     channels: &[Channel],
     n: usize,
@@ -17,19 +17,19 @@ pub(crate) fn kicks<T: Real>(
     wave: impl Fn(f64) -> (T, T, Magnitude),
 ) -> Vec<(usize, Known<T>)> {
     let begun = &timeline.pieces()[piece];
-    let mut kicks = Vec::new();
+    let mut momenta = Vec::new();
     for &(on, magnitude) in begun.impulses() {
         let momentum = (T::from(magnitude), Magnitude::ZERO);
         match on.checked_sub(n) {
-            None => kicks.push((on, momentum)),
+            None => momenta.push((on, momentum)),
             Some(channel) => {
                 let shares = channels[channel].directions[0].iter();
-                kicks.extend(shares.map(|&(row, share)| (row, times(momentum, share))));
+                momenta.extend(shares.map(|&(row, share)| (row, times(momentum, share))));
             }
         }
     }
     for (at, channel) in (n..).zip(channels) {
-        if !channel.strikes(0) && !channel.strikes(1) {
+        if !channel.passes_on(0) && !channel.passes_on(1) {
             continue;
         }
         let [mut value, mut slope] = jump(at);
@@ -62,11 +62,11 @@ pub(crate) fn kicks<T: Real>(
             };
             if !(jump.0.is_zero() && jump.1.is_zero()) {
                 let each = direction.iter();
-                kicks.extend(each.map(|&(row, factor)| (row, times(jump, factor))));
+                momenta.extend(each.map(|&(row, factor)| (row, times(jump, factor))));
             }
         }
     }
-    kicks
+    momenta
 }
 
 /// A known number times a double.

@@ -34,7 +34,7 @@
 //! | at instants that are on no grid | [`ByCertifiedExponential::at`] |
 //! | peaks, also between the instants | [`Extrema`]; peaks, ends and settling times in one: [`Summary`] |
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
-//! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
+//! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`]; all of them: [`Response::with_acceleration`], [`Response::with_forces`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
@@ -70,7 +70,7 @@ pub use problem::{
     Straight, Sum, TimeGrid, Timeline, Versine,
 };
 pub use quantity::{
-    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,
-    Summary,
+    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump, Peak,
+    Peaks, Summary,
 };
 pub use sweep::{Answer, Sweep, SweepError};

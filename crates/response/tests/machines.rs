@@ -3,8 +3,8 @@
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, BySuperposition, HalfSine, Harmonic, Hold, Impulse,
-    LoadError, Output, Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State,
-    Step, Summary, Versine,
+    LoadError, ModalTruncation, Output, Quantity, Ramp, Response, ResponseError, ResponseMethod,
+    Samples, State, Step, Summary, Sweep, Versine,
 };
 use eigentone_response::{Destination, Trajectory};
 
@@ -364,6 +364,17 @@ fn rounding_is_no_drift() {
 #[test]
 fn what_cannot_be_is_refused() {
     let car = quarter_car();
+    // Neither sweeps nor truncated modes know of supports, or keep more than displacements and velocities.
+    let driven = asked(&car).motion("road", Quantity::Displacement, Step::of(1.0));
+    for ask in [driven, asked(&car).with_forces()] {
+        let problem = ask.problem().expect("a problem");
+        assert!(Sweep::of(&problem).is_err());
+        let truncated = ModalTruncation { modes: 1 }.run(&problem);
+        assert!(matches!(
+            truncated,
+            Err(ResponseError::NotApplicable { .. })
+        ));
+    }
     let wrong = |ask: Response<'_>| ask.problem().map(|_| ()).expect_err("refused");
     let moved = |name: &str, load: eigentone_response::Load| {
         wrong(asked(&car).motion(name, Quantity::Displacement, load))

@@ -33,7 +33,9 @@ pub struct Problem<'a> {
     loads: usize,
     channels: Vec<Channel>,
     combinations: Vec<Combination>,
+    /// Of the combinations, then, where they are asked for, of the elements.
     sources: Vec<Source>,
+    forces: bool,
     grid: TimeGrid,
     /// Made when it is first asked for: long samples have as many pieces.
     timeline: OnceLock<Timeline>,
@@ -97,6 +99,7 @@ impl<'a> Problem<'a> {
             channels: Vec::new(),
             combinations: Vec::new(),
             sources: Vec::new(),
+            forces: false,
             grid,
             instants: None,
             acceleration: false,
@@ -168,9 +171,22 @@ impl<'a> Problem<'a> {
             let wrong = |reason| ResponseError::Combination { index, reason };
             Source::of(combination, self.system).map_err(wrong)
         });
-        self.sources = sources.collect::<Result<_, _>>()?;
+        let mut sources = sources.collect::<Result<Vec<_>, _>>()?;
+        if self.forces {
+            sources.extend(Source::of_elements(self.system));
+        }
+        self.sources = sources;
         self.combinations = combinations;
         Ok(self)
+    }
+
+    /// The same problem with what every spring and every damper carries in the answer.
+    pub fn with_forces(mut self) -> Problem<'a> {
+        if !self.forces {
+            self.forces = true;
+            self.sources.extend(Source::of_elements(self.system));
+        }
+        self
     }
 
     /// The same problem, answered only at these indices of the grid, in this order.
@@ -468,6 +484,11 @@ impl<'a> Problem<'a> {
                 }
             }
         }
+    }
+
+    /// Whether the forces in springs and dampers are asked for.
+    pub fn wants_forces(&self) -> bool {
+        self.forces
     }
 
     /// Whether accelerations are asked for.

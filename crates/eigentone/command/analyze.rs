@@ -78,6 +78,7 @@ impl Analyze {
         }
         drop(progress);
         print(|out| out.write_all(analysis.text().as_bytes()))?;
+        self.question.tell_loss_factors(&scene);
         self.question.tell_doubts(&modes);
         if let Some(answer) = &analysis.response {
             self.question.tell_doubts_of_motion(answer.trajectory);

@@ -2,7 +2,7 @@
 //! steps, and with proven bounds.
 //!
 //! Say what is asked with [`Response`]: a [`System`](eigentone_modes::System), a [`State`] to start from, loads
-//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`], [`HalfSine`], [`Versine`]) on coordinates and points, motions
+//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`], [`HalfSine`], [`Versine`], [`Polynomial`]) on coordinates and points, motions
 //! of supports by any of their derivatives ([`Quantity`]), and the instants wanted. The answer is a [`Trajectory`].
 //!
 //! ```
@@ -66,8 +66,8 @@ pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
 pub use problem::{
     AppliedLoad, Channel, Combination, Drive, HalfSine, Harmonic, Hold, Impulse, Instant, Load,
-    LoadError, MAX_STEPS, Piece, Problem, Quantity, Ramp, ResponseError, Samples, State, Step,
-    Straight, Sum, TimeGrid, Timeline, Versine,
+    LoadError, MAX_STEPS, Piece, Polynomial, Problem, Quantity, Ramp, ResponseError, Samples,
+    State, Step, Straight, Sum, TimeGrid, Timeline, Versine,
 };
 pub use quantity::{
     CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump, Peak,

@@ -57,7 +57,7 @@ fn load_states(problem: &Problem<'_>) -> usize {
     for (number, applied) in (0..).zip(problem.drives()) {
         let on = applied.coordinate as u64;
         match &applied.load {
-            Load::Impulse(_) => {}
+            Load::Impulse(_) | Load::Polynomial(_) => {}
             Load::Harmonic(load) => {
                 let frequency = load.frequency.to_bits();
                 laws.extend([(0, frequency), (1, frequency)]);

@@ -17,7 +17,7 @@ use faer::Mat;
 
 use super::choice::ResponsePlan;
 use crate::answer::{BUDGET, Trajectory};
-use crate::problem::{AppliedLoad, Instant, Load, Problem, ResponseError, State};
+use crate::problem::{AppliedLoad, Instant, Load, Polynomial, Problem, ResponseError, State};
 
 /// The response of large systems by so many modes of the smallest frequencies. Its
 /// [bounds](Trajectory::displacement_bound) are estimates of what the other modes add, where they can be
@@ -195,6 +195,9 @@ fn scaled(load: &Load, factor: f64) -> Load {
         Load::Samples(samples) => samples.values.iter_mut().for_each(|value| *value *= factor),
         Load::HalfSine(pulse) => pulse.force *= factor,
         Load::Versine(pulse) => pulse.force *= factor,
+        Load::Polynomial(Polynomial { coefficients, .. }) => {
+            coefficients.iter_mut().for_each(|value| *value *= factor);
+        }
     }
     load
 }

@@ -217,6 +217,7 @@ impl<'a> Response<'a> {
         };
         let problem = Problem::new(system, &self.initial, loads, grid)
             .map_err(as_given)?
+            .numbered(&numbers)
             .driven(drives)?
             .with_combinations(self.outputs)?
             .to(self.precision);

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use eigentone_modes::{CoordinateKind, ElementKind, GROUND, GivenElement, System};
-use eigentone_response::{Extrema, Peak, Peaks, Trajectory};
+use eigentone_response::{Extrema, Peaks, Reached, Trajectory};
 
 use super::axis::Axis;
 use super::csv;
@@ -76,7 +76,7 @@ impl<'a> DemandReport<'a> {
         csv::row(&mut out, header)?;
         for one in self.of_coordinates().into_iter().chain(self.of_elements()) {
             let Some(peaks) = one.peaks else { continue };
-            let cells = |peak: &Peak| [peak.value, peak.time, peak.bound].map(csv::number);
+            let cells = |peak: &Reached| [peak.value, peak.time, peak.bound].map(csv::number);
             let label = [one.label, one.unit.to_owned()].into_iter();
             let row = label.chain(cells(&peaks.highest));
             csv::row(&mut out, row.chain(cells(&peaks.lowest)))?;

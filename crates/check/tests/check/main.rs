@@ -15,6 +15,7 @@ mod page;
 mod closed_forms;
 mod coincidence;
 mod comparisons;
+mod frequency;
 mod integrators;
 mod machines;
 mod motions;

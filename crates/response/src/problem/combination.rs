@@ -32,7 +32,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    pub(super) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
+    pub(crate) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
         let mut source = Source::default();
         let mut add = |order, form: &_, factor| source.add(system, order, form, factor);
         match &combination.of {

@@ -54,14 +54,14 @@ struct Beside {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peaks {
     /// The highest.
-    pub highest: Peak,
+    pub highest: Reached,
     /// The lowest.
-    pub lowest: Peak,
+    pub lowest: Reached,
 }
 
 /// A value and when it is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
+pub struct Reached {
     /// In the unit of the quantity.
     pub value: f64,
     /// In s; the first time, where it is reached more than once.
@@ -73,7 +73,7 @@ pub struct Peak {
 
 impl Peaks {
     /// The one of larger size, the first one on ties.
-    pub fn largest(&self) -> Peak {
+    pub fn largest(&self) -> Reached {
         let (high, low) = (self.highest, self.lowest);
         let (up, down) = (high.value.abs(), low.value.abs());
         if up > down || up == down && high.time <= low.time {
@@ -91,7 +91,7 @@ impl Peaks {
                 time: best.time,
             };
             if raise(stretch, i, sign, range, &mut found) {
-                *best = Peak {
+                *best = Reached {
                     value: found.displacement,
                     time: found.time,
                     bound: stretch.rounding(i) + 1e-12 * found.displacement.abs(),
@@ -175,7 +175,7 @@ impl Extrema {
             jumps: vec![Vec::new(); n],
             beside: None,
         };
-        let nothing = Peak {
+        let nothing = Reached {
             value: 0.0,
             time: 0.0,
             bound: 0.0,
@@ -205,7 +205,7 @@ impl Extrema {
                     };
                 }
                 for (i, peaks) in (n..).zip(&mut beside) {
-                    let start = Peak {
+                    let start = Reached {
                         value: stretch.left.x(i),
                         time: 0.0,
                         bound: stretch.rounding(i),

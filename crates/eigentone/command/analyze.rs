@@ -46,11 +46,12 @@ impl Analyze {
             Some(problem) => Some(
                 problem
                     .map(|problem| problem.to(self.question.precision()))
-                    .and_then(|problem| solve(&problem, &modes, &progress))
+                    .and_then(|problem| solve(problem, &modes, &progress))
                     .map_err(Failure::response(file))?,
             ),
         };
         let response = solved.as_ref().map(|solved| Answer {
+            problem: &solved.problem,
             plan: &solved.plan,
             trajectory: &solved.trajectory,
             summary: &solved.summary,
@@ -59,7 +60,7 @@ impl Analyze {
         let name = self.question.name();
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
-            names: system.names(),
+            system,
             structure,
             modes: &modes,
             response,
@@ -78,54 +79,51 @@ impl Analyze {
     }
 }
 
-struct Solved {
+struct Solved<'a> {
+    problem: Problem<'a>,
     plan: ResponsePlan,
     trajectory: Trajectory,
     summary: Summary,
     steady_state: Result<SteadyState, SteadyStateError>,
 }
 
-fn solve(
-    problem: &Problem<'_>,
+fn solve<'a>(
+    problem: Problem<'a>,
     modes: &Modes,
     progress: &Progress,
-) -> Result<Solved, ResponseError> {
+) -> Result<Solved<'a>, ResponseError> {
     progress.say("response");
-    let plan = ResponsePlan::of(problem)?;
-    let trajectory = plan.run(problem)?;
+    let plan = ResponsePlan::of(&problem)?;
+    let trajectory = plan.run(&problem)?;
     progress.say("peaks between the samples");
-    let summary = Summary::of(problem, &trajectory, modes).expect("a grid has an instant, 0");
+    let summary = Summary::of(&problem, &trajectory, modes).expect("a grid has an instant, 0");
+    let steady_state = SteadyState::of(&problem);
     Ok(Solved {
+        problem,
         plan,
         trajectory,
         summary,
-        steady_state: SteadyState::of(problem),
+        steady_state,
     })
 }
 
 fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
     let system = scene.system();
-    let modes = ModeReport::new(analysis.modes, analysis.names);
-    let problem = scene.problem().and_then(Result::ok);
+    let modes = ModeReport::new(analysis.modes, system.names());
     // Without symmetric matrices there is no energy to speak of.
-    let energy = problem
-        .as_ref()
-        .zip(analysis.response.as_ref())
-        .and_then(|(problem, answer)| Energy::along(problem, answer.trajectory).ok());
+    let response = analysis.response.as_ref();
+    let energy = response.and_then(|answer| Energy::along(answer.problem, answer.trajectory).ok());
     files.write("modes.json", |out| modes.json(out))?;
     files.write("modes.csv", |out| modes.csv(out))?;
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
     if let Some(answer) = &analysis.response {
-        let response = ResponseReport::new(answer.trajectory, analysis.names)
-            .with_kinds(system)
+        let response = ResponseReport::new(answer.trajectory, system.names())
+            .with_units(answer.problem)
             .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
-        let forces = problem
-            .as_ref()
-            .and_then(|problem| ElementForces::along(problem, trajectory).ok());
-        if let Some(forces) = forces {
+        if let Ok(forces) = ElementForces::along(answer.problem, trajectory) {
             let report = ElementForceReport::new(&forces, system, trajectory);
             files.write("forces.csv", |out| report.csv(out))?;
         }
@@ -134,14 +132,9 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             files.write("energy.csv", |out| report.csv(out))?;
         }
     }
-    let plots = [
-        ("displacement.svg", analysis.displacement_plot()),
-        ("velocity.svg", analysis.velocity_plot()),
-    ];
-    for (name, plot) in plots {
-        if let Some(plot) = plot {
-            files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
-        }
+    for (what, plot) in analysis.motion_plots() {
+        let name = format!("{}.svg", what.replace(' ', "-"));
+        files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
     }
     for (number, plot) in (1..).zip(analysis.output_plots()) {
         files.write(&format!("output-{number}.svg"), |out| {
@@ -151,8 +144,6 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
     let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
-        system,
-        problem: problem.as_ref(),
         energy: energy.as_ref(),
         participation: &participation,
     };

@@ -7,6 +7,7 @@ use eigentone_response::{ElementForces, Trajectory};
 use faer::MatRef;
 
 use super::csv;
+use super::unit;
 
 /// Prints element forces.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +41,8 @@ impl<'a> ElementForceReport<'a> {
         let header = |kind: ElementKind| {
             let elements = system.elements(kind).into_iter().enumerate();
             elements.map(move |(index, element)| {
-                format!("{kind} {} [N]", label(system, index, &element))
+                let what = format!("{kind} {}", label(system, index, &element));
+                unit::bracketed(&what, unit::force(element.kind))
             })
         };
         let instant = ["step".to_owned(), "time [s]".to_owned()].into_iter();

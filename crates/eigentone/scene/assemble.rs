@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use eigentone_modes::{
-    Beam, BuildError, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System, SystemBuilder,
+    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System,
+    SystemBuilder,
 };
 use eigentone_response::{
     Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Quantity, Ramp, ResponseError,
@@ -245,6 +246,12 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             .iter()
             .map(|(name, times)| (name.as_str(), times.0));
         builder = builder.point(&point.name.0, moves, point.mass.0);
+        if let Some(unit) = &point.unit {
+            builder = builder.measuring(match unit.0 {
+                true => CoordinateKind::Rotation,
+                false => CoordinateKind::Displacement,
+            });
+        }
     }
     for support in &layout.supports.0 {
         builder = builder.support(&support.0);

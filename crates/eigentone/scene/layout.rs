@@ -55,6 +55,8 @@ pub(super) struct Point {
     pub(super) moves: ByName<Number>,
     #[serde(default)]
     pub(super) mass: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) unit: Option<Unit>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-use eigentone::gallery::{Case, cases};
+use eigentone::gallery::{Case, cases, machines};
 use serde_json::{Value, json};
 
 /// What a browser may be called. Without any the test of looks is skipped.
@@ -41,7 +41,8 @@ fn report(directory: &Path, name: &str, scene: &str) -> PathBuf {
 const LONG: &str = "undamped-long";
 
 fn short_cases() -> impl Iterator<Item = &'static Case> {
-    cases().iter().filter(|case| case.name() != LONG)
+    let all = cases().iter().chain(machines());
+    all.filter(|case| case.name() != LONG)
 }
 
 /// The report of every other scene of the gallery, below one directory.

@@ -296,6 +296,7 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             mass_per_length: rod.mass_per_length.0,
             ends: rod.ends.0.each_ref().map(|end| end.0),
             lumped: rod.mass.0,
+            twists: rod.unit.0,
         });
     }
     if let Some(Object(damping)) = &layout.damping {

@@ -99,6 +99,8 @@ pub(super) struct Rod {
     pub(super) ends: Two<RodEnd>,
     #[serde(default)]
     pub(super) mass: MassKind,
+    #[serde(default)]
+    pub(super) unit: Unit,
 }
 
 #[derive(Debug, Deserialize)]

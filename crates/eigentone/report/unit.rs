@@ -132,3 +132,50 @@ pub(crate) fn bracketed(what: &str, unit: &str) -> String {
         unit => format!("{what} [{unit}]"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn outputs_have_a_unit_where_all_parts_have_the_same() {
+        let text = r#"{
+            "masses": [{"name": "x", "mass": 1}, {"name": "y", "mass": 1}, {"name": "a", "mass": 1, "unit": "rad"}],
+            "springs": [{"between": ["x", "y"], "stiffness": 1, "name": "k"}, {"between": ["ground", "a"], "stiffness": 1, "name": "t"},
+                {"between": ["x", "a"], "stiffness": 1, "name": "?"}],
+            "dampers": [{"between": ["ground", "a"], "damping": 1, "name": "d"}],
+            "outputs": [
+                {"name": "travel", "displacement": {"x": 1, "y": -1}},
+                {"name": "speed", "velocity": {"a": 2}},
+                {"name": "sum", "displacement": {"x": 1, "a": 0.5}},
+                {"name": "both", "displacement": {"x": 1}, "velocity": {"x": 1}},
+                {"name": "shock", "acceleration": {"a": 1}},
+                {"name": "pull", "force": "k"}, {"name": "torque", "force": "t"},
+                {"name": "drag", "force": "d"}, {"name": "odd", "force": "?"}
+            ],
+            "time": {"end": 1, "step": 1}
+        }"#;
+        let scene = Scene::parse(text, Path::new("scene.json")).expect("a scene");
+        let problem = scene.problem().expect("it has times").expect("a problem");
+        let units = problem.combinations().iter();
+        let units: Vec<&str> = units.map(|one| output(scene.system(), one)).collect();
+        let wanted = ["m", "rad/s", "", "", "rad/s²", "N", "N·m", "N·m", ""];
+        assert_eq!(units, wanted);
+        assert_eq!(of_all(scene.system(), Quantity::Velocity), "m/s or rad/s");
+        let elements = scene.system().elements(ElementKind::Damper);
+        assert_eq!(
+            coefficient(elements[0].kind, ElementKind::Damper),
+            "N·m·s/rad"
+        );
+    }
+
+    #[test]
+    fn rates_and_momenta_follow_from_units() {
+        let rates = ["N", "N·m", "m", "rad/s", "m/s²", ""].map(rate);
+        assert_eq!(rates, ["N/s", "N·m/s", "m/s", "rad/s²", "m/s³", ""]);
+        assert_eq!(["N", "N·m", ""].map(momentum), ["N·s", "N·m·s", ""]);
+    }
+}

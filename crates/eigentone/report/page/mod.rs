@@ -141,7 +141,8 @@ impl Page<'_> {
                     };
                     out += &format!("<h3>Participation{of}</h3>\n");
                     let kind = self.analysis.system.kind_of(coordinates[0]);
-                    out += &table(&participation_table(one, kind));
+                    let is_alone = unit::kinds(self.analysis.system).count() == 1;
+                    out += &table(&participation_table(one, kind, is_alone));
                 }
                 Err(error @ ParticipationError::NoCommonDirection) => {
                     out += "<h3>Participation</h3>\n";
@@ -213,12 +214,20 @@ impl Page<'_> {
     }
 }
 
-fn participation_table(participation: &Participation, kind: CoordinateKind) -> Table {
-    let unit = unit::inertia(Some(kind));
-    let mass = |what: &str| match kind {
-        CoordinateKind::Displacement => format!("{what} mass, {unit}"),
-        CoordinateKind::Rotation => format!("{what} inertia, {unit}"),
+/// Of a direction of one kind; shapes that go beyond it, to coordinates of the other kind, have masses without a unit.
+fn participation_table(
+    participation: &Participation,
+    kind: CoordinateKind,
+    is_alone: bool,
+) -> Table {
+    let what = match kind {
+        CoordinateKind::Displacement => "mass",
+        CoordinateKind::Rotation => "inertia",
     };
+    let unit = unit::inertia(Some(kind));
+    let of_shape = if is_alone { unit } else { "" };
+    let modal = unit::labelled(&format!("modal {what}"), of_shape);
+    let effective = unit::labelled(&format!("effective {what}"), unit);
     let modes = participation.modes();
     let stiffness = modes.stiffness().iter().zip(modes.mass());
     // A mode that springs push away has none.
@@ -237,14 +246,14 @@ fn participation_table(participation: &Participation, kind: CoordinateKind) -> T
             Align::Point,
             number::column(frequencies),
         )
-        .column(&mass("modal"), Align::Point, column(modes.mass()))
+        .column(&modal, Align::Point, column(modes.mass()))
         .column(
             "participation",
             Align::Point,
             column(participation.factors()),
         )
         .column(
-            &mass("effective"),
+            &effective,
             Align::Point,
             column(participation.effective_masses()),
         )

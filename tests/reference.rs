@@ -1,5 +1,5 @@
 //! The reference in more digits against answers known to 34 digits that were computed without it:
-//! the gallery and the scenes in `tests/extreme` and `tests/motion`; and what it says of doubles.
+//! the gallery, its machines and the scenes in `tests/extreme` and `tests/motion`; and what it says of doubles.
 //!
 //! `cargo test --release --test reference -- --nocapture` prints what each scene reaches and takes.
 
@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use eigentone::check::{Ball, Reference, ReferenceModes, ReferenceResponse};
-use eigentone::gallery::{Decimal, TrueEigenvalue, Truth, cases};
+use eigentone::gallery::{Decimal, TrueEigenvalue, Truth, cases, machines};
 use eigentone::response::{Problem, Trajectory};
 use eigentone::scene::Scene;
 use faer::Mat;
@@ -27,7 +27,7 @@ struct Known {
 }
 
 static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
-    let gallery = cases().iter().map(|case| Known {
+    let gallery = cases().iter().chain(machines()).map(|case| Known {
         name: case.name().to_owned(),
         scene: case.scene(),
         truth: case.truth(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-use eigentone::gallery::{Case, cases};
+use eigentone::gallery::{Case, cases, machines};
 use serde_json::{Value, json};
 
 /// What a browser may be called. Without any the test of looks is skipped.
@@ -41,7 +41,8 @@ fn report(directory: &Path, name: &str, scene: &str) -> PathBuf {
 const LONG: &str = "undamped-long";
 
 fn short_cases() -> impl Iterator<Item = &'static Case> {
-    cases().iter().filter(|case| case.name() != LONG)
+    let all = cases().iter().chain(machines());
+    all.filter(|case| case.name() != LONG)
 }
 
 /// The report of every other scene of the gallery, below one directory.
@@ -259,6 +260,66 @@ fn long_motions_of_many_masses_stay_below_a_megabyte() {
     assert!(html.contains("too many for a readable drawing"));
     assert!(html.contains("Drawn are the 10 of 40 that go farthest."));
     tags(&html);
+}
+
+/// A machine of displacements and rotations names the units of both, and draws them apart.
+#[test]
+fn displacements_and_rotations_stand_apart() {
+    let (directory, _) = &*GALLERY;
+    let html = fs::read_to_string(directory.join("half-car/report.html")).expect("it was written");
+    for wanted in [
+        "1310 kg·m²",
+        "half sine 0.05 m from",
+        "bounce − 1.15·pitch",
+        "Springs in N/m, dampers in N·s/m,",
+        "<h3>Rotation</h3>",
+        "<h3>Angular velocity</h3>",
+        "displacement, m or rad",
+        "; displacements reach 1.00000, rotations 0.419386",
+    ] {
+        assert!(html.contains(wanted), "{wanted}");
+    }
+    assert_eq!(html.matches("aria-label=\"Rotation\"").count(), 1);
+    let html =
+        fs::read_to_string(directory.join("drive-train/report.html")).expect("it was written");
+    for wanted in [
+        "Springs in N·m/rad, dampers in N·m·s/rad,",
+        "0.6 kg·m², 0.25·pinion",
+        "40 N·m",
+    ] {
+        assert!(html.contains(wanted), "{wanted}");
+    }
+    assert!(!html.contains("displacement, m"));
+    let header = |name: &str, file: &str| {
+        let text = fs::read_to_string(directory.join(name).join(file)).expect("it was written");
+        text.lines().next().expect("a header").to_owned()
+    };
+    let response = header("half-car", "response.csv");
+    for wanted in [
+        "displacement pitch [rad]",
+        "velocity pitch [rad/s]",
+        "displacement_bound [m or rad]",
+        "output seat [m/s²]",
+        "output_bound front travel [m]",
+        "output rear tyre [N]",
+    ] {
+        assert!(response.contains(wanted), "{wanted} in {response}");
+    }
+    let forces = header("drive-train", "forces.csv");
+    assert!(forces.contains("spring clutch [N·m]"), "{forces}");
+    for (name, rotates) in [
+        ("half-car", true),
+        ("drive-train", true),
+        ("quarter-car-bump", false),
+    ] {
+        let plot = |file: &str| directory.join(name).join(file).exists();
+        assert_eq!(
+            plot("rotation.svg") && plot("angular-velocity.svg"),
+            rotates,
+            "{name}"
+        );
+        assert_eq!(plot("displacement.svg"), name != "drive-train", "{name}");
+    }
 }
 
 /// The first browser there is.

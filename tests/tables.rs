@@ -1,13 +1,13 @@
 //! The reference tables: every printed digit against answers that other programs gave, and the files in
 //! `docs/tables` against what the command writes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use eigentone::gallery::cases;
-use eigentone::modes::{GROUND, System};
+use eigentone::gallery::{cases, machines};
+use eigentone::modes::{CoordinateKind, GROUND, System};
 use eigentone::response::{Response, State, Step};
 use eigentone::tables::{DIGITS, ModeTable, ResponseTable, TableError, Value};
 use serde_json::Value as Json;
@@ -125,6 +125,35 @@ fn every_digit_of_every_motion_is_that_of_the_34_digit_answers() {
         }
     }
     assert!(checked > 400, "{checked}");
+}
+
+/// Points, supports, beams, and pulses, whose rates are multiples of π.
+#[test]
+fn every_digit_of_the_motion_of_machines_is_right() {
+    for case in machines() {
+        let (name, scene, truth) = (case.name(), case.scene(), case.truth());
+        let steps: Vec<u64> = truth.response.iter().map(|sample| sample.step).collect();
+        let problem = scene.problem().expect("it has times").expect(name);
+        let problem = problem.at(&steps).expect(name);
+        let table = ResponseTable::of(&problem).unwrap_or_else(|error| panic!("{name}: {error}"));
+        for (row, sample) in table.rows().iter().zip(&truth.response) {
+            let found = row.displacement.iter().chain(&row.velocity);
+            let known = sample.displacement.iter().chain(&sample.velocity);
+            for (k, (found, known)) in found.zip(known).enumerate() {
+                let what = format!("{name}, number {k} of step {}", sample.step);
+                check(&found.to_string(), known.as_str(), &what);
+            }
+        }
+        let kinds: BTreeSet<_> = (0..scene.system().len())
+            .map(|i| scene.system().kind_of(i) == CoordinateKind::Rotation)
+            .collect();
+        let units = match (kinds.contains(&false), kinds.contains(&true)) {
+            (true, false) => "step,time [s],coordinate,displacement [m],velocity [m/s]",
+            (false, _) => "step,time [s],coordinate,displacement [rad],velocity [rad/s]",
+            _ => "step,time [s],coordinate,unit,displacement,velocity",
+        };
+        assert_eq!(table.csv().lines().next(), Some(units), "{name}");
+    }
 }
 
 #[test]

@@ -199,6 +199,12 @@ macro_rules! cases {
 /// of the whole, and outputs.
 pub fn machines() -> &'static [Case] {
     cases!["gallery/machines":
+        "analogy-cantilever",
+        "analogy-circuit",
+        "analogy-pendulum",
+        "analogy-rotation",
+        "analogy-translation",
+        "cantilever",
         "carried-mass",
         "double-pendulum",
         "drive-train",
@@ -207,6 +213,7 @@ pub fn machines() -> &'static [Case] {
         "lever",
         "quarter-car-bump",
         "quarter-car-kerb",
+        "shaft",
         "shaken-building",
     ]
 }

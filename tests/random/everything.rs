@@ -87,17 +87,18 @@ fn analyzed(scene: &Scene) {
     });
     let analysis = Analysis {
         title: "a scene",
-        names: system.names(),
+        system,
         structure: system.structure(),
         modes: &modes,
-        response: solved
-            .as_ref()
-            .map(|(plan, trajectory, summary, steady_state)| Answer {
+        response: solved.as_ref().zip(problem.as_ref()).map(
+            |((plan, trajectory, summary, steady_state), problem)| Answer {
+                problem,
                 plan,
                 trajectory,
                 summary,
                 steady_state,
-            }),
+            },
+        ),
     };
     clean(&analysis.text());
     let report = ModeReport::new(&modes, system.names());
@@ -110,6 +111,10 @@ fn analyzed(scene: &Scene) {
         .and_then(|(problem, solved)| Energy::along(problem, &solved.1).map_err(said).ok());
     if let Some((_, trajectory, ..)) = &solved {
         let report = ResponseReport::new(trajectory, system.names());
+        let report = match &problem {
+            Some(problem) => report.with_units(problem),
+            None => report,
+        };
         json(|out| report.json(out));
         written(|out| report.text(out));
         written(|out| report.csv(out));
@@ -124,8 +129,6 @@ fn analyzed(scene: &Scene) {
     }
     let page = Page {
         analysis: &analysis,
-        system,
-        problem: problem.as_ref(),
         energy: energy.as_ref(),
         participation: &Participation::of_parts(system),
     };

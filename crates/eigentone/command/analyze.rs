@@ -47,18 +47,18 @@ impl Analyze {
                 problem
                     .map(|problem| problem.to(self.question.precision()))
                     .and_then(|problem| {
-                        let plain = || solve(&problem, &modes, &progress);
                         if self.out.is_none() {
-                            return plain();
+                            return solve(problem, &modes, &progress);
                         }
                         let all = problem.clone().with_acceleration().with_forces();
                         // A force may leave the range of doubles where the motion does not.
-                        solve(&all, &modes, &progress).or_else(|_| plain())
+                        solve(all, &modes, &progress).or_else(|_| solve(problem, &modes, &progress))
                     })
                     .map_err(Failure::response(file))?,
             ),
         };
         let response = solved.as_ref().map(|solved| Answer {
+            problem: &solved.problem,
             plan: &solved.plan,
             trajectory: &solved.trajectory,
             summary: &solved.summary,
@@ -67,7 +67,7 @@ impl Analyze {
         let name = self.question.name();
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
-            names: system.names(),
+            system,
             structure,
             modes: &modes,
             response,
@@ -87,46 +87,46 @@ impl Analyze {
     }
 }
 
-struct Solved {
+struct Solved<'a> {
+    problem: Problem<'a>,
     plan: ResponsePlan,
     trajectory: Trajectory,
     summary: Summary,
     steady_state: Result<SteadyState, SteadyStateError>,
 }
 
-fn solve(
-    problem: &Problem<'_>,
+fn solve<'a>(
+    problem: Problem<'a>,
     modes: &Modes,
     progress: &Progress,
-) -> Result<Solved, ResponseError> {
+) -> Result<Solved<'a>, ResponseError> {
     progress.say("response");
-    let plan = ResponsePlan::of(problem)?;
-    let trajectory = plan.run(problem)?;
+    let plan = ResponsePlan::of(&problem)?;
+    let trajectory = plan.run(&problem)?;
     progress.say("peaks between the samples");
-    let summary = Summary::of(problem, &trajectory, modes).expect("a grid has an instant, 0");
+    let summary = Summary::of(&problem, &trajectory, modes).expect("a grid has an instant, 0");
+    let steady_state = SteadyState::of(&problem);
     Ok(Solved {
+        problem,
         plan,
         trajectory,
         summary,
-        steady_state: SteadyState::of(problem),
+        steady_state,
     })
 }
 
 fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
     let system = scene.system();
-    let modes = ModeReport::new(analysis.modes, analysis.names);
-    let problem = scene.problem().and_then(Result::ok);
+    let modes = ModeReport::new(analysis.modes, system.names());
     // Without symmetric matrices there is no energy to speak of.
-    let energy = problem
-        .as_ref()
-        .zip(analysis.response.as_ref())
-        .and_then(|(problem, answer)| Energy::along(problem, answer.trajectory).ok());
+    let response = analysis.response.as_ref();
+    let energy = response.and_then(|answer| Energy::along(answer.problem, answer.trajectory).ok());
     files.write("modes.json", |out| modes.json(out))?;
     files.write("modes.csv", |out| modes.csv(out))?;
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
     if let Some(answer) = &analysis.response {
-        let response = ResponseReport::new(answer.trajectory, analysis.names)
-            .with_kinds(system)
+        let response = ResponseReport::new(answer.trajectory, system.names())
+            .with_units(answer.problem)
             .with_steady_state(answer.steady_state.as_ref().ok());
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
@@ -150,14 +150,9 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             files.write("energy.csv", |out| report.csv(out))?;
         }
     }
-    let plots = [
-        ("displacement.svg", analysis.displacement_plot()),
-        ("velocity.svg", analysis.velocity_plot()),
-    ];
-    for (name, plot) in plots {
-        if let Some(plot) = plot {
-            files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
-        }
+    for (what, plot) in analysis.motion_plots() {
+        let name = format!("{}.svg", what.replace(' ', "-"));
+        files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
     }
     for (number, plot) in (1..).zip(analysis.output_plots()) {
         files.write(&format!("output-{number}.svg"), |out| {
@@ -167,8 +162,6 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
     let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
-        system,
-        problem: problem.as_ref(),
         energy: energy.as_ref(),
         participation: &participation,
     };

@@ -50,17 +50,19 @@ impl Response {
                 .and_then(|problem| {
                     if let Some(modes) = self.modes {
                         let modes = modes as usize;
-                        return Ok((ModalTruncation { modes }.run(&problem)?, None));
+                        let trajectory = ModalTruncation { modes }.run(&problem)?;
+                        return Ok((problem, trajectory, None));
                     }
                     let trajectory = ResponsePlan::of(&problem)?.run(&problem)?;
-                    Ok((trajectory, SteadyState::of(&problem).ok()))
+                    let steady_state = SteadyState::of(&problem).ok();
+                    Ok((problem, trajectory, steady_state))
                 })
                 .map_err(Failure::response(file))
         };
-        let (trajectory, steady_state) = solve()?;
+        let (problem, trajectory, steady_state) = solve()?;
         self.question.tell_doubts_of_motion(&trajectory);
         let report = ResponseReport::new(&trajectory, scene.system().names())
-            .with_kinds(scene.system())
+            .with_units(&problem)
             .with_steady_state(steady_state.as_ref());
         print(|out| match self.json {
             true => report.json(out),

@@ -2,26 +2,28 @@
 
 use std::fmt::Write;
 
-use eigentone_modes::{Bounds, Modes, Structure};
+use eigentone_modes::{Bounds, CoordinateKind, Modes, Structure, System};
 use eigentone_response::{
-    Destination, ResponsePlan, SteadyState, SteadyStateError, Summary, Trajectory,
+    Destination, Problem, Quantity, ResponsePlan, SteadyState, SteadyStateError, Summary,
+    Trajectory,
 };
 
 use super::axis::Axis;
 use super::modes::ModeReport;
 use super::number;
-use super::outline::{Outline, Quantity};
+use super::outline::{self, Outline};
 use super::plot::{Line, Plot};
 use super::response::doubts;
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table, visible};
+use super::unit;
 
 /// What was found out about a scene.
 pub struct Analysis<'a> {
     /// What it is called.
     pub title: &'a str,
-    /// The names of its coordinates, in order.
-    pub names: &'a [String],
+    /// Its system.
+    pub system: &'a System,
     /// What was proved of the system.
     pub structure: &'a Structure,
     /// Its modes.
@@ -32,6 +34,8 @@ pub struct Analysis<'a> {
 
 /// A response, how it was computed, and what becomes of each coordinate.
 pub struct Answer<'a> {
+    /// What was asked.
+    pub problem: &'a Problem<'a>,
     /// The method and why.
     pub plan: &'a ResponsePlan,
     /// The motion.
@@ -56,15 +60,15 @@ impl Analysis<'_> {
             None => plan.push_str("\nleft out the response: the scene has no `time`"),
         }
         section(&mut text, "Plan", &plan);
-        let modes = ModeReport::new(self.modes, self.names);
+        let modes = ModeReport::new(self.modes, self.system.names());
         section(&mut text, "Modes", &modes.text());
         if let Some(answer) = &self.response {
-            let table = answer.table(self.names).text() + answer.explained();
+            let table = answer.table(self.system).text() + answer.explained();
             section(&mut text, &answer.heading(), &table);
             if let Some(outputs) = answer.outputs() {
                 section(&mut text, "Outputs", &outputs.text());
             }
-            if let Some(steady) = answer.steady(self.names) {
+            if let Some(steady) = answer.steady(self.system) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
             }
         }
@@ -72,16 +76,17 @@ impl Analysis<'_> {
         text
     }
 
-    /// Displacements against time, if there is a response: lines through the samples, the jumps and the extrema.
-    pub fn displacement_plot(&self) -> Option<Plot<'_>> {
-        let axis = Axis::linear("displacement", "m");
-        Some(self.plot(axis, self.response.as_ref()?, Quantity::Displacement))
-    }
-
-    /// Velocities against time, if there is a response: lines through the samples, the jumps and the extrema.
-    pub fn velocity_plot(&self) -> Option<Plot<'_>> {
-        let axis = Axis::linear("velocity", "m/s");
-        Some(self.plot(axis, self.response.as_ref()?, Quantity::Velocity))
+    /// Displacements and velocities against time, if there is a response, of rotations apart from the others: lines
+    /// through the samples, the jumps and the extrema. Before each stands what it shows, such as `angular velocity`.
+    pub fn motion_plots(&self) -> Vec<(&'static str, Plot<'_>)> {
+        let Some(answer) = &self.response else {
+            return Vec::new();
+        };
+        let both = unit::kinds(self.system).flat_map(|kind| {
+            [outline::Quantity::Displacement, outline::Quantity::Velocity]
+                .map(|quantity| (quantity.name(kind), self.plot(kind, quantity, answer)))
+        });
+        both.collect()
     }
 
     /// Each output against time, in their order: lines through the samples.
@@ -92,10 +97,12 @@ impl Analysis<'_> {
         let (trajectory, times) = (answer.trajectory, answer.trajectory.times());
         let plot = |(index, name)| {
             let values = trajectory.output(index);
+            let combination = answer.problem.combinations().get(index);
+            let unit = combination.map(|sum| unit::output(self.system, sum));
             Plot {
                 title: self.title.to_owned(),
                 x: Axis::linear("time", "s"),
-                y: Axis::linear(name, ""),
+                y: Axis::linear(name, unit.unwrap_or_default()),
                 lines: vec![Line::new(name, times.len(), move |k| (times[k], values[k]))],
                 ring: None,
             }
@@ -103,8 +110,15 @@ impl Analysis<'_> {
         trajectory.outputs().enumerate().map(plot).collect()
     }
 
-    fn plot<'b>(&'b self, axis: Axis, answer: &'b Answer<'_>, quantity: Quantity) -> Plot<'b> {
-        let lines = self.names.iter().enumerate().map(|(row, name)| {
+    fn plot<'b>(
+        &'b self,
+        kind: CoordinateKind,
+        quantity: outline::Quantity,
+        answer: &'b Answer<'_>,
+    ) -> Plot<'b> {
+        let names = self.system.names().iter().enumerate();
+        let names = names.filter(|(row, _)| self.system.kind_of(*row) == kind);
+        let lines = names.map(|(row, name)| {
             let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
             Line::new(name, outline.len(), move |k| outline.point(k))
         });
@@ -114,7 +128,7 @@ impl Analysis<'_> {
                 None => self.title.to_owned(),
             },
             x: Axis::linear("time", "s"),
-            y: axis,
+            y: quantity.axis(kind),
             lines: lines.collect(),
             ring: None,
         }
@@ -150,9 +164,18 @@ impl Analysis<'_> {
                 Bounds::Estimated => write!(text, "\nresponse estimated to first order"),
             };
             let mut separator = ": ";
+            let all = |quantity| unit::of_all(self.system, quantity);
             for (quantity, unit, bounds) in [
-                ("displacements", "m", trajectory.displacement_bound()),
-                ("velocities", "m/s", trajectory.velocity_bound()),
+                (
+                    "displacements",
+                    all(Quantity::Displacement),
+                    trajectory.displacement_bound(),
+                ),
+                (
+                    "velocities",
+                    all(Quantity::Velocity),
+                    trajectory.velocity_bound(),
+                ),
             ] {
                 let largest = bounds.iter().flatten().copied().reduce(f64::max);
                 let _ = match largest.map(number::bound) {
@@ -186,14 +209,14 @@ impl Answer<'_> {
     }
 
     /// The steady state or why there is none; `None` without harmonic loads.
-    fn steady(&self, names: &[String]) -> Option<String> {
+    fn steady(&self, system: &System) -> Option<String> {
         match self.steady_state {
             Ok(steady_state) => (!steady_state.motions().is_empty()).then(|| {
                 let report = SteadyStateReport {
                     steady_state,
-                    names,
+                    names: system.names(),
                 };
-                report.text()
+                report.text(system)
             }),
             Err(error) => Some(format!("none: {error}")),
         }
@@ -219,12 +242,19 @@ impl Answer<'_> {
                 .map(|all| all.into_iter().fold(0.0, f64::max))
         });
         (!names.is_empty()).then(|| {
-            Table::default()
-                .column(
-                    "output",
-                    Align::Left,
-                    names.iter().map(|name| visible(name)),
-                )
+            let combinations = self.problem.combinations().iter();
+            let unit = |combination| unit::output(self.problem.system(), combination);
+            let units: Vec<&str> = combinations.map(unit).collect();
+            let table = Table::default().column(
+                "output",
+                Align::Left,
+                names.iter().map(|name| visible(name)),
+            );
+            let table = match units.iter().any(|unit| !unit.is_empty()) {
+                true => table.column("unit", Align::Left, units),
+                false => table,
+            };
+            table
                 .column("largest at a sample", Align::Point, number::column(values))
                 .column("at, s", Align::Point, number::column(times))
                 .column("bound of its error", Align::Point, number::column(bounds))
@@ -232,7 +262,7 @@ impl Answer<'_> {
     }
 
     /// What becomes of each coordinate.
-    pub(super) fn table(&self, names: &[String]) -> Table {
+    pub(super) fn table(&self, system: &System) -> Table {
         let all = self.summary.coordinates();
         let rest = |destination| match destination {
             Destination::Rest { displacement, .. } => Some(displacement),
@@ -264,11 +294,12 @@ impl Answer<'_> {
                 Destination::Rest { settled: None, .. } => "not yet".to_owned(),
                 _ => time,
             });
-        Table::default()
-            .column("mass", Align::Left, names)
-            .column("ends at, m", Align::Point, ends)
+        let table = Table::default().column("mass", Align::Left, system.names());
+        let (table, unit) = unit::column(table, system, Quantity::Displacement, 1);
+        table
+            .column(&unit::labelled("ends at", unit), Align::Point, ends)
             .column(
-                "peak, m",
+                &unit::labelled("peak", unit),
                 Align::Point,
                 number::column(all.iter().map(|one| Some(one.peak))),
             )

@@ -2,12 +2,13 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{CoordinateKind, ElementKind, GROUND, GivenElement, System};
-use eigentone_response::{Extrema, Peaks, Reached, Trajectory};
+use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
+use eigentone_response::{Extrema, Peaks, Quantity, Reached, Trajectory};
 
 use super::axis::Axis;
 use super::csv;
 use super::plot::{Line, Plot};
+use super::unit;
 
 /// Prints accelerations and forces, those that a trajectory has.
 #[derive(Clone, Copy, Debug)]
@@ -86,19 +87,19 @@ impl<'a> DemandReport<'a> {
 
     /// Accelerations against time; `None` where there are none.
     pub fn acceleration_plot(&self, title: &str) -> Option<Plot<'a>> {
-        self.plot(
-            title,
-            Axis::linear("acceleration", "m/s²"),
-            self.of_coordinates(),
-        )
+        self.plot(title, "acceleration", self.of_coordinates())
     }
 
     /// Forces against time; `None` where there are none.
     pub fn force_plot(&self, title: &str) -> Option<Plot<'a>> {
-        self.plot(title, Axis::linear("force", "N"), self.of_elements())
+        self.plot(title, "force", self.of_elements())
     }
 
-    fn plot(&self, title: &str, y: Axis, all: Vec<Demand<'a>>) -> Option<Plot<'a>> {
+    fn plot(&self, title: &str, what: &str, all: Vec<Demand<'a>>) -> Option<Plot<'a>> {
+        let mut units: Vec<&str> = all.iter().map(|one| one.unit).collect();
+        units.sort_unstable();
+        units.dedup();
+        let y = Axis::linear(what, &units.join(" or "));
         let lines: Vec<Line<'a>> = all
             .into_iter()
             .map(|one| {
@@ -127,10 +128,7 @@ impl<'a> DemandReport<'a> {
         let all = self.trajectory.acceleration().map(|values| {
             names.map(move |(i, name)| Demand {
                 label: format!("acceleration {name}"),
-                unit: match self.system.kind_of(i) {
-                    CoordinateKind::Rotation => "rad/s²",
-                    _ => "m/s²",
-                },
+                unit: unit::motion(Some(self.system.kind_of(i)), Quantity::Acceleration),
                 values: values.row(i).iter().copied().collect(),
                 bounds: self.trajectory.acceleration_bound(),
                 peaks: self.extrema.and_then(|extrema| extrema.acceleration(i)),
@@ -150,7 +148,7 @@ impl<'a> DemandReport<'a> {
                 };
                 all.push(Demand {
                     label: format!("{kind} {}", label(self.system, index, element)),
-                    unit: unit(self.system, element),
+                    unit: unit::force(element.kind),
                     values: values.to_vec(),
                     bounds,
                     peaks: self.extrema.and_then(|extrema| extrema.force(kind, index)),
@@ -170,9 +168,7 @@ impl<'a> DemandReport<'a> {
             return Ok(());
         }
         let instant = ["step".to_owned(), "time [s]".to_owned()].into_iter();
-        let values = all
-            .iter()
-            .map(|one| format!("{} [{}]", one.label, one.unit));
+        let values = all.iter().map(|one| unit::bracketed(&one.label, one.unit));
         let limits = bounds.iter().map(|(name, _)| name.clone());
         csv::row(&mut out, instant.chain(values).chain(limits))?;
         let instants = self.trajectory.steps().iter().zip(self.trajectory.times());
@@ -183,18 +179,6 @@ impl<'a> DemandReport<'a> {
             csv::row(&mut out, instant.chain(values).chain(limits))?;
         }
         Ok(())
-    }
-}
-
-/// What an element pulls with: a torque between rotations, else a force.
-fn unit(system: &System, element: &GivenElement) -> &'static str {
-    let stretch = &element.stretch;
-    let rotates = |&(i, factor): &(usize, f64)| {
-        system.kind_of(i) == CoordinateKind::Rotation && factor.abs() == 1.0
-    };
-    match stretch.supports.is_empty() && stretch.coordinates.iter().all(rotates) {
-        true => "N·m",
-        false => "N",
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{Bounds, CoordinateKind, System};
+use eigentone_modes::{Bounds, System};
 use eigentone_response::{
     Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue, Peak,
-    Quantity, Sum,
+    Quantity,
 };
 use num_complex::Complex;
 use serde::Serialize;
@@ -15,6 +15,7 @@ use super::csv;
 use super::number;
 use super::plot::{Line, Plot};
 use super::table::{Align, Table};
+use super::unit;
 
 /// Prints frequency response functions.
 #[derive(Clone, Copy, Debug)]
@@ -221,7 +222,7 @@ impl<'a> FrequencyReport<'a> {
         let first = ["frequency [rad/s]".to_owned(), "frequency [Hz]".to_owned()];
         let headers = functions.iter().flat_map(|function| {
             let (name, unit) = (self.name(function), self.unit(function));
-            ["re", "im", "bound"].map(|part| format!("{name} {part} [{unit}]"))
+            ["re", "im", "bound"].map(|part| unit::bracketed(&format!("{name} {part}"), &unit))
         });
         let headers = first.into_iter().chain(headers);
         csv::row(
@@ -345,41 +346,27 @@ impl<'a> FrequencyReport<'a> {
         format!("{} → {}", function.from(), function.to())
     }
 
+    /// Nothing where the unit of either end is not known.
     fn unit(&self, function: &FrequencyFunction) -> String {
         let system = self.system;
-        let is_rotation = |name: &str| {
-            let index = system.index_of(name);
-            index.is_some_and(|index| system.kind_of(index) == CoordinateKind::Rotation)
-        };
-        let length = |name: &str| if is_rotation(name) { "rad" } else { "m" };
-        let rate = |unit: &str, quantity| match quantity {
-            Quantity::Displacement => unit.to_owned(),
-            Quantity::Velocity => format!("{unit}/s"),
-            Quantity::Acceleration => format!("{unit}/s²"),
-        };
         let output = match function.quantity() {
-            Some(quantity) => rate(length(function.to()), quantity),
+            Some(quantity) => unit::motion(system.kind_at(function.to()), quantity),
             None => {
-                let known = self
-                    .outputs
-                    .iter()
-                    .find(|output| output.name == function.to());
-                match known.map(|output| &output.of) {
-                    Some(Sum::Motions(motions)) => match motions.first() {
-                        Some((quantity, name, _)) => rate(length(name), *quantity),
-                        None => String::new(),
-                    },
-                    Some(Sum::Pull(_)) => "N".to_owned(),
-                    None => String::new(),
-                }
+                let mut outputs = self.outputs.iter();
+                let asked = outputs.find(|output| output.name == function.to());
+                asked.map_or("", |output| unit::output(system, output))
             }
         };
+        let kind = system.kind_at(function.from());
         let input = match system.supports().iter().any(|own| own == function.from()) {
-            true => "m",
-            false if is_rotation(function.from()) => "(N·m)",
-            false => "N",
+            true => unit::motion(kind, Quantity::Displacement),
+            false => unit::force(kind),
         };
-        format!("{output}/{input}")
+        match (output, input) {
+            ("", _) | (_, "") => String::new(),
+            (output, "N·m") => format!("{output}/(N·m)"),
+            (output, input) => format!("{output}/{input}"),
+        }
     }
 }
 

@@ -21,6 +21,7 @@ mod stability;
 mod steady_state;
 pub(crate) mod table;
 mod thinned;
+pub(crate) mod unit;
 
 use eigentone_modes::Bounds;
 

@@ -1,13 +1,38 @@
 //! The points of a motion's line: its samples, and what they miss.
 
+use eigentone_modes::CoordinateKind;
 use eigentone_response::{Summary, Trajectory};
 use faer::MatRef;
+
+use super::axis::Axis;
+use super::unit;
 
 /// What a line shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Displacement,
     Velocity,
+}
+
+impl Quantity {
+    /// What it is called of coordinates of this kind.
+    pub(super) fn name(self, kind: CoordinateKind) -> &'static str {
+        match (self, kind) {
+            (Quantity::Displacement, CoordinateKind::Displacement) => "displacement",
+            (Quantity::Velocity, CoordinateKind::Displacement) => "velocity",
+            (Quantity::Displacement, CoordinateKind::Rotation) => "rotation",
+            (Quantity::Velocity, CoordinateKind::Rotation) => "angular velocity",
+        }
+    }
+
+    /// Its axis for coordinates of this kind.
+    pub(super) fn axis(self, kind: CoordinateKind) -> Axis {
+        let quantity = match self {
+            Quantity::Displacement => eigentone_response::Quantity::Displacement,
+            Quantity::Velocity => eigentone_response::Quantity::Velocity,
+        };
+        Axis::linear(self.name(kind), unit::motion(Some(kind), quantity))
+    }
 }
 
 /// The samples of one coordinate and, where they are known, both sides of its jumps and its extrema in between, by time.

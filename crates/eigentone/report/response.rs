@@ -3,8 +3,7 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{CoordinateKind, System};
-use eigentone_response::{SteadyState, Trajectory};
+use eigentone_response::{Problem, Quantity, SteadyState, Trajectory};
 use faer::MatRef;
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
@@ -13,6 +12,7 @@ use super::csv;
 use super::number;
 use super::steady_state::SteadyStateReport;
 use super::table::visible;
+use super::unit;
 
 /// Prints a trajectory.
 #[derive(Clone, Copy, Debug)]
@@ -20,8 +20,8 @@ pub struct ResponseReport<'a> {
     trajectory: &'a Trajectory,
     names: &'a [String],
     steady_state: Option<&'a SteadyState>,
-    /// What says which coordinates are rotations.
-    system: Option<&'a System>,
+    /// What says which coordinates are rotations, and what outputs are.
+    problem: Option<&'a Problem<'a>>,
 }
 
 impl<'a> ResponseReport<'a> {
@@ -31,23 +31,35 @@ impl<'a> ResponseReport<'a> {
             trajectory,
             names,
             steady_state: None,
-            system: None,
+            problem: None,
         }
     }
 
-    /// The same with rotations of `system` in rad, where all are said to be in m otherwise.
-    pub fn with_kinds(self, system: &'a System) -> ResponseReport<'a> {
+    /// The same with the units of what `problem` asks for, where all coordinates are said to be in m and outputs have no
+    /// unit otherwise.
+    pub fn with_units(self, problem: &'a Problem<'a>) -> ResponseReport<'a> {
         ResponseReport {
-            system: Some(system),
+            problem: Some(problem),
             ..self
         }
     }
 
-    fn unit(&self, coordinate: usize) -> &'static str {
-        match self.system.map(|system| system.kind_of(coordinate)) {
-            Some(CoordinateKind::Rotation) => "rad",
-            _ => "m",
-        }
+    fn unit(&self, coordinate: usize, quantity: Quantity) -> &'static str {
+        let system = self.problem.map(Problem::system);
+        let kind = system.map_or(unit::KINDS[0], |system| system.kind_of(coordinate));
+        unit::motion(Some(kind), quantity)
+    }
+
+    /// The outputs' names, each with its unit.
+    fn outputs(&self) -> impl Iterator<Item = (&'a str, &'static str)> {
+        let problem = self.problem;
+        self.trajectory.outputs().enumerate().map(move |(i, name)| {
+            let unit = problem.and_then(|problem| {
+                let combination = problem.combinations().get(i)?;
+                Some(unit::output(problem.system(), combination))
+            });
+            (name, unit.unwrap_or_default())
+        })
     }
 
     /// The same with the steady state under the harmonic loads, which JSON carries unless there are
@@ -68,12 +80,12 @@ impl<'a> ResponseReport<'a> {
         let steps = self.trajectory.steps();
         let last = steps.iter().max().map_or(0, |step| step.to_string().len());
         let step_width = last.max("step".len());
-        let headers = self
-            .names
-            .iter()
-            .enumerate()
-            .map(|(i, name)| format!("{}, {}", visible(name), self.unit(i)));
-        let outputs = self.trajectory.outputs().map(visible);
+        let headers = self.names.iter().enumerate().map(|(i, name)| {
+            let unit = self.unit(i, Quantity::Displacement);
+            unit::labelled(&visible(name), unit)
+        });
+        let outputs = self.outputs();
+        let outputs = outputs.map(|(name, unit)| unit::labelled(&visible(name), unit));
         let headers: Vec<String> = headers.chain(outputs).collect();
         // No number is wider than this: a sign, six digits, the point and a three-digit power.
         let width = |header: &String| header.chars().count().max("−1.23456e−300".chars().count());
@@ -152,16 +164,28 @@ impl<'a> ResponseReport<'a> {
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         let trajectory = self.trajectory;
         let mut header = vec!["step".to_owned(), "time [s]".to_owned()];
-        for (quantity, per) in [("displacement", ""), ("velocity", "/s")] {
+        let kinds = [
+            ("displacement", Quantity::Displacement),
+            ("velocity", Quantity::Velocity),
+        ];
+        for (what, quantity) in kinds {
             let names = self.names.iter().enumerate();
-            let cell = |(i, name)| format!("{quantity} {name} [{}{per}]", self.unit(i));
+            let cell =
+                |(i, name)| unit::bracketed(&format!("{what} {name}"), self.unit(i, quantity));
             header.extend(names.map(cell));
         }
-        header.push("displacement_bound [m]".to_owned());
-        header.push("velocity_bound [m/s]".to_owned());
-        let outputs: Vec<&str> = trajectory.outputs().collect();
+        for (what, quantity) in kinds {
+            let unit = match self.problem {
+                Some(problem) => unit::of_all(problem.system(), quantity),
+                None => self.unit(0, quantity).to_owned(),
+            };
+            header.push(unit::bracketed(&format!("{what}_bound"), &unit));
+        }
+        let outputs: Vec<(&str, &str)> = self.outputs().collect();
         for kind in ["output", "output_bound"] {
-            header.extend(outputs.iter().map(|name| format!("{kind} {name}")));
+            let cell =
+                |(name, unit): &(&str, &str)| unit::bracketed(&format!("{kind} {name}"), unit);
+            header.extend(outputs.iter().map(cell));
         }
         csv::row(&mut out, header)?;
         let (displacement, velocity) = (trajectory.displacement(), trajectory.velocity());

@@ -1,11 +1,13 @@
 //! The steady state under harmonic loads as a table and as JSON.
 
-use eigentone_response::{HarmonicMotion, SteadyState};
+use eigentone_modes::System;
+use eigentone_response::{HarmonicMotion, Quantity, SteadyState};
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
 use super::number;
 use super::table::{Align, Table};
+use super::unit;
 
 /// Prints a steady state; as JSON an array of `{"frequency", "amplitude": {NAME: {"re", "im",
 /// "bound"}}}`.
@@ -21,12 +23,12 @@ impl SteadyStateReport<'_> {
         "Each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died out.";
 
     /// The table and what it says.
-    pub(super) fn text(&self) -> String {
-        format!("{}{}\n", self.table().text(), Self::EXPLAINED)
+    pub(super) fn text(&self, system: &System) -> String {
+        format!("{}{}\n", self.table(system).text(), Self::EXPLAINED)
     }
 
     /// Amplitude and phase of each coordinate at each frequency.
-    pub(super) fn table(&self) -> Table {
+    pub(super) fn table(&self, system: &System) -> Table {
         let motions = || self.steady_state.motions().iter();
         let sizes = motions().flat_map(|motion| motion.displacement().iter().map(|x| x.norm()));
         let phases = motions().flat_map(|motion| {
@@ -39,17 +41,19 @@ impl SteadyStateReport<'_> {
         });
         let names = motions().flat_map(|_| self.names);
         let bounds = motions().flat_map(|motion| motion.bound());
-        Table::default()
+        let table = Table::default()
             .column("Ω, rad/s", Align::Left, frequencies)
-            .column("mass", Align::Left, names)
+            .column("mass", Align::Left, names);
+        let (table, unit) = unit::column(table, system, Quantity::Displacement, motions().len());
+        table
             .column(
-                "amplitude, m",
+                &unit::labelled("amplitude", unit),
                 Align::Point,
                 number::column(sizes.map(Some)),
             )
             .column("phase, °", Align::Point, number::column(phases))
             .column(
-                "proven within, m",
+                &unit::labelled("proven within", unit),
                 Align::Right,
                 bounds.map(|bound| number::bound(*bound)),
             )

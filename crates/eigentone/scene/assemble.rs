@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 
 use eigentone_modes::{
-    Beam, BuildError, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System, SystemBuilder,
+    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System,
+    SystemBuilder,
 };
 use eigentone_response::{
     Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Polynomial, Quantity, Ramp,
@@ -285,6 +286,12 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             .iter()
             .map(|(name, times)| (name.as_str(), times.0));
         builder = builder.point(&point.name.0, moves, point.mass.0);
+        if let Some(unit) = &point.unit {
+            builder = builder.measuring(match unit.0 {
+                true => CoordinateKind::Rotation,
+                false => CoordinateKind::Displacement,
+            });
+        }
     }
     for support in &layout.supports.0 {
         builder = builder.support(&support.0);
@@ -329,6 +336,7 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
             mass_per_length: rod.mass_per_length.0,
             ends: rod.ends.0.each_ref().map(|end| end.0),
             lumped: rod.mass.0,
+            twists: rod.unit.0,
         });
     }
     if let Some(Object(damping)) = &layout.damping {

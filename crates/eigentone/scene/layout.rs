@@ -57,6 +57,8 @@ pub(super) struct Point {
     pub(super) moves: ByName<Number>,
     #[serde(default)]
     pub(super) mass: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) unit: Option<Unit>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -99,6 +101,8 @@ pub(super) struct Rod {
     pub(super) ends: Two<RodEnd>,
     #[serde(default)]
     pub(super) mass: MassKind,
+    #[serde(default)]
+    pub(super) unit: Unit,
 }
 
 #[derive(Debug, Deserialize)]

@@ -3,17 +3,20 @@
 use std::cell::LazyCell;
 
 use eigentone_check::Ball;
-use eigentone_response::Problem;
+use eigentone_modes::CoordinateKind;
+use eigentone_response::{Problem, Quantity};
 
 use super::error::TableError;
 use super::settle::settled;
 use super::sheet::{Cell, Column, Sheet};
 use super::value::Value;
+use crate::report::unit;
 
 /// A motion at the instants of a problem to [`DIGITS`](super::DIGITS) digits that are all right.
 #[derive(Clone, Debug)]
 pub struct ResponseTable {
     names: Vec<String>,
+    kinds: Vec<CoordinateKind>,
     rows: Vec<ResponseRow>,
 }
 
@@ -25,9 +28,9 @@ pub struct ResponseRow {
     pub step: u64,
     /// t_k = k·step, in s.
     pub time: Value,
-    /// The displacement of each coordinate, in m.
+    /// The displacement of each coordinate, in m or rad.
     pub displacement: Vec<Value>,
-    /// The velocity of each coordinate, in m/s.
+    /// The velocity of each coordinate, in m/s or rad/s.
     pub velocity: Vec<Value>,
 }
 
@@ -38,7 +41,8 @@ impl ResponseTable {
     /// # Errors
     /// [`TableError`] where the reference refuses, or a digit stays open.
     pub fn of(problem: &Problem<'_>) -> Result<ResponseTable, TableError> {
-        let names = problem.system().names();
+        let system = problem.system();
+        let names = system.names();
         settled(|attempt| {
             let response = attempt.reference.response(problem)?;
             let reference = attempt.reference;
@@ -73,6 +77,7 @@ impl ResponseTable {
             });
             Ok(ResponseTable {
                 names: names.to_vec(),
+                kinds: (0..names.len()).map(|i| system.kind_of(i)).collect(),
                 rows: rows.collect(),
             })
         })
@@ -110,24 +115,37 @@ impl ResponseTable {
             latex,
             unit,
         };
-        let columns = vec![
+        // Where units differ, each row has its own.
+        let mixed = self.kinds.iter().any(|kind| *kind != self.kinds[0]);
+        let common = self.kinds.first().copied().filter(|_| !mixed);
+        let of = |quantity| unit::motion(common, quantity);
+        let (displacement, velocity) = (of(Quantity::Displacement), of(Quantity::Velocity));
+        let mut columns = vec![
             column("step", "k", "$k$", ""),
             column("time", "t", "$t$", "s"),
             column("coordinate", "coordinate", "coordinate", ""),
-            column("displacement", "displacement", "displacement", "m"),
-            column("velocity", "velocity", "velocity", "m/s"),
+            column("displacement", "displacement", "displacement", displacement),
+            column("velocity", "velocity", "velocity", velocity),
         ];
+        if mixed {
+            columns.insert(3, column("unit", "unit", "unit", ""));
+        }
         let mut rows = Vec::new();
         for row in &self.rows {
             let motion = row.displacement.iter().zip(&row.velocity);
-            for (name, (displacement, velocity)) in self.names.iter().zip(motion) {
-                rows.push(vec![
+            for (i, (displacement, velocity)) in motion.enumerate() {
+                let mut cells = vec![
                     Cell::Whole(row.step),
                     Cell::Chosen(row.time.clone()),
-                    Cell::Text(name.clone()),
+                    Cell::Text(self.names[i].clone()),
                     Cell::Value(displacement.clone()),
                     Cell::Value(velocity.clone()),
-                ]);
+                ];
+                if mixed {
+                    let unit = unit::motion(Some(self.kinds[i]), Quantity::Displacement);
+                    cells.insert(3, Cell::Text(unit.to_owned()));
+                }
+                rows.push(cells);
             }
         }
         Sheet { columns, rows }

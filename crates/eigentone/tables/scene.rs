@@ -139,7 +139,7 @@ impl SceneTables {
     }
 
     /// One JSON object: `title`, `digits`, `modes`, `infinite`, `shapes` and `response`, which is null
-    /// where the scene asks for none, or where `response_error` says why there is none. Numbers are in units of m, s and rad; their digits are those
+    /// where the scene asks for none, or where `response_error` says why there is none. Numbers are in units of m, s and rad, in rows that have a `unit` in that one; their digits are those
     /// of the other forms.
     pub fn json(&self) -> String {
         let response = self.response();

@@ -1,5 +1,5 @@
 //! A system and its loads as one autonomous system z′ = A z: what supports have moved, straight forces and their slopes, and
-//! the two components of each harmonic force, are states beside those of the system.
+//! the two components of each harmonic force and pulse, are states beside those of the system.
 
 use std::collections::BTreeMap;
 
@@ -9,26 +9,26 @@ use num_rational::BigRational;
 use num_traits::{One, Zero};
 
 use super::ball::Ball;
-use super::equation::{exactly, log2};
+use super::equation::exactly;
 use super::error::ReferenceError;
-use super::events::{Change, Events};
+use super::events::{Change, Events, Pulse};
 use super::first_order_form::FirstOrderForm;
-use super::rational_matrix::RationalMatrix;
+use super::pi_polynomial::{PiMatrix, PiPolynomial};
 
 /// z′ = A z between events, in coordinates z_i 2^−`scale`_i in which no entry of A is much larger
 /// than it need be; x = X z, v = X A z.
 pub(super) struct DrivenForm {
     /// A, scaled.
-    pub(super) motion: RationalMatrix,
+    pub(super) motion: PiMatrix,
     /// X and X A, of the unscaled state.
-    pub(super) displacement: RationalMatrix,
-    pub(super) velocity: RationalMatrix,
+    pub(super) displacement: PiMatrix,
+    pub(super) velocity: PiMatrix,
     pub(super) scale: Vec<i64>,
     start: Vec<BigRational>,
     /// The harmonic forces.
     phases: Vec<Phase>,
     /// By instant: the components of the unscaled state that jump, and by how much.
-    pub(super) jumps: BTreeMap<BigRational, Vec<(usize, BigRational)>>,
+    pub(super) jumps: BTreeMap<BigRational, Vec<(usize, PiPolynomial)>>,
 }
 
 /// A harmonic force.
@@ -59,29 +59,45 @@ impl DrivenForm {
             })
             .collect();
         let mut forces = BTreeMap::new();
-        for event in &events.changes {
-            if !matches!(event.change, Change::Impulse(_)) {
-                forces.entry(event.coordinate).or_insert_with(|| {
-                    order += 2;
-                    order - 2
-                });
-            }
+        let straight = events.changes.iter();
+        let straight = straight.filter(|event| !matches!(event.change, Change::Impulse(_)));
+        let shifted = events.pulses.iter().filter(|pulse| pulse.half_turns == 2);
+        let shifted = shifted.map(|pulse| pulse.coordinate);
+        for signal in straight.map(|event| event.coordinate).chain(shifted) {
+            forces.entry(signal).or_insert_with(|| {
+                order += 2;
+                order - 2
+            });
         }
         let harmonics = order;
         order += 2 * events.harmonics.len();
+        let pulses = order;
+        order += 2 * events.pulses.len();
 
         // The signals, and how all but the states of the system go on.
-        let mut signals = RationalMatrix::zeros(n + channels.len(), order);
-        let mut motion = RationalMatrix::zeros(order, order);
+        let mut signals = PiMatrix::zeros(n + channels.len(), order);
+        let mut motion = PiMatrix::zeros(order, order);
         for (&signal, &force) in &forces {
-            *signals.at_mut(signal, force) = BigRational::one();
-            *motion.at_mut(force, force + 1) = BigRational::one();
+            *signals.at_mut(signal, force) = PiPolynomial::one();
+            *motion.at_mut(force, force + 1) = PiPolynomial::one();
         }
         for (k, (on, harmonic)) in events.harmonics.iter().enumerate() {
             let (sine, cosine) = (harmonics + 2 * k, harmonics + 2 * k + 1);
-            *signals.at_mut(*on, sine) += exactly(harmonic.amplitude);
-            *motion.at_mut(sine, cosine) = exactly(harmonic.frequency);
-            *motion.at_mut(cosine, sine) = -exactly(harmonic.frequency);
+            *signals.at_mut(*on, sine) += exactly(harmonic.amplitude).into();
+            *motion.at_mut(sine, cosine) = exactly(harmonic.frequency).into();
+            *motion.at_mut(cosine, sine) = exactly(-harmonic.frequency).into();
+        }
+        let rate = |pulse: &Pulse| {
+            BigRational::from_integer(pulse.half_turns.into()) / (&pulse.end - &pulse.start)
+        };
+        for (k, pulse) in events.pulses.iter().enumerate() {
+            let (sine, cosine) = (pulses + 2 * k, pulses + 2 * k + 1);
+            match pulse.half_turns {
+                1 => *signals.at_mut(pulse.coordinate, sine) += pulse.height.clone().into(),
+                _ => *signals.at_mut(pulse.coordinate, cosine) += (-&pulse.height / two()).into(),
+            }
+            *motion.at_mut(sine, cosine) = PiPolynomial::times_pi(rate(pulse));
+            *motion.at_mut(cosine, sine) = PiPolynomial::times_pi(-rate(pulse));
         }
         for (at, channel) in channels.iter().enumerate() {
             for k in 1..=channel.integrals {
@@ -91,7 +107,7 @@ impl DrivenForm {
                         let entry = signals.at(n + at, j).clone();
                         *motion.at_mut(row, j) = entry;
                     }),
-                    false => *motion.at_mut(row, row + 1) = BigRational::one(),
+                    false => *motion.at_mut(row, row + 1) = PiPolynomial::one(),
                 }
             }
         }
@@ -102,27 +118,27 @@ impl DrivenForm {
         for (at, channel) in channels.iter().enumerate() {
             let mut course = match channel.integrals {
                 0 => signals.block(&[n + at], &columns),
-                _ => RationalMatrix::selection(&[integrals[at]], order),
+                _ => PiMatrix::selection(&[integrals[at]], order),
             };
             for direction in &channel.directions {
                 for &(row, factor) in direction {
                     for (_, j, entry) in course.nonzeros() {
-                        *pushed.at_mut(row, j) += entry * exactly(factor);
+                        *pushed.at_mut(row, j) += entry * &exactly(factor);
                     }
                 }
                 course = course.times(&motion);
             }
         }
-        let mut output = RationalMatrix::zeros(n, order);
+        let mut output = PiMatrix::zeros(n, order);
         for (from, to) in [(&form.motion, &mut motion), (&form.output, &mut output)] {
             for (i, j, entry) in from.nonzeros() {
                 match j.checked_sub(r) {
-                    None => *to.at_mut(i, j) += entry,
+                    None => *to.at_mut(i, j) += entry.clone().into(),
                     Some(coordinate) => {
                         for column in r..order {
                             let push = pushed.at(coordinate, column);
                             if !push.is_zero() {
-                                *to.at_mut(i, column) += entry * push;
+                                *to.at_mut(i, column) += push * entry;
                             }
                         }
                     }
@@ -163,16 +179,42 @@ impl DrivenForm {
                 changes: changes.enumerate().collect(),
             });
         }
-        let mut jumps: BTreeMap<BigRational, Vec<(usize, BigRational)>> = BTreeMap::new();
+        let mut jumps: BTreeMap<BigRational, Vec<(usize, PiPolynomial)>> = BTreeMap::new();
+        for (k, pulse) in events.pulses.iter().enumerate() {
+            // The slope jumps by as much at both ends of a half sine, and by nothing at those of a versine.
+            let turn = PiPolynomial::times_pi(&pulse.height * rate(pulse));
+            let changes = match pulse.half_turns {
+                1 => passed_on(pulse.coordinate, 1, pulse.load)?,
+                _ => Vec::new(),
+            };
+            for (time, cosine, half) in [
+                (&pulse.start, 1, &pulse.height / two()),
+                (
+                    &pulse.end,
+                    2 * i64::from(pulse.half_turns % 2) - 1,
+                    -&pulse.height / two(),
+                ),
+            ] {
+                let here = jumps.entry(time.clone()).or_default();
+                let cosine = BigRational::from_integer(cosine.into());
+                here.push((pulses + 2 * k + 1, cosine.into()));
+                if pulse.half_turns == 2 {
+                    here.push((forces[&pulse.coordinate], half.into()));
+                }
+                let entries = changes.iter().enumerate();
+                let entries = entries.filter(|(_, change)| !change.is_zero());
+                here.extend(entries.map(|(i, change)| (i, &turn * change)));
+            }
+        }
         for event in events.changes {
             let here = jumps.entry(event.time).or_default();
             let (changes, size) = match event.change {
                 Change::Force(force) => {
-                    here.push((forces[&event.coordinate], force.clone()));
+                    here.push((forces[&event.coordinate], force.clone().into()));
                     (passed_on(event.coordinate, 0, event.load)?, force)
                 }
                 Change::Slope(slope) => {
-                    here.push((forces[&event.coordinate] + 1, slope.clone()));
+                    here.push((forces[&event.coordinate] + 1, slope.clone().into()));
                     (passed_on(event.coordinate, 1, event.load)?, slope)
                 }
                 Change::Impulse(impulse) => {
@@ -186,19 +228,15 @@ impl DrivenForm {
             };
             let entries = changes.into_iter().enumerate();
             let entries = entries.filter(|(_, change)| !change.is_zero());
-            here.extend(entries.map(|(i, change)| (i, change * &size)));
+            here.extend(entries.map(|(i, change)| (i, (change * &size).into())));
         }
         let mut start = form.start(problem.initial_displacement(), problem.initial_velocity());
         start.resize(order, BigRational::zero());
         let scale = scale(&motion, r, forces.values().copied(), harmonics);
         let velocity = output.times(&motion);
         Ok(DrivenForm {
-            motion: RationalMatrix::from_fn(order, order, |i, j| {
-                let entry = motion.at(i, j);
-                match entry.is_zero() {
-                    true => BigRational::zero(),
-                    false => shifted(entry, scale[j] - scale[i]),
-                }
+            motion: PiMatrix::from_fn(order, order, |i, j| {
+                motion.at(i, j).shifted(scale[j] - scale[i])
             }),
             displacement: output,
             velocity,
@@ -251,6 +289,10 @@ impl DrivenForm {
     }
 }
 
+fn two() -> BigRational {
+    BigRational::from_integer(2.into())
+}
+
 /// `value`·2^`power`.
 pub(super) fn shifted(value: &BigRational, power: i64) -> BigRational {
     let factor = BigRational::from(BigInt::one() << power.unsigned_abs());
@@ -264,7 +306,7 @@ pub(super) fn shifted(value: &BigRational, power: i64) -> BigRational {
 /// (B. Parlett and C. Reinsch, *Balancing a matrix*, Numer. Math. 13, 1969), those of the loads make
 /// what they do no larger than the rest.
 fn scale(
-    motion: &RationalMatrix,
+    motion: &PiMatrix,
     states: usize,
     forces: impl Iterator<Item = usize>,
     harmonics: usize,
@@ -272,7 +314,7 @@ fn scale(
     let mut scale = vec![0i64; motion.nrows()];
     let entries: Vec<(usize, usize, f64)> = motion
         .nonzeros()
-        .map(|(i, j, entry)| (i, j, log2(entry)))
+        .map(|(i, j, entry)| (i, j, entry.log2()))
         .collect();
     let largest = |scale: &[i64], chosen: &dyn Fn(usize, usize) -> bool| {
         let chosen = entries.iter().filter(|(i, j, _)| chosen(*i, *j));

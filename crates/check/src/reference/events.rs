@@ -1,6 +1,6 @@
 //! What sets a system in motion, as changes at exact instants.
 
-use eigentone_response::{Harmonic, Hold, Load, Problem, Samples, TimeGrid};
+use eigentone_response::{HalfSine, Harmonic, Hold, Load, Problem, Samples, TimeGrid, Versine};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::Zero;
@@ -29,6 +29,21 @@ pub(super) enum Change {
     Impulse(BigRational),
 }
 
+/// A sinusoid that lasts for a time, from rest to rest.
+pub(super) struct Pulse {
+    /// Which load, from 0.
+    pub(super) load: usize,
+    /// The coordinate; beyond them, the channel.
+    pub(super) coordinate: usize,
+    /// In s.
+    pub(super) start: BigRational,
+    pub(super) end: BigRational,
+    /// The largest value.
+    pub(super) height: BigRational,
+    /// height·sin φ of one half turn, or height/2·(1 − cos φ) of two.
+    pub(super) half_turns: u8,
+}
+
 /// All loads of a problem.
 #[derive(Default)]
 pub(super) struct Events {
@@ -36,6 +51,7 @@ pub(super) struct Events {
     pub(super) changes: Vec<Event>,
     /// By coordinate, or beyond them channel; they run from 0 on.
     pub(super) harmonics: Vec<(usize, Harmonic)>,
+    pub(super) pulses: Vec<Pulse>,
 }
 
 impl Events {
@@ -70,6 +86,29 @@ impl Events {
                 }
                 Load::Samples(samples) => sampled(samples, grid, at),
                 Load::Harmonic(harmonic) => events.harmonics.push((coordinate, *harmonic)),
+                Load::HalfSine(HalfSine {
+                    force,
+                    duration,
+                    start,
+                })
+                | Load::Versine(Versine {
+                    force,
+                    duration,
+                    start,
+                }) => {
+                    let start = event(grid, *start);
+                    events.pulses.push(Pulse {
+                        load,
+                        coordinate,
+                        end: &start + exactly(*duration),
+                        start,
+                        height: exactly(*force),
+                        half_turns: match applied.load {
+                            Load::HalfSine(_) => 1,
+                            _ => 2,
+                        },
+                    });
+                }
                 _ => return Err(ReferenceError::UnknownLoad { load }),
             }
         }

@@ -4,12 +4,12 @@
 
 use num_bigint::{BigInt, BigUint};
 use num_rational::BigRational;
-use num_traits::{One, Signed};
+use num_traits::One;
 
 use super::equation::log2;
 use super::error::ReferenceError;
 use super::fixed_matrix::FixedMatrix;
-use super::rational_matrix::RationalMatrix;
+use super::pi_polynomial::PiMatrix;
 
 /// The bits before the point of the largest exponential: doubles do not span as much.
 const MOST_GROWTH: u64 = 2200;
@@ -19,7 +19,7 @@ const MOST_GROWTH: u64 = 2200;
 /// # Errors
 /// [`ReferenceError::TooFast`].
 pub(super) fn exponential(
-    matrix: &RationalMatrix,
+    matrix: &PiMatrix,
     time: &BigRational,
     bits: u64,
 ) -> Result<Option<FixedMatrix>, ReferenceError> {
@@ -51,13 +51,13 @@ fn squared(power: &FixedMatrix) -> Result<Option<FixedMatrix>, ReferenceError> {
 /// For τ ≤ t 2^−s, |e^(A τ)| ≤ e^(|A| t 2^−s). Every τ ≤ t 2^(1−s) is τ′ or t 2^−s + τ′ with
 /// τ′ ≤ t 2^−s, so that |e^(A t 2^−s)| γ is a bound for twice the range, if it is not less than γ.
 pub(super) fn growth(
-    matrix: &RationalMatrix,
+    matrix: &PiMatrix,
     time: &BigRational,
     bits: u64,
 ) -> Result<Option<Vec<BigUint>>, ReferenceError> {
     let (mut power, halvings) = scaled(matrix, time, bits);
     let order = power.order;
-    let sizes = RationalMatrix::from_fn(order, order, |i, j| matrix.at(i, j).abs());
+    let sizes = PiMatrix::from_fn(order, order, |i, j| matrix.at(i, j).abs());
     let shorter = time / BigRational::from(BigInt::one() << halvings);
     let short = scaled(&sizes, &shorter, bits).0.sizes();
     let mut most: Vec<BigUint> = (0..order).map(|i| short.row_sum(i)).collect();
@@ -73,10 +73,10 @@ pub(super) fn growth(
 }
 
 /// How often A t is halved before its series is summed, so that ‖A t‖_∞ 2^−s is about ½.
-pub(super) fn halvings(matrix: &RationalMatrix, time: &BigRational) -> u64 {
+pub(super) fn halvings(matrix: &PiMatrix, time: &BigRational) -> u64 {
     let mut rows = vec![Vec::new(); matrix.nrows()];
     for (i, _, entry) in matrix.nonzeros() {
-        rows[i].push(log2(entry));
+        rows[i].push(entry.log2());
     }
     let norm = |row: &Vec<f64>| {
         let most = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -92,7 +92,7 @@ pub(super) fn halvings(matrix: &RationalMatrix, time: &BigRational) -> u64 {
 }
 
 /// e^(A t 2^−s), and s.
-fn scaled(matrix: &RationalMatrix, time: &BigRational, bits: u64) -> (FixedMatrix, u64) {
+fn scaled(matrix: &PiMatrix, time: &BigRational, bits: u64) -> (FixedMatrix, u64) {
     let mut halvings = halvings(matrix, time);
     let one = BigUint::one() << bits;
     let small = loop {

@@ -7,7 +7,7 @@ use num_traits::{One, Zero};
 
 use super::ball::shift_right;
 use super::limbs::{Limbs, dot};
-use super::rational_matrix::RationalMatrix;
+use super::pi_polynomial::PiMatrix;
 
 /// From so many bits on, products by hand take longer than the faster ways of `num-bigint`.
 const LONG: u64 = 1024;
@@ -37,18 +37,30 @@ impl FixedMatrix {
     }
 
     /// `matrix` times `factor`, cut to `bits` bits after the point.
-    pub(super) fn cut(matrix: &RationalMatrix, factor: &BigRational, bits: u64) -> FixedMatrix {
+    pub(super) fn cut(matrix: &PiMatrix, factor: &BigRational, bits: u64) -> FixedMatrix {
         let order = matrix.nrows();
         let mut entries = vec![BigInt::zero(); order * order];
+        let mut radius = BigUint::one();
         for (i, j, entry) in matrix.nonzeros() {
-            let numerator = (entry.numer() * factor.numer()) << bits;
-            entries[i * order + j] = numerator.div_floor(&(entry.denom() * factor.denom()));
+            let at = &mut entries[i * order + j];
+            match entry.rational() {
+                Some(entry) => {
+                    let numerator = (entry.numer() * factor.numer()) << bits;
+                    *at = numerator.div_floor(&(entry.denom() * factor.denom()));
+                }
+                None => {
+                    let entry = (entry * factor).ball(bits + 32);
+                    let (midpoint, off) = entry.in_units(-(bits as i64));
+                    *at = midpoint;
+                    radius = radius.max(off);
+                }
+            }
         }
         FixedMatrix {
             order,
             bits,
             entries,
-            radius: BigUint::one(),
+            radius,
         }
     }
 

@@ -7,12 +7,11 @@ use num_rational::BigRational;
 use num_traits::Zero;
 
 use super::ball::Ball;
-use super::driven_form::{DrivenForm, shifted};
-use super::equation::log2;
+use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::exponential::{exponential, growth, halvings};
 use super::fixed_matrix::FixedMatrix;
-use super::rational_matrix::RationalMatrix;
+use super::pi_polynomial::PiMatrix;
 
 /// All coordinates at one instant.
 #[derive(Clone, Debug)]
@@ -121,9 +120,16 @@ impl March {
                 fresh.fill(BigUint::zero());
             }
             for (component, jump) in form.jumps.get(time).into_iter().flatten() {
-                let jump = shifted(jump, -form.scale[*component] - unit);
-                state[*component] += jump.floor().to_integer();
-                fresh[*component] += u8::from(!jump.is_integer());
+                let jump = jump.shifted(-form.scale[*component] - unit);
+                let (jump, off) = match jump.rational() {
+                    Some(jump) => (
+                        jump.floor().to_integer(),
+                        u8::from(!jump.is_integer()).into(),
+                    ),
+                    None => jump.ball(bits + 64).in_units(0),
+                };
+                state[*component] += jump;
+                fresh[*component] += off;
             }
             let longest = state.iter().map(BigInt::bits).max().unwrap_or(0);
             largest = longest.max(largest);
@@ -151,7 +157,7 @@ impl March {
         let scale = &self.form.scale;
         let started = start.iter().map(Ball::log2).zip(scale);
         let jumps = self.form.jumps.values().flatten();
-        let jumped = jumps.map(|(component, jump)| (log2(jump), &scale[*component]));
+        let jumped = jumps.map(|(component, jump)| (jump.log2(), &scale[*component]));
         let sizes = started
             .chain(jumped)
             .map(|(log, scale)| log - *scale as f64);
@@ -172,12 +178,12 @@ struct Output {
 }
 
 impl Output {
-    fn of(matrix: &RationalMatrix, scale: &[i64], bits: u64) -> Output {
+    fn of(matrix: &PiMatrix, scale: &[i64], bits: u64) -> Output {
         let mut rows = vec![Vec::new(); matrix.nrows()];
         let mut reach = f64::NEG_INFINITY;
         for (i, j, entry) in matrix.nonzeros() {
-            reach = reach.max(log2(entry) + scale[j] as f64);
-            rows[i].push((j, Ball::rational(entry, bits + 64)));
+            reach = reach.max(entry.log2() + scale[j] as f64);
+            rows[i].push((j, entry.ball(bits + 64)));
         }
         Output { rows, reach }
     }

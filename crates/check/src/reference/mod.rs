@@ -27,6 +27,7 @@ mod isolation;
 mod limbs;
 mod march;
 mod modes;
+mod pi_polynomial;
 mod prime_field;
 mod rational_matrix;
 mod remainders;

@@ -1,4 +1,6 @@
-//! Matrices of rational numbers, and the eliminations that are exact in them.
+//! Matrices of exact numbers, and the eliminations that are exact in rational ones.
+
+use std::ops::{AddAssign, Mul};
 
 use num_bigint::BigInt;
 use num_integer::Integer;
@@ -7,33 +9,36 @@ use num_traits::{One, Zero};
 
 /// A matrix of exact numbers, stored by rows.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct RationalMatrix {
-    rows: Vec<Vec<BigRational>>,
+pub(super) struct Matrix<T> {
+    rows: Vec<Vec<T>>,
     columns: usize,
 }
 
-impl RationalMatrix {
-    pub(super) fn zeros(rows: usize, columns: usize) -> RationalMatrix {
-        RationalMatrix::from_fn(rows, columns, |_, _| BigRational::zero())
+/// A matrix of rational numbers.
+pub(super) type RationalMatrix = Matrix<BigRational>;
+
+impl<T: Clone + Zero + One> Matrix<T> {
+    pub(super) fn zeros(rows: usize, columns: usize) -> Matrix<T> {
+        Matrix::from_fn(rows, columns, |_, _| T::zero())
     }
 
     pub(super) fn from_fn(
         rows: usize,
         columns: usize,
-        entry: impl Fn(usize, usize) -> BigRational,
-    ) -> RationalMatrix {
+        entry: impl Fn(usize, usize) -> T,
+    ) -> Matrix<T> {
         let row = |i| (0..columns).map(|j| entry(i, j)).collect();
-        RationalMatrix {
+        Matrix {
             rows: (0..rows).map(row).collect(),
             columns,
         }
     }
 
     /// Row r has its only entry, 1, in column `chosen[r]`.
-    pub(super) fn selection(chosen: &[usize], columns: usize) -> RationalMatrix {
-        RationalMatrix::from_fn(chosen.len(), columns, |i, j| match j == chosen[i] {
-            true => BigRational::one(),
-            false => BigRational::zero(),
+    pub(super) fn selection(chosen: &[usize], columns: usize) -> Matrix<T> {
+        Matrix::from_fn(chosen.len(), columns, |i, j| match j == chosen[i] {
+            true => T::one(),
+            false => T::zero(),
         })
     }
 
@@ -41,16 +46,16 @@ impl RationalMatrix {
         self.rows.len()
     }
 
-    pub(super) fn at(&self, i: usize, j: usize) -> &BigRational {
+    pub(super) fn at(&self, i: usize, j: usize) -> &T {
         &self.rows[i][j]
     }
 
-    pub(super) fn at_mut(&mut self, i: usize, j: usize) -> &mut BigRational {
+    pub(super) fn at_mut(&mut self, i: usize, j: usize) -> &mut T {
         &mut self.rows[i][j]
     }
 
     /// The entries that are not 0, with their places.
-    pub(super) fn nonzeros(&self) -> impl Iterator<Item = (usize, usize, &BigRational)> {
+    pub(super) fn nonzeros(&self) -> impl Iterator<Item = (usize, usize, &T)> {
         let entries = self.rows.iter().enumerate();
         let entries =
             entries.flat_map(|(i, row)| row.iter().enumerate().map(move |(j, e)| (i, j, e)));
@@ -62,12 +67,30 @@ impl RationalMatrix {
     }
 
     /// The block at these rows and columns.
-    pub(super) fn block(&self, rows: &[usize], columns: &[usize]) -> RationalMatrix {
-        RationalMatrix::from_fn(rows.len(), columns.len(), |i, j| {
+    pub(super) fn block(&self, rows: &[usize], columns: &[usize]) -> Matrix<T> {
+        Matrix::from_fn(rows.len(), columns.len(), |i, j| {
             self.at(rows[i], columns[j]).clone()
         })
     }
 
+    pub(super) fn times(&self, other: &Matrix<T>) -> Matrix<T>
+    where
+        T: AddAssign,
+        for<'a> &'a T: Mul<&'a T, Output = T>,
+    {
+        let mut product = Matrix::zeros(self.nrows(), other.columns);
+        for (i, k, left) in self.nonzeros() {
+            for (j, right) in other.rows[k].iter().enumerate() {
+                if !right.is_zero() {
+                    *product.at_mut(i, j) += left * right;
+                }
+            }
+        }
+        product
+    }
+}
+
+impl RationalMatrix {
     /// The rows of this matrix, then those of `below`.
     pub(super) fn over(mut self, below: RationalMatrix) -> RationalMatrix {
         self.rows.extend(below.rows);
@@ -90,18 +113,6 @@ impl RationalMatrix {
             *self.at_mut(i, j) -= entry;
         }
         self
-    }
-
-    pub(super) fn times(&self, other: &RationalMatrix) -> RationalMatrix {
-        let mut product = RationalMatrix::zeros(self.nrows(), other.columns);
-        for (i, k, left) in self.nonzeros() {
-            for (j, right) in other.rows[k].iter().enumerate() {
-                if !right.is_zero() {
-                    *product.at_mut(i, j) += left * right;
-                }
-            }
-        }
-        product
     }
 
     /// X with `self` X = `right`, where `self` is square; `None` where it is singular. By Gauss and

@@ -2,17 +2,17 @@
 //!
 //! With z′ = A z and x = X z, row i of X e^(A t) z is 0 at all times if and only if that row meets
 //! A^k z in 0 for every k below the order of A (Cayley and Hamilton). All of these are exact
-//! fractions.
+//! numbers.
 
 use eigentone_response::Problem;
 use num_rational::BigRational;
 use num_traits::Zero;
 
 use super::Reference;
-use super::driven_form::{DrivenForm, shifted};
+use super::driven_form::DrivenForm;
 use super::error::ReferenceError;
 use super::events::grid_time;
-use super::rational_matrix::RationalMatrix;
+use super::pi_polynomial::{PiMatrix, PiPolynomial};
 
 impl Reference {
     /// For each coordinate, at how many of the first instants of the problem's grid its displacement and
@@ -31,30 +31,35 @@ impl Reference {
         // What moves from 0 on, then what events add, each as columns.
         let mut causes = vec![(BigRational::zero(), form.start_span())];
         for (time, jumps) in &form.jumps {
-            let mut column = RationalMatrix::zeros(order, 1);
+            let mut column = PiMatrix::zeros(order, 1);
             for (component, jump) in jumps {
-                *column.at_mut(*component, 0) += shifted(jump, -form.scale[*component]);
+                *column.at_mut(*component, 0) += jump.shifted(-form.scale[*component]);
             }
             causes.push((time.clone(), column));
         }
+        causes.retain(|(_, cause)| !cause.is_zero());
         let reached = |row: usize| {
             let mut reach = form
                 .displacement
                 .block(&[row], &(0..order).collect::<Vec<_>>());
             for j in 0..order {
-                let entry = shifted(reach.at(0, j), form.scale[j]);
+                let entry = reach.at(0, j).shifted(form.scale[j]);
                 *reach.at_mut(0, j) = entry;
             }
-            // One more than the order, so that there is a velocity.
-            let mut rows = Vec::with_capacity(order + 1);
-            for _ in 0..=order {
-                let next = reach.times(&form.motion);
-                rows.push(std::mem::replace(&mut reach, next));
-            }
-            let moves = |row: &RationalMatrix, cause| !row.times(cause).is_zero();
-            let first = causes
-                .iter()
-                .find(|(_, cause)| rows.iter().any(|row| moves(row, cause)));
+            // Powers are long numbers: most causes move something by a low one.
+            let next = reach.times(&form.motion);
+            let mut rows = vec![reach, next];
+            let moves = |row: &PiMatrix, cause| !row.times(cause).is_zero();
+            let first = causes.iter().find(|(_, cause)| {
+                // One more than the order, so that there is a velocity.
+                (0..=order).any(|k| {
+                    if k == rows.len() {
+                        let next = rows[k - 1].times(&form.motion);
+                        rows.push(next);
+                    }
+                    moves(&rows[k], cause)
+                })
+            });
             // What it makes move at once, and what only later.
             first.map(|(time, cause)| (time, [0, 1].map(|k| moves(&rows[k], cause))))
         };
@@ -83,16 +88,16 @@ impl Reference {
 
 impl DrivenForm {
     /// Columns, scaled as the states are, that span the state at t = 0 whatever the phases are.
-    fn start_span(&self) -> RationalMatrix {
+    fn start_span(&self) -> PiMatrix {
         let order = self.motion.nrows();
         let phases: Vec<_> = self.phased().collect();
-        let mut span = RationalMatrix::zeros(order, 1 + phases.len());
+        let mut span = PiMatrix::zeros(order, 1 + phases.len());
         for (i, value) in self.given().iter().enumerate() {
-            *span.at_mut(i, 0) = shifted(value, -self.scale[i]);
+            *span.at_mut(i, 0) = PiPolynomial::from(value.clone()).shifted(-self.scale[i]);
         }
         for (k, column) in phases.into_iter().enumerate() {
             for (state, value) in column {
-                *span.at_mut(state, k + 1) += shifted(&value, -self.scale[state]);
+                *span.at_mut(state, k + 1) += PiPolynomial::from(value).shifted(-self.scale[state]);
             }
         }
         span

@@ -168,10 +168,6 @@ fn proven_motions_are_within_their_bounds() {
                 let Ok(problem) = asked(&system, quantity, &load).problem() else {
                     continue;
                 };
-                if matches!(load, Load::HalfSine(_) | Load::Versine(_)) {
-                    assert!(reference.response(&problem).is_err(), "{what}");
-                    continue;
-                }
                 let truth = reference.response(&problem).expect("it is small");
                 let proven = ByCertifiedExponential.run(&problem).expect("a motion");
                 for k in 0..proven.len() {
@@ -201,5 +197,5 @@ fn proven_motions_are_within_their_bounds() {
             }
         }
     }
-    assert!(compared > 45, "{compared}");
+    assert!(compared > 60, "{compared}");
 }

@@ -9,7 +9,7 @@ mod motion;
 mod pole_map;
 mod schematic;
 
-use eigentone_modes::{ElementKind, Participation, ParticipationError, System};
+use eigentone_modes::{CoordinateKind, ElementKind, Participation, ParticipationError};
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::Analysis;
@@ -18,16 +18,13 @@ use super::number;
 use super::plot::{escape, shorten};
 use super::steady_state::SteadyStateReport;
 use super::table::{Align, Table};
+use super::unit;
 use html::{Section, definitions, paragraph, remark, table};
 
 /// What the page is made from. What is `None` is left out.
 pub struct Page<'a> {
     /// What was found out about the scene.
     pub analysis: &'a Analysis<'a>,
-    /// Its system.
-    pub system: &'a System,
-    /// What moves it.
-    pub problem: Option<&'a Problem<'a>>,
     /// The energies along its motion.
     pub energy: Option<&'a Energy>,
     /// Effective modal masses of the parts that springs and dampers join: [`Participation::of_parts`].
@@ -35,13 +32,17 @@ pub struct Page<'a> {
 }
 
 impl Page<'_> {
+    fn problem(&self) -> Option<&Problem<'_>> {
+        self.analysis.response.as_ref().map(|answer| answer.problem)
+    }
+
     /// The page as HTML.
     pub fn html(&self) -> String {
         let mut sections = vec![self.scene(), self.plan(), self.modes()];
         sections.push(Section {
             id: "shapes",
             heading: "Mode shapes".to_owned(),
-            body: mode_shapes::figures(self.analysis.modes, self.analysis.names),
+            body: mode_shapes::figures(self.analysis.modes, self.analysis.system),
         });
         sections.extend(self.response());
         sections.push(self.bounds());
@@ -49,7 +50,7 @@ impl Page<'_> {
     }
 
     fn lead(&self) -> String {
-        let system = self.system;
+        let system = self.analysis.system;
         let mut parts = vec![number::count(system.len(), "coordinate", "coordinates")];
         let elements = [
             (system.points().len(), "point", "points"),
@@ -65,7 +66,7 @@ impl Page<'_> {
                 "dampers",
             ),
             (
-                self.problem.map_or(0, |problem| problem.loads().len()),
+                self.problem().map_or(0, |problem| problem.loads().len()),
                 "load",
                 "loads",
             ),
@@ -80,7 +81,7 @@ impl Page<'_> {
     }
 
     fn scene(&self) -> Section {
-        let body = match schematic::figure(self.system, self.problem) {
+        let body = match schematic::figure(self.analysis.system, self.problem()) {
             Ok(figure) => figure,
             Err(reason) => paragraph(&reason),
         };
@@ -106,7 +107,7 @@ impl Page<'_> {
 
     fn modes(&self) -> Section {
         let modes = self.analysis.modes;
-        let report = ModeReport::new(modes, self.analysis.names);
+        let report = ModeReport::new(modes, self.analysis.system.names());
         let mut body = table(&report.table());
         for line in report.remarks().lines() {
             body += &remark(line);
@@ -129,7 +130,9 @@ impl Page<'_> {
         for (coordinates, participation) in self.participation {
             match participation {
                 Ok(one) if one.total_mass() > 0.0 => {
-                    let names = coordinates.iter().map(|i| self.analysis.names[*i].as_str());
+                    let names = coordinates
+                        .iter()
+                        .map(|i| self.analysis.system.names()[*i].as_str());
                     let names = shorten(&names.collect::<Vec<&str>>().join(", "), 60);
                     let of = if several {
                         format!(" of {}", escape(&names))
@@ -137,7 +140,9 @@ impl Page<'_> {
                         String::new()
                     };
                     out += &format!("<h3>Participation{of}</h3>\n");
-                    out += &table(&participation_table(one));
+                    let kind = self.analysis.system.kind_of(coordinates[0]);
+                    let is_alone = unit::kinds(self.analysis.system).count() == 1;
+                    out += &table(&participation_table(one, kind, is_alone));
                 }
                 Err(error @ ParticipationError::NoCommonDirection) => {
                     out += "<h3>Participation</h3>\n";
@@ -148,7 +153,7 @@ impl Page<'_> {
         }
         if self.participation.iter().any(|(_, part)| part.is_ok()) {
             out += &remark(
-                "For a motion of the ground that is the same for all coordinates that springs and dampers join, which have one direction and unit. Effective masses add up to the mass of these. Where they are rotations, masses are moments of inertia, in kg·m².",
+                "For a motion of the ground that is the same for all coordinates that springs and dampers join, which have one direction and unit. Effective masses add up to the mass of these, and moments of inertia to theirs.",
             );
         }
         out
@@ -158,14 +163,14 @@ impl Page<'_> {
         let Some(answer) = &self.analysis.response else {
             return Vec::new();
         };
-        let names = self.analysis.names;
+        let system = self.analysis.system;
         let mut body = String::from("<div class=\"cards\">\n");
-        body += &motion::figures(answer, names);
+        body += &motion::figures(answer, system);
         if let Some(energy) = self.energy {
             body += &energy::figure(energy, answer.trajectory);
         }
         body += "</div>\n";
-        body += &table(&answer.table(names));
+        body += &table(&answer.table(system));
         body += &remark(&answer.explained().replace('\n', " "));
         if let Some(outputs) = answer.outputs() {
             body += "<h3>Outputs</h3>\n";
@@ -181,9 +186,9 @@ impl Page<'_> {
             Ok(steady_state) => {
                 let report = SteadyStateReport {
                     steady_state,
-                    names,
+                    names: system.names(),
                 };
-                Some(table(&report.table()) + &remark(SteadyStateReport::EXPLAINED))
+                Some(table(&report.table(system)) + &remark(SteadyStateReport::EXPLAINED))
             }
             Err(error) => Some(paragraph(&format!("There is none: {error}."))),
         };
@@ -198,7 +203,9 @@ impl Page<'_> {
     fn bounds(&self) -> Section {
         let mut body = definitions(&self.analysis.bounds());
         let response = self.analysis.response.as_ref();
-        body += &response.and_then(motion::bounds).unwrap_or_default();
+        body += &response
+            .and_then(|answer| motion::bounds(answer, self.analysis.system))
+            .unwrap_or_default();
         Section {
             id: "bounds",
             heading: "Error bounds".to_owned(),
@@ -207,7 +214,20 @@ impl Page<'_> {
     }
 }
 
-fn participation_table(participation: &Participation) -> Table {
+/// Of a direction of one kind; shapes that go beyond it, to coordinates of the other kind, have masses without a unit.
+fn participation_table(
+    participation: &Participation,
+    kind: CoordinateKind,
+    is_alone: bool,
+) -> Table {
+    let what = match kind {
+        CoordinateKind::Displacement => "mass",
+        CoordinateKind::Rotation => "inertia",
+    };
+    let unit = unit::inertia(Some(kind));
+    let of_shape = if is_alone { unit } else { "" };
+    let modal = unit::labelled(&format!("modal {what}"), of_shape);
+    let effective = unit::labelled(&format!("effective {what}"), unit);
     let modes = participation.modes();
     let stiffness = modes.stiffness().iter().zip(modes.mass());
     // A mode that springs push away has none.
@@ -226,14 +246,14 @@ fn participation_table(participation: &Participation) -> Table {
             Align::Point,
             number::column(frequencies),
         )
-        .column("modal mass, kg", Align::Point, column(modes.mass()))
+        .column(&modal, Align::Point, column(modes.mass()))
         .column(
             "participation",
             Align::Point,
             column(participation.factors()),
         )
         .column(
-            "effective mass, kg",
+            &effective,
             Align::Point,
             column(participation.effective_masses()),
         )

@@ -6,12 +6,13 @@
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use eigentone_modes::{Mode, Modes};
+use eigentone_modes::{CoordinateKind, Mode, Modes, System};
 use num_complex::Complex;
 
 use super::html::remark;
 use crate::report::number;
 use crate::report::plot::{escape, shorten};
+use crate::report::unit;
 
 const WIDTH: f64 = 300.0;
 const HEIGHT: f64 = 150.0;
@@ -28,17 +29,21 @@ const ANIMATED: usize = 24;
 const HALF: f64 = 1.3;
 
 /// A figure for each of the first modes.
-pub(super) fn figures(modes: &Modes, names: &[String]) -> String {
+pub(super) fn figures(modes: &Modes, system: &System) -> String {
     let all = modes.as_slice();
     let mut out = String::from("<div class=\"cards small\">\n");
     for (k, mode) in all.iter().take(MODES).enumerate() {
-        out.push_str(&figure(k + 1, mode, names));
+        out.push_str(&figure(k + 1, mode, system));
     }
     out.push_str("</div>\n");
-    out.push_str(&remark(
+    let apart = match unit::kinds(system).count() {
+        1 => "",
+        _ => " Rotations stand below the others; each has its own scale.",
+    };
+    out.push_str(&remark(&format!(
         "Upwards is the positive direction, the largest component is 1, and the band is how far each \
-         coordinate goes. All modes are shown equally fast. Oscillations do not show their decay.",
-    ));
+         coordinate goes.{apart} All modes are shown equally fast. Oscillations do not show their decay.",
+    )));
     if all.len() > MODES {
         let rest = all.len() - MODES;
         out.push_str(&remark(&format!(
@@ -48,29 +53,74 @@ pub(super) fn figures(modes: &Modes, names: &[String]) -> String {
     out
 }
 
-fn figure(number: usize, mode: &Mode, names: &[String]) -> String {
-    let about = about(mode);
-    let mut out = format!(
-        "<figure>\n<h3>Mode {number}</h3>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Shape of mode {number}\" font-size=\"12\">\n"
-    );
-    let shape = mode.shape();
-    let places = places(shape.len());
-    let scale = shape.iter().map(|x| x.norm()).fold(0.0, f64::max);
-    let scale = if scale > 0.0 { REACH / scale } else { 0.0 };
-    reach(&mut out, shape, &places, scale);
-    let _ = writeln!(out, "<path class=\"z\" d=\"M{LEFT} {MIDDLE}H{RIGHT}\"/>");
-    let motion = Motion::of(mode);
-    match shape.len() > ANIMATED {
-        true => still(&mut out, shape, &places, scale),
-        false => moving(&mut out, shape, &places, scale, motion),
+fn figure(number: usize, mode: &Mode, system: &System) -> String {
+    let mut about = about(mode);
+    let panels: Vec<Panel<'_>> = unit::kinds(system)
+        .map(|kind| Panel::of(mode, system, kind))
+        .collect();
+    if let [displacements, rotations] = panels.as_slice() {
+        let _ = write!(
+            about,
+            "; displacements reach {}, rotations {}",
+            number::significant(displacements.largest),
+            number::significant(rotations.largest)
+        );
     }
-    labels(&mut out, names, &places);
+    let height = HEIGHT * panels.len() as f64;
+    let mut out = format!(
+        "<figure>\n<h3>Mode {number}</h3>\n<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"Shape of mode {number}\" font-size=\"12\">\n"
+    );
+    for (k, panel) in panels.iter().enumerate() {
+        let _ = writeln!(out, "<g transform=\"translate(0 {})\">", HEIGHT * k as f64);
+        panel.draw(&mut out, Motion::of(mode));
+        out.push_str("</g>\n");
+    }
     let _ = writeln!(
         out,
         "</svg>\n<figcaption>{}</figcaption>\n</figure>",
         escape(&about)
     );
     out
+}
+
+/// The components of one kind of coordinate.
+struct Panel<'a> {
+    names: Vec<&'a str>,
+    shape: Vec<Complex<f64>>,
+    /// The largest size; 0 where none is more than its bound.
+    largest: f64,
+}
+
+impl<'a> Panel<'a> {
+    fn of(mode: &Mode, system: &'a System, kind: CoordinateKind) -> Panel<'a> {
+        let own: Vec<usize> = (0..system.len())
+            .filter(|i| system.kind_of(*i) == kind)
+            .collect();
+        let size = |i: &usize| mode.shape()[*i].norm();
+        let told = |i: &usize| mode.shape_bound().is_none_or(|bound| size(i) > bound[*i]);
+        let largest = own.iter().map(size).fold(0.0, f64::max);
+        Panel {
+            names: own.iter().map(|i| system.names()[*i].as_str()).collect(),
+            shape: own.iter().map(|i| mode.shape()[*i]).collect(),
+            largest: if own.iter().any(told) { largest } else { 0.0 },
+        }
+    }
+
+    fn draw(&self, out: &mut String, motion: Motion) {
+        let (shape, places) = (&self.shape, places(self.shape.len()));
+        let scale = if self.largest > 0.0 {
+            REACH / self.largest
+        } else {
+            0.0
+        };
+        reach(out, shape, &places, scale);
+        let _ = writeln!(out, "<path class=\"z\" d=\"M{LEFT} {MIDDLE}H{RIGHT}\"/>");
+        match shape.len() > ANIMATED {
+            true => still(out, shape, &places, scale),
+            false => moving(out, shape, &places, scale, motion),
+        }
+        labels(out, &self.names, &places);
+    }
 }
 
 /// The caption of a mode.
@@ -218,7 +268,7 @@ fn delay(x: Complex<f64>) -> f64 {
 }
 
 /// As many names as have room.
-fn labels(out: &mut String, names: &[String], places: &[f64]) {
+fn labels(out: &mut String, names: &[&str], places: &[f64]) {
     const LETTER: f64 = 7.2;
     let longest = names
         .iter()

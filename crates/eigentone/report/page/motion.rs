@@ -1,6 +1,6 @@
 //! Displacements and velocities against time, with their peaks, and their bounds.
 
-use eigentone_modes::Bounds;
+use eigentone_modes::{Bounds, CoordinateKind, System};
 
 use super::chart::{Chart, Series};
 use crate::report::analysis::Answer;
@@ -8,51 +8,38 @@ use crate::report::axis::Axis;
 use crate::report::number;
 use crate::report::outline::{Outline, Quantity};
 use crate::report::response::doubts;
+use crate::report::unit;
 
 /// Lines in one chart.
 const LINES: usize = 10;
 
-/// The charts of a response.
-pub(super) fn figures(answer: &Answer<'_>, names: &[String]) -> String {
-    let mut out = String::new();
-    let peaks: Vec<(f64, f64)> = answer
-        .summary
-        .coordinates()
-        .iter()
-        .map(|one| (one.peak_time, one.peak))
-        .collect();
-    let caption = match answer.summary.is_between() {
-        true => "Rings: the largest displacement at any time.",
-        false => "Rings: the largest displacement at a sample.",
-    };
-    let axis = Axis::linear("displacement", "m");
-    let chart = lines(answer, names, Quantity::Displacement, axis, &peaks, caption);
-    out.push_str(&chart.figure());
-    let peaks: Vec<(f64, f64)> = answer
-        .summary
-        .coordinates()
-        .iter()
-        .map(|one| (one.fastest_time, one.fastest))
-        .collect();
-    let caption = match answer.summary.is_between() {
-        true => "Rings: the largest velocity at any time.",
-        false => "Rings: the largest velocity at a sample.",
-    };
-    let axis = Axis::linear("velocity", "m/s");
-    let chart = lines(answer, names, Quantity::Velocity, axis, &peaks, caption);
-    out + &chart.figure()
+/// The charts of a response, those of rotations after the others.
+pub(super) fn figures(answer: &Answer<'_>, system: &System) -> String {
+    let kinds = unit::kinds(system);
+    let each = kinds.flat_map(|kind| {
+        [Quantity::Displacement, Quantity::Velocity]
+            .map(|quantity| lines(answer, system, kind, quantity).figure())
+    });
+    each.collect()
 }
 
 /// Beside the largest, bounds below this are not drawn: at the first instant only what was given is rounded.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// How far displacements and velocities may be off, against time.
-pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
+pub(super) fn bounds(answer: &Answer<'_>, system: &System) -> Option<String> {
     let trajectory = answer.trajectory;
     let times = trajectory.times();
+    let of_all = |what: &str, quantity| unit::labelled(what, &unit::of_all(system, quantity));
     let kinds = [
-        ("displacement, m", trajectory.displacement_bound()),
-        ("velocity, m/s", trajectory.velocity_bound()),
+        (
+            of_all("displacement", eigentone_response::Quantity::Displacement),
+            trajectory.displacement_bound(),
+        ),
+        (
+            of_all("velocity", eigentone_response::Quantity::Velocity),
+            trajectory.velocity_bound(),
+        ),
     ];
     let largest = |bounds: &[Option<f64>]| bounds.iter().flatten().copied().fold(0.0, f64::max);
     let series: Vec<Series<'_>> = kinds
@@ -62,7 +49,7 @@ pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
             let least = NEGLIGIBLE * largest(bounds);
             let drawn = move |k: usize| bounds[k].filter(|bound| *bound >= least);
             Series {
-                name: name.to_owned(),
+                name,
                 len: times.len(),
                 point: Box::new(move |k| (times[k], drawn(k).unwrap_or(f64::NAN))),
                 marks: Vec::new(),
@@ -88,47 +75,54 @@ pub(super) fn bounds(answer: &Answer<'_>) -> Option<String> {
     })
 }
 
-/// The lines that go farthest, in the order of their coordinates.
+/// The lines that go farthest of one kind of coordinate, in the order of their coordinates.
 fn lines<'a>(
     answer: &'a Answer<'_>,
-    names: &'a [String],
+    system: &'a System,
+    kind: CoordinateKind,
     quantity: Quantity,
-    axis: Axis,
-    peaks: &[(f64, f64)],
-    caption: &str,
 ) -> Chart<'a> {
-    let mut chosen: Vec<usize> = (0..names.len()).collect();
-    if names.len() > LINES {
-        chosen.sort_by(|a, b| peaks[*b].1.abs().total_cmp(&peaks[*a].1.abs()));
+    let peak = |row: usize| {
+        let one = &answer.summary.coordinates()[row];
+        match quantity {
+            Quantity::Displacement => (one.peak_time, one.peak),
+            Quantity::Velocity => (one.fastest_time, one.fastest),
+        }
+    };
+    let own = (0..system.len()).filter(|row| system.kind_of(*row) == kind);
+    let mut chosen: Vec<usize> = own.collect();
+    let count = chosen.len();
+    if count > LINES {
+        chosen.sort_by(|a, b| peak(*b).1.abs().total_cmp(&peak(*a).1.abs()));
         chosen.truncate(LINES);
         chosen.sort_unstable();
     }
-    let mut caption = caption.to_owned();
+    let when = match answer.summary.is_between() {
+        true => "at any time",
+        false => "at a sample",
+    };
+    let axis = quantity.axis(kind);
+    let mut caption = format!("Rings: the largest {} {when}.", axis.quantity);
     if let Some(doubts) = doubts(answer.trajectory) {
         caption += &format!(" {doubts}: no bound is known for them.");
     }
-    if names.len() > LINES {
-        caption += &format!(
-            " Drawn are the {LINES} of {} that go farthest.",
-            names.len()
-        );
+    if count > LINES {
+        caption += &format!(" Drawn are the {LINES} of {count} that go farthest.");
     }
     let series = chosen.into_iter().map(|row| {
         let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
+        let (time, most) = peak(row);
         Series {
-            name: match peaks.get(row) {
-                Some((time, peak)) => format!(
-                    "{}: {} {} at {} s",
-                    crate::report::plot::shorten(&names[row], 14),
-                    number::significant(*peak),
-                    axis.unit,
-                    number::significant(*time)
-                ),
-                None => names[row].clone(),
-            },
+            name: format!(
+                "{}: {} {} at {} s",
+                crate::report::plot::shorten(&system.names()[row], 14),
+                number::significant(most),
+                axis.unit,
+                number::significant(time)
+            ),
             len: outline.len(),
             point: Box::new(move |k| outline.point(k)),
-            marks: peaks.get(row).copied().into_iter().collect(),
+            marks: vec![(time, most)],
         }
     });
     let mut heading = axis.quantity.clone();

@@ -4,11 +4,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use eigentone_modes::{ElementKind, Form, MatrixKind, System};
-use eigentone_response::{AppliedLoad, Load, Problem};
+use eigentone_modes::{ElementKind, Form, MatrixKind, Point, System};
+use eigentone_response::{Load, Problem, Quantity};
 
 use crate::report::number;
 use crate::report::plot::{escape, shorten};
+use crate::report::unit;
 
 /// Beyond these a drawing would not be readable.
 const MOST_MASSES: usize = 14;
@@ -77,9 +78,18 @@ struct Body {
     text: String,
     /// Whether it has no mass of its own.
     light: bool,
-    /// Its index, if it is a coordinate.
-    coordinate: Option<usize>,
+    at: At,
+    /// What it measures.
+    kind: unit::Kind,
     form: BTreeMap<Place, f64>,
+}
+
+/// What a box is, and its index among those.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum At {
+    Coordinate(usize),
+    Point(usize),
+    Support(usize),
 }
 
 /// A coordinate, or a support behind them.
@@ -98,11 +108,12 @@ fn places(form: &Form) -> BTreeMap<Place, f64> {
 
 /// Coordinates, points and supports.
 fn bodies(system: &System) -> Vec<Body> {
-    let body = |name: &String, text: String, light: bool, coordinate: Option<usize>| Body {
+    let body = |name: &String, text: String, light: bool, at: At| Body {
         name: name.clone(),
         text,
         light,
-        coordinate,
+        at,
+        kind: system.kind_at(name),
         form: system.form(name).as_ref().map(places).unwrap_or_default(),
     };
     let coordinates = system.names().iter().zip(system.masses()).enumerate();
@@ -112,14 +123,14 @@ fn bodies(system: &System) -> Vec<Body> {
                 "matrix".to_owned()
             }
             true => "no mass".to_owned(),
-            false => format!("{} kg", short(*mass)),
+            false => weight(*mass, system.kind_at(name)),
         };
-        body(name, text, *mass == 0.0, Some(i))
+        body(name, text, *mass == 0.0, At::Coordinate(i))
     });
-    let points = system.points().iter().map(|point| {
+    let points = system.points().iter().enumerate().map(|(k, point)| {
         let mass = match point.mass == 0.0 {
             true => String::new(),
-            false => format!("{} kg, ", short(point.mass)),
+            false => weight(point.mass, point.kind) + ", ",
         };
         let form = places(&point.form);
         let parts = form.iter().map(|(&(is_support, i), a)| {
@@ -128,14 +139,39 @@ fn bodies(system: &System) -> Vec<Body> {
             } else {
                 system.names()
             };
-            format!("{}·{}", short(*a), names[i])
+            (*a, &names[i])
         });
-        let text = format!("{mass}{}", parts.collect::<Vec<String>>().join(" + "));
-        body(&point.name, text, point.mass == 0.0, None)
+        let text = format!("{mass}{}", sum(parts));
+        body(&point.name, text, point.mass == 0.0, At::Point(k))
     });
-    let supports = system.supports().iter();
-    let supports = supports.map(|name| body(name, "support".to_owned(), true, None));
+    let supports = system.supports().iter().enumerate();
+    let supports =
+        supports.map(|(s, name)| body(name, "support".to_owned(), false, At::Support(s)));
     coordinates.chain(points).chain(supports).collect()
+}
+
+fn weight(mass: f64, kind: unit::Kind) -> String {
+    let text = format!("{} {}", short(mass), unit::inertia(kind));
+    text.trim_end().to_owned()
+}
+
+/// Factors times names, as one writes it: `body − 1.2·pitch`.
+fn sum<'a>(parts: impl Iterator<Item = (f64, &'a String)>) -> String {
+    let mut text = String::new();
+    for (factor, name) in parts {
+        let sign = match (text.is_empty(), factor < 0.0) {
+            (true, false) => "",
+            (true, true) => "−",
+            (false, false) => " + ",
+            (false, true) => " − ",
+        };
+        let times = match factor.abs() {
+            1.0 => String::new(),
+            size => short(size) + "·",
+        };
+        let _ = write!(text, "{sign}{times}{name}");
+    }
+    text
 }
 
 /// A spring or damper; an end is a box or the ground.
@@ -143,6 +179,8 @@ fn bodies(system: &System) -> Vec<Body> {
 struct Part {
     kind: ElementKind,
     coefficient: f64,
+    /// Of the coefficient.
+    unit: &'static str,
     ends: [Option<usize>; 2],
 }
 
@@ -185,6 +223,7 @@ fn parts(system: &System, bodies: &[Body]) -> Vec<Part> {
         Some(Part {
             kind,
             coefficient,
+            unit: unit::coefficient(part.kind, kind),
             ends,
         })
     });
@@ -277,7 +316,7 @@ impl Plan {
         }
         let notes = order
             .iter()
-            .map(|body| notes(bodies[*body].coordinate, problem))
+            .map(|body| problem.map_or(Vec::new(), |problem| notes(&bodies[*body], problem)))
             .collect();
         Plan {
             bodies,
@@ -390,12 +429,16 @@ impl Plan {
 
     fn mass(&self, out: &mut String, k: usize, (x, y): (f64, f64), (width, height): (f64, f64)) {
         let body = &self.bodies[self.order[k]];
-        let class = if body.light { "box light" } else { "box" };
+        let class = match body.at {
+            At::Support(_) => "box support",
+            _ if body.light => "box light",
+            _ => "box",
+        };
         let name = escape(&shorten(&body.name, LETTERS));
         let middle = x + width / 2.0;
-        let title = match body.coordinate {
-            Some(_) => body.name.clone(),
-            None => format!("{}: {}", body.name, body.text),
+        let title = match body.at {
+            At::Coordinate(_) => body.name.clone(),
+            _ => format!("{}: {}", body.name, body.text),
         };
         let _ = writeln!(
             out,
@@ -472,9 +515,25 @@ impl Plan {
 
     fn caption(&self, system: &System) -> String {
         let light = self.bodies.iter().any(|body| body.light);
-        let mut text = String::from(
-            "Springs in N/m, dampers in N·s/m, with elements side by side acting in parallel.",
-        );
+        let mut text = String::new();
+        for (kind, what) in [
+            (ElementKind::Spring, "Springs"),
+            (ElementKind::Damper, "dampers"),
+        ] {
+            let elements = system.elements(kind);
+            let used = |unit: &&str| {
+                elements
+                    .iter()
+                    .any(|e| unit::coefficient(e.kind, kind) == *unit)
+            };
+            let units = unit::KINDS.map(|of| unit::coefficient(Some(of), kind));
+            let units: Vec<&str> = units.into_iter().filter(|unit| used(unit)).collect();
+            if !units.is_empty() {
+                let _ = write!(text, "{what} in {}, ", units.join(" or "));
+            }
+        }
+        text += "elements side by side act in parallel.";
+        text[..1].make_ascii_uppercase();
         if light && !has_matrices(system) {
             text.push_str(" Dashed boxes have no mass.");
         }
@@ -483,9 +542,7 @@ impl Plan {
         }
         let moved = self.bodies.len() > system.len();
         if moved {
-            text.push_str(
-                " Points move with what stands below their names; the motion of supports and loads on points are not drawn.",
-            );
+            text.push_str(" Points move with what stands below their names.");
         }
         let kinds = [ElementKind::Spring, ElementKind::Damper];
         let given: usize = kinds.iter().map(|kind| system.elements(*kind).len()).sum();
@@ -530,74 +587,97 @@ fn order(n: usize, parts: &[Part]) -> Vec<usize> {
     order
 }
 
-fn notes(coordinate: Option<usize>, problem: Option<&Problem<'_>>) -> Vec<Note> {
-    let (Some(problem), Some(coordinate)) = (problem, coordinate) else {
-        return Vec::new();
+/// What acts on a box or moves it, and how it starts.
+fn notes(body: &Body, problem: &Problem<'_>) -> Vec<Note> {
+    let system = problem.system();
+    let acting = problem.drives().iter().filter_map(|drive| {
+        let signal = drive.coordinate.checked_sub(system.len());
+        let Some(channel) = signal.map(|signal| &problem.channels()[signal]) else {
+            let own = body.at == At::Coordinate(drive.coordinate);
+            return own.then(|| note(&drive.load, unit::force(body.kind)));
+        };
+        let Some(support) = channel.support else {
+            let acted = |point: &Point| point.form.coordinates == channel.directions[0];
+            let first = system.points().iter().position(acted).map(At::Point);
+            return (first == Some(body.at)).then(|| note(&drive.load, unit::force(body.kind)));
+        };
+        let quantity = [
+            Quantity::Displacement,
+            Quantity::Velocity,
+            Quantity::Acceleration,
+        ][channel.integrals];
+        let own = body.at == At::Support(support);
+        own.then(|| note(&drive.load, unit::motion(body.kind, quantity)))
+    });
+    let mut notes: Vec<Note> = acting.collect();
+    if notes.len() > LOADS {
+        let more = format!("and {} more", notes.len() - LOADS);
+        notes.truncate(LOADS);
+        notes.push(Note::new(&more, 0));
+    }
+    let At::Coordinate(coordinate) = body.at else {
+        return notes;
     };
-    let loads = problem.loads().iter();
-    let loads: Vec<&AppliedLoad> = loads.filter(|load| load.coordinate == coordinate).collect();
-    let mut notes: Vec<Note> = loads
-        .iter()
-        .take(LOADS)
-        .map(|load| note(&load.load))
-        .collect();
-    if loads.len() > LOADS {
-        notes.push(Note::new(
-            &format!("and {} loads more", loads.len() - LOADS),
-            0,
-        ));
-    }
-    let (x, v) = (
-        problem.initial_displacement()[coordinate],
-        problem.initial_velocity()[coordinate],
-    );
-    let mut start = Vec::new();
-    if x != 0.0 {
-        start.push(format!("{} m", short(x)));
-    }
-    if v != 0.0 {
-        start.push(format!("{} m/s", short(v)));
-    }
-    if !start.is_empty() {
-        notes.push(Note::new(&format!("starts at {}", start.join(", ")), 0));
+    let starts = [
+        (Quantity::Displacement, problem.initial_displacement()),
+        (Quantity::Velocity, problem.initial_velocity()),
+    ];
+    let starts = starts.into_iter().filter_map(|(quantity, initial)| {
+        let value = initial[coordinate];
+        let unit = unit::motion(body.kind, quantity);
+        (value != 0.0).then(|| format!("{} {unit}", short(value)))
+    });
+    let starts: Vec<String> = starts.collect();
+    if !starts.is_empty() {
+        notes.push(Note::new(&format!("starts at {}", starts.join(", ")), 0));
     }
     notes
 }
 
-fn note(load: &Load) -> Note {
+/// What a signal in this unit does.
+fn note(load: &Load, unit: &str) -> Note {
+    let size = |value: f64, unit: &str| format!("{} {unit}", short(value)).trim_end().to_owned();
     let from = |start: f64| match start > 0.0 {
         true => format!(" from {} s", short(start)),
         false => String::new(),
     };
-    let (size, text) = match load {
-        Load::Step(step) => (
-            step.force,
-            format!("{} N{}", short(step.force), from(step.start)),
-        ),
+    let (sign, text) = match load {
+        Load::Step(step) => (step.force, size(step.force, unit) + &from(step.start)),
         Load::Ramp(ramp) => (
             ramp.rate,
-            format!("{} N/s{}", short(ramp.rate), from(ramp.start)),
+            size(ramp.rate, &unit::rate(unit)) + &from(ramp.start),
         ),
         Load::Impulse(impulse) => (
             impulse.magnitude,
             format!(
-                "impulse {} N·s at {} s",
-                short(impulse.magnitude),
+                "impulse {} at {} s",
+                size(impulse.magnitude, &unit::momentum(unit)),
                 short(impulse.at)
             ),
         ),
         Load::Harmonic(harmonic) => (
             1.0,
             format!(
-                "{} N at {} rad/s",
-                short(harmonic.amplitude),
+                "{} at {} rad/s",
+                size(harmonic.amplitude, unit),
                 short(harmonic.frequency)
             ),
         ),
-        Load::Samples(samples) => (1.0, format!("{} samples", samples.values.len())),
+        Load::HalfSine(pulse) => (
+            pulse.force,
+            format!("half sine {}", size(pulse.force, unit)) + &from(pulse.start),
+        ),
+        Load::Versine(pulse) => (
+            pulse.force,
+            format!("versine {}", size(pulse.force, unit)) + &from(pulse.start),
+        ),
+        Load::Samples(samples) => {
+            let samples = format!("{} samples", samples.values.len());
+            (1.0, unit::labelled(&samples, unit))
+        }
         _ => (1.0, "load".to_owned()),
     };
-    Note::new(&text, if size < 0.0 { -1 } else { 1 })
+    Note::new(&text, if sign < 0.0 { -1 } else { 1 })
 }
 
 /// A number that a person gave, in at most some nine letters.
@@ -647,7 +727,7 @@ fn across(out: &mut String, part: &Part, from: f64, to: f64, y: f64) {
         "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
         part.kind,
         number::short(part.coefficient),
-        unit(part.kind),
+        part.unit,
         y - 10.0,
     );
 }
@@ -678,15 +758,8 @@ fn down(out: &mut String, part: &Part, x: f64, from: f64, to: f64) {
         "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
         part.kind,
         number::short(part.coefficient),
-        unit(part.kind),
+        part.unit,
         x + 11.0,
         middle + 4.0,
     );
-}
-
-fn unit(kind: ElementKind) -> &'static str {
-    match kind {
-        ElementKind::Spring => "N/m",
-        ElementKind::Damper => "N·s/m",
-    }
 }

@@ -1,7 +1,7 @@
 //! What a model has beside coordinates: points that move with them, supports whose motion is prescribed, and elements as
 //! they were given.
 
-use super::{ElementKind, Form, Term};
+use super::{CoordinateKind, ElementKind, Form, Term};
 
 /// A place that moves with coordinates and supports: a point of a rigid body, the end of a lever, a belt on a pulley.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +12,8 @@ pub struct Point {
     pub form: Form,
     /// Its mass in kg (or an inertia in kg·m²).
     pub mass: f64,
+    /// What it measures; `None` where it moves with rotations alone and nothing tells an arm from the ratio of a gear.
+    pub kind: Option<CoordinateKind>,
 }
 
 /// A spring or a damper as it was given: it pulls with `coefficient` times its stretch (spring) or the rate of its
@@ -22,8 +24,10 @@ pub struct GivenElement {
     pub name: Option<String>,
     /// x_b − x_a of an element between a and b.
     pub stretch: Form,
-    /// Stiffness in N/m or damping in N·s/m. It may be negative.
+    /// Stiffness in N/m or damping in N·s/m, between rotations in N·m/rad or N·m·s/rad. It may be negative.
     pub coefficient: f64,
+    /// What its stretch measures; `None` where its ends differ or are not known.
+    pub kind: Option<CoordinateKind>,
 }
 
 /// Points, supports and elements as given, of a model that has more than coordinates and elements between them.
@@ -31,6 +35,8 @@ pub struct GivenElement {
 pub(crate) struct Machine {
     pub(crate) points: Vec<Point>,
     pub(crate) supports: Vec<String>,
+    /// What each support measures.
+    pub(crate) support_kinds: Vec<CoordinateKind>,
     pub(crate) springs: Vec<GivenElement>,
     pub(crate) dampers: Vec<GivenElement>,
     /// By matrix: what a unit motion of each support, whose index is the column, adds to M x″, C x′ and K x.

@@ -154,6 +154,7 @@ impl Model {
             name: None,
             stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
             coefficient: element.coefficient,
+            kind: Some(CoordinateKind::Displacement),
         })
     }
 

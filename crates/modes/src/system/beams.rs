@@ -65,6 +65,9 @@ pub struct Rod {
     /// Whether each element puts half of its mass on either node. Otherwise the mass is consistent: that of the linear
     /// shapes of the elements.
     pub lumped: bool,
+    /// Whether it is a shaft in torsion: its coordinates are rotations in rad, its rigidity is GJ in N·m², and its mass
+    /// per length an inertia per length in kg·m.
+    pub twists: bool,
 }
 
 /// How an end of a [`Rod`] is held.
@@ -196,7 +199,7 @@ impl Continua {
                     _ => RodEnd::Free,
                 };
                 let free = end == RodEnd::Free;
-                free.then(|| self.coordinate(before, format!("{}.{i}", rod.name), false))
+                free.then(|| self.coordinate(before, format!("{}.{i}", rod.name), rod.twists))
             })
             .collect();
         let range = || BuildError::ContinuumRange {

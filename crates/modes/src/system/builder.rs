@@ -12,7 +12,8 @@ use super::beams::{Beam, Continua, Rod};
 use super::damping::{ModalRatios, Rayleigh};
 use super::places::{self, GivenPoint, Joint, Places};
 use crate::model::{
-    Added, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, Machine, MatrixKind, Model,
+    Added, CoordinateKind, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, Machine,
+    MatrixKind, Model,
 };
 use crate::structure::determinant;
 
@@ -175,7 +176,18 @@ impl SystemBuilder {
             name: name.into(),
             moves: moves.collect(),
             mass,
+            kind: None,
         });
+        self
+    }
+
+    /// Says what the point given last measures. One that moves with any displacement is a displacement by itself, its
+    /// numbers of rotations being arms; one that moves with rotations alone, a lever or a gear, has the kind of what
+    /// springs and dampers join to it. Numbers do not change. Where no point was given, nothing is said.
+    pub fn measuring(mut self, kind: CoordinateKind) -> Self {
+        if let Some(last) = self.points.last_mut() {
+            last.kind = Some(kind);
+        }
         self
     }
 
@@ -259,7 +271,7 @@ impl SystemBuilder {
         let is_plain = !is_rotation.contains(&true)
             && !damping.contains(&true)
             && (self.beams.is_empty() && self.rods.is_empty());
-        let mut joined = places::join(&places, self.elements, is_plain)?;
+        let mut joined = places::join(&places, self.elements, is_plain, &is_rotation)?;
         joined.springs.extend(continua.springs);
         for (kind, sum) in [
             (MatrixKind::Mass, continua.mass),

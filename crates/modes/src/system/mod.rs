@@ -4,6 +4,7 @@
 mod beams;
 mod builder;
 mod damping;
+mod kinds;
 mod parameter;
 mod places;
 
@@ -91,6 +92,21 @@ impl System {
     /// [`rotation`](SystemBuilder::rotation) or is that of a node of a [`Beam`].
     pub fn kind_of(&self, index: usize) -> CoordinateKind {
         self.model.kind_of(index)
+    }
+
+    /// What the coordinate, point or support of this name measures, if it is known: see [`Point::kind`].
+    pub fn kind_at(&self, name: &str) -> Option<CoordinateKind> {
+        if let Some(index) = self.index_of(name) {
+            return Some(self.kind_of(index));
+        }
+        let supports = self.supports().iter();
+        let support = supports.zip(&self.model.machine()?.support_kinds);
+        let mut support = support.filter(|(support, _)| *support == name);
+        let point = || self.points().iter().find(|point| point.name == name);
+        match support.next() {
+            Some((_, kind)) => Some(*kind),
+            None => point()?.kind,
+        }
     }
 
     /// The points, in the order given.

@@ -3,9 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use super::BuildError;
+use super::kinds::Kinds;
 use crate::model::{
-    Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node, Point, Square,
-    Term,
+    CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node,
+    Point, Square, Term,
 };
 
 /// A point as it was given.
@@ -14,6 +15,7 @@ pub(super) struct GivenPoint {
     pub(super) name: String,
     pub(super) moves: Vec<(String, f64)>,
     pub(super) mass: f64,
+    pub(super) kind: Option<CoordinateKind>,
 }
 
 /// A spring or a damper as it was given.
@@ -78,7 +80,12 @@ impl<'a> Places<'a> {
         given: GivenPoint,
         points: &HashMap<String, Vec<String>>,
     ) -> Result<Point, BuildError> {
-        let GivenPoint { name, moves, mass } = given;
+        let GivenPoint {
+            name,
+            moves,
+            mass,
+            kind,
+        } = given;
         if moves.is_empty() {
             return Err(BuildError::PointStill { point: name });
         }
@@ -117,7 +124,12 @@ impl<'a> Places<'a> {
         }
         let form = form.minus(&Form::default());
         let mass = mass.abs();
-        Ok(Point { name, form, mass })
+        Ok(Point {
+            name,
+            form,
+            mass,
+            kind,
+        })
     }
 
     /// A place that is not a point; a support stands still as the ground does.
@@ -170,24 +182,39 @@ pub(super) fn join(
     places: &Places<'_>,
     elements: Vec<Joint>,
     is_plain: bool,
+    is_rotation: &[bool],
 ) -> Result<Joined, BuildError> {
     let named = elements.iter().any(|element| element.name.is_some());
     let is_plain = is_plain && places.points.is_empty() && places.supports.is_empty() && !named;
-    let machine = Machine {
-        points: places.points.clone(),
-        supports: places.supports.clone(),
-        ..Machine::default()
-    };
+    let kinds = (!is_plain).then(|| {
+        let (points, supports) = (&places.points, &places.supports);
+        Kinds::of(places.names, is_rotation, points, supports, &elements)
+    });
+    let machine = kinds.as_ref().map(|kinds| {
+        let points = places.points.iter().zip(&kinds.points);
+        let kind = |(point, kind): (&Point, &Option<CoordinateKind>)| Point {
+            kind: *kind,
+            ..point.clone()
+        };
+        Machine {
+            points: points.map(kind).collect(),
+            supports: places.supports.clone(),
+            support_kinds: kinds.supports.clone(),
+            ..Machine::default()
+        }
+    });
     let mut joined = Joined {
         springs: Vec::new(),
         dampers: Vec::new(),
         terms: Default::default(),
         squares: Default::default(),
-        machine: (!is_plain).then_some(machine),
+        machine,
     };
     let mut names = HashSet::new();
     let mut counts = [0, 0];
-    for element in elements {
+    let measured = kinds.map_or(Vec::new(), |kinds| kinds.elements);
+    let measured = measured.into_iter().chain(std::iter::repeat(None));
+    for (element, measured) in elements.into_iter().zip(measured) {
         let kind = element.kind;
         let index = counts[kind as usize];
         counts[kind as usize] += 1;
@@ -219,7 +246,7 @@ pub(super) fn join(
         {
             return Err(BuildError::ElementName { kind, index, name });
         }
-        joined.take(places, element, ends, index)?;
+        joined.take(places, element, ends, measured, index)?;
     }
     for point in &places.points {
         let what = || format!("the mass of point {:?}", point.name);
@@ -235,6 +262,7 @@ impl Joined {
         places: &Places<'_>,
         element: Joint,
         ends: [Option<Node>; 2],
+        measured: Option<CoordinateKind>,
         index: usize,
     ) -> Result<(), BuildError> {
         let (kind, coefficient) = (element.kind, element.coefficient);
@@ -269,6 +297,7 @@ impl Joined {
             name: element.name,
             stretch: stretch.clone(),
             coefficient,
+            kind: measured,
         });
         if direct.is_some() && stretch.supports.is_empty() {
             return Ok(());

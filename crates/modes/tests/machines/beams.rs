@@ -29,6 +29,7 @@ fn rod(elements: usize, ends: [RodEnd; 2], lumped: bool) -> Rod {
         mass_per_length: 0.1,
         ends,
         lumped,
+        twists: false,
     }
 }
 

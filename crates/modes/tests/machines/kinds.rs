@@ -66,3 +66,59 @@ fn directions_are_not_guessed() {
         .spring(GROUND, "rack", 1.0);
     assert_eq!(count(&geared.build().expect("a system")), 2);
 }
+
+/// What arms, gears, supports and elements measure follows from what they are joined to, as far as it can be told.
+#[test]
+fn kinds_reach_points_supports_and_elements() {
+    use CoordinateKind::{Displacement, Rotation};
+    let builder = System::builder()
+        .mass("load", 3.0)
+        .rotation("lever", 0.5)
+        .rotation("rotor", 0.25)
+        .support("wall")
+        .support("motor")
+        .support("idle")
+        .point("edge", [("load", 1.0), ("lever", -0.5)], 0.0)
+        .point("arm", [("lever", 0.25)], 0.0)
+        .point("gear", [("lever", 4.0)], 0.0)
+        .point("unknown", [("lever", 0.75)], 0.0)
+        .point("tooth", [("rotor", 0.125)], 0.0)
+        .measuring(Displacement)
+        .point("torn", [("rotor", 1.5)], 0.0);
+    let joins = [
+        (GROUND, "edge", Some(Displacement)),
+        ("arm", "load", Some(Displacement)),
+        ("gear", "rotor", Some(Rotation)),
+        ("unknown", GROUND, None),
+        ("tooth", GROUND, Some(Displacement)),
+        ("wall", "load", Some(Displacement)),
+        ("motor", "rotor", Some(Rotation)),
+        ("load", "lever", None),
+        ("torn", "load", None),
+        ("torn", "lever", None),
+    ];
+    let join = |builder: eigentone_modes::SystemBuilder, (a, b, _): &(&str, &str, _)| {
+        builder.spring(*a, *b, 2.0)
+    };
+    let system = joins.iter().fold(builder, join).build().expect("a system");
+    let places = [
+        ("edge", Some(Displacement)),
+        ("arm", Some(Displacement)),
+        ("gear", Some(Rotation)),
+        ("unknown", None),
+        ("tooth", Some(Displacement)),
+        ("torn", None),
+        ("wall", Some(Displacement)),
+        ("motor", Some(Rotation)),
+        ("idle", Some(Displacement)),
+        ("rotor", Some(Rotation)),
+        ("nobody", None),
+    ];
+    for (name, kind) in places {
+        assert_eq!(system.kind_at(name), kind, "{name}");
+    }
+    let elements = system.elements(eigentone_modes::ElementKind::Spring);
+    for (element, (a, b, kind)) in elements.iter().zip(joins) {
+        assert_eq!(element.kind, kind, "{a}–{b}");
+    }
+}

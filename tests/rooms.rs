@@ -45,6 +45,7 @@ const HOUSES: [House; 2] = [
             "plan",
             "quantity",
             "frequency_response",
+            "state_space",
             "sweep",
         ],
     },

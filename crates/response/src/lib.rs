@@ -36,6 +36,7 @@
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
 //! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
+//! | A, B, C, D for control and filters, also held, and their process noise | [`StateSpace`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
 //!
@@ -53,6 +54,7 @@ mod march;
 mod plan;
 mod problem;
 mod quantity;
+mod state_space;
 mod sweep;
 
 pub use answer::{History, Operations, Output, ResponseMethod, Trajectory};
@@ -72,5 +74,8 @@ pub use problem::{
 pub use quantity::{
     CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,
     Summary,
+};
+pub use state_space::{
+    BoundedMatrix, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,
 };
 pub use sweep::{Answer, Sweep, SweepError};

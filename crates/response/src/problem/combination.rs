@@ -32,7 +32,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    pub(super) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
+    pub(crate) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
         let mut terms: [Vec<(usize, [f64; 2])>; 3] = Default::default();
         let mut add = |order: usize, form: &eigentone_modes::Form, factor: f64| {
             let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));

@@ -45,6 +45,7 @@ const HOUSES: [House; 2] = [
             "plan",
             "quantity",
             "frequency_response",
+            "response_spectrum",
             "state_space",
             "sweep",
         ],

@@ -36,6 +36,7 @@
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
 //! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
+//! | the largest motions of one-mass systems on a shaken base | [`ResponseSpectrum`] |
 //! | A, B, C, D for control and filters, also held, and their process noise | [`StateSpace`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
@@ -54,6 +55,7 @@ mod march;
 mod plan;
 mod problem;
 mod quantity;
+mod response_spectrum;
 mod state_space;
 mod sweep;
 
@@ -74,6 +76,9 @@ pub use problem::{
 pub use quantity::{
     CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,
     Summary,
+};
+pub use response_spectrum::{
+    BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,
 };
 pub use state_space::{
     BoundedMatrix, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,

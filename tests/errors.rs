@@ -120,6 +120,8 @@ const SCENES: &[&str] = &[
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"dampers\": [{\"between\": [\"road\", \"a\"], \"damping\": 1, \"name\": \"tyre\"}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"damping\": {\"rayleigh\": {\"mass\": 1, \"relative_to\": \"soil\"}}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"springs\": [{\"between\": [\"road\", \"a\"], \"stiffness\": 9, \"name\": \"tyre\"}], \"damping\": {\"modal\": []}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"frequencies\": {\"from\": 0, \"to\": 10, \"count\": 5}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"frequencies\": {\"from\": 3, \"to\": 1, \"count\": 5}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": -1}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": 0.1}], \"time\": {\"end\": 1, \"step\": 0.1}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": -1}], \"damping\": {\"modal\": 0.02}}",

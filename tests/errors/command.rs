@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 20] = [
+const CASES: [(&str, &str); 22] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -22,6 +22,8 @@ const CASES: [(&str, &str); 20] = [
     ("Modes", "modes far-apart.json"),
     ("Response", "response growing.json"),
     ("Response", "response S --steps 0,99"),
+    ("Frequency", "frf S --to wall"),
+    ("", "frf S --at 1,x"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

@@ -10,9 +10,9 @@ use eigentone::modes::{
     modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
-    ByCertifiedExponential, BySuperposition, Exponential, HalfSine, Harmonic, Hold, Impulse,
-    ModalTruncation, Output, Pade13, Problem, Quantity, Response, Samples, State, SteadyState,
-    Step, Sweep, Versine, expm, receptance,
+    ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
+    Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Problem, Quantity, Response,
+    Samples, State, SteadyState, Step, Sum, Sweep, Versine, expm, receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
@@ -21,7 +21,7 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 17] = [
+pub const ENUMS: [(&str, &str); 18] = [
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
     ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
@@ -34,6 +34,10 @@ pub const ENUMS: [(&str, &str); 17] = [
     (
         "crates/response/src/frequency_response/harmonic_motion.rs",
         "SteadyStateError",
+    ),
+    (
+        "crates/response/src/frequency_response/question.rs",
+        "FrequencyError",
     ),
     ("crates/response/src/sweep/mod.rs", "SweepError"),
     ("crates/response/src/exponential/error.rs", "ExpmError"),
@@ -386,8 +390,16 @@ fn response_errors(listing: &mut Listing) {
         },
         Ok(_) => Ok(()),
     };
-    let swings = kerb(&carried, "road", Harmonic::of(1.0, 2.0).into()).problem();
-    let swings = swings.expect("a problem");
+    let steady = Load::from(Harmonic::of(1.0, 0.0));
+    let drifts = of(&quarter)
+        .motion("road", Quantity::Velocity, steady)
+        .problem();
+    let drifts = drifts.expect("a problem");
+    let frf = || FrequencyResponse::of(&quarter).from("road");
+    let pull = Combination {
+        name: "travel".to_owned(),
+        of: Sum::Pull("tire".to_owned()),
+    };
     list! { listing:
         kerb(&quarter, "wall", Step::of(1.0).into()).run();
         kerb(&quarter, "road", Step::of(1.0).into()).run();
@@ -397,7 +409,15 @@ fn response_errors(listing: &mut Listing) {
         of_motion(&carried, Step::of(1.0).into());
         of_load(HalfSine::of(1.0, 0.0).into());
         of_load(Versine::of(1.0, 1.0).starting_at(-1.0).into());
-        SteadyState::of(&swings);
+        SteadyState::of(&drifts);
+        FrequencyResponse::of(&quarter).at(&[1.0]);
+        frf().to("wall").at(&[1.0]);
+        frf().output(pull).at(&[1.0]);
+        frf().at(&[-1.0]);
+        frf().loss_factors([0.1, 0.1]).at(&[1.0]);
+        frf().loss_factors([-0.1, 0.0, 0.0]).at(&[1.0]);
+        FrequencyResponse::of(&soft).from("m0").at(&[0.0]);
+        FrequencyResponse::of(&large).from("m7").at(&[0.5]);
         of(&one).load("m0", Step::of(f64::NAN)).run();
         of_load(Step::of(f64::NAN).into());
         of_load(early.into());

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use eigentone::modes::{ModesError, SparseError};
-use eigentone::response::ResponseError;
+use eigentone::response::{FrequencyError, ResponseError};
 use eigentone::scene::SceneError;
 use eigentone::tables::TableError;
 use thiserror::Error;
@@ -50,6 +50,11 @@ pub enum Failure {
         scene: PathBuf,
         error: ResponseError,
     },
+    #[error("{}: {}", scene.display(), frequency(error))]
+    Frequency {
+        scene: PathBuf,
+        error: FrequencyError,
+    },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
@@ -58,6 +63,16 @@ pub enum Failure {
     Write { file: PathBuf, error: io::Error },
     #[error("standard output cannot be written: {0}")]
     Output(io::Error),
+}
+
+/// What is wrong with a frequency response, and the option that mends it.
+fn frequency(error: &FrequencyError) -> String {
+    match error {
+        FrequencyError::NoInput => {
+            "nothing drives the scene, and it has too many masses to take each: name an input, as with --from NAME".to_owned()
+        }
+        error => error.to_string(),
+    }
 }
 
 /// To a digit after the point, or what there is of it.
@@ -131,10 +146,15 @@ impl Failure {
                 | ResponseError::Sparse(SparseError::NoConvergence | SparseError::OutOfRange) => 1,
                 _ => 2,
             },
+            Failure::Frequency {
+                error: FrequencyError::OutOfRange { .. },
+                ..
+            } => 1,
             Failure::Table {
                 error: TableError::Response(_),
                 ..
-            } => 2,
+            }
+            | Failure::Frequency { .. } => 2,
             Failure::Modes { .. }
             | Failure::Table { .. }
             | Failure::Write { .. }

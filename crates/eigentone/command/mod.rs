@@ -4,6 +4,7 @@ mod analyze;
 mod check;
 mod failure;
 mod files;
+mod frf;
 mod interrupt;
 mod memory;
 mod modes;
@@ -36,6 +37,7 @@ enum Command {
     Analyze(analyze::Analyze),
     Modes(modes::Modes),
     Response(response::Response),
+    Frf(frf::Frf),
     Check(check::Check),
     Stability(stability::Stability),
     Tables(tables::Tables),
@@ -49,6 +51,7 @@ impl Cli {
             Command::Analyze(command) => command.run(),
             Command::Modes(command) => command.run(),
             Command::Response(command) => command.run(),
+            Command::Frf(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
             Command::Tables(command) => command.run(),

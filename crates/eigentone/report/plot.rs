@@ -41,6 +41,7 @@ pub struct Line<'a> {
     len: usize,
     point: Box<dyn Fn(usize) -> (f64, f64) + 'a>,
     marked: bool,
+    joined: bool,
 }
 
 impl<'a> Line<'a> {
@@ -52,6 +53,16 @@ impl<'a> Line<'a> {
             len,
             point: Box::new(point),
             marked: false,
+            joined: true,
+        }
+    }
+
+    /// Dots alone, without a line through them.
+    pub fn dots(self) -> Line<'a> {
+        Line {
+            marked: true,
+            joined: false,
+            ..self
         }
     }
 
@@ -239,7 +250,9 @@ impl Plot<'_> {
         } else {
             stroke(index)
         };
-        let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
+        if line.joined {
+            let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
+        }
         if line.marked {
             // A point by itself has no line that leads the eye to it.
             let size = if places.len() == 1 { 5.0 } else { DOT };
@@ -256,10 +269,16 @@ impl Plot<'_> {
         let x = self.right() + 18.0;
         for (index, line) in self.lines.iter().take(shown).enumerate() {
             let y = TOP + 12.0 + 23.0 * index as f64;
+            if line.joined {
+                let _ = writeln!(
+                    svg,
+                    r##"<path d="M{x} {y}h34" fill="none" stroke-width="2.2"{}/>"##,
+                    strokes[index],
+                );
+            }
             let _ = writeln!(
                 svg,
-                r##"<path d="M{x} {y}h34" fill="none" stroke-width="2.2"{}/><text x="{}" y="{}">{}</text>"##,
-                strokes[index],
+                r##"<text x="{}" y="{}">{}</text>"##,
                 x + 42.0,
                 y + 5.0,
                 escape(&shorten(&line.name, LETTERS)),

@@ -61,6 +61,9 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         return Err(SceneError::LossFactorInTime { at });
     }
     let time = layout.time.map(|Object(time)| (time.step.0, time.end.0));
+    let frequencies = layout
+        .frequencies
+        .map(|Object(given)| frequencies(&given, source));
     let scene = Scene {
         title: layout.title.map(|title| title.0),
         system,
@@ -70,6 +73,7 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         outputs,
         loss_factors,
         time,
+        frequencies: frequencies.transpose()?,
     };
     let problem = match scene.problem() {
         Some(problem) => problem.map(drop),
@@ -80,6 +84,42 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         source: Box::new(error),
     })?;
     Ok(scene)
+}
+
+/// Evenly spread frequencies, the first and the last being those given.
+fn frequencies(given: &layout::Frequencies, source: &Source<'_>) -> Result<Vec<f64>, SceneError> {
+    /// As many as a table can show.
+    const MOST: usize = 1_000_000;
+    let (from, to, count) = (given.from.0, given.to.0, given.count.0);
+    let wrong = |key: &'static str, problem: &'static str| {
+        let at = source.place(steps!["frequencies", key]);
+        Err(SceneError::Frequencies { at, problem })
+    };
+    if from < 0.0 {
+        return wrong("from", "a frequency must be 0 or more");
+    }
+    if from == 0.0 && !given.spacing.0 {
+        return wrong(
+            "from",
+            "a logarithmic scale has no 0: begin above it, or take \"spacing\": \"linear\"",
+        );
+    }
+    if to < from || to == from && count > 1 {
+        return wrong("to", "the last frequency must be above the first");
+    }
+    if count > MOST {
+        return wrong("count", "there may be 1000000 frequencies at most");
+    }
+    let at = |k: usize| {
+        let share = k as f64 / (count.max(2) - 1) as f64;
+        match (k, given.spacing.0) {
+            (0, _) => from,
+            (k, _) if k == count - 1 => to,
+            (_, true) => from + share * (to - from),
+            (_, false) => from * (share * (to / from).ln()).exp(),
+        }
+    };
+    Ok((0..count).map(at).collect())
 }
 
 /// The kind of each load, and where the course of each motion stands.

@@ -157,6 +157,14 @@ pub enum SceneError {
         /// The loss factor.
         at: Place,
     },
+    /// Frequencies that cannot be spread.
+    #[error("{at}: {problem}")]
+    Frequencies {
+        /// Where.
+        at: Place,
+        /// What is wrong, and what would be right.
+        problem: &'static str,
+    },
     /// A file with the values of samples is wrong.
     #[error("{at}: {source}")]
     Record {

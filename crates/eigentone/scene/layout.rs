@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::shape::{
     BeamEnd, ByName, Column, Count, Hold, List, MassKind, Matrix, Number, Object, OneOrMore,
-    Ratios, RodEnd, Text, Two, Unit, Values, given,
+    Ratios, RodEnd, Spacing, Text, Two, Unit, Values, given,
 };
 
 #[derive(Debug, Deserialize)]
@@ -39,6 +39,8 @@ pub(super) struct Scene {
     pub(super) outputs: List<Object<Output>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) time: Option<Object<Time>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) frequencies: Option<Object<Frequencies>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -271,4 +273,13 @@ pub(super) struct Modal {
 pub(super) struct Time {
     pub(super) end: Number,
     pub(super) step: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Frequencies {
+    pub(super) from: Number,
+    pub(super) to: Number,
+    pub(super) count: Count,
+    #[serde(default)]
+    pub(super) spacing: Spacing,
 }

@@ -39,6 +39,7 @@ pub struct Scene {
     loss_factors: Vec<f64>,
     /// Step and end.
     time: Option<(f64, f64)>,
+    frequencies: Option<Vec<f64>>,
 }
 
 impl Scene {
@@ -94,6 +95,24 @@ impl Scene {
     /// modes nor motions have them.
     pub fn loss_factors(&self) -> &[f64] {
         &self.loss_factors
+    }
+
+    /// The frequencies in rad/s that it asks for in frequency responses, rising; `None` if it names none.
+    pub fn frequencies(&self) -> Option<&[f64]> {
+        self.frequencies.as_deref()
+    }
+
+    /// The names of what loads act on, then of the supports that motions move, each once.
+    pub fn driven(&self) -> Vec<&str> {
+        let loads = self.loads.iter().map(|(on, _)| on);
+        let all = loads.chain(self.motions.iter().map(|(of, ..)| of));
+        let mut names: Vec<&str> = Vec::new();
+        for name in all {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// The response it asks for, or `None` if it has no `time`.

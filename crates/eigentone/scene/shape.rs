@@ -230,6 +230,10 @@ words! {
     /// What a sampled force does between its samples.
     Hold(response::Hold): "\"zero\" or \"first\"",
         "zero" => response::Hold::Zero, "first" => response::Hold::First;
+    /// Whether frequencies are evenly spread on a linear scale.
+    #[derive(Default)]
+    Spacing(bool): "\"log\" or \"linear\"",
+        "log" => false, "linear" => true;
     /// Whether a coordinate is a rotation.
     #[derive(Default)]
     Unit(bool): "\"m\" or \"rad\"",

@@ -34,6 +34,7 @@
 //! | at instants that are on no grid | [`ByCertifiedExponential::at`] |
 //! | peaks, also between the instants | [`Extrema`]; peaks, ends and settling times in one: [`Summary`] |
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
+//! | frequency response functions, their peaks and dips | [`FrequencyResponse`], [`peak_grid`], [`Features`] |
 //! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | the largest motions of one-mass systems on a shaken base | [`ResponseSpectrum`] |
@@ -65,7 +66,10 @@ pub use exponential::{
     BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
     expm, expm_bounded, expm_condition,
 };
-pub use frequency_response::{HarmonicMotion, SteadyState, SteadyStateError, receptance};
+pub use frequency_response::{
+    Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions, FrequencyResponse,
+    FrequencyValue, HarmonicMotion, Peak, SteadyState, SteadyStateError, peak_grid, receptance,
+};
 pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
 pub use problem::{

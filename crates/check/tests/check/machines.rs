@@ -10,16 +10,16 @@ use super::coincidence::fault;
 
 /// What a machine is made of. Numbers of names are taken modulo how many there are.
 #[derive(Clone, Debug)]
-struct Drawn {
-    masses: Vec<f64>,
-    supports: usize,
-    points: Vec<(Vec<(usize, f64)>, f64)>,
-    elements: Vec<(bool, usize, usize, f64)>,
+pub(super) struct Drawn {
+    pub(super) masses: Vec<f64>,
+    pub(super) supports: usize,
+    pub(super) points: Vec<(Vec<(usize, f64)>, f64)>,
+    pub(super) elements: Vec<(bool, usize, usize, f64)>,
 }
 
 impl Drawn {
     /// `None` where it is refused.
-    fn system(&self) -> Option<System> {
+    pub(super) fn system(&self) -> Option<System> {
         let mut names: Vec<String> = (0..self.masses.len()).map(|i| format!("m{i}")).collect();
         names.extend((0..self.supports).map(|i| format!("s{i}")));
         let moving = names.len();
@@ -56,7 +56,7 @@ fn coefficients() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn machines() -> impl Strategy<Value = Drawn> {
+pub(super) fn machines() -> impl Strategy<Value = Drawn> {
     let mass = || prop_oneof![2 => Just(0.0), 3 => (1u8..4).prop_map(f64::from), 3 => 0.1..1e3f64];
     let times = || {
         let simple = prop::sample::select(vec![1.0, -1.0, 0.5, 0.1, 0.6, 0.8, -1.2, 3.0]);

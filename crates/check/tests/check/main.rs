@@ -12,6 +12,7 @@
 mod closed_forms;
 mod coincidence;
 mod comparisons;
+mod frequency;
 mod integrators;
 mod machines;
 mod motions;

@@ -1,54 +1,243 @@
-//! K − Ω²M + iΩC in ball arithmetic, from the elements.
+//! K − Ω²M + iΩC in ball arithmetic, from the elements, and what forces and motions of supports put beside it.
 
 use std::collections::BTreeMap;
 
-use eigentone_digits::{Ball, Real, WideComplex};
-use eigentone_modes::{MatrixKind, System};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, WideComplex};
+use eigentone_modes::{ElementKind, MatrixKind, System};
 
 use super::elimination::{Row, scaled};
 
-/// The doubles whose exact sums are an entry of K, C and M.
-type Terms = [Vec<f64>; 3];
-
-/// K − Ω²M + iΩC of the coordinates that chosen ones are joined to, as sums of doubles.
-pub(super) struct DynamicStiffness {
-    frequency: f64,
-    /// The coordinates it is about, rising.
-    coordinates: Vec<usize>,
-    /// By row and column, both as positions in `coordinates`.
-    entries: BTreeMap<(usize, usize), Terms>,
+/// A frequency Ω ≥ 0 in rad/s, or all that are close to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frequency {
+    pub(super) middle: DoubleDouble,
+    pub(super) radius: f64,
 }
 
-impl DynamicStiffness {
-    /// Of all coordinates that any of `from` is joined to, be it through others. The rest moves by
-    /// itself, which no load on `from` changes.
-    pub(super) fn of(system: &System, frequency: f64, from: &[usize]) -> DynamicStiffness {
-        let whole = entries(system);
-        let mut reached = vec![false; system.len()];
-        let mut joined = vec![Vec::new(); system.len()];
-        for &(row, column) in whole.keys() {
-            joined[row].push(column);
-            joined[column].push(row);
+impl From<f64> for Frequency {
+    fn from(frequency: f64) -> Frequency {
+        Frequency {
+            middle: frequency.into(),
+            radius: 0.0,
         }
-        let mut waiting = from.to_vec();
-        while let Some(next) = waiting.pop() {
-            if !std::mem::replace(&mut reached[next], true) {
-                waiting.extend(&joined[next]);
-            }
-        }
-        let coordinates: Vec<usize> = (0..system.len()).filter(|i| reached[*i]).collect();
-        let place = |i: usize| coordinates.binary_search(&i).ok();
-        let within = whole.into_iter().filter_map(|((row, column), terms)| {
-            let place = (place(row)?, place(column)?);
-            Some((place, terms))
-        });
-        DynamicStiffness {
-            frequency,
-            entries: within.collect(),
-            coordinates,
+    }
+}
+
+impl Frequency {
+    fn ball<T: Real>(self) -> Ball<T> {
+        let (high, low) = (self.middle.high(), self.middle.low());
+        let middle = T::from(high) + T::from(low);
+        let error = T::unit() * middle.upper();
+        Ball::new(
+            WideComplex {
+                re: middle,
+                im: T::ZERO,
+            },
+            Magnitude::from(self.radius) + error,
+        )
+    }
+
+    /// (iΩ)^power.
+    fn power<T: Real>(self, power: i32) -> Ball<T> {
+        let unit = match self.middle.low() == 0.0 && self.radius == 0.0 {
+            true => real(self.middle.high()),
+            false => self.ball(),
+        };
+        let unit = turned(unit, 1);
+        let product = (0..power.unsigned_abs()).fold(real(1.0), |product, _| product * unit);
+        match power {
+            0.. => product,
+            _ => real::<T>(1.0)
+                .checked_div(product)
+                .unwrap_or(Ball::new(WideComplex::ZERO, Magnitude::INFINITY)),
         }
     }
 
+    /// The largest k for which it is a whole multiple of 2^k; `None` where it is not one frequency.
+    fn last_bit(self) -> Option<i64> {
+        let parts = [self.middle.high(), self.middle.low()];
+        let parts = parts.into_iter().filter(|part| *part != 0.0);
+        (self.radius == 0.0).then(|| parts.map(last_bit).min().unwrap_or(0))
+    }
+}
+
+/// i^turns (iΩ)^power times a product of doubles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    turns: u8,
+    power: i32,
+    factors: [f64; 4],
+}
+
+impl Part {
+    /// A product of two doubles times (iΩ)^power.
+    pub(super) fn of(power: i32, factors: [f64; 2]) -> Part {
+        Part {
+            turns: 0,
+            power,
+            factors: [factors[0], factors[1], 1.0, 1.0],
+        }
+    }
+
+    /// i times the product, at every frequency.
+    pub(super) fn loss(factors: [f64; 4]) -> Part {
+        Part {
+            turns: 1,
+            power: 0,
+            factors,
+        }
+    }
+
+    /// The derivative with respect to Ω, of what is no loss.
+    pub(super) fn derivative(self) -> Option<Part> {
+        let [a, b, ..] = self.factors;
+        let power = self.power;
+        (power != 0).then(|| Part {
+            turns: self.turns + 1,
+            power: power - 1,
+            factors: [a, b, power.into(), 1.0],
+        })
+    }
+
+    pub(super) fn value<T: Real>(&self, frequency: Frequency) -> Ball<T> {
+        let factors = self.factors.iter().filter(|factor| **factor != 1.0);
+        let product = factors.fold(real::<T>(1.0), |product, factor| product * *factor);
+        turned(product, self.turns) * frequency.power(self.power)
+    }
+}
+
+/// i^turns times a ball.
+fn turned<T: Real>(ball: Ball<T>, turns: u8) -> Ball<T> {
+    let turn = |middle: WideComplex<T>, _| WideComplex {
+        re: -middle.im,
+        im: middle.re,
+    };
+    Ball::new((0..turns).fold(ball.middle(), turn), ball.radius())
+}
+
+/// An entry as a sum.
+#[derive(Clone, Debug, Default)]
+struct Terms {
+    /// The doubles whose exact sums are its parts of K, C and M.
+    sums: [Vec<f64>; 3],
+    /// The products of doubles whose sum times i is the loss of springs.
+    losses: Vec<[f64; 4]>,
+}
+
+/// The dynamic stiffness K − Ω²M + iΩC of a system, springs with loss factors η being k(1 + iη), at any Ω.
+#[derive(Debug)]
+pub(super) struct DynamicStiffness {
+    entries: BTreeMap<(usize, usize), Terms>,
+    /// By coordinate, the part of the system that it belongs to: others are joined to none of it.
+    part: Vec<usize>,
+}
+
+impl DynamicStiffness {
+    /// With a loss factor for each of the springs as they were given, or for none.
+    pub(super) fn of(system: &System, loss_factors: &[f64]) -> DynamicStiffness {
+        let mut entries: BTreeMap<(usize, usize), Terms> = BTreeMap::new();
+        let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
+        for (power, kind) in kinds.into_iter().enumerate() {
+            for term in system.terms(kind) {
+                let entry = entries.entry((term.row, term.column)).or_default();
+                entry.sums[power].push(term.value);
+            }
+        }
+        for (spring, &loss) in losing(system, loss_factors) {
+            for &(row, a) in &spring.stretch.coordinates {
+                for &(column, b) in &spring.stretch.coordinates {
+                    let entry = entries.entry((row, column)).or_default();
+                    entry.losses.push([loss, spring.coefficient, a, b]);
+                }
+            }
+        }
+        let part = parts(system.len(), entries.keys().copied());
+        DynamicStiffness { entries, part }
+    }
+
+    /// The parts of the system that some of the coordinates belong to.
+    pub(super) fn reached(&self, coordinates: impl Iterator<Item = usize>) -> Vec<usize> {
+        let mut reached: Vec<usize> = coordinates.map(|i| self.part[i]).collect();
+        reached.sort_unstable();
+        reached.dedup();
+        reached
+    }
+
+    /// The rows and columns of these parts. The rest moves by itself, which nothing that acts on them changes.
+    pub(super) fn block(&self, parts: &[usize]) -> Block {
+        let within = |i: usize| parts.binary_search(&self.part[i]).is_ok();
+        let coordinates: Vec<usize> = (0..self.part.len()).filter(|i| within(*i)).collect();
+        let place = |i: usize| coordinates.binary_search(&i).expect("it is within");
+        let entries = self.entries.iter().filter(|((row, _), _)| within(*row));
+        let entries =
+            entries.map(|((row, column), terms)| ((place(*row), place(*column)), terms.clone()));
+        Block {
+            entries: entries.collect(),
+            coordinates,
+        }
+    }
+}
+
+/// The springs that have a loss factor, with it.
+fn losing<'a>(
+    system: &System,
+    loss_factors: &'a [f64],
+) -> impl Iterator<Item = (eigentone_modes::GivenElement, &'a f64)> {
+    let springs = match loss_factors.is_empty() {
+        true => Vec::new(),
+        false => system.elements(ElementKind::Spring),
+    };
+    let all = springs.into_iter().zip(loss_factors);
+    all.filter(|(_, loss)| **loss != 0.0)
+}
+
+/// What a unit motion of a support puts on the right-hand side: coordinate and −(K_s + iΩC_s − Ω²M_s).
+pub(super) fn carried(system: &System, support: usize, loss_factors: &[f64]) -> Vec<(usize, Part)> {
+    let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
+    let mut carried = Vec::new();
+    for (power, kind) in kinds.into_iter().enumerate() {
+        let terms = system.coupling(kind).iter();
+        let own = terms.filter(|term| term.column == support);
+        carried.extend(own.map(|term| (term.row, Part::of(power as i32, [-term.value, 1.0]))));
+    }
+    for (spring, &loss) in losing(system, loss_factors) {
+        let own = spring.stretch.supports.iter();
+        for &(_, b) in own.filter(|(s, _)| *s == support) {
+            for &(row, a) in &spring.stretch.coordinates {
+                carried.push((row, Part::loss([-loss, spring.coefficient, a, b])));
+            }
+        }
+    }
+    carried
+}
+
+/// For each coordinate the least index of those that it is joined to, be it through others.
+fn parts(n: usize, joints: impl Iterator<Item = (usize, usize)>) -> Vec<usize> {
+    fn root(part: &mut [usize], mut i: usize) -> usize {
+        while part[i] != i {
+            part[i] = part[part[i]];
+            i = part[i];
+        }
+        i
+    }
+    let mut part: Vec<usize> = (0..n).collect();
+    for (i, j) in joints {
+        let (i, j) = (root(&mut part, i), root(&mut part, j));
+        part[i.max(j)] = i.min(j);
+    }
+    (0..n).map(|i| root(&mut part, i)).collect()
+}
+
+/// The dynamic stiffness of parts of a system.
+#[derive(Debug)]
+pub(super) struct Block {
+    /// The coordinates it is about, rising.
+    coordinates: Vec<usize>,
+    /// By row and column, both as positions in `coordinates`; by rising row, then column.
+    entries: Vec<((usize, usize), Terms)>,
+}
+
+impl Block {
     /// The coordinates that it is about, rising.
     pub(super) fn coordinates(&self) -> &[usize] {
         &self.coordinates
@@ -56,18 +245,22 @@ impl DynamicStiffness {
 
     /// Its rows in the precision of T, and the powers of two by which row and column are divided so
     /// that the largest entry of each is about 1.
-    pub(super) fn rows<T: Real>(&self) -> (Vec<Row<T>>, Vec<i64>) {
+    pub(super) fn rows<T: Real>(&self, frequency: Frequency) -> (Vec<Row<T>>, Vec<i64>) {
         let n = self.coordinates.len();
-        let factors = self.factors::<T>();
+        let factors: [Ball<T>; 3] = [0, 1, 2].map(|order| frequency.power(order));
         let sum = |terms: &[f64]| {
             let terms = terms.iter().map(|term| real::<T>(*term));
             terms.fold(Ball::ZERO, |sum, term| sum + term)
         };
         let values = self.entries.iter().map(|(place, terms)| {
-            let parts = terms.iter().zip(factors);
+            let parts = terms.sums.iter().zip(factors);
             let parts = parts.filter(|(terms, _)| !terms.is_empty());
             let value = parts.fold(Ball::ZERO, |value, (terms, factor)| {
                 value + sum(terms) * factor
+            });
+            let losses = terms.losses.iter();
+            let value = losses.fold(value, |value, factors| {
+                value + Part::loss(*factors).value(frequency)
             });
             (*place, value)
         });
@@ -93,48 +286,41 @@ impl DynamicStiffness {
         (rows, exponents)
     }
 
-    /// k such that the determinant, unless it is 0, is at least 2^k: every entry of a row is a
-    /// Gaussian integer times one power of two, so their products are.
-    pub(super) fn grain(&self) -> i64 {
-        let frequency = if self.frequency == 0.0 {
-            0
-        } else {
-            last_bit(self.frequency)
-        };
-        let mut rows = vec![None; self.coordinates.len()];
-        for ((row, _), terms) in &self.entries {
-            for (power, terms) in terms.iter().enumerate() {
-                for term in terms {
-                    let bit = last_bit(*term) + power as i64 * frequency;
-                    rows[*row] = Some(rows[*row].map_or(bit, |least: i64| least.min(bit)));
-                }
+    /// −Z′x for the derivative Z′ = iC − 2ΩM of its rows with respect to Ω.
+    pub(super) fn slope<T: Real>(&self, frequency: Frequency, x: &[Ball<T>]) -> Vec<Ball<T>> {
+        let factors = [1, 2].map(|order| {
+            let derivative = Part::of(order, [-1.0, 1.0]).derivative();
+            derivative.expect("Ω has a power").value::<T>(frequency)
+        });
+        let mut product = vec![Ball::ZERO; x.len()];
+        for ((row, column), terms) in &self.entries {
+            for (terms, factor) in terms.sums[1..].iter().zip(factors) {
+                let terms = terms.iter().map(|term| real::<T>(*term));
+                let sum = terms.fold(Ball::ZERO, |sum, term| sum + term);
+                product[*row] = product[*row] + sum * factor * x[*column];
             }
         }
-        rows.into_iter().flatten().sum()
+        product
     }
 
-    /// What K, C and M are multiplied by: 1, iΩ and −Ω².
-    fn factors<T: Real>(&self) -> [Ball<T>; 3] {
-        let frequency = real::<T>(self.frequency);
-        let turned = Ball::from(WideComplex {
-            re: T::ZERO,
-            im: T::from(self.frequency),
-        });
-        [real(1.0), turned, -(frequency * frequency)]
-    }
-}
-
-/// The entries of K, C and M that are not always zero, as sums of doubles.
-fn entries(system: &System) -> BTreeMap<(usize, usize), Terms> {
-    let mut entries: BTreeMap<(usize, usize), Terms> = BTreeMap::new();
-    let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
-    for (power, kind) in kinds.into_iter().enumerate() {
-        for term in system.terms(kind) {
-            let entry = entries.entry((term.row, term.column)).or_default();
-            entry[power].push(term.value);
+    /// k such that the determinant, unless it is 0, is at least 2^k: every entry of a row is a
+    /// Gaussian integer times one power of two, so their products are. `None` where Ω is not one frequency.
+    pub(super) fn grain(&self, frequency: Frequency) -> Option<i64> {
+        let frequency = frequency.last_bit()?;
+        let mut rows = vec![None; self.coordinates.len()];
+        for ((row, _), terms) in &self.entries {
+            let sums = terms.sums.iter().enumerate().flat_map(|(power, terms)| {
+                let shift = power as i64 * frequency;
+                terms.iter().map(move |term| last_bit(*term) + shift)
+            });
+            let losses = terms.losses.iter();
+            let losses = losses.map(|factors| factors.iter().map(|factor| last_bit(*factor)).sum());
+            for bit in sums.chain(losses) {
+                rows[*row] = Some(rows[*row].map_or(bit, |least: i64| least.min(bit)));
+            }
         }
+        Some(rows.into_iter().flatten().sum())
     }
-    entries
 }
 
 /// A double, exactly.
@@ -145,8 +331,11 @@ fn real<T: Real>(value: f64) -> Ball<T> {
     })
 }
 
-/// The largest k for which a nonzero double is a whole multiple of 2^k.
+/// The largest k for which a nonzero double is a whole multiple of 2^k; 0 for 0.
 fn last_bit(value: f64) -> i64 {
+    if value == 0.0 {
+        return 0;
+    }
     const MANTISSA: u64 = (1 << 52) - 1;
     let bits = value.to_bits();
     let (biased, fraction) = ((bits >> 52) as i64 & 0x7ff, bits & MANTISSA);

@@ -6,80 +6,107 @@ use eigentone_digits::{Ball, Magnitude, Real};
 /// The entries of a row that are not always zero, by rising column.
 pub(super) type Row<T> = Vec<(usize, Ball<T>)>;
 
-/// What elimination shows of A x = b.
+/// What elimination shows of a matrix.
 pub(super) enum Outcome<T> {
-    /// Enclosures of x.
-    Solved(Vec<Ball<T>>),
+    /// It is regular, and eliminated.
+    Regular(Factor<T>),
     /// Nothing but balls around 0 was left; |det A| is at most this.
     Singular(Magnitude),
 }
 
-/// An equation that gives one unknown from those eliminated later.
+/// A matrix after elimination.
+pub(super) struct Factor<T> {
+    /// In the order of elimination.
+    equations: Vec<Equation<T>>,
+}
+
+/// One row at the time when it was the pivot's.
 struct Equation<T> {
+    /// Its index in the matrix.
+    row: usize,
+    /// The unknown that it gives from those eliminated later.
     unknown: usize,
     pivot: Ball<T>,
     others: Row<T>,
-    right: Ball<T>,
+    /// The rows from which it was subtracted, and how often.
+    below: Vec<(usize, Ball<T>)>,
 }
 
-/// An enclosure of A⁻¹b for n rows of A, and how many products it took.
-pub(super) fn solve<T: Real>(rows: Vec<Row<T>>, right: Vec<Ball<T>>) -> (Outcome<T>, u64) {
-    let n = rows.len();
-    let mut active: Vec<(Row<T>, Ball<T>)> = rows.into_iter().zip(right).collect();
-    let mut done: Vec<Equation<T>> = Vec::with_capacity(n);
-    let mut work = 0;
-    let mut determinant = Magnitude::from(1.0);
-    while let Some((at, column)) = largest(&active) {
-        let (mut row, right) = active.swap_remove(at);
-        let place = row
-            .binary_search_by_key(&column, |entry| entry.0)
-            .expect("the pivot is in its row");
-        let (_, pivot) = row.remove(place);
-        determinant = determinant * pivot.upper();
-        for (other, other_right) in &mut active {
-            let Ok(place) = other.binary_search_by_key(&column, |entry| entry.0) else {
-                continue;
-            };
-            let (_, below) = other.remove(place);
-            let factor = below
-                .checked_div(pivot)
-                .expect("the pivot's ball excludes zero");
-            *other = less(other, &row, factor);
-            if !is_zero(right) {
-                *other_right = *other_right - factor * right;
+impl<T: Real> Factor<T> {
+    /// Eliminates n rows; the second is how many products it took.
+    pub(super) fn of(rows: Vec<Row<T>>) -> (Outcome<T>, u64) {
+        let n = rows.len();
+        let mut active: Vec<(usize, Row<T>)> = rows.into_iter().enumerate().collect();
+        let mut equations: Vec<Equation<T>> = Vec::with_capacity(n);
+        let mut work = 0;
+        let mut determinant = Magnitude::from(1.0);
+        while let Some((at, column)) = largest(&active) {
+            let (index, mut row) = active.swap_remove(at);
+            let place = row
+                .binary_search_by_key(&column, |entry| entry.0)
+                .expect("the pivot is in its row");
+            let (_, pivot) = row.remove(place);
+            determinant = determinant * pivot.upper();
+            let mut below = Vec::new();
+            for (other_index, other) in &mut active {
+                let Ok(place) = other.binary_search_by_key(&column, |entry| entry.0) else {
+                    continue;
+                };
+                let (_, entry) = other.remove(place);
+                let factor = entry
+                    .checked_div(pivot)
+                    .expect("the pivot's ball excludes zero");
+                *other = less(other, &row, factor);
+                below.push((*other_index, factor));
+                work += row.len() as u64 + 2;
             }
-            work += row.len() as u64 + 2;
+            equations.push(Equation {
+                row: index,
+                unknown: column,
+                pivot,
+                others: row,
+                below,
+            });
         }
-        done.push(Equation {
-            unknown: column,
-            pivot,
-            others: row,
-            right,
-        });
-    }
-    if !active.is_empty() {
+        if active.is_empty() {
+            return (Outcome::Regular(Factor { equations }), work);
+        }
         // Hadamard: a determinant is at most the product of its rows' lengths.
-        for (row, _) in &active {
+        for (_, row) in &active {
             let length = row.iter().map(|(_, entry)| entry.upper());
             determinant = determinant * length.fold(Magnitude::ZERO, |sum, size| sum + size);
         }
-        return (Outcome::Singular(determinant), work);
+        (Outcome::Singular(determinant), work)
     }
-    let mut x = vec![Ball::ZERO; n];
-    for equation in done.into_iter().rev() {
-        let known = equation.others.iter().filter(|(j, _)| !is_zero(x[*j]));
-        let rest = known.fold(equation.right, |rest, (j, entry)| rest - *entry * x[*j]);
-        x[equation.unknown] = rest
-            .checked_div(equation.pivot)
-            .expect("the pivot's ball excludes zero");
+
+    /// An enclosure of A⁻¹b.
+    pub(super) fn solve(&self, mut right: Vec<Ball<T>>) -> Vec<Ball<T>> {
+        for equation in &self.equations {
+            let own = right[equation.row];
+            if !is_zero(own) {
+                for &(row, factor) in &equation.below {
+                    right[row] = right[row] - factor * own;
+                }
+            }
+        }
+        let mut x = vec![Ball::ZERO; right.len()];
+        for equation in self.equations.iter().rev() {
+            let known = equation.others.iter().filter(|(j, _)| !is_zero(x[*j]));
+            let rest = known.fold(right[equation.row], |rest, (j, entry)| {
+                rest - *entry * x[*j]
+            });
+            x[equation.unknown] = rest
+                .checked_div(equation.pivot)
+                .expect("the pivot's ball excludes zero");
+        }
+        x
     }
-    (Outcome::Solved(x), work)
 }
 
 /// Row and column of the entry that is surely the largest; `None` where all may be 0.
-fn largest<T: Real>(active: &[(Row<T>, Ball<T>)]) -> Option<(usize, usize)> {
+fn largest<T: Real>(active: &[(usize, Row<T>)]) -> Option<(usize, usize)> {
     let mut best = (Magnitude::ZERO, None);
-    for (at, (row, _)) in active.iter().enumerate() {
+    for (at, (_, row)) in active.iter().enumerate() {
         for (column, entry) in row {
             let size = entry.lower();
             if size > best.0 {

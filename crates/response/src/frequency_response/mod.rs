@@ -1,12 +1,21 @@
-//! Steady motions under harmonic forces. It knows `problem` alone.
+//! Steady motions under harmonic forces, and frequency response functions with their peaks. It knows `problem` alone.
 
 mod dynamic_stiffness;
 mod elimination;
+mod enclosure;
+mod features;
+mod function;
+mod grid;
 mod harmonic_motion;
 mod phasor;
+mod question;
 mod receptance;
 mod steady_state;
 
+pub use features::{Asymptote, Features, Peak};
+pub use function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
+pub use grid::peak_grid;
 pub use harmonic_motion::{HarmonicMotion, SteadyStateError};
+pub use question::{FrequencyError, FrequencyResponse};
 pub use receptance::receptance;
 pub use steady_state::SteadyState;

@@ -2,9 +2,39 @@
 
 use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
 
+/// What a harmonic force of amplitude 1 is multiplied by, for its phase.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Phase {
+    /// 1.
+    Zero,
+    /// e^{iφ}.
+    Forward(f64),
+    /// The frequency is negative: sin(−Ωt + φ) = Im(−e^{−iφ} e^{iΩt}).
+    Backward(f64),
+    /// The frequency is 0, and only sin φ acts.
+    Still(f64),
+}
+
+impl Phase {
+    pub(super) fn factor<T: Real>(self) -> Ball<T> {
+        let phase = match self {
+            Phase::Zero => 0.0,
+            Phase::Forward(phase) | Phase::Backward(phase) | Phase::Still(phase) => phase,
+        };
+        let ball = phasor::<T>(phase);
+        let WideComplex { re, im } = ball.middle();
+        let re = match self {
+            Phase::Zero | Phase::Forward(_) => re,
+            Phase::Backward(_) => -re,
+            Phase::Still(_) => T::ZERO,
+        };
+        Ball::new(WideComplex { re, im }, ball.radius())
+    }
+}
+
 /// e^{iφ}: Taylor's series of φ/2^k, squared k times. No reduction by turns is needed, so that π
 /// need not be known: each squaring costs about a bit, which a larger precision makes up for.
-pub(super) fn phasor<T: Real>(phase: f64) -> Ball<T> {
+fn phasor<T: Real>(phase: f64) -> Ball<T> {
     /// Below it the series gains as many bits with each term.
     const SMALL: i64 = -8;
     let halvings = (Magnitude::from(phase).exponent() - SMALL).max(0);

@@ -2,7 +2,10 @@
 
 use eigentone_modes::System;
 
-use super::harmonic_motion::{Force, HarmonicMotion, Sense, SteadyStateError, motion};
+use super::dynamic_stiffness::Part;
+use super::enclosure::Push;
+use super::harmonic_motion::{HarmonicMotion, SteadyStateError, motion};
+use super::phasor::Phase;
 
 /// The receptances of a system at `frequency` rad/s: the amplitudes of all coordinates, in m for
 /// each N, under the force e^{iΩt} on the coordinate `on`. That is one column of
@@ -26,11 +29,10 @@ pub fn receptance(
             name: on.to_owned(),
             known: system.names().join(", "),
         })?;
-    let force = Force {
+    let force = Push {
         coordinate,
-        amplitude: 1.0,
-        phase: 0.0,
-        sense: Sense::Forward,
+        part: Part::of(0, [1.0; 2]),
+        phase: Phase::Zero,
     };
     motion(system, frequency, &[force])
 }

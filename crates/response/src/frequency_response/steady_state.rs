@@ -1,6 +1,9 @@
 //! What remains of a damped motion under harmonic loads once the transient has died out.
 
-use super::harmonic_motion::{Force, HarmonicMotion, Sense, SteadyStateError, motion};
+use super::dynamic_stiffness::Part;
+use super::enclosure::Push;
+use super::harmonic_motion::{HarmonicMotion, SteadyStateError, motion};
+use super::phasor::Phase;
 use crate::problem::{Load, Problem};
 
 /// The steady state under a problem's harmonic loads: for each of their frequencies Ω the complex
@@ -14,6 +17,9 @@ use crate::problem::{Load, Problem};
 /// −∞ on; others approach it where every free motion decays. A load of frequency 0 is the constant
 /// force amplitude·sin(phase): then X is i times the static displacement. A negative frequency
 /// counts as the positive one with the phase that makes it the same force.
+///
+/// Supports that move by a sinusoid count as loads do. What is given as a velocity or an acceleration swings about a
+/// place, or a straight course, that follows from rest at t = 0: it is no part of the steady state.
 ///
 /// The equations are solved in ball arithmetic, from the elements, with as many digits as it takes:
 /// every amplitude comes with a proven bound.
@@ -51,12 +57,9 @@ impl SteadyState {
     /// [`SteadyStateError`] at a frequency where no steady motion exists or where it is not the
     /// only one, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>) -> Result<SteadyState, SteadyStateError> {
-        let mut others = problem.drives()[problem.loads().len()..].iter();
-        if others.any(|drive| matches!(drive.load, Load::Harmonic(_))) {
-            return Err(SteadyStateError::Channel);
-        }
-        let mut frequencies: Vec<(f64, Vec<Force>)> = Vec::new();
-        for applied in problem.loads() {
+        let n = problem.system().len();
+        let mut frequencies: Vec<(f64, Vec<Push>)> = Vec::new();
+        for applied in problem.drives() {
             let Load::Harmonic(load) = &applied.load else {
                 continue;
             };
@@ -68,20 +71,40 @@ impl SteadyState {
                 frequencies.push((frequency, Vec::new()));
                 frequencies.len() - 1
             });
-            frequencies[at].1.push(Force {
-                coordinate: applied.coordinate,
-                amplitude: load.amplitude,
-                phase: load.phase,
-                sense: match load.frequency {
-                    0.0 => Sense::Still,
-                    negative if negative < 0.0 => Sense::Backward,
-                    _ => Sense::Forward,
-                },
-            });
+            let phase = match load.frequency {
+                0.0 => Phase::Still(load.phase),
+                negative if negative < 0.0 => Phase::Backward(load.phase),
+                _ => Phase::Forward(load.phase),
+            };
+            if load.amplitude == 0.0 {
+                continue;
+            }
+            let Some(channel) = applied.coordinate.checked_sub(n) else {
+                frequencies[at].1.push(Push {
+                    coordinate: applied.coordinate,
+                    part: Part::of(0, [load.amplitude, 1.0]),
+                    phase,
+                });
+                continue;
+            };
+            let channel = &problem.channels()[channel];
+            if frequency == 0.0 && channel.integrals > 0 {
+                return Err(SteadyStateError::Drift);
+            }
+            for (order, direction) in channel.directions.iter().enumerate() {
+                let power = order as i32 - channel.integrals as i32;
+                frequencies[at]
+                    .1
+                    .extend(direction.iter().map(|&(coordinate, factor)| Push {
+                        coordinate,
+                        part: Part::of(power, [load.amplitude, factor]),
+                        phase,
+                    }));
+            }
         }
         let motions = frequencies
             .into_iter()
-            .map(|(frequency, forces)| motion(problem.system(), frequency, &forces));
+            .map(|(frequency, pushes)| motion(problem.system(), frequency, &pushes));
         Ok(SteadyState {
             motions: motions.collect::<Result<_, _>>()?,
         })

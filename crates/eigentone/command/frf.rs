@@ -1,0 +1,149 @@
+//! `eigentone frf SCENE [--from NAME]… [--to NAME]… [--quantity …] [--at …] [--json] [--out DIR]`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use eigentone::report::FrequencyReport;
+use eigentone::response::{FrequencyResponse, Quantity, peak_grid};
+use eigentone::scene::Scene;
+
+use super::files::Files;
+use super::progress::Progress;
+use super::{Failure, Question, print};
+
+/// Prints frequency response functions, their peaks and their dips
+#[derive(Debug, Args)]
+pub struct Frf {
+    #[command(flatten)]
+    question: Question,
+    /// A unit force on this mass or point, or a unit displacement of this support; may be repeated [default: what the scene
+    /// drives, else its supports, else each mass of up to 8]
+    #[arg(long, value_name = "NAME")]
+    from: Vec<String>,
+    /// Looked at: a mass, point, support or output; may be repeated [default: all masses, points and outputs]
+    #[arg(long, value_name = "NAME")]
+    to: Vec<String>,
+    /// Which derivative of the motion of masses, points and supports
+    #[arg(long, value_enum, default_value_t = Derivative::Displacement)]
+    quantity: Derivative,
+    /// At these frequencies, in rad/s [default: the "frequencies" of the scene, else a grid that shows every peak]
+    #[arg(long, value_name = "FREQUENCIES", value_delimiter = ',', value_parser = frequency)]
+    at: Option<Vec<f64>>,
+    /// Print one JSON object with every digit
+    #[arg(long)]
+    json: bool,
+    /// Write data and plots into this directory, in place of files of the same names
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Derivative {
+    Displacement,
+    Velocity,
+    Acceleration,
+}
+
+/// As many inputs as are taken where none is named.
+const INPUTS: usize = 8;
+
+impl Frf {
+    pub fn run(self) -> Result<(), Failure> {
+        let scene = self.question.scene()?;
+        let file = &self.question.scene;
+        let failure = |error| Failure::Frequency {
+            scene: file.clone(),
+            error,
+        };
+        let asked = self.asked(&scene);
+        let progress = Progress::of("frequency response");
+        let grid = match (&self.at, scene.frequencies()) {
+            (Some(at), _) => at.clone(),
+            (None, Some(given)) => given.to_vec(),
+            (None, None) => {
+                self.question.admit_modes(&scene)?;
+                let modes = scene.system().modes_to(self.question.precision());
+                let modes = modes.map_err(Failure::modes(file))?;
+                peak_grid(scene.system(), &modes, scene.loss_factors())
+            }
+        };
+        let functions = asked.at(&grid).map_err(failure)?;
+        let features = match self.at {
+            Some(_) => None,
+            None => {
+                progress.say("peaks");
+                Some(asked.features(&grid).map_err(failure)?)
+            }
+        };
+        let name = self.question.name();
+        let report = FrequencyReport {
+            title: scene.title().unwrap_or(&name),
+            system: scene.system(),
+            outputs: scene.outputs(),
+            functions: &functions,
+            features: features.as_deref(),
+        };
+        if let Some(directory) = &self.out {
+            progress.say("report");
+            let mut files = Files::into(directory)?.beside(file);
+            files.write("frf.json", |out| report.json(out))?;
+            files.write("frf.csv", |out| report.csv(out))?;
+            for (name, plot) in report.plots() {
+                files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
+            }
+            files.keep()?;
+        }
+        drop(progress);
+        print(|out| match self.json {
+            true => report.json(out),
+            false => out.write_all(report.text().as_bytes()),
+        })
+    }
+
+    fn asked<'a>(&self, scene: &'a Scene) -> FrequencyResponse<'a> {
+        let system = scene.system();
+        let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
+        let inputs = match self.from.as_slice() {
+            [] if !scene.driven().is_empty() => own(scene.driven()),
+            [] if !system.supports().is_empty() => system.supports().to_vec(),
+            [] if system.len() <= INPUTS => system.names().to_vec(),
+            named => named.to_vec(),
+        };
+        let quantity = match self.quantity {
+            Derivative::Displacement => Quantity::Displacement,
+            Derivative::Velocity => Quantity::Velocity,
+            Derivative::Acceleration => Quantity::Acceleration,
+        };
+        let start = FrequencyResponse::of(system)
+            .quantity(quantity)
+            .loss_factors(scene.loss_factors());
+        let mut asked = inputs.into_iter().fold(start, FrequencyResponse::from);
+        let points = system.points().iter().map(|point| &point.name);
+        let all = system.names().iter().chain(points);
+        let named: Vec<&String> = match self.to.as_slice() {
+            [] => all.collect(),
+            named => named.iter().collect(),
+        };
+        let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
+        for name in named {
+            if system.form(name).is_some() || !is_output(name) {
+                asked = asked.to(name);
+            }
+        }
+        let wanted = |name: &String| self.to.is_empty() || self.to.contains(name);
+        for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
+            asked = asked.output(output.clone());
+        }
+        asked
+    }
+}
+
+fn frequency(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err(
+            "it must be finite numbers of rad/s, 0 or more, with commas between them, as 1,2.5"
+                .to_owned(),
+        ),
+    }
+}

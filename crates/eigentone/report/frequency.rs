@@ -1,0 +1,431 @@
+//! Frequency response functions as tables, JSON, CSV and plots.
+
+use std::io::{self, Write};
+
+use eigentone_modes::{CoordinateKind, System};
+use eigentone_response::{
+    Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue, Peak,
+    Quantity, Sum,
+};
+use num_complex::Complex;
+use serde::Serialize;
+
+use super::axis::Axis;
+use super::csv;
+use super::number;
+use super::plot::{Line, Plot};
+use super::table::{Align, Table};
+
+/// Prints frequency response functions.
+#[derive(Clone, Copy, Debug)]
+pub struct FrequencyReport<'a> {
+    /// What stands above the plots.
+    pub title: &'a str,
+    /// The system.
+    pub system: &'a System,
+    /// The outputs that may be among what is looked at.
+    pub outputs: &'a [Combination],
+    /// The functions.
+    pub functions: &'a FrequencyFunctions,
+    /// What is notable in each, if it was asked for.
+    pub features: Option<&'a [Features]>,
+}
+
+impl<'a> FrequencyReport<'a> {
+    /// Peaks, dips and asymptotes of each function where they were asked for, else the value at each frequency.
+    pub fn text(&self) -> String {
+        match self.features {
+            Some(features) => self.notable(features),
+            None => self.values(),
+        }
+    }
+
+    fn values(&self) -> String {
+        let rows: Vec<(f64, &FrequencyFunction, FrequencyValue)> = self
+            .functions
+            .functions()
+            .iter()
+            .flat_map(|function| {
+                let values = self.functions.frequencies().iter().zip(function.values());
+                values.map(move |(&frequency, &value)| (frequency, function, value))
+            })
+            .collect();
+        let known = || rows.iter().map(|(.., value)| value.known());
+        let sizes = known().map(|known| known.map(|(value, _)| value.norm()));
+        let phases = known().map(|known| {
+            let (value, _) = known.filter(|(value, _)| value.norm() > 0.0)?;
+            Some(value.arg().to_degrees())
+        });
+        let bounds = rows.iter().map(|(.., value)| match value {
+            FrequencyValue::Known { bound, .. } => bound.map_or("–".to_owned(), number::bound),
+            FrequencyValue::Pole => "pole".to_owned(),
+            FrequencyValue::Undecided => "?".to_owned(),
+        });
+        let mut text = Table::default()
+            .column(
+                "Ω, rad/s",
+                Align::Left,
+                rows.iter().map(|row| number::short(row.0)),
+            )
+            .column("from", Align::Left, rows.iter().map(|row| row.1.from()))
+            .column("to", Align::Left, rows.iter().map(|row| row.1.to()))
+            .column("|H|", Align::Point, number::column(sizes))
+            .column("unit", Align::Left, rows.iter().map(|row| self.unit(row.1)))
+            .column("phase, °", Align::Point, number::column(phases))
+            .column("proven within", Align::Right, bounds)
+            .text();
+        let has = |one: FrequencyValue| rows.iter().any(|(.., value)| *value == one);
+        if has(FrequencyValue::Pole) {
+            text += "pole: a natural frequency without damping, by proof; no steady motion exists there\n";
+        }
+        if has(FrequencyValue::Undecided) {
+            text += "?: cannot be told from a natural frequency without damping\n";
+        }
+        text
+    }
+
+    fn notable(&self, features: &[Features]) -> String {
+        /// What a row says: the function, what it is, where, how large, how wide.
+        type Row<'a> = (
+            &'a FrequencyFunction,
+            String,
+            Option<f64>,
+            Option<(f64, f64)>,
+            Option<f64>,
+        );
+        let mut rows: Vec<Row<'_>> = Vec::new();
+        for (function, features) in self.functions.functions().iter().zip(features) {
+            let tends = |word: &str, asymptote: Option<Asymptote>| {
+                asymptote.map(|Asymptote { coefficient, power }| {
+                    let law = match power {
+                        0 => word.to_owned(),
+                        power => format!("{word}, times Ω^{}", number::short(power.into())),
+                    };
+                    let gain = Some((coefficient, coefficient * f64::EPSILON));
+                    (function, law, None, gain, None)
+                })
+            };
+            rows.extend(tends("low", features.low()));
+            let row = |word: &str, peak: &Peak| {
+                let frequency = Some(peak.frequency().0);
+                let gain = peak.gain();
+                (
+                    function,
+                    word.to_owned(),
+                    frequency,
+                    gain,
+                    peak.relative_width(),
+                )
+            };
+            let peaks = features.peaks().iter().map(|peak| row("peak", peak));
+            let dips = features.dips().iter().map(|dip| row("dip", dip));
+            let mut turns: Vec<Row<'_>> = peaks.chain(dips).collect();
+            turns.sort_by(|a, b| a.2.partial_cmp(&b.2).unwrap_or(std::cmp::Ordering::Equal));
+            rows.extend(turns);
+            rows.extend(tends("high", features.high()));
+        }
+        let gains = rows.iter().map(|row| match (row.2, row.3) {
+            (_, Some((gain, _))) => number::significant(gain),
+            _ => "∞".to_owned(),
+        });
+        let hertz = |row: &Row<'_>| row.2.map(|frequency| frequency / std::f64::consts::TAU);
+        let mut text = Table::default()
+            .column("from", Align::Left, rows.iter().map(|row| row.0.from()))
+            .column("to", Align::Left, rows.iter().map(|row| row.0.to()))
+            .column("what", Align::Left, rows.iter().map(|row| row.1.as_str()))
+            .column(
+                "Ω, rad/s",
+                Align::Point,
+                number::column(rows.iter().map(|row| row.2)),
+            )
+            .column(
+                "f, Hz",
+                Align::Point,
+                number::column(rows.iter().map(hertz)),
+            )
+            .column("|H|", Align::Point, gains)
+            .column("unit", Align::Left, rows.iter().map(|row| self.unit(row.0)))
+            .column(
+                "width/Ω",
+                Align::Point,
+                number::column(rows.iter().map(|row| row.4)),
+            )
+            .text();
+        text += "|H| of peaks and dips is proven; width: between the frequencies of half power, |H|/√2, on both sides of a peak\n";
+        if rows.iter().any(|row| row.3.is_none()) {
+            text += "∞: without damping, or narrower than 1e-25 of its frequency\n";
+        }
+        text
+    }
+
+    /// One JSON object: the frequencies in rad/s, and for each function real and imaginary parts with absolute bounds, null
+    /// at poles. Where they were asked for, peaks and dips of each function.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn json(&self, mut out: impl Write) -> io::Result<()> {
+        let functions = self.functions.functions().iter().enumerate();
+        let functions = functions.map(|(index, function)| {
+            let known = || function.values().iter().map(|value| value.known());
+            let features = self.features.and_then(|features| features.get(index));
+            let extremes = |peaks: &[Peak]| peaks.iter().map(PeakJson::of).collect::<Vec<_>>();
+            FunctionJson {
+                from: function.from(),
+                to: function.to(),
+                quantity: function.quantity().map_or("output", quantity_name),
+                re: known().map(|known| Some(known?.0.re)).collect(),
+                im: known().map(|known| Some(known?.0.im)).collect(),
+                bound: known().map(|known| known?.1).collect(),
+                peaks: features.map(|features| extremes(features.peaks())),
+                dips: features.map(|features| extremes(features.dips())),
+            }
+        });
+        let json = Json {
+            bounds: super::worth(self.functions.bounds()),
+            frequency: self.functions.frequencies(),
+            functions: functions.collect(),
+        };
+        serde_json::to_writer(&mut out, &json)?;
+        writeln!(out)
+    }
+
+    /// One row for each frequency with all digits: rad/s, Hz, then real part, imaginary part and bound of each function.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
+        let functions = self.functions.functions();
+        let first = ["frequency [rad/s]".to_owned(), "frequency [Hz]".to_owned()];
+        let headers = functions.iter().flat_map(|function| {
+            let (name, unit) = (self.name(function), self.unit(function));
+            ["re", "im", "bound"].map(|part| format!("{name} {part} [{unit}]"))
+        });
+        let headers = first.into_iter().chain(headers);
+        csv::row(
+            &mut out,
+            headers.map(|header| csv::text(&header).into_owned()),
+        )?;
+        for (k, &frequency) in self.functions.frequencies().iter().enumerate() {
+            let first = [frequency, frequency / std::f64::consts::TAU].map(csv::number);
+            let values = functions.iter().flat_map(|function| {
+                let known = function.values()[k].known();
+                let value = known.map(|(value, _)| value);
+                let bound = known.and_then(|(_, bound)| bound);
+                [
+                    value.map(|value| value.re),
+                    value.map(|value| value.im),
+                    bound,
+                ]
+                .map(csv::optional)
+            });
+            csv::row(&mut out, first.into_iter().chain(values))?;
+        }
+        Ok(())
+    }
+
+    /// Plots by the names of their files: magnitude, phase, real and imaginary part against frequency, and the curve in the
+    /// complex plane.
+    pub fn plots(&self) -> Vec<(&'static str, Plot<'a>)> {
+        let unit = self.common_unit();
+        let hertz = || Axis::logarithmic("frequency", "Hz");
+        let size = |value: Complex<f64>| value.norm();
+        let mut magnitude = self.plot("magnitude", hertz(), Axis::logarithmic("|H|", &unit), size);
+        let peaks = self
+            .features
+            .into_iter()
+            .flatten()
+            .flat_map(Features::peaks);
+        let peaks: Vec<(f64, f64)> = peaks
+            .filter_map(|peak| Some((peak.frequency().0 / std::f64::consts::TAU, peak.gain()?.0)))
+            .collect();
+        if !peaks.is_empty() {
+            let line = Line::new("peaks", peaks.len(), move |k| peaks[k]);
+            magnitude.lines.push(line.dots());
+        }
+        let frequencies = self.functions.frequencies();
+        let phases = self.functions.functions().iter().map(|function| {
+            let phases = unwrapped(function);
+            Line::new(&self.name(function), frequencies.len(), move |k| {
+                (frequencies[k] / std::f64::consts::TAU, phases[k])
+            })
+        });
+        let phase = Plot {
+            title: format!("{}: phase", self.title),
+            x: hertz(),
+            y: Axis::linear("phase", "°"),
+            lines: phases.collect(),
+            ring: None,
+        };
+        let curves = self.functions.functions().iter().map(|function| {
+            Line::new(&self.name(function), frequencies.len(), move |k| {
+                let value = value(function, k);
+                (value.re, value.im)
+            })
+        });
+        let nyquist = Plot {
+            title: format!("{}: complex plane", self.title),
+            x: Axis::linear("real part", &unit),
+            y: Axis::linear("imaginary part", &unit),
+            lines: curves.collect(),
+            ring: None,
+        };
+        let axis = |name: &str| Axis::linear(name, &unit);
+        vec![
+            ("frf-magnitude.svg", magnitude),
+            ("frf-phase.svg", phase),
+            (
+                "frf-real.svg",
+                self.plot("real part", hertz(), axis("Re H"), |value| value.re),
+            ),
+            (
+                "frf-imaginary.svg",
+                self.plot("imaginary part", hertz(), axis("Im H"), |value| value.im),
+            ),
+            ("frf-nyquist.svg", nyquist),
+        ]
+    }
+
+    fn plot(&self, what: &str, x: Axis, y: Axis, part: fn(Complex<f64>) -> f64) -> Plot<'a> {
+        let frequencies = self.functions.frequencies();
+        let lines = self.functions.functions().iter().map(|function| {
+            Line::new(&self.name(function), frequencies.len(), move |k| {
+                (
+                    frequencies[k] / std::f64::consts::TAU,
+                    part(value(function, k)),
+                )
+            })
+        });
+        Plot {
+            title: format!("{}: {what}", self.title),
+            x,
+            y,
+            lines: lines.collect(),
+            ring: None,
+        }
+    }
+
+    /// The unit that all functions have, or nothing.
+    fn common_unit(&self) -> String {
+        let mut units = self
+            .functions
+            .functions()
+            .iter()
+            .map(|function| self.unit(function));
+        let first = units.next().unwrap_or_default();
+        match units.all(|unit| unit == first) {
+            true => first,
+            false => String::new(),
+        }
+    }
+
+    fn name(&self, function: &FrequencyFunction) -> String {
+        format!("{} → {}", function.from(), function.to())
+    }
+
+    fn unit(&self, function: &FrequencyFunction) -> String {
+        let system = self.system;
+        let is_rotation = |name: &str| {
+            let index = system.index_of(name);
+            index.is_some_and(|index| system.kind_of(index) == CoordinateKind::Rotation)
+        };
+        let length = |name: &str| if is_rotation(name) { "rad" } else { "m" };
+        let rate = |unit: &str, quantity| match quantity {
+            Quantity::Displacement => unit.to_owned(),
+            Quantity::Velocity => format!("{unit}/s"),
+            Quantity::Acceleration => format!("{unit}/s²"),
+        };
+        let output = match function.quantity() {
+            Some(quantity) => rate(length(function.to()), quantity),
+            None => {
+                let known = self
+                    .outputs
+                    .iter()
+                    .find(|output| output.name == function.to());
+                match known.map(|output| &output.of) {
+                    Some(Sum::Motions(motions)) => match motions.first() {
+                        Some((quantity, name, _)) => rate(length(name), *quantity),
+                        None => String::new(),
+                    },
+                    Some(Sum::Pull(_)) => "N".to_owned(),
+                    None => String::new(),
+                }
+            }
+        };
+        let input = match system.supports().iter().any(|own| own == function.from()) {
+            true => "m",
+            false if is_rotation(function.from()) => "(N·m)",
+            false => "N",
+        };
+        format!("{output}/{input}")
+    }
+}
+
+fn value(function: &FrequencyFunction, k: usize) -> Complex<f64> {
+    let known = function.values()[k].known();
+    known.map_or(Complex::new(f64::NAN, f64::NAN), |(value, _)| value)
+}
+
+/// The phase in degrees, without jumps by whole turns between neighbours.
+fn unwrapped(function: &FrequencyFunction) -> Vec<f64> {
+    let mut last = 0.0;
+    let phases = (0..function.values().len()).map(|k| {
+        let phase = value(function, k).arg().to_degrees();
+        if phase.is_finite() {
+            last = phase - 360.0 * ((phase - last) / 360.0).round();
+            return last;
+        }
+        f64::NAN
+    });
+    phases.collect()
+}
+
+fn quantity_name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Displacement => "displacement",
+        Quantity::Velocity => "velocity",
+        Quantity::Acceleration => "acceleration",
+    }
+}
+
+#[derive(Serialize)]
+struct Json<'a> {
+    bounds: &'static str,
+    frequency: &'a [f64],
+    functions: Vec<FunctionJson<'a>>,
+}
+
+#[derive(Serialize)]
+struct FunctionJson<'a> {
+    from: &'a str,
+    to: &'a str,
+    quantity: &'static str,
+    re: Vec<Option<f64>>,
+    im: Vec<Option<f64>>,
+    bound: Vec<Option<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peaks: Option<Vec<PeakJson>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dips: Option<Vec<PeakJson>>,
+}
+
+#[derive(Serialize)]
+struct PeakJson {
+    frequency: f64,
+    frequency_bound: f64,
+    gain: Option<f64>,
+    gain_bound: Option<f64>,
+    half_power: Option<[f64; 2]>,
+}
+
+impl PeakJson {
+    fn of(peak: &Peak) -> PeakJson {
+        let (frequency, frequency_bound) = peak.frequency();
+        PeakJson {
+            frequency,
+            frequency_bound,
+            gain: peak.gain().map(|(gain, _)| gain),
+            gain_bound: peak.gain().map(|(_, bound)| bound),
+            half_power: peak.half_power(),
+        }
+    }
+}

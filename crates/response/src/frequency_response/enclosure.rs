@@ -1,0 +1,263 @@
+//! Sums of amplitudes at one frequency, with proven bounds and as many digits as these take.
+
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
+use num_complex::Complex;
+
+use super::dynamic_stiffness::{Block, Frequency, Part};
+use super::elimination::{Factor, Outcome, scaled};
+use super::phasor::Phase;
+
+/// What acts on a coordinate: a part of the right-hand side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    /// Its index in the system.
+    pub(super) coordinate: usize,
+    pub(super) part: Part,
+    pub(super) phase: Phase,
+}
+
+/// A sum of amplitudes that is asked for.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reading {
+    /// Indices of coordinates, and what their amplitudes are multiplied by; those that nothing reaches stand still.
+    pub(super) of: Vec<(usize, Part)>,
+    /// What is added to it.
+    pub(super) more: Vec<Part>,
+}
+
+/// All that acts at a frequency, on one block, and what is asked of it.
+pub(super) struct Question<'a> {
+    pub(super) block: &'a Block,
+    pub(super) frequency: Frequency,
+    /// For each right-hand side what acts, and the readings.
+    pub(super) columns: &'a [(&'a [Push], &'a [Reading])],
+    /// Whether the steepness is asked for.
+    pub(super) steepness: bool,
+}
+
+/// A value, and how far it may be off.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Value {
+    pub(super) value: Complex<f64>,
+    pub(super) bound: f64,
+    /// d ln|value| / dΩ, and how far that may be off; `None` where it is not asked for, or the value may be 0.
+    pub(super) steepness: Option<(f64, f64)>,
+}
+
+/// What is known at a frequency.
+#[derive(Debug)]
+pub(super) enum Enclosed {
+    /// For each right-hand side the values of all readings, with proven bounds.
+    Values(Vec<Vec<Value>>),
+    /// The matrix is proved to be singular.
+    Singular,
+    /// So many digits do not tell it from a singular one.
+    Undecided(usize),
+}
+
+/// One precision of the ladder.
+struct Rung {
+    limbs: u64,
+    digits: usize,
+    run: fn(&Question<'_>) -> (Answer, u64),
+}
+
+const LADDER: [Rung; 6] = [
+    Rung {
+        limbs: 2,
+        digits: 32,
+        run: answer::<DoubleDouble>,
+    },
+    Rung {
+        limbs: 4,
+        digits: 77,
+        run: answer::<Wide<4>>,
+    },
+    Rung {
+        limbs: 8,
+        digits: 154,
+        run: answer::<Wide<8>>,
+    },
+    Rung {
+        limbs: 16,
+        digits: 308,
+        run: answer::<Wide<16>>,
+    },
+    Rung {
+        limbs: 32,
+        digits: 616,
+        run: answer::<Wide<32>>,
+    },
+    Rung {
+        limbs: 64,
+        digits: 1233,
+        run: answer::<Wide<64>>,
+    },
+];
+
+/// Limbwise products that a rung beyond the first may take.
+const MOST_WORK: u64 = 1_000_000_000;
+
+/// What one precision gives.
+enum Answer {
+    /// Values with bounds, and whether they are as good as doubles can be.
+    Found(Vec<Vec<Value>>, bool),
+    /// The matrix is proved to be singular.
+    Singular,
+    /// It may be singular.
+    Unknown,
+}
+
+/// For each right-hand side, all of which act on the block alone, the values of its readings.
+pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
+    let mut found = None;
+    let (mut digits, mut work) = (0, 0u64);
+    // What a whole range of frequencies leaves unknown, no digits tell.
+    let rungs = if question.frequency.radius > 0.0 {
+        2
+    } else {
+        LADDER.len()
+    };
+    for rung in &LADDER[..rungs] {
+        if work.saturating_mul(rung.limbs * rung.limbs + 20) > MOST_WORK {
+            break;
+        }
+        let (answer, products) = (rung.run)(question);
+        (digits, work) = (rung.digits, products);
+        match answer {
+            Answer::Found(values, good) => {
+                found = Some(values);
+                if good {
+                    break;
+                }
+            }
+            Answer::Singular => return Enclosed::Singular,
+            Answer::Unknown => {}
+        }
+    }
+    found.map_or(Enclosed::Undecided(digits), Enclosed::Values)
+}
+
+/// One rung: the values in the precision of T, and the products it took.
+fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
+    let (block, frequency) = (question.block, question.frequency);
+    let (rows, exponents) = block.rows::<T>(frequency);
+    let place = |coordinate: usize| block.coordinates().binary_search(&coordinate);
+    let (outcome, mut work) = Factor::of(rows);
+    let factor = match outcome {
+        Outcome::Regular(factor) => factor,
+        Outcome::Singular(determinant) => {
+            let shift: i64 = exponents.iter().map(|power| 2 * power).sum();
+            let grain = block.grain(frequency);
+            let least = grain.map(|grain| Magnitude::power_of_two(grain - shift));
+            let answer = match least.is_some_and(|least| determinant < least) {
+                true => Answer::Singular,
+                false => Answer::Unknown,
+            };
+            return (answer, work);
+        }
+    };
+    let solve = |right: Vec<Ball<T>>| -> Vec<Ball<T>> {
+        let down = right.into_iter().zip(&exponents);
+        let right = down.map(|(value, power)| scaled(value, -power)).collect();
+        let x = factor.solve(right).into_iter().zip(&exponents);
+        x.map(|(x, power)| scaled(x, -power)).collect()
+    };
+    let mut good = true;
+    let values = question.columns.iter().map(|(pushes, readings)| {
+        let mut right = vec![Ball::<T>::ZERO; exponents.len()];
+        let mut slope = right.clone();
+        for push in *pushes {
+            let at = place(push.coordinate).expect("it acts on the block");
+            let phase = push.phase.factor();
+            right[at] = right[at] + push.part.value::<T>(frequency) * phase;
+            if let (true, Some(part)) = (question.steepness, push.part.derivative()) {
+                slope[at] = slope[at] + part.value::<T>(frequency) * phase;
+            }
+        }
+        let x = solve(right);
+        let slope = question.steepness.then(|| {
+            let moved = block.slope(frequency, &x);
+            solve(slope.into_iter().zip(moved).map(|(a, b)| a + b).collect())
+        });
+        work += 4 * exponents.len() as u64;
+        let largest = x.iter().map(|x| x.lower());
+        let largest = largest.fold(Magnitude::ZERO, |a, b| if a < b { b } else { a });
+        let read = |reading: &Reading| {
+            let (mut sum, mut size) = (Ball::ZERO, Magnitude::ZERO);
+            let mut change = Ball::ZERO;
+            for (coordinate, part) in &reading.of {
+                let factor = part.value::<T>(frequency);
+                let Ok(at) = place(*coordinate) else {
+                    continue;
+                };
+                sum = sum + factor * x[at];
+                size = size + factor.upper() * largest;
+                if let Some(slope) = &slope {
+                    change = change + factor * slope[at];
+                    if let Some(part) = part.derivative() {
+                        change = change + part.value::<T>(frequency) * x[at];
+                    }
+                }
+            }
+            for part in &reading.more {
+                let more = part.value::<T>(frequency);
+                sum = sum + more;
+                size = size + more.upper();
+                if let (true, Some(part)) = (question.steepness, part.derivative()) {
+                    change = change + part.value::<T>(frequency);
+                }
+            }
+            let (value, bound) = rounded(sum);
+            let ratio = question
+                .steepness
+                .then(|| change.checked_div(sum))
+                .flatten();
+            let steepness = ratio.map(|ratio| {
+                let value = ratio.middle().re.to_f64();
+                let rounding = Magnitude::from(value.abs()) * Magnitude::power_of_two(-52);
+                (value, (ratio.radius() + rounding).to_f64())
+            });
+            good &= match steepness {
+                Some((value, off)) => value.abs() > off,
+                None => !question.steepness,
+            };
+            good &= frequency.radius > 0.0 || is_good(sum, size);
+            Value {
+                value,
+                bound,
+                steepness,
+            }
+        };
+        readings.iter().map(read).collect()
+    });
+    let values = values.collect();
+    (Answer::Found(values, good), work)
+}
+
+/// Whether a number is known to a double's last digit, or is nothing beside what it might be.
+fn is_good<T: Real>(x: Ball<T>, size: Magnitude) -> bool {
+    const LAST_DIGIT: i64 = -56;
+    const NOTHING: f64 = 1e-30;
+    x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
+        || x.radius() <= size * Magnitude::from(NOTHING)
+}
+
+/// The double nearest to a ball's middle, each part 0 if it cannot be told from 0, and how far the
+/// ball reaches from that.
+fn rounded<T: Real>(x: Ball<T>) -> (Complex<f64>, f64) {
+    let middle = x.middle();
+    let part = |part: T| {
+        if part.magnitude() <= x.radius() {
+            0.0
+        } else {
+            part.to_f64()
+        }
+    };
+    let value = Complex::new(part(middle.re), part(middle.im));
+    let back = Ball::from(WideComplex {
+        re: T::from(value.re),
+        im: T::from(value.im),
+    });
+    (value, (x - back).upper().to_f64())
+}

@@ -1,0 +1,110 @@
+//! Frequency response functions: values at frequencies.
+
+use eigentone_modes::Bounds;
+use num_complex::Complex;
+
+use crate::problem::Quantity;
+
+/// The value of a frequency response function at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrequencyValue {
+    /// A number.
+    Known {
+        /// The amplitude, as a complex number, for each unit of the input.
+        value: Complex<f64>,
+        /// How far it may be from the exact value; `None` where nothing is known of that.
+        bound: Option<f64>,
+    },
+    /// It is proved that the frequency is a natural one without damping: there the motion grows, or is not determined.
+    Pole,
+    /// The frequency cannot be told from a natural one without damping, even with many digits.
+    Undecided,
+}
+
+impl FrequencyValue {
+    /// Value and bound, if it is a number.
+    pub fn known(self) -> Option<(Complex<f64>, Option<f64>)> {
+        match self {
+            FrequencyValue::Known { value, bound } => Some((value, bound)),
+            FrequencyValue::Pole | FrequencyValue::Undecided => None,
+        }
+    }
+}
+
+/// One frequency response function, from one input to one output.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrequencyFunction {
+    from: String,
+    to: String,
+    quantity: Option<Quantity>,
+    values: Vec<FrequencyValue>,
+}
+
+impl FrequencyFunction {
+    pub(super) fn new(from: String, to: String, quantity: Option<Quantity>) -> FrequencyFunction {
+        FrequencyFunction {
+            from,
+            to,
+            quantity,
+            values: Vec::new(),
+        }
+    }
+
+    pub(super) fn push(&mut self, value: FrequencyValue) {
+        self.values.push(value);
+    }
+
+    /// The coordinate or point that a unit force acts on, or the support that moves by a unit.
+    pub fn from(&self) -> &str {
+        &self.from
+    }
+
+    /// The coordinate, point, support or combination that is looked at.
+    pub fn to(&self) -> &str {
+        &self.to
+    }
+
+    /// Which derivative of the motion it is; `None` for a combination.
+    pub fn quantity(&self) -> Option<Quantity> {
+        self.quantity
+    }
+
+    /// One value for each frequency.
+    pub fn values(&self) -> &[FrequencyValue] {
+        &self.values
+    }
+}
+
+/// Frequency response functions at the same frequencies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrequencyFunctions {
+    frequencies: Vec<f64>,
+    functions: Vec<FrequencyFunction>,
+}
+
+impl FrequencyFunctions {
+    pub(super) fn new(
+        frequencies: Vec<f64>,
+        functions: Vec<FrequencyFunction>,
+    ) -> FrequencyFunctions {
+        FrequencyFunctions {
+            frequencies,
+            functions,
+        }
+    }
+
+    /// The frequencies Ω in rad/s, in the order asked for.
+    pub fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    /// The functions: of each input in its order, to each output in its order.
+    pub fn functions(&self) -> &[FrequencyFunction] {
+        &self.functions
+    }
+
+    /// Whether the bounds are proven.
+    pub fn bounds(&self) -> Bounds {
+        Bounds::Proven
+    }
+}

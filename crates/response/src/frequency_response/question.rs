@@ -1,0 +1,440 @@
+//! What is asked of a frequency response: from where, to where, at which frequencies.
+
+use eigentone_modes::{ElementKind, Form, GROUND, System, dense_gigabytes};
+use thiserror::Error;
+
+use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried};
+use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
+use super::features::Features;
+use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
+use super::phasor::Phase;
+use crate::problem::{Combination, Quantity, Source, Sum};
+
+/// The frequency response functions of a system: what swings where, for each unit of what acts.
+///
+/// An input is a unit force e^{iΩt} on a coordinate or a point, or a unit displacement of a support. An output is the
+/// motion of a coordinate, point or support, by the [`quantity`](Self::quantity) asked for, or a [`Combination`], such as
+/// the pull of an element. From a force to a displacement that is a *receptance*, to a velocity a *mobility*, to an
+/// acceleration an *accelerance*; from a support's displacement to a displacement, a *transmissibility* (Ewins 2000,
+/// *Modal Testing*, section 2.6).
+///
+/// The equations (K − Ω²M + iΩC) X = F are solved in ball arithmetic, from the elements, with as many digits as it takes:
+/// every value has a proven bound of a few units in its own last place, beside a resonance as at an antiresonance, unless
+/// it is less than 1e-30 of the terms that it is the sum of.
+///
+/// ```
+/// use eigentone_modes::System;
+/// use eigentone_response::FrequencyResponse;
+///
+/// let car = System::builder()
+///     .mass("body", 290.0)
+///     .mass("wheel", 59.0)
+///     .support("road")
+///     .spring("wheel", "body", 16_812.0)
+///     .damper("wheel", "body", 1_000.0)
+///     .spring("road", "wheel", 190_000.0)
+///     .build()?;
+/// let answer = FrequencyResponse::of(&car).from("road").to("body").at(&[5.0])?;
+/// let (value, bound) = answer.functions()[0].values()[0].known().expect("no pole");
+/// assert!((value.re - 1.708_446_956_156_639_8).abs() <= bound.expect("it is proven"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FrequencyResponse<'a> {
+    system: &'a System,
+    inputs: Vec<String>,
+    outputs: Vec<Output>,
+    quantity: Quantity,
+    loss_factors: Vec<f64>,
+}
+
+/// What is looked at.
+#[derive(Clone, Debug)]
+enum Output {
+    Place(String),
+    Combination(Combination),
+}
+
+/// Why there is no frequency response.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FrequencyError {
+    /// A name that is nothing which can move.
+    #[error("{name:?} is neither a coordinate nor a point nor a support: known are {known}")]
+    UnknownPlace {
+        /// The name given.
+        name: String,
+        /// The names that exist.
+        known: String,
+    },
+    /// No input was named.
+    #[error("no input is named: from which coordinate, point or support?")]
+    NoInput,
+    /// A combination that cannot be formed.
+    #[error("output {name:?}: {reason}")]
+    Combination {
+        /// What it is called.
+        name: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A frequency that is negative, infinite or NaN.
+    #[error("the frequency is {frequency:?} rad/s: it must be a finite number, 0 or more")]
+    Frequency {
+        /// The frequency given.
+        frequency: f64,
+    },
+    /// There are not as many loss factors as springs.
+    #[error("there are {given} loss factors for {springs} springs")]
+    LossFactors {
+        /// How many were given.
+        given: usize,
+        /// How many springs there are.
+        springs: usize,
+    },
+    /// A loss factor is negative, infinite or NaN.
+    #[error(
+        "the loss factor of spring {index} is {value:?}: it must be a finite number, 0 or more"
+    )]
+    LossFactor {
+        /// The spring's index, from 0.
+        index: usize,
+        /// The factor given.
+        value: f64,
+    },
+    /// A value exceeds the largest double.
+    #[error("from {from:?} to {to:?} at {frequency:?} rad/s: the value exceeds the largest double")]
+    OutOfRange {
+        /// The input.
+        from: String,
+        /// The output.
+        to: String,
+        /// Ω in rad/s.
+        frequency: f64,
+    },
+    /// The system is [large](System::is_large).
+    #[error(
+        "a frequency response needs all {coordinates} coordinates as dense matrices, {gigabytes:.1} GB"
+    )]
+    TooLarge {
+        /// How many coordinates there are.
+        coordinates: usize,
+        /// What M, C, K and one state matrix would take.
+        gigabytes: f64,
+    },
+}
+
+impl<'a> FrequencyResponse<'a> {
+    /// Of this system: inputs are to be named by [`from`](Self::from). Where no output is named by [`to`](Self::to) or
+    /// [`output`](Self::output), all coordinates are.
+    pub fn of(system: &'a System) -> FrequencyResponse<'a> {
+        FrequencyResponse {
+            system,
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            quantity: Quantity::Displacement,
+            loss_factors: Vec::new(),
+        }
+    }
+
+    /// Another input: 1 N (or N·m) on this coordinate or point, or 1 m (or rad) of this support.
+    #[must_use]
+    pub fn from(mut self, name: impl Into<String>) -> FrequencyResponse<'a> {
+        self.inputs.push(name.into());
+        self
+    }
+
+    /// Another output: the motion of this coordinate, point or support.
+    #[must_use]
+    pub fn to(mut self, name: impl Into<String>) -> FrequencyResponse<'a> {
+        self.outputs.push(Output::Place(name.into()));
+        self
+    }
+
+    /// Another output: this sum of motions, or pull of an element, whatever [`quantity`](Self::quantity) is asked for.
+    #[must_use]
+    pub fn output(mut self, combination: Combination) -> FrequencyResponse<'a> {
+        self.outputs.push(Output::Combination(combination));
+        self
+    }
+
+    /// Which derivative of the motions is asked for; displacements if nothing is said.
+    #[must_use]
+    pub fn quantity(mut self, quantity: Quantity) -> FrequencyResponse<'a> {
+        self.quantity = quantity;
+        self
+    }
+
+    /// The loss factors η of the springs, in the order of
+    /// [`elements`](System::elements): structural damping, by which a spring is k(1 + iη) at every frequency
+    /// (Ewins 2000, section 2.4.2). No motion in time has it.
+    #[must_use]
+    pub fn loss_factors(mut self, factors: impl Into<Vec<f64>>) -> FrequencyResponse<'a> {
+        self.loss_factors = factors.into();
+        self
+    }
+
+    /// The functions at these frequencies in rad/s.
+    ///
+    /// # Errors
+    /// [`FrequencyError`] naming the first thing that is wrong. A pole without damping is none: there the value says so.
+    pub fn at(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
+        let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
+        if let Some(&frequency) = frequencies.iter().find(unfit) {
+            return Err(FrequencyError::Frequency { frequency });
+        }
+        let (columns, blocks) = self.parts()?;
+        let names = self.output_names();
+        let mut functions: Vec<FrequencyFunction> = Vec::new();
+        for column in &columns {
+            functions.extend(names.iter().map(|(to, quantity)| {
+                FrequencyFunction::new(column.name.clone(), to.clone(), *quantity)
+            }));
+        }
+        for (at, block) in blocks.iter().enumerate() {
+            let own = || (0..columns.len()).filter(|i| columns[*i].block == at);
+            let asked: Vec<(&[Push], &[Reading])> = own()
+                .map(|i| (columns[i].pushes.as_slice(), columns[i].readings.as_slice()))
+                .collect();
+            for &frequency in frequencies {
+                let found = enclose(&Question {
+                    block,
+                    frequency: frequency.into(),
+                    columns: &asked,
+                    steepness: false,
+                });
+                for (k, column) in own().enumerate() {
+                    let functions = &mut functions[column * names.len()..][..names.len()];
+                    for (at, function) in functions.iter_mut().enumerate() {
+                        let value = match &found {
+                            Enclosed::Values(values) => known(values[k][at], function, frequency)?,
+                            Enclosed::Singular => FrequencyValue::Pole,
+                            Enclosed::Undecided(_) => FrequencyValue::Undecided,
+                        };
+                        function.push(value);
+                    }
+                }
+            }
+        }
+        Ok(FrequencyFunctions::new(frequencies.to_vec(), functions))
+    }
+
+    /// What is notable in each function, in the order of [`at`](Self::at): peaks, dips and asymptotes, sought between these
+    /// frequencies in rad/s, such as [`peak_grid`](super::peak_grid) gives.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn features(&self, frequencies: &[f64]) -> Result<Vec<Features>, FrequencyError> {
+        let (columns, blocks) = self.parts()?;
+        let mut grid = frequencies.to_vec();
+        let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
+        if let Some(&frequency) = grid.iter().find(unfit) {
+            return Err(FrequencyError::Frequency { frequency });
+        }
+        grid.sort_by(f64::total_cmp);
+        grid.dedup();
+        let functions = columns.iter().flat_map(|column| {
+            column.readings.iter().map(|reading| {
+                let look = |frequency| {
+                    let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
+                    let found = enclose(&Question {
+                        block: &blocks[column.block],
+                        frequency,
+                        columns: &[asked],
+                        steepness: true,
+                    });
+                    match found {
+                        Enclosed::Values(values) => Some(values[0][0]),
+                        _ => None,
+                    }
+                };
+                Features::of(&look, &grid)
+            })
+        });
+        Ok(functions.collect())
+    }
+
+    /// The inputs, and the parts of the system that they act on.
+    fn parts(&self) -> Result<(Vec<Column>, Vec<Block>), FrequencyError> {
+        if self.system.is_large() {
+            let coordinates = self.system.len();
+            return Err(FrequencyError::TooLarge {
+                coordinates,
+                gigabytes: dense_gigabytes(coordinates),
+            });
+        }
+        self.check_loss_factors()?;
+        let mut columns = self.columns()?;
+        let stiffness = DynamicStiffness::of(self.system, &self.loss_factors);
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for column in &mut columns {
+            let reached = stiffness.reached(column.pushes.iter().map(|push| push.coordinate));
+            let known = groups.iter().position(|group| *group == reached);
+            column.block = known.unwrap_or_else(|| {
+                groups.push(reached);
+                groups.len() - 1
+            });
+        }
+        let blocks = groups.iter().map(|group| stiffness.block(group));
+        Ok((columns, blocks.collect()))
+    }
+
+    fn check_loss_factors(&self) -> Result<(), FrequencyError> {
+        let springs = self.system.elements(ElementKind::Spring).len();
+        let given = self.loss_factors.len();
+        if given != 0 && given != springs {
+            return Err(FrequencyError::LossFactors { given, springs });
+        }
+        let mut factors = self.loss_factors.iter().enumerate();
+        let unfit = factors.find(|(_, factor)| !(0.0..=f64::MAX).contains(*factor));
+        unfit.map_or(Ok(()), |(index, &value)| {
+            Err(FrequencyError::LossFactor { index, value })
+        })
+    }
+
+    fn form(&self, name: &str) -> Result<Form, FrequencyError> {
+        let form = self.system.form(name);
+        let form = form.filter(|_| name != GROUND);
+        form.ok_or_else(|| {
+            let points = self.system.points().iter().map(|point| &point.name);
+            let known = self.system.names().iter().chain(points);
+            let known: Vec<&str> = known
+                .chain(self.system.supports())
+                .map(String::as_str)
+                .collect();
+            FrequencyError::UnknownPlace {
+                name: name.to_owned(),
+                known: known.join(", "),
+            }
+        })
+    }
+
+    /// Names of the outputs, and the quantity of those that are places.
+    fn output_names(&self) -> Vec<(String, Option<Quantity>)> {
+        if self.outputs.is_empty() {
+            let names = self.system.names().iter();
+            return names
+                .map(|name| (name.clone(), Some(self.quantity)))
+                .collect();
+        }
+        let outputs = self.outputs.iter().map(|output| match output {
+            Output::Place(name) => (name.clone(), Some(self.quantity)),
+            Output::Combination(combination) => (combination.name.clone(), None),
+        });
+        outputs.collect()
+    }
+
+    /// What the outputs are in terms of coordinates, and of supports with indices beyond them.
+    fn sources(&self) -> Result<Vec<Vec<(usize, Part)>>, FrequencyError> {
+        let (n, order) = (self.system.len(), self.quantity as i32);
+        let place = |form: Form| -> Vec<(usize, Part)> {
+            let supports = form.supports.into_iter().map(|(s, b)| (n + s, b));
+            let all = form.coordinates.into_iter().chain(supports);
+            all.map(|(i, a)| (i, Part::of(order, [a, 1.0]))).collect()
+        };
+        if self.outputs.is_empty() {
+            let coordinates = (0..n).map(|i| vec![(i, Part::of(order, [1.0; 2]))]);
+            return Ok(coordinates.collect());
+        }
+        let outputs = self.outputs.iter().map(|output| match output {
+            Output::Place(name) => Ok(place(self.form(name)?)),
+            Output::Combination(combination) => self.combined(combination),
+        });
+        outputs.collect()
+    }
+
+    fn combined(&self, combination: &Combination) -> Result<Vec<(usize, Part)>, FrequencyError> {
+        let n = self.system.len();
+        let source = Source::of(combination, self.system).map_err(|reason| {
+            let name = combination.name.clone();
+            FrequencyError::Combination { name, reason }
+        })?;
+        let orders = source.terms.into_iter().enumerate();
+        let mut parts: Vec<(usize, Part)> = orders
+            .flat_map(|(order, terms)| {
+                let part = move |(i, factors)| (i, Part::of(order as i32, factors));
+                terms.into_iter().map(part)
+            })
+            .collect();
+        if let Sum::Pull(name) = &combination.of {
+            let spring = self.system.element_of(name);
+            let spring = spring.filter(|(kind, _)| *kind == ElementKind::Spring);
+            if let Some((kind, index)) = spring
+                && let Some(&loss) = self.loss_factors.get(index)
+                && loss != 0.0
+            {
+                let spring = &self.system.elements(kind)[index];
+                let supports = spring.stretch.supports.iter().map(|&(s, b)| (n + s, b));
+                let all = spring.stretch.coordinates.iter().copied().chain(supports);
+                let lost = |(i, a)| (i, Part::loss([loss, spring.coefficient, a, 1.0]));
+                parts.extend(all.map(lost));
+            }
+        }
+        Ok(parts)
+    }
+
+    /// What each input does, and how the outputs are read off.
+    fn columns(&self) -> Result<Vec<Column>, FrequencyError> {
+        if self.inputs.is_empty() {
+            return Err(FrequencyError::NoInput);
+        }
+        let n = self.system.len();
+        let sources = self.sources()?;
+        let column = |name: &String| {
+            let support = self.system.supports().iter().position(|own| own == name);
+            let acts: Vec<(usize, Part)> = match support {
+                Some(support) => carried(self.system, support, &self.loss_factors),
+                None => {
+                    let form = self.form(name)?.coordinates.into_iter();
+                    form.map(|(i, a)| (i, Part::of(0, [a, 1.0]))).collect()
+                }
+            };
+            let push = |(coordinate, part)| Push {
+                coordinate,
+                part,
+                phase: Phase::Zero,
+            };
+            let reading = |source: &Vec<(usize, Part)>| {
+                let own = support.map(|support| n + support);
+                let more = source.iter().filter(|(i, _)| Some(*i) == own);
+                Reading {
+                    of: source.iter().filter(|(i, _)| *i < n).copied().collect(),
+                    more: more.map(|(_, part)| *part).collect(),
+                }
+            };
+            Ok(Column {
+                name: name.clone(),
+                block: 0,
+                pushes: acts.into_iter().map(push).collect(),
+                readings: sources.iter().map(reading).collect(),
+            })
+        };
+        self.inputs.iter().map(column).collect()
+    }
+}
+
+/// An input.
+struct Column {
+    name: String,
+    /// The index of the block that it acts on.
+    block: usize,
+    pushes: Vec<Push>,
+    readings: Vec<Reading>,
+}
+
+fn known(
+    value: Value,
+    function: &FrequencyFunction,
+    frequency: f64,
+) -> Result<FrequencyValue, FrequencyError> {
+    let Value { value, bound, .. } = value;
+    if value.is_finite() && bound.is_finite() {
+        let bound = Some(bound);
+        return Ok(FrequencyValue::Known { value, bound });
+    }
+    Err(FrequencyError::OutOfRange {
+        from: function.from().to_owned(),
+        to: function.to().to_owned(),
+        frequency,
+    })
+}

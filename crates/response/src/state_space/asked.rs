@@ -3,7 +3,7 @@
 use eigentone_modes::System;
 
 use super::error::StateSpaceError;
-use crate::problem::{Channel, Combination, Quantity, Source, Sum};
+use crate::problem::{Channel, Combination, Quantity, Source};
 
 /// A checked question.
 #[derive(Clone, Debug)]
@@ -74,8 +74,7 @@ impl<'a> Asked<'a> {
         Ok(())
     }
 
-    pub(super) fn output(&mut self, name: String, of: Sum) -> Result<(), StateSpaceError> {
-        let combination = Combination { name, of };
+    pub(super) fn output(&mut self, combination: Combination) -> Result<(), StateSpaceError> {
         let source = Source::of(&combination, self.system);
         let name = combination.name;
         let source = match source {

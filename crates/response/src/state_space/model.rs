@@ -11,7 +11,7 @@ use super::error::StateSpaceError;
 use super::ladder::{Found, Question, climb};
 use super::noise::Noise;
 use super::realisation::Realisation;
-use crate::problem::{Hold, Quantity, Sum};
+use crate::problem::{Combination, Hold, Quantity, Sum};
 
 /// A system as z′ = A z + B u, y = C z + D u, with named states, inputs and outputs.
 ///
@@ -69,7 +69,7 @@ pub struct StateMatrices {
 pub struct StateSpaceBuilder<'a> {
     system: &'a System,
     inputs: Vec<(String, Option<Quantity>)>,
-    outputs: Vec<(String, Sum)>,
+    outputs: Vec<Combination>,
 }
 
 impl<'a> StateSpaceBuilder<'a> {
@@ -92,27 +92,32 @@ impl<'a> StateSpaceBuilder<'a> {
         self.sum(called, [(quantity, name, 1.0)])
     }
 
+    /// A combination of motions as an output.
+    pub fn combination(mut self, combination: Combination) -> StateSpaceBuilder<'a> {
+        self.outputs.push(combination);
+        self
+    }
+
     /// A sum of motions as an output: which quantity, of which coordinate, point or support, times what.
     pub fn sum<N: Into<String>>(
-        mut self,
+        self,
         name: impl Into<String>,
         motions: impl IntoIterator<Item = (Quantity, N, f64)>,
     ) -> StateSpaceBuilder<'a> {
         let motions = motions.into_iter();
         let motions = motions.map(|(quantity, of, factor)| (quantity, of.into(), factor));
-        self.outputs
-            .push((name.into(), Sum::Motions(motions.collect())));
-        self
+        let (name, of) = (name.into(), Sum::Motions(motions.collect()));
+        self.combination(Combination { name, of })
     }
 
     /// The pull of the spring or damper named `element` as an output.
     pub fn pull(
-        mut self,
+        self,
         name: impl Into<String>,
         element: impl Into<String>,
     ) -> StateSpaceBuilder<'a> {
-        self.outputs.push((name.into(), Sum::Pull(element.into())));
-        self
+        let (name, of) = (name.into(), Sum::Pull(element.into()));
+        self.combination(Combination { name, of })
     }
 
     /// A, B, C and D.
@@ -128,8 +133,8 @@ impl<'a> StateSpaceBuilder<'a> {
                 Some(quantity) => asked.motion(name, *quantity)?,
             }
         }
-        for (name, of) in self.outputs {
-            asked.output(name, of)?;
+        for output in self.outputs {
+            asked.output(output)?;
         }
         // What has no form at all has none in any digits.
         let states = FirstOrder::of(self.system)?.states() as f64;

@@ -64,6 +64,11 @@ pub enum StateSpaceError {
         /// How many inputs there are.
         inputs: usize,
     },
+    /// Under noise something goes farther and farther.
+    #[error(
+        "white noise drives the state farther and farther: a rigid motion, an undamped mode, or the motion of a support that is integrated does not come to rest by itself"
+    )]
+    NotStationary,
     /// An entry is beyond the largest double.
     #[error(
         "entry ({row}, {column}) of {matrix} is beyond the largest double: take a shorter step, or units that bring the numbers closer together"

@@ -11,7 +11,7 @@ use super::error::StateSpaceError;
 use super::ladder::{Found, Question, climb};
 use super::noise::Noise;
 use super::realisation::Realisation;
-use crate::problem::{Combination, Hold, Quantity, Sum};
+use crate::problem::{Channel, Combination, Hold, Quantity, Sum};
 
 /// A system as z′ = A z + B u, y = C z + D u, with named states, inputs and outputs.
 ///
@@ -207,6 +207,70 @@ impl<'a> StateSpace<'a> {
         step: f64,
         density: MatRef<'_, f64>,
     ) -> Result<BoundedMatrix, StateSpaceError> {
+        self.check(density)?;
+        let operations = 3.0 * self.operations(step, 0)?;
+        let asked = &self.asked;
+        let question = Noise {
+            asked,
+            step,
+            forever: false,
+            density,
+        };
+        climb(&question, self.states.len(), operations)
+    }
+
+    /// The covariance P of the state (states × states) that white noise on the inputs keeps up in the long run, A P + P Aᵀ + B W Bᵀ = 0,
+    /// for a `density` W as in [`process_noise`](Self::process_noise): exact also where damping is next to nothing or frequencies are
+    /// many powers of ten apart. The variances of outputs without D are the diagonal of C P Cᵀ.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, System};
+    /// use eigentone_response::StateSpace;
+    /// use faer::mat;
+    ///
+    /// let system = System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0).damper(GROUND, "m", 1e-9);
+    /// let system = system.build()?;
+    /// let plant = StateSpace::of(&system).force("m").build()?;
+    /// // W/2ck and W/2cm.
+    /// let covariance = plant.stationary_covariance(mat![[1.0]].as_ref())?.values;
+    /// assert!((covariance[(0, 0)] * 16e-9 - 1.0).abs() < 4e-16);
+    /// assert!((covariance[(1, 1)] * 4e-9 - 1.0).abs() < 4e-16);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`StateSpaceError::NotStationary`] where something does not come to rest by itself: rigid motions, undamped modes, and the
+    /// displacement of a support that is an integral of an input; [`StateSpaceError::Lost`] for what grows. Else as for
+    /// [`process_noise`](Self::process_noise).
+    pub fn stationary_covariance(
+        &self,
+        density: MatRef<'_, f64>,
+    ) -> Result<BoundedMatrix, StateSpaceError> {
+        self.check(density)?;
+        let structure = self.asked.system.structure();
+        let driven = |channel: &Channel| channel.integrals > 0;
+        let integrated = self.asked.channels.iter().any(driven);
+        let free = structure.zero_roots().is_some_and(|count| count > 0);
+        let undamped = structure.undamped_modes().is_some_and(|count| count > 0);
+        if integrated || free || undamped {
+            return Err(StateSpaceError::NotStationary);
+        }
+        let size = self.matrices.a.values.norm_max();
+        let step = if size > 0.0 { 1.0 / size } else { 1.0 };
+        // About as many doublings as digits and powers of ten between rates.
+        let operations = 9.0 * self.operations(step, 0)?;
+        let asked = &self.asked;
+        let question = Noise {
+            asked,
+            step,
+            forever: true,
+            density,
+        };
+        climb(&question, self.states.len(), operations)
+    }
+
+    /// Refuses a density that is none.
+    fn check(&self, density: MatRef<'_, f64>) -> Result<(), StateSpaceError> {
         let inputs = self.asked.inputs.len();
         let (rows, columns) = (density.nrows(), density.ncols());
         let fits = rows == inputs && columns == inputs;
@@ -219,14 +283,7 @@ impl<'a> StateSpace<'a> {
                 inputs,
             });
         }
-        let operations = 3.0 * self.operations(step, 0)?;
-        let asked = &self.asked;
-        let question = Noise {
-            asked,
-            step,
-            density,
-        };
-        climb(&question, self.states.len(), operations)
+        Ok(())
     }
 
     /// How many multiplications an exponential takes, with so many more rows.

@@ -1,7 +1,8 @@
-//! What white noise adds to the covariance of the state in a step: Q = ∫₀ʰ e^{As} B W Bᵀ e^{Aᵀs} ds.
+//! What white noise adds to the covariance of the state in a step, Q = ∫₀ʰ e^{As} B W Bᵀ e^{Aᵀs} ds, or in all the time.
 //!
 //! By doubling, Q(2t) = Q(t) + e^{At} Q(t) e^{Aᵀt}, from a series over a short t. The exponential of [−A Q; 0 Aᵀ] (Van Loan
-//! 1978), which grows as e^{|λ|h} where the answer does not, is never taken.
+//! 1978), which grows as e^{|λ|h} where the answer does not, is never taken. Once e^{At} contracts, doubling ends (Smith 1968,
+//! *SIAM J. Appl. Math.* 16): P − Q(t) = e^{At} P e^{Aᵀt}.
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use faer::MatRef;
@@ -13,9 +14,14 @@ use super::ladder::{Found, Question};
 use super::realisation::Realisation;
 use crate::enclosed::{Normed, exponential};
 
+/// How often an integral over all the time is doubled at most.
+const DOUBLINGS: i64 = 1000;
+
 pub(super) struct Noise<'a> {
     pub(super) asked: &'a Asked<'a>,
+    /// In s, or the unit of time with which an integral over all the time begins.
     pub(super) step: f64,
+    pub(super) forever: bool,
     pub(super) density: MatRef<'a, f64>,
 }
 
@@ -50,7 +56,16 @@ impl Question for Noise<'_> {
         let short = T::from(self.step).scale(-halvings);
         let mut power = exponential(&w, short, Magnitude::ZERO);
         let mut sum = series(&w, &rate, short);
-        for _ in 0..halvings {
+        let most = if self.forever { DOUBLINGS } else { halvings };
+        let mut left = None;
+        for _ in 0..most {
+            if self.forever {
+                left = left_out(&power, &sum);
+                let enough = |left: &Magnitude| *left <= sum.true_norm() * T::unit();
+                if left.as_ref().is_some_and(enough) {
+                    break;
+                }
+            }
             let carried = power.times(&sum).times(&transpose(&power));
             sum = plus(&sum, &carried);
             power = power.times(&power);
@@ -58,12 +73,26 @@ impl Question for Noise<'_> {
                 return Ok(None);
             }
         }
+        if self.forever {
+            let Some(left) = left else {
+                return Ok(None);
+            };
+            sum = sum.with_more_error(left);
+        }
         let exact = coordinates.covariance(&kept(&sum, 0, n, n), sum.error());
         let exact = upper_half(exact);
         let norm = sum.true_norm();
         let scale = |i, j| coordinates.scale_of_covariance(i, j) * norm;
         BoundedMatrix::of(&exact, "Q", scale)
     }
+}
+
+/// A bound of what the integral over all the time has beyond Q(t): ‖E‖²‖P‖ with ‖P‖ ≤ ‖Q‖/(1 − ‖E‖²); `None` unless
+/// E = e^{At} contracts.
+fn left_out<T: Real>(power: &Normed<T>, sum: &Normed<T>) -> Option<Magnitude> {
+    let square = power.true_norm() * power.true_norm();
+    let least = Magnitude::from(1.0).minus(square);
+    (!least.is_zero()).then(|| square * sum.true_norm() / least)
 }
 
 /// Σ t^{k+1}/(k+1)! Lᵏ(Q) with L(X) = W X + X Wᵀ, for ‖W‖t ≤ ½: the terms fall faster than 1/(k + 1)!.

@@ -182,6 +182,28 @@ fn discrete_forms_are_right_to_the_last_digits() {
     check("stiff", &plant.build().expect("a plant"), 7.0, mat![[1.0]]);
 }
 
+#[test]
+fn stationary_covariances_are_right_to_the_last_digits() {
+    let system = car();
+    let plant = StateSpace::of(&system).force("body").build();
+    let plant = plant.expect("a plant");
+    let covariance = plant.stationary_covariance(mat![[2.0]].as_ref());
+    holds("pushed", "P", &covariance.expect("it comes to rest"));
+
+    let system = System::builder().mass("1", 1.0).mass("2", 1.0);
+    let system = system.spring(GROUND, "1", 1.0).spring("1", "2", 1e12);
+    let system = system.damper(GROUND, "1", 1e-9).build().expect("a system");
+    let plant = StateSpace::of(&system).force("2").build();
+    let plant = plant.expect("a plant");
+    let covariance = plant.stationary_covariance(mat![[1.0]].as_ref());
+    holds("faint", "P", &covariance.expect("it comes to rest"));
+
+    let free = stiff();
+    let plant = StateSpace::of(&free).force("2").build().expect("a plant");
+    let endless = plant.stationary_covariance(mat![[1.0]].as_ref());
+    assert_eq!(endless, Err(StateSpaceError::NotStationary));
+}
+
 /// A jump of the road is a blow through the tyre's damper: taken out of the state, and back in where it shows.
 #[test]
 fn states_and_matrices_are_named_and_placed() {

@@ -109,3 +109,28 @@ k = matrix([[1 + mpf(10) ** 12, -mpf(10) ** 12], [-mpf(10) ** 12, mpf(10) ** 12]
 a = full(m, zeros(2), k)
 b = matrix([[0], [0], [0], [1]])
 case("stiff", a, b, matrix([[1, 0, 0, 0]]), matrix([[0]]), mpf(7), matrix([[1]]))
+
+
+def stationary(a, b, w):
+    """A P + P Aᵀ = −B W Bᵀ as one linear system."""
+    n = a.rows
+    big, right = zeros(n * n), zeros(n * n, 1)
+    rate = b * w * b.T
+    for i in range(n):
+        for j in range(n):
+            for k in range(n):
+                big[i * n + j, k * n + j] += a[i, k]
+                big[i * n + j, i * n + k] += a[j, k]
+            right[i * n + j] = -rate[i, j]
+    p = mp.lu_solve(big, right)
+    return matrix([[p[i * n + j] for j in range(n)] for i in range(n)])
+
+
+# A car of which only the body is pushed, and masses with frequencies 1e6 apart that hardly anything damps.
+m = matrix([[290, 0], [0, 59]])
+c = matrix([[1000, -1000], [-1000, 1050]])
+k = matrix([[16812, -16812], [-16812, 16812 + 190000]])
+rows("pushed", "P", stationary(full(m, c, k), matrix([0, 0, mpf(1) / 290, 0]), matrix([[2]])))
+c = matrix([[mpf(1e-9), 0], [0, 0]])
+k = matrix([[1 + mpf(10) ** 12, -mpf(10) ** 12], [-mpf(10) ** 12, mpf(10) ** 12]])
+rows("faint", "P", stationary(full(eye(2), c, k), matrix([0, 0, 0, 1]), matrix([[1]])))

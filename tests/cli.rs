@@ -1119,10 +1119,22 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
         ["%%MatrixMarket matrix array real general", "4 1"]
     );
     assert_eq!(lines[5].parse(), Ok(b[3][0]));
-    assert_eq!(
-        listed(Path::new(out)),
-        ["A.mtx", "B.mtx", "C.mtx", "D.mtx", "export.json"]
+    let mut files = listed(Path::new(out));
+    files.sort();
+    assert_eq!(files, ["A.mtx", "B.mtx", "C.mtx", "D.mtx", "export.json"]);
+
+    // The wheel's velocity jumps with the road: its acceleration follows the road's velocity.
+    let text = text.replace(r#""force": "tyre""#, r#""acceleration": {"wheel": 1}"#);
+    let kerb = directory.join("kerb.json");
+    fs::write(&kerb, text).expect("it can be written");
+    let raised = eigentone(&["export", kerb.to_str().expect("a UTF-8 path"), "--json"]);
+    let said = String::from_utf8_lossy(&raised.stderr);
+    assert!(
+        raised.status.success() && said.contains("the input is the velocity of road"),
+        "{said}"
     );
+    let form: Value = serde_json::from_slice(&raised.stdout).expect("JSON");
+    assert_eq!(form["inputs"], serde_json::json!(["road velocity"]));
 
     let table = printed(&["export", file, "--from", "body", "--to", "tyre force"]);
     assert!(
@@ -1131,7 +1143,8 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
     );
     let error = refused(&["export", file, "--from", "wall"], 2);
     assert!(error.contains("known are body, wheel"), "{error}");
-    refused(&["export", file, "--hold", "zero"], 2);
+    let error = refused(&["export", file, "--hold", "zero"], 2);
+    assert!(error.contains("belong together"), "{error}");
     refused(&["export", file, "--hold", "zero", "--step", "-1"], 2);
 }
 
@@ -1203,7 +1216,9 @@ fn spectra_have_the_shape_that_was_agreed_on() {
         "spectrum.csv",
         "spectrum.json",
     ];
-    assert_eq!(listed(&out), files);
+    let mut found = listed(&out);
+    found.sort();
+    assert_eq!(found, files);
     for name in &files[..3] {
         assert_well_formed(&fs::read_to_string(out.join(name)).expect("a plot"));
     }

@@ -26,7 +26,7 @@ const CASES: [(&str, &str); 29] = [
     ("", "frf S --at 1,x"),
     ("StateSpace", "export S --from wall"),
     ("LossFactor", "export rubber.json"),
-    ("", "export S --step 0.1"),
+    ("HoldWithoutStep", "export S --step 0.1"),
     ("Record", "spectrum record.csv --step 0.01 --column ay"),
     (
         "Spectrum",

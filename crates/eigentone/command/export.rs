@@ -1,5 +1,6 @@
 //! `eigentone export SCENE [--from NAME]… [--to NAME]… [--hold zero|first --step h] [--json] [--out DIR]`.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -25,10 +26,10 @@ pub struct Export {
     #[arg(long, value_name = "NAME")]
     to: Vec<String>,
     /// The exact discrete form for inputs that keep each sample, or run straight from one to the next
-    #[arg(long, value_enum, requires = "step")]
+    #[arg(long, value_enum)]
     hold: Option<Hold>,
     /// Time between the samples, in s
-    #[arg(long, value_name = "SECONDS", value_parser = positive, requires = "hold")]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
     step: Option<f64>,
     /// Print one JSON object with every digit
     #[arg(long)]
@@ -40,6 +41,9 @@ pub struct Export {
 
 impl Export {
     pub fn run(self) -> Result<(), Failure> {
+        if self.hold.is_some() != self.step.is_some() {
+            return Err(Failure::HoldWithoutStep);
+        }
         let scene = self.question.scene()?;
         let file = &self.question.scene;
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
@@ -52,7 +56,7 @@ impl Export {
             scene: file.clone(),
             error,
         };
-        let plant = self.plant(&scene).map_err(failure)?;
+        let plant = self.proper(&scene).map_err(failure)?;
         let held: Option<(f64, Hold, StateMatrices)> = match (self.step, self.hold) {
             (Some(step), Some(hold)) => {
                 let held = plant.discretise(step, hold.into()).map_err(failure)?;
@@ -83,7 +87,50 @@ impl Export {
         })
     }
 
-    fn plant<'a>(&self, scene: &'a Scene) -> Result<StateSpace<'a>, StateSpaceError> {
+    /// With a higher derivative of a support as the input where an output follows one: said on standard error.
+    fn proper<'a>(&self, scene: &'a Scene) -> Result<StateSpace<'a>, StateSpaceError> {
+        let mut raised: Vec<(String, Quantity)> = Vec::new();
+        loop {
+            let inputs = self.inputs(scene, &raised);
+            let (output, name) = match self.plant(scene, &inputs) {
+                Err(StateSpaceError::Improper { output, input }) => (output, input),
+                answer => return answer,
+            };
+            let higher = inputs.iter().find_map(|(input, quantity)| match quantity {
+                Some(Quantity::Displacement) if name == format!("{input} displacement") => {
+                    Some((input.clone(), Quantity::Velocity))
+                }
+                Some(Quantity::Velocity) if name == format!("{input} velocity") => {
+                    Some((input.clone(), Quantity::Acceleration))
+                }
+                _ => None,
+            });
+            let Some((support, quantity)) = higher else {
+                let input = name;
+                return Err(StateSpaceError::Improper { output, input });
+            };
+            let word = if quantity == Quantity::Velocity {
+                "velocity"
+            } else {
+                "acceleration"
+            };
+            let file = self.question.scene.display();
+            // Nothing is left to tell it to if standard error is closed.
+            let _ = writeln!(
+                io::stderr(),
+                "note: {file}: output {output:?} follows a derivative of the {name}: the input is the {word} of {support} instead"
+            );
+            raised.retain(|(known, _)| *known != support);
+            raised.push((support, quantity));
+        }
+    }
+
+    /// Forces, and motions by at least the derivatives that `raised` says.
+    fn inputs(
+        &self,
+        scene: &Scene,
+        raised: &[(String, Quantity)],
+    ) -> Vec<(String, Option<Quantity>)> {
         let system = scene.system();
         let is_support = |name: &str| system.supports().iter().any(|support| support == name);
         let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
@@ -93,24 +140,46 @@ impl Export {
             [] => system.names().to_vec(),
             named => named.to_vec(),
         };
-        let mut plant = StateSpace::of(system);
+        let mut all: Vec<(String, Option<Quantity>)> = Vec::new();
         for name in inputs {
             if !is_support(&name) {
-                plant = plant.force(name);
+                all.push((name, None));
                 continue;
             }
-            let mut moved: Vec<Quantity> = Vec::new();
-            for (_, quantity) in scene.motions().filter(|(of, _)| *of == name) {
-                if !moved.contains(&quantity) {
-                    moved.push(quantity);
-                }
-            }
+            let least = raised.iter().find(|(support, _)| *support == name);
+            let least = least.map_or(Quantity::Displacement, |(_, quantity)| *quantity);
+            let moved = scene.motions().filter(|(of, _)| *of == name);
+            let mut moved: Vec<Quantity> = moved.map(|(_, quantity)| quantity).collect();
             if moved.is_empty() {
                 moved.push(Quantity::Displacement);
             }
             for quantity in moved {
-                plant = plant.motion(name.as_str(), quantity);
+                let higher = if (quantity as u8) < least as u8 {
+                    least
+                } else {
+                    quantity
+                };
+                let input = (name.clone(), Some(higher));
+                if !all.contains(&input) {
+                    all.push(input);
+                }
             }
+        }
+        all
+    }
+
+    fn plant<'a>(
+        &self,
+        scene: &'a Scene,
+        inputs: &[(String, Option<Quantity>)],
+    ) -> Result<StateSpace<'a>, StateSpaceError> {
+        let system = scene.system();
+        let mut plant = StateSpace::of(system);
+        for (name, quantity) in inputs {
+            plant = match quantity {
+                None => plant.force(name.as_str()),
+                Some(quantity) => plant.motion(name.as_str(), *quantity),
+            };
         }
         let points = system.points().iter().map(|point| &point.name);
         let all = system.names().iter().chain(points);

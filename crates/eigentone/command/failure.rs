@@ -65,6 +65,8 @@ pub enum Failure {
         scene.display()
     )]
     LossFactor { scene: PathBuf },
+    #[error("--hold and --step belong together: give both, as in --hold zero --step 0.01, or none")]
+    HoldWithoutStep,
     #[error(transparent)]
     Record(#[from] RecordError),
     #[error("{}: {error}", record.display())]
@@ -152,6 +154,7 @@ impl Failure {
             | Failure::NoTime { .. }
             | Failure::ToleranceInDoubles
             | Failure::LossFactor { .. }
+            | Failure::HoldWithoutStep
             | Failure::Record(_)
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }

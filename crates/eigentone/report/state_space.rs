@@ -53,13 +53,16 @@ impl<'a> StateSpaceReport<'a> {
         let outputs = self.plant.outputs();
         let headers = [states, inputs, states, inputs];
         let sides = [states, states, outputs, outputs];
-        let mut largest = 0.0f64;
+        let (mut largest, mut small) = (0.0f64, 0);
         for (((name, matrix), header), side) in self.matrices().into_iter().zip(headers).zip(sides)
         {
             let values = &matrix.values;
             text += &format!("\n{name}: {} × {}\n", values.nrows(), values.ncols());
             for (i, j) in entries(matrix) {
-                largest = largest.max(matrix.bound[(i, j)] / values[(i, j)].abs());
+                match matrix.bound[(i, j)] / values[(i, j)].abs() {
+                    off if off <= f64::EPSILON => largest = largest.max(off),
+                    _ => small += 1,
+                }
             }
             if values.ncols() > COLUMNS {
                 text += "too wide to be shown: --json and --out give it\n";
@@ -73,7 +76,13 @@ impl<'a> StateSpaceReport<'a> {
             text += &table.text();
         }
         let largest = number::bound(largest);
-        text + &format!("\nEach entry that is not 0 is proven to within {largest} of itself.\n")
+        text += &format!("\nEntries are proven to within {largest} of themselves");
+        if small > 0 {
+            let entries = number::count(small, "entry that is", "entries that are");
+            text +=
+                &format!(", but for {entries} next to nothing and within their bounds in --json");
+        }
+        text + ".\n"
     }
 
     /// One JSON object: the matrices row by row, the names, the bounds of all entries, and step and hold of a discrete form.

@@ -42,10 +42,16 @@ impl<T: Real> Coordinates<T> {
         let mut leave = BallMatrix::zeros(size, size);
         enter.put(0, 0, &energy.r);
         leave.put(0, 0, &energy.y);
-        // What a unit of each makes of the states in a step.
+        // What a unit of each makes of the states in a step, or before they swing back.
+        let swing = frobenius(&energy.r.times(form.form.a()).times(&energy.y));
+        let within = Magnitude::from(1.0) / swing;
+        let within = match within < Magnitude::from(step) {
+            true => within,
+            false => Magnitude::from(step),
+        };
         let strength = |column: &BallMatrix<T>| {
             let pushed = energy.r.times(&column.block(0, 0, own, 1));
-            let norm = frobenius(&pushed) * Magnitude::from(step);
+            let norm = frobenius(&pushed) * within;
             (!norm.is_zero()).then(|| norm.exponent())
         };
         let mut units = vec![0; size - own];

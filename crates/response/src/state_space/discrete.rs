@@ -8,8 +8,11 @@ use super::bounded::BoundedMatrix;
 use super::coordinates::{Coordinates, kept};
 use super::ladder::{Found, Question};
 use super::realisation::Realisation;
-use crate::enclosed::{Normed, exponential};
+use crate::enclosed::{Normed, of_any_size};
 use crate::problem::Hold;
+
+/// A matrix below 2^-LEAST is as good as none.
+const LEAST: f64 = 1e15;
 
 pub(super) struct Discrete<'a> {
     pub(super) asked: &'a Asked<'a>,
@@ -44,7 +47,16 @@ impl Question for Discrete<'_> {
             (0..m).for_each(|i| w.set(n + i, n + m + i, slope, error));
         }
         let w = Normed::of(&w, n).with_more_error(coordinates.a_error);
-        let power = exponential(&w, T::from(self.step), Magnitude::ZERO);
+        let w = w.times_scalar(T::from(self.step), Magnitude::ZERO);
+        // What decays beyond the range of T is 0.
+        let power = match of_any_size(&w, LEAST) {
+            None => return Ok(None),
+            Some((_, exponent)) if (exponent as f64) < -LEAST => {
+                let nothing = Magnitude::power_of_two(-LEAST as i64);
+                Normed::new(size, n, vec![T::ZERO; size * size], nothing)
+            }
+            Some((power, exponent)) => power.scaled(exponent),
+        };
         let error = power.error();
         if !error.is_finite() {
             return Ok(None);

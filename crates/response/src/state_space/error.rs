@@ -54,7 +54,7 @@ pub enum StateSpaceError {
     },
     /// A density of noise that is not a symmetric matrix of one row for each input.
     #[error(
-        "the density of the noise is {rows} × {columns}: it must be a symmetric matrix of finite numbers with a row for each of the {inputs} inputs"
+        "the density of the noise is {rows} × {columns}: it must be a symmetric matrix of finite numbers with a row for each input, {inputs} in all"
     )]
     Density {
         /// Its rows.

@@ -59,12 +59,10 @@ impl Question for Noise<'_> {
         let most = if self.forever { DOUBLINGS } else { halvings };
         let mut left = None;
         for _ in 0..most {
-            if self.forever {
-                left = left_out(&power, &sum);
-                let enough = |left: &Magnitude| *left <= sum.true_norm() * T::unit();
-                if left.as_ref().is_some_and(enough) {
-                    break;
-                }
+            // What a longer time adds is less than what all the time does.
+            left = left_out(&power, &sum).filter(|left| *left <= sum.true_norm() * T::unit());
+            if left.is_some() {
+                break;
             }
             let carried = power.times(&sum).times(&transpose(&power));
             sum = plus(&sum, &carried);
@@ -73,11 +71,10 @@ impl Question for Noise<'_> {
                 return Ok(None);
             }
         }
-        if self.forever {
-            let Some(left) = left else {
-                return Ok(None);
-            };
-            sum = sum.with_more_error(left);
+        match left {
+            Some(left) => sum = sum.with_more_error(left),
+            None if self.forever => return Ok(None),
+            None => {}
         }
         let exact = coordinates.covariance(&kept(&sum, 0, n, n), sum.error());
         let exact = upper_half(exact);

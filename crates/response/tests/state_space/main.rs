@@ -204,6 +204,29 @@ fn stationary_covariances_are_right_to_the_last_digits() {
     assert_eq!(endless, Err(StateSpaceError::NotStationary));
 }
 
+/// Frequencies of 1e100 within a step of a second: all of it has died out, far below what any number holds.
+#[test]
+fn what_decays_beyond_all_range_is_nothing() {
+    let system = System::builder()
+        .mass("m", 1e-100)
+        .spring(GROUND, "m", 1e100);
+    let system = system.damper(GROUND, "m", 0.1).build().expect("a system");
+    let plant = StateSpace::of(&system).force("m").output("m", Displacement);
+    let plant = plant.build().expect("a plant");
+    let held = plant.discretise(1.0, Hold::Zero).expect("a form");
+    assert_eq!(held.a.values.norm_max(), 0.0);
+    assert_eq!(
+        (held.b.values[(0, 0)], held.b.values[(1, 0)]),
+        (1e-100, 0.0)
+    );
+    let noise = plant
+        .process_noise(1.0, mat![[1.0]].as_ref())
+        .expect("noise");
+    // 1/2ck and 1/2cm.
+    assert!((noise.values[(0, 0)] / 5e-100 - 1.0).abs() < 4e-16);
+    assert!((noise.values[(1, 1)] / 5e100 - 1.0).abs() < 4e-16);
+}
+
 /// A jump of the road is a blow through the tyre's damper: taken out of the state, and back in where it shows.
 #[test]
 fn states_and_matrices_are_named_and_placed() {

@@ -60,7 +60,11 @@ pub const ENUMS: [(&str, &str); 20] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 14] = [
+const LEFT_OUT: [(&str, &str); 15] = [
+    (
+        "FrequencyError::Sparse",
+        "passes on a `SparseError`, all of which are shown or named here",
+    ),
     (
         "ModesError::NoConvergence",
         "no system is known whose iteration does not converge",
@@ -469,7 +473,8 @@ fn response_errors(listing: &mut Listing) {
         frf().loss_factors([0.1, 0.1]).at(&[1.0]);
         frf().loss_factors([-0.1, 0.0, 0.0]).at(&[1.0]);
         FrequencyResponse::of(&soft).from("m0").at(&[0.0]);
-        FrequencyResponse::of(&large).from("m7").at(&[0.5]);
+        FrequencyResponse::of(&large).from("m7").loss_factors(vec![0.1; 5000]).at(&[0.5]);
+        FrequencyResponse::of(&large).from("m7").features(&[0.5]);
         of(&one).load("m0", Step::of(f64::NAN)).run();
         of_load(Step::of(f64::NAN).into());
         of_load(early.into());

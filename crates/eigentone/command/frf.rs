@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use eigentone::modes::SparseModes;
 use eigentone::report::FrequencyReport;
 use eigentone::response::{FrequencyResponse, Quantity, peak_grid};
 use eigentone::scene::Scene;
@@ -44,6 +45,13 @@ enum Derivative {
     Acceleration,
 }
 
+/// Systems with more coordinates show the lowest modes alone where no frequencies are given.
+const MANY: usize = 400;
+const LOWEST: usize = 20;
+
+/// Functions times coordinates: beyond it peaks take minutes.
+const MOST_SEARCHED: usize = 2000;
+
 /// As many inputs as are taken where none is named.
 const INPUTS: usize = 8;
 
@@ -61,15 +69,22 @@ impl Frf {
             (Some(at), _) => at.clone(),
             (None, Some(given)) => given.to_vec(),
             (None, None) => {
-                self.question.admit_modes(&scene)?;
-                let modes = scene.system().modes_to(self.question.precision());
-                let modes = modes.map_err(Failure::modes(file))?;
+                let modes = match scene.system().len() > MANY {
+                    true => SparseModes::lowest(scene.system(), LOWEST)
+                        .and_then(|found| found.modes())
+                        .map_err(Failure::sparse(file))?,
+                    false => {
+                        let modes = scene.system().modes_to(self.question.precision());
+                        modes.map_err(Failure::modes(file))?
+                    }
+                };
                 peak_grid(scene.system(), &modes, scene.loss_factors())
             }
         };
         let functions = asked.at(&grid).map_err(failure)?;
         let features = match self.at {
             Some(_) => None,
+            None if functions.functions().len() * scene.system().len() > MOST_SEARCHED => None,
             None => {
                 progress.say("peaks");
                 Some(asked.features(&grid).map_err(failure)?)
@@ -116,6 +131,7 @@ impl Frf {
         };
         let start = FrequencyResponse::of(system)
             .quantity(quantity)
+            .precision(self.question.precision())
             .loss_factors(scene.loss_factors());
         let mut asked = inputs.into_iter().fold(start, FrequencyResponse::from);
         let points = system.points().iter().map(|point| &point.name);

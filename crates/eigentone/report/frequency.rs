@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use eigentone_modes::{CoordinateKind, System};
+use eigentone_modes::{Bounds, CoordinateKind, System};
 use eigentone_response::{
     Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue, Peak,
     Quantity, Sum,
@@ -31,11 +31,27 @@ pub struct FrequencyReport<'a> {
     pub features: Option<&'a [Features]>,
 }
 
+/// Rows that a person reads.
+const MANY: usize = 1000;
+
 impl<'a> FrequencyReport<'a> {
     /// Peaks, dips and asymptotes of each function where they were asked for, else the value at each frequency.
     pub fn text(&self) -> String {
         match self.features {
             Some(features) => self.notable(features),
+            None if self.functions.frequencies().len() * self.functions.functions().len()
+                > MANY =>
+            {
+                format!(
+                    "{} at {}: for data take --json or --out DIR; for peaks name fewer outputs, with --to NAME\n",
+                    number::count(self.functions.functions().len(), "function", "functions"),
+                    number::count(
+                        self.functions.frequencies().len(),
+                        "frequency",
+                        "frequencies"
+                    ),
+                )
+            }
             None => self.values(),
         }
     }
@@ -72,7 +88,14 @@ impl<'a> FrequencyReport<'a> {
             .column("|H|", Align::Point, number::column(sizes))
             .column("unit", Align::Left, rows.iter().map(|row| self.unit(row.1)))
             .column("phase, °", Align::Point, number::column(phases))
-            .column("proven within", Align::Right, bounds)
+            .column(
+                match self.functions.bounds() {
+                    Bounds::Proven => "proven within",
+                    Bounds::Estimated => "estimated within",
+                },
+                Align::Right,
+                bounds,
+            )
             .text();
         let has = |one: FrequencyValue| rows.iter().any(|(.., value)| *value == one);
         if has(FrequencyValue::Pole) {

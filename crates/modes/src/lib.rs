@@ -72,7 +72,7 @@ pub use solver::{
     Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
     SpringFactor, StateMatrix, Symmetric, dense_gigabytes, solvers,
 };
-pub use sparse::{SparseError, SparseModes, SparseWork};
+pub use sparse::{Amplitudes, SparseDynamicStiffness, SparseError, SparseModes, SparseWork};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
 pub use system::{Beam, BeamEnd, BuildError, Parameter, Rod, RodEnd, System, SystemBuilder};

@@ -6,6 +6,7 @@ mod arnoldi;
 mod basis;
 mod coupled;
 mod damped;
+mod dynamic;
 mod entry;
 mod error;
 mod factor;
@@ -33,6 +34,7 @@ use crate::model::MatrixKind;
 use crate::modes::{Frequency, Modes};
 use crate::structure::rayleigh::Proportion;
 use crate::system::System;
+pub use dynamic::{Amplitudes, SparseDynamicStiffness};
 pub use error::SparseError;
 
 use factor::Factor;

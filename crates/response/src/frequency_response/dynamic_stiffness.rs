@@ -38,7 +38,7 @@ impl Frequency {
     }
 
     /// (iΩ)^power.
-    fn power<T: Real>(self, power: i32) -> Ball<T> {
+    pub(super) fn power<T: Real>(self, power: i32) -> Ball<T> {
         let unit = match self.middle.low() == 0.0 && self.radius == 0.0 {
             true => real(self.middle.high()),
             false => self.ball(),
@@ -99,6 +99,11 @@ impl Part {
         })
     }
 
+    /// Power and factor, where there is no loss.
+    pub(super) fn real(&self) -> Option<(i32, f64)> {
+        (self.turns == 0).then(|| (self.power, self.factors.iter().product()))
+    }
+
     pub(super) fn value<T: Real>(&self, frequency: Frequency) -> Ball<T> {
         let factors = self.factors.iter().filter(|factor| **factor != 1.0);
         let product = factors.fold(real::<T>(1.0), |product, factor| product * *factor);
@@ -153,6 +158,16 @@ impl DynamicStiffness {
         }
         let part = parts(system.len(), entries.keys().copied());
         DynamicStiffness { entries, part }
+    }
+
+    /// Its entries as enclosures of their parts of K, C and M: row, column, parts.
+    pub(super) fn balls<T: Real>(&self) -> Vec<(usize, usize, [Ball<T>; 3])> {
+        let entries = self.entries.iter();
+        let entries = entries.map(|(&(row, column), terms)| {
+            let sums = [0, 1, 2].map(|power| sum(&terms.sums[power]));
+            (row, column, sums)
+        });
+        entries.collect()
     }
 
     /// The parts of the system that some of the coordinates belong to.
@@ -248,10 +263,6 @@ impl Block {
     pub(super) fn rows<T: Real>(&self, frequency: Frequency) -> (Vec<Row<T>>, Vec<i64>) {
         let n = self.coordinates.len();
         let factors: [Ball<T>; 3] = [0, 1, 2].map(|order| frequency.power(order));
-        let sum = |terms: &[f64]| {
-            let terms = terms.iter().map(|term| real::<T>(*term));
-            terms.fold(Ball::ZERO, |sum, term| sum + term)
-        };
         let values = self.entries.iter().map(|(place, terms)| {
             let parts = terms.sums.iter().zip(factors);
             let parts = parts.filter(|(terms, _)| !terms.is_empty());
@@ -286,18 +297,13 @@ impl Block {
         (rows, exponents)
     }
 
-    /// −Z′x for the derivative Z′ = iC − 2ΩM of its rows with respect to Ω.
+    /// Z′x for the derivative Z′ = iC − 2ΩM of its rows with respect to Ω.
     pub(super) fn slope<T: Real>(&self, frequency: Frequency, x: &[Ball<T>]) -> Vec<Ball<T>> {
-        let factors = [1, 2].map(|order| {
-            let derivative = Part::of(order, [-1.0, 1.0]).derivative();
-            derivative.expect("Ω has a power").value::<T>(frequency)
-        });
+        let factors = slopes::<T>(frequency);
         let mut product = vec![Ball::ZERO; x.len()];
         for ((row, column), terms) in &self.entries {
             for (terms, factor) in terms.sums[1..].iter().zip(factors) {
-                let terms = terms.iter().map(|term| real::<T>(*term));
-                let sum = terms.fold(Ball::ZERO, |sum, term| sum + term);
-                product[*row] = product[*row] + sum * factor * x[*column];
+                product[*row] = product[*row] + sum(terms) * factor * x[*column];
             }
         }
         product
@@ -321,6 +327,20 @@ impl Block {
         }
         Some(rows.into_iter().flatten().sum())
     }
+}
+
+/// The derivatives of iΩ and (iΩ)² with respect to Ω: what C and M are multiplied by in Z′.
+pub(super) fn slopes<T: Real>(frequency: Frequency) -> [Ball<T>; 2] {
+    [1, 2].map(|order| {
+        let derivative = Part::of(order, [1.0; 2]).derivative();
+        derivative.expect("Ω has a power").value(frequency)
+    })
+}
+
+/// The exact sum of doubles.
+fn sum<T: Real>(terms: &[f64]) -> Ball<T> {
+    let terms = terms.iter().map(|term| real::<T>(*term));
+    terms.fold(Ball::ZERO, |sum, term| sum + term)
 }
 
 /// A double, exactly.

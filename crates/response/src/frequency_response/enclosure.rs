@@ -5,6 +5,7 @@ use num_complex::Complex;
 
 use super::dynamic_stiffness::{Block, Frequency, Part};
 use super::elimination::{Factor, Outcome, scaled};
+use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 
 /// What acts on a coordinate: a part of the right-hand side.
@@ -28,6 +29,8 @@ pub(super) struct Reading {
 /// All that acts at a frequency, on one block, and what is asked of it.
 pub(super) struct Question<'a> {
     pub(super) block: &'a Block,
+    /// What is tried first, if there is one.
+    pub(super) modes: Option<&'a ModalSum>,
     pub(super) frequency: Frequency,
     /// For each right-hand side what acts, and the readings.
     pub(super) columns: &'a [(&'a [Push], &'a [Reading])],
@@ -111,6 +114,14 @@ enum Answer {
 /// For each right-hand side, all of which act on the block alone, the values of its readings.
 pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
     let mut found = None;
+    if let Some(Answer::Found(values, good)) =
+        question.modes.and_then(|modes| by_modes(modes, question))
+    {
+        if good {
+            return Enclosed::Values(values);
+        }
+        found = Some(values);
+    }
     let (mut digits, mut work) = (0, 0u64);
     // What a whole range of frequencies leaves unknown, no digits tell.
     let rungs = if question.frequency.radius > 0.0 {
@@ -142,7 +153,7 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
 fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
     let (block, frequency) = (question.block, question.frequency);
     let (rows, exponents) = block.rows::<T>(frequency);
-    let place = |coordinate: usize| block.coordinates().binary_search(&coordinate);
+    let place = |coordinate: usize| block.coordinates().binary_search(&coordinate).ok();
     let (outcome, mut work) = Factor::of(rows);
     let factor = match outcome {
         Outcome::Regular(factor) => factor,
@@ -157,30 +168,58 @@ fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
             return (answer, work);
         }
     };
-    let solve = |right: Vec<Ball<T>>| -> Vec<Ball<T>> {
+    let solve = |right: Vec<Ball<T>>| -> Option<Vec<Ball<T>>> {
         let down = right.into_iter().zip(&exponents);
         let right = down.map(|(value, power)| scaled(value, -power)).collect();
         let x = factor.solve(right).into_iter().zip(&exponents);
-        x.map(|(x, power)| scaled(x, -power)).collect()
+        Some(x.map(|(x, power)| scaled(x, -power)).collect())
     };
+    work += 4 * (exponents.len() * question.columns.len()) as u64;
+    let slope = |x: &[Ball<T>]| block.slope(frequency, x);
+    let answer = read(question, exponents.len(), place, solve, slope);
+    (answer.expect("a factor solves all"), work)
+}
+
+/// The same by modes, of the whole system.
+fn by_modes(modes: &ModalSum, question: &Question<'_>) -> Option<Answer> {
+    let at = modes.at(question.frequency)?;
+    let solve = |right: Vec<Ball<DoubleDouble>>| at.solve(&right);
+    let slope = |x: &[Ball<DoubleDouble>]| at.slope(x);
+    read(question, modes.coordinates(), Some, solve, slope)
+}
+
+/// Values and steepness, by what solves Z x = f and multiplies by Z′, for `n` coordinates with their places.
+fn read<T: Real>(
+    question: &Question<'_>,
+    n: usize,
+    place: impl Fn(usize) -> Option<usize>,
+    solve: impl Fn(Vec<Ball<T>>) -> Option<Vec<Ball<T>>>,
+    slope: impl Fn(&[Ball<T>]) -> Vec<Ball<T>>,
+) -> Option<Answer> {
+    let frequency = question.frequency;
     let mut good = true;
     let values = question.columns.iter().map(|(pushes, readings)| {
-        let mut right = vec![Ball::<T>::ZERO; exponents.len()];
-        let mut slope = right.clone();
+        let mut right = vec![Ball::<T>::ZERO; n];
+        let mut change = right.clone();
         for push in *pushes {
             let at = place(push.coordinate).expect("it acts on the block");
             let phase = push.phase.factor();
             right[at] = right[at] + push.part.value::<T>(frequency) * phase;
             if let (true, Some(part)) = (question.steepness, push.part.derivative()) {
-                slope[at] = slope[at] + part.value::<T>(frequency) * phase;
+                change[at] = change[at] + part.value::<T>(frequency) * phase;
             }
         }
-        let x = solve(right);
-        let slope = question.steepness.then(|| {
-            let moved = block.slope(frequency, &x);
-            solve(slope.into_iter().zip(moved).map(|(a, b)| a + b).collect())
-        });
-        work += 4 * exponents.len() as u64;
+        let x = solve(right)?;
+        let rates = match question.steepness {
+            true => Some(solve(
+                change
+                    .into_iter()
+                    .zip(slope(&x))
+                    .map(|(a, b)| a - b)
+                    .collect(),
+            )?),
+            false => None,
+        };
         let largest = x.iter().map(|x| x.lower());
         let largest = largest.fold(Magnitude::ZERO, |a, b| if a < b { b } else { a });
         let read = |reading: &Reading| {
@@ -188,13 +227,13 @@ fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
             let mut change = Ball::ZERO;
             for (coordinate, part) in &reading.of {
                 let factor = part.value::<T>(frequency);
-                let Ok(at) = place(*coordinate) else {
+                let Some(at) = place(*coordinate) else {
                     continue;
                 };
                 sum = sum + factor * x[at];
                 size = size + factor.upper() * largest;
-                if let Some(slope) = &slope {
-                    change = change + factor * slope[at];
+                if let Some(rates) = &rates {
+                    change = change + factor * rates[at];
                     if let Some(part) = part.derivative() {
                         change = change + part.value::<T>(frequency) * x[at];
                     }
@@ -229,10 +268,10 @@ fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
                 steepness,
             }
         };
-        readings.iter().map(read).collect()
+        Some(readings.iter().map(read).collect())
     });
-    let values = values.collect();
-    (Answer::Found(values, good), work)
+    let values = values.collect::<Option<_>>()?;
+    Some(Answer::Found(values, good))
 }
 
 /// Whether a number is known to a double's last digit, or is nothing beside what it might be.

@@ -89,30 +89,37 @@ impl Features {
         self.high
     }
 
-    /// By looks at single frequencies and their neighbourhood, between those of the grid, which rises.
-    pub(super) fn of(look: &Look<'_>, grid: &[f64]) -> Features {
+    /// By looks at single frequencies and their neighbourhood, between those of the grid, which rises; the steepness
+    /// at a glance, without a bound, saves looks where there is one.
+    pub(super) fn of(look: &Look<'_>, glance: Option<&Glance<'_>>, grid: &[f64]) -> Features {
         let mut features = Features {
             peaks: Vec::new(),
             dips: Vec::new(),
             low: None,
             high: None,
         };
-        let steep = |frequency: f64| look(frequency.into()).and_then(|value| rise(&value));
+        let steep = |frequency: f64| match glance.and_then(|glance| glance(frequency)) {
+            Some(rise) => Some(rise),
+            None => look(frequency.into()).and_then(|value| rise(&value)),
+        };
         let known = grid.iter().filter(|frequency| **frequency > 0.0);
         let known: Vec<(f64, f64)> = known
             .filter_map(|&frequency| Some((frequency, steep(frequency)?)))
             .collect();
         for pair in known.windows(2) {
-            let [(low, before), (high, after)] = [pair[0], pair[1]];
-            if before > 0.0 && after < 0.0 {
-                features
-                    .peaks
-                    .extend(turn(look, [low, high], [before, after]));
-            } else if before < 0.0 && after > 0.0 {
-                features
-                    .dips
-                    .extend(turn(look, [low, high], [before, after]));
-            }
+            let ends = [pair[0].0, pair[1].0];
+            let rises = [pair[0].1, pair[1].1];
+            let found = match rises {
+                [before, after] if before > 0.0 && after < 0.0 => &mut features.peaks,
+                [before, after] if before < 0.0 && after > 0.0 => &mut features.dips,
+                _ => continue,
+            };
+            let near = glance.and_then(|glance| near(look, glance, ends, rises));
+            let certain = || certain(look, ends, rises[0]);
+            found.extend(
+                near.or_else(certain)
+                    .map(|(ends, rises)| turn(look, ends, rises)),
+            );
         }
         let (Some(first), Some(last)) = (known.first(), known.last()) else {
             return features;
@@ -132,6 +139,12 @@ impl Features {
 /// The value at a frequency; `None` at a pole.
 pub(super) type Look<'a> = dyn Fn(Frequency) -> Option<Value> + 'a;
 
+/// The steepness in doubles.
+pub(super) type Glance<'a> = dyn Fn(f64) -> Option<f64> + 'a;
+
+/// Two frequencies between which the steepness changes its sign, and the steepness there, by proof.
+type Bracket = ([DoubleDouble; 2], [f64; 2]);
+
 /// 2^40: corrections of asymptotes are of its square.
 const FAR: f64 = 1_099_511_627_776.0;
 
@@ -141,13 +154,64 @@ fn rise(value: &Value) -> Option<f64> {
     (rise.abs() > off).then_some(rise)
 }
 
-/// The zero of the steepness between two frequencies at which its signs differ.
-fn turn(look: &Look<'_>, [low, high]: [f64; 2], [before, after]: [f64; 2]) -> Option<Peak> {
+/// The bracket between two frequencies, if looks say the same as glances.
+fn certain(look: &Look<'_>, ends: [f64; 2], before: f64) -> Option<Bracket> {
+    let [low, high] = ends.map(|end| look(end.into()).as_ref().and_then(rise));
+    let (low, high) = (low?, high?);
+    let fits = low * before > 0.0 && high * before < 0.0;
+    fits.then(|| (ends.map(DoubleDouble::from), [low, high]))
+}
+
+/// A narrow bracket within a wide one, found by glances.
+fn near(
+    look: &Look<'_>,
+    glance: &Glance<'_>,
+    [mut low, mut high]: [f64; 2],
+    [mut before, mut after]: [f64; 2],
+) -> Option<Bracket> {
+    const MOST: usize = 100;
+    for k in 0..MOST {
+        let share = share(before, after, high - low, k);
+        let middle = low + share * (high - low);
+        if middle <= low || middle >= high || high - low < 1e-13 * high {
+            break;
+        }
+        let rise = glance(middle)?;
+        match rise * before > 0.0 {
+            true => (low, before) = (middle, rise),
+            false => (high, after) = (middle, rise),
+        }
+    }
+    let middle = f64::midpoint(low, high);
+    let widths = [1e-14, 1e-12, 1e-9, 1e-6].map(|width| width * middle + (high - low));
+    let mut brackets = widths
+        .into_iter()
+        .map(|width| certain(look, [middle - width, middle + width], before));
+    brackets.find_map(|bracket| bracket)
+}
+
+/// Where the zero is to be sought in a bracket, as a share of it.
+fn share(before: f64, after: f64, width: f64, step: usize) -> f64 {
+    let steep = before.abs().max(after.abs()) * width;
+    // Far from a narrow peak its steepness is as 1/x, and on it as −x.
+    let share = match steep > 1.0 {
+        true => after / (after - before),
+        false => before / (before - after),
+    };
+    // One step in three halves, so that none is lost.
+    if step % 3 == 2 {
+        0.5
+    } else {
+        share.clamp(1e-3, 0.999)
+    }
+}
+
+/// The zero of the steepness within a bracket.
+fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 2]) -> Peak {
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
-    let (mut low, mut high) = (DoubleDouble::from(low), DoubleDouble::from(high));
-    let (mut before, mut after) = (before, after);
+    let (mut low, mut high, mut before, mut after) = (low, high, before, after);
     let at = |middle: DoubleDouble| {
         look(Frequency {
             middle,
@@ -160,58 +224,47 @@ fn turn(look: &Look<'_>, [low, high]: [f64; 2], [before, after]: [f64; 2]) -> Op
         if steep < STRAIGHT || width <= high.to_f64() * 1e-27 {
             break;
         }
-        // Far from a narrow peak its steepness is as 1/x, and on it as −x.
-        let share = match steep > 1.0 {
-            true => after / (after - before),
-            false => before / (before - after),
-        };
-        // One step in three halves, so that none is lost.
-        let share = if k % 3 == 2 {
-            0.5
-        } else {
-            share.clamp(1e-3, 0.999)
-        };
-        let middle = low + DoubleDouble::from(width * share);
+        let middle = low + DoubleDouble::from(width * share(before, after, width, k));
         match at(middle).as_ref().and_then(rise) {
-            Some(rise) if rise.is_sign_positive() == before.is_sign_positive() => {
-                (low, before) = (middle, rise);
-            }
+            Some(rise) if rise * before > 0.0 => (low, before) = (middle, rise),
             Some(rise) => (high, after) = (middle, rise),
             // A pole, or a point where the digits end.
             None => break,
         }
     }
-    let width = (high - low).to_f64();
-    let share = before / (before - after);
-    let middle = low + DoubleDouble::from(width * share);
-    let mut radius = width;
-    for narrow in [1e-6, 1e-4, 1e-2] {
-        let near = DoubleDouble::from(width * narrow);
-        let sides = [middle - near, middle + near].map(|side| at(side).as_ref().and_then(rise));
-        if let [Some(left), Some(right)] = sides
-            && left.is_sign_positive() == before.is_sign_positive()
-            && right.is_sign_positive() == after.is_sign_positive()
-        {
-            radius = width * narrow;
-            break;
+    // Now the zero of a straight line is close: signs beside it narrow the bracket a thousandfold and more at once.
+    let zero = |low: DoubleDouble, high: DoubleDouble, before: f64, after: f64| {
+        low + DoubleDouble::from((high - low).to_f64() * (before / (before - after)))
+    };
+    while (high - low).to_f64() > high.to_f64() * 1e-22 {
+        let width = (high - low).to_f64();
+        let middle = zero(low, high, before, after);
+        let narrower = [1e-6, 1e-4, 1e-2].into_iter().find_map(|narrow| {
+            let near = DoubleDouble::from(width * narrow);
+            let sides = [middle - near, middle + near];
+            let [left, right] = sides.map(|side| at(side).as_ref().and_then(rise));
+            let fits = left? * before > 0.0 && right? * after > 0.0;
+            fits.then_some((sides, [left?, right?]))
+        });
+        match narrower {
+            Some((ends, rises)) => ([low, high], [before, after]) = (ends, rises),
+            None => break,
         }
     }
+    let middle = zero(low, high, before, after);
+    let radius = (high - low).to_f64();
     let radius = radius * (1.0 + f64::EPSILON);
     let frequency = middle.to_f64();
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
-    let value = look(Frequency { middle, radius });
-    let gain = value.map(|value| {
-        (
-            value.value.norm(),
-            value.bound + value.value.norm() * f64::EPSILON,
-        )
+    let gain = look(Frequency { middle, radius }).map(|value| {
+        let size = value.value.norm();
+        (size, value.bound + size * f64::EPSILON)
     });
-    let gain = gain.filter(|(gain, bound)| gain.is_finite() && bound.is_finite());
-    Some(Peak {
+    Peak {
         frequency: (frequency, off * (1.0 + f64::EPSILON)),
-        gain,
+        gain: gain.filter(|(gain, bound)| gain.is_finite() && bound.is_finite()),
         half_power: None,
-    })
+    }
 }
 
 /// Where the magnitude is 1/√2 of a peak's, below and above.
@@ -226,35 +279,57 @@ fn half_power(
     let low = dips().filter(|dip| *dip < peak).fold(ends[0], f64::max);
     let high = dips().filter(|dip| *dip > peak).fold(ends[1], f64::min);
     let level = gain * std::f64::consts::FRAC_1_SQRT_2;
-    let size = |frequency: f64| look(frequency.into()).map(|value| value.value.norm());
-    let search = |mut outer: f64| {
-        if size(outer)? > level {
-            return None;
-        }
-        let mut inner = peak;
-        // Steps away from the peak double, so that narrow peaks take few.
-        let mut step = (outer - peak).signum() * peak * f64::EPSILON;
-        loop {
-            let next = peak + step;
-            if (next - peak).abs() >= (outer - peak).abs() {
-                break;
+    // How far above the level, on a logarithmic scale, and how steep.
+    let above = |frequency: f64| {
+        let value = look(frequency.into())?;
+        let (rise, _) = value.steepness?;
+        Some(((value.value.norm() / level).ln(), rise))
+    };
+    // A peak by itself is 1/(1 + (x/σ)²), of which the steepness is −x/(x² + σ²).
+    let mut x = peak * 1e-4;
+    let mut width = 0.0;
+    while width <= 0.0 && x > peak * f64::EPSILON {
+        let (_, rise) = above(peak + x)?;
+        let square = -x / rise - x * x;
+        width = if square > 0.01 * x * x {
+            square.sqrt()
+        } else {
+            0.0
+        };
+        x /= 100.0;
+    }
+    let width = width.max(peak * 4.0 * f64::EPSILON);
+    let search = |end: f64| {
+        let side = (end - peak).signum();
+        let (mut inner, mut reach) = (peak, width);
+        let mut outer = loop {
+            let next = peak + side * reach;
+            if (end - next) * side <= 0.0 {
+                break (above(end)?.0 <= 0.0).then_some(end)?;
             }
-            if size(next)? < level {
-                outer = next;
-                break;
+            if above(next)?.0 <= 0.0 {
+                break next;
             }
-            inner = next;
-            step *= 2.0;
-        }
+            (inner, reach) = (next, 2.0 * reach);
+        };
+        let mut next = f64::midpoint(inner, outer);
         loop {
-            let middle = f64::midpoint(inner, outer);
-            if middle == inner || middle == outer {
+            if (next - inner) * side <= 0.0 || (outer - next) * side <= 0.0 {
+                next = f64::midpoint(inner, outer);
+            }
+            if next == inner || next == outer {
                 return Some(outer);
             }
-            match size(middle)? < level {
-                true => outer = middle,
-                false => inner = middle,
+            let (height, rise) = above(next)?;
+            match height > 0.0 {
+                true => inner = next,
+                false => outer = next,
             }
+            let newton = next - height / rise;
+            if (newton - next).abs() <= next * f64::EPSILON {
+                return Some(newton);
+            }
+            next = newton;
         }
     };
     Some([search(low)?, search(high)?])

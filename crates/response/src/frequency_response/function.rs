@@ -80,16 +80,19 @@ impl FrequencyFunction {
 pub struct FrequencyFunctions {
     frequencies: Vec<f64>,
     functions: Vec<FrequencyFunction>,
+    bounds: Bounds,
 }
 
 impl FrequencyFunctions {
     pub(super) fn new(
         frequencies: Vec<f64>,
         functions: Vec<FrequencyFunction>,
+        bounds: Bounds,
     ) -> FrequencyFunctions {
         FrequencyFunctions {
             frequencies,
             functions,
+            bounds,
         }
     }
 
@@ -105,6 +108,6 @@ impl FrequencyFunctions {
 
     /// Whether the bounds are proven.
     pub fn bounds(&self) -> Bounds {
-        Bounds::Proven
+        self.bounds
     }
 }

@@ -141,6 +141,7 @@ pub(super) fn motion(
         .collect();
     let question = Question {
         block: &block,
+        modes: None,
         frequency: frequency.into(),
         columns: &[(pushes, &readings)],
         steepness: false,

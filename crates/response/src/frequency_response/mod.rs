@@ -1,4 +1,5 @@
-//! Steady motions under harmonic forces, and frequency response functions with their peaks. It knows `problem` alone.
+//! Steady motions under harmonic forces, and frequency response functions with their peaks. It knows `problem` and
+//! `march`.
 
 mod dynamic_stiffness;
 mod elimination;
@@ -7,6 +8,8 @@ mod features;
 mod function;
 mod grid;
 mod harmonic_motion;
+mod in_doubles;
+mod modal_sum;
 mod phasor;
 mod question;
 mod receptance;

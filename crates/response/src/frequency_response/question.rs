@@ -1,12 +1,18 @@
 //! What is asked of a frequency response: from where, to where, at which frequencies.
 
-use eigentone_modes::{ElementKind, Form, GROUND, System, dense_gigabytes};
+use eigentone_digits::ComplexDoubleDouble;
+use eigentone_modes::{
+    Bounds, ElementKind, Form, GROUND, Precision, SparseDynamicStiffness, SparseError, System,
+};
+use num_complex::Complex;
 use thiserror::Error;
 
 use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried};
 use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
-use super::features::Features;
+use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
+use super::in_doubles::{self, InDoubles};
+use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 use crate::problem::{Combination, Quantity, Source, Sum};
 
@@ -20,7 +26,8 @@ use crate::problem::{Combination, Quantity, Source, Sum};
 ///
 /// The equations (K − Ω²M + iΩC) X = F are solved in ball arithmetic, from the elements, with as many digits as it takes:
 /// every value has a proven bound of a few units in its own last place, beside a resonance as at an antiresonance, unless
-/// it is less than 1e-30 of the terms that it is the sum of.
+/// it is less than 1e-30 of the terms that it is the sum of. Beyond 400 coordinates one sparse factor in doubles, refined
+/// with residuals in double-double, answers for each frequency, with estimated bounds.
 ///
 /// ```
 /// use eigentone_modes::System;
@@ -46,6 +53,7 @@ pub struct FrequencyResponse<'a> {
     outputs: Vec<Output>,
     quantity: Quantity,
     loss_factors: Vec<f64>,
+    precision: Precision,
 }
 
 /// What is looked at.
@@ -112,17 +120,27 @@ pub enum FrequencyError {
         /// Ω in rad/s.
         frequency: f64,
     },
-    /// The system is [large](System::is_large).
-    #[error(
-        "a frequency response needs all {coordinates} coordinates as dense matrices, {gigabytes:.1} GB"
-    )]
-    TooLarge {
+    /// Loss factors of a system with too many coordinates for dense matrices.
+    #[error("loss factors are counted up to {MOST_DENSE} coordinates, and there are {coordinates}")]
+    LossesOfMany {
         /// How many coordinates there are.
         coordinates: usize,
-        /// What M, C, K and one state matrix would take.
-        gigabytes: f64,
+    },
+    /// A system with many coordinates whose dynamic stiffness has no sparse factor.
+    #[error(transparent)]
+    Sparse(#[from] SparseError),
+    /// Peaks of a system with too many coordinates for dense matrices.
+    #[error(
+        "peaks are sought up to {MOST_DENSE} coordinates, and there are {coordinates}: look at frequencies"
+    )]
+    PeaksOfMany {
+        /// How many coordinates there are.
+        coordinates: usize,
     },
 }
+
+/// Systems with more coordinates than this are solved by a sparse factor for each frequency.
+const MOST_DENSE: usize = 400;
 
 impl<'a> FrequencyResponse<'a> {
     /// Of this system: inputs are to be named by [`from`](Self::from). Where no output is named by [`to`](Self::to) or
@@ -134,7 +152,16 @@ impl<'a> FrequencyResponse<'a> {
             outputs: Vec::new(),
             quantity: Quantity::Displacement,
             loss_factors: Vec::new(),
+            precision: Precision::default(),
         }
+    }
+
+    /// How far values may be off. In doubles many frequencies are one product of matrices of modes, and bounds, proven too,
+    /// are as wide as those modes leave them; where modes prove nothing, elimination answers.
+    #[must_use]
+    pub fn precision(mut self, precision: Precision) -> FrequencyResponse<'a> {
+        self.precision = precision;
+        self
     }
 
     /// Another input: 1 N (or N·m) on this coordinate or point, or 1 m (or rad) of this support.
@@ -183,22 +210,33 @@ impl<'a> FrequencyResponse<'a> {
         if let Some(&frequency) = frequencies.iter().find(unfit) {
             return Err(FrequencyError::Frequency { frequency });
         }
-        let (columns, blocks) = self.parts()?;
-        let names = self.output_names();
-        let mut functions: Vec<FrequencyFunction> = Vec::new();
-        for column in &columns {
-            functions.extend(names.iter().map(|(to, quantity)| {
-                FrequencyFunction::new(column.name.clone(), to.clone(), *quantity)
-            }));
+        if self.system.len() > MOST_DENSE {
+            return self.of_large(frequencies);
         }
+        let (columns, blocks, modes) = self.parts()?;
+        let names = self.output_names();
+        let mut functions = self.functions(&columns);
         for (at, block) in blocks.iter().enumerate() {
             let own = || (0..columns.len()).filter(|i| columns[*i].block == at);
             let asked: Vec<(&[Push], &[Reading])> = own()
                 .map(|i| (columns[i].pushes.as_slice(), columns[i].readings.as_slice()))
                 .collect();
-            for &frequency in frequencies {
+            let in_doubles = self.in_doubles(modes.as_ref(), &asked, frequencies);
+            for (index, &frequency) in frequencies.iter().enumerate() {
+                if let Some(values) = in_doubles.get(index).and_then(Option::as_ref) {
+                    let all = own().zip(values);
+                    for (column, values) in all {
+                        let functions = &mut functions[column * names.len()..][..names.len()];
+                        for (function, &(value, bound)) in functions.iter_mut().zip(values) {
+                            let bound = Some(bound);
+                            function.push(FrequencyValue::Known { value, bound });
+                        }
+                    }
+                    continue;
+                }
                 let found = enclose(&Question {
                     block,
+                    modes: modes.as_ref(),
                     frequency: frequency.into(),
                     columns: &asked,
                     steepness: false,
@@ -216,7 +254,66 @@ impl<'a> FrequencyResponse<'a> {
                 }
             }
         }
-        Ok(FrequencyFunctions::new(frequencies.to_vec(), functions))
+        Ok(FrequencyFunctions::new(
+            frequencies.to_vec(),
+            functions,
+            Bounds::Proven,
+        ))
+    }
+
+    /// The same by one sparse factor for each frequency, with estimated bounds.
+    fn of_large(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
+        self.check_loss_factors()?;
+        if self.loss_factors.iter().any(|factor| *factor != 0.0) {
+            let coordinates = self.system.len();
+            return Err(FrequencyError::LossesOfMany { coordinates });
+        }
+        let columns = self.columns()?;
+        let stiffness = SparseDynamicStiffness::of(self.system)?;
+        let mut functions = self.functions(&columns);
+        for &frequency in frequencies {
+            let right: Vec<Vec<Complex<f64>>> = columns
+                .iter()
+                .map(|column| {
+                    let mut right = vec![Complex::ZERO; self.system.len()];
+                    for push in &column.pushes {
+                        right[push.coordinate] += in_doubles::value(&push.part, frequency);
+                    }
+                    right
+                })
+                .collect();
+            let solved = stiffness.solve(frequency, &right);
+            let mut functions = functions.iter_mut();
+            for (index, column) in columns.iter().enumerate() {
+                let amplitudes = solved.as_ref().map(|solved| &solved[index]);
+                for (reading, function) in column.readings.iter().zip(&mut functions) {
+                    let value = amplitudes
+                        .map(|(x, errors)| estimated(reading, frequency, x, errors.as_deref()));
+                    function.push(match value {
+                        Some((value, bound)) if value.is_finite() => {
+                            FrequencyValue::Known { value, bound }
+                        }
+                        _ => FrequencyValue::Undecided,
+                    });
+                }
+            }
+        }
+        Ok(FrequencyFunctions::new(
+            frequencies.to_vec(),
+            functions,
+            Bounds::Estimated,
+        ))
+    }
+
+    /// One for each input and output, still without values.
+    fn functions(&self, columns: &[Column]) -> Vec<FrequencyFunction> {
+        let names = self.output_names();
+        let each = columns.iter().flat_map(|column| {
+            names.iter().map(|(to, quantity)| {
+                FrequencyFunction::new(column.name.clone(), to.clone(), *quantity)
+            })
+        });
+        each.collect()
     }
 
     /// What is notable in each function, in the order of [`at`](Self::at): peaks, dips and asymptotes, sought between these
@@ -225,7 +322,11 @@ impl<'a> FrequencyResponse<'a> {
     /// # Errors
     /// As [`at`](Self::at).
     pub fn features(&self, frequencies: &[f64]) -> Result<Vec<Features>, FrequencyError> {
-        let (columns, blocks) = self.parts()?;
+        if self.system.len() > MOST_DENSE {
+            let coordinates = self.system.len();
+            return Err(FrequencyError::PeaksOfMany { coordinates });
+        }
+        let (columns, blocks, modes) = self.parts()?;
         let mut grid = frequencies.to_vec();
         let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
         if let Some(&frequency) = grid.iter().find(unfit) {
@@ -239,6 +340,7 @@ impl<'a> FrequencyResponse<'a> {
                     let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
                     let found = enclose(&Question {
                         block: &blocks[column.block],
+                        modes: modes.as_ref(),
                         frequency,
                         columns: &[asked],
                         steepness: true,
@@ -248,21 +350,22 @@ impl<'a> FrequencyResponse<'a> {
                         _ => None,
                     }
                 };
-                Features::of(&look, &grid)
+                let in_doubles = modes.as_ref().and_then(|modes| {
+                    InDoubles::of(modes, &column.pushes, std::slice::from_ref(reading))
+                });
+                let glance = in_doubles.as_ref();
+                let glance = glance.map(|known| |frequency: f64| known.steepness(frequency));
+                let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
+                Features::of(&look, glance, &grid)
             })
         });
         Ok(functions.collect())
     }
 
-    /// The inputs, and the parts of the system that they act on.
-    fn parts(&self) -> Result<(Vec<Column>, Vec<Block>), FrequencyError> {
-        if self.system.is_large() {
-            let coordinates = self.system.len();
-            return Err(FrequencyError::TooLarge {
-                coordinates,
-                gigabytes: dense_gigabytes(coordinates),
-            });
-        }
+    /// The inputs, the parts of the system that they act on, and its modes where they are quicker than elimination.
+    fn parts(&self) -> Result<Parts, FrequencyError> {
+        /// Up to so many coordinates elimination in balls is as quick.
+        const SMALL: usize = 40;
         self.check_loss_factors()?;
         let mut columns = self.columns()?;
         let stiffness = DynamicStiffness::of(self.system, &self.loss_factors);
@@ -275,8 +378,37 @@ impl<'a> FrequencyResponse<'a> {
                 groups.len() - 1
             });
         }
-        let blocks = groups.iter().map(|group| stiffness.block(group));
-        Ok((columns, blocks.collect()))
+        let blocks: Vec<Block> = groups.iter().map(|group| stiffness.block(group)).collect();
+        let is_large = self.precision == Precision::Double
+            || blocks.iter().any(|block| block.coordinates().len() > SMALL);
+        let modes = (is_large && self.loss_factors.iter().all(|factor| *factor == 0.0))
+            .then(|| ModalSum::of(self.system, &stiffness));
+        Ok((columns, blocks, modes.flatten()))
+    }
+
+    /// By frequency, the values of all inputs in doubles, where those are asked for and modes prove them.
+    fn in_doubles(
+        &self,
+        modes: Option<&ModalSum>,
+        columns: &[(&[Push], &[Reading])],
+        frequencies: &[f64],
+    ) -> Vec<Option<Vec<Vec<in_doubles::Value>>>> {
+        let Some(modes) = modes.filter(|_| self.precision == Precision::Double) else {
+            return Vec::new();
+        };
+        let mut all = vec![Some(Vec::new()); frequencies.len()];
+        for (pushes, readings) in columns {
+            let Some(column) = InDoubles::of(modes, pushes, readings) else {
+                return Vec::new();
+            };
+            for (all, values) in all.iter_mut().zip(column.values(frequencies)) {
+                *all = all.take().zip(values).map(|(mut all, values)| {
+                    all.push(values);
+                    all
+                });
+            }
+        }
+        all
     }
 
     fn check_loss_factors(&self) -> Result<(), FrequencyError> {
@@ -413,6 +545,9 @@ impl<'a> FrequencyResponse<'a> {
     }
 }
 
+/// Inputs, blocks, and modes where they are quicker.
+type Parts = (Vec<Column>, Vec<Block>, Option<ModalSum>);
+
 /// An input.
 struct Column {
     name: String,
@@ -437,4 +572,30 @@ fn known(
         to: function.to().to_owned(),
         frequency,
     })
+}
+
+/// A sum of amplitudes, and an estimate of how far it may be off.
+fn estimated(
+    reading: &Reading,
+    frequency: f64,
+    x: &[ComplexDoubleDouble],
+    errors: Option<&[f64]>,
+) -> (Complex<f64>, Option<f64>) {
+    let mut sum = ComplexDoubleDouble::ZERO;
+    let (mut off, mut size) = (0.0, 0.0);
+    let wide = |value: Complex<f64>| ComplexDoubleDouble::new(value.re, value.im);
+    for (coordinate, part) in &reading.of {
+        let factor = in_doubles::value(part, frequency);
+        sum += wide(factor) * x[*coordinate];
+        off += factor.norm() * errors.map_or(0.0, |errors| errors[*coordinate]);
+        size += factor.norm() * x[*coordinate].norm();
+    }
+    for part in &reading.more {
+        let more = in_doubles::value(part, frequency);
+        sum += wide(more);
+        size += more.norm();
+    }
+    let value = Complex::new(sum.re.to_f64(), sum.im.to_f64());
+    let rounding = 2.0 * f64::EPSILON * size;
+    (value, errors.map(|_| off + rounding))
 }

@@ -18,3 +18,4 @@ pub use by_superposition::BySuperposition;
 pub(crate) use by_superposition::Superposition;
 pub(crate) use course::Course;
 pub(crate) use estimate::{Estimate, is_stiff};
+pub(crate) use modal_basis::Basis;

@@ -30,6 +30,13 @@ pub(crate) struct Block {
     generator: Vec<DoubleDouble>,
 }
 
+impl Block {
+    /// Its generator, by rows.
+    pub(crate) fn generator(&self) -> &[DoubleDouble] {
+        &self.generator
+    }
+}
+
 /// Why there is no basis.
 #[derive(Debug, Error)]
 pub(crate) enum BasisError {

@@ -1,0 +1,382 @@
+//! Frequency response functions in plain doubles by modes: many frequencies by one product of matrices, and single values
+//! in O(n) each, with bounds from what the modes leave of I − SZ (see `modal_sum`).
+
+use eigentone_digits::DoubleDouble;
+use faer::Mat;
+use num_complex::Complex;
+
+use super::dynamic_stiffness::{Frequency, Part};
+use super::enclosure::{Push, Reading};
+use super::modal_sum::ModalSum;
+
+/// What is read of what one input does.
+pub(super) struct InDoubles<'a> {
+    sum: &'a ModalSum,
+    /// A row for each output and each power of s in it.
+    outputs: Mat<f64>,
+    /// Which output, and which power.
+    rows: Vec<(usize, i32)>,
+    /// By power of s, what acts on the modes.
+    inputs: Vec<(i32, Vec<f64>)>,
+    /// What passes by the modes: which output, which power, and the coefficient.
+    direct: Vec<(usize, i32, f64)>,
+    /// Lengths of the outputs: factors times the lengths of the coordinates.
+    lengths: Vec<(usize, i32, f64)>,
+    /// By power, a bound of |D||f| in the lengths of the coordinates.
+    passed: Vec<(i32, f64)>,
+    count: usize,
+    /// In lengths of the coordinates: bounds of the parts of F that grow with powers of s.
+    defects: [f64; 3],
+    /// Likewise of the columns of U.
+    columns: Vec<f64>,
+    /// |R| times the lengths.
+    residual: Vec<f64>,
+}
+
+/// A value and how far it may be off.
+pub(super) type Value = (Complex<f64>, f64);
+
+/// As many frequencies as one product of matrices takes.
+const BATCH: usize = 128;
+
+/// Relative errors of a block's inverse, of which the determinant has the digits of double-double.
+const BLOCK: f64 = 16.0 * f64::EPSILON;
+
+impl<'a> InDoubles<'a> {
+    /// `None` where a length is no number.
+    pub(super) fn of(
+        sum: &'a ModalSum,
+        pushes: &[Push],
+        readings: &[Reading],
+    ) -> Option<InDoubles<'a>> {
+        let (n, states) = (sum.shapes.nrows(), sum.shapes.ncols());
+        let mut acts: Vec<(i32, Vec<f64>)> = Vec::new();
+        for push in pushes {
+            let (power, factor) = push.part.real()?;
+            let at = acts.iter().position(|(known, _)| *known == power);
+            let at = at.unwrap_or_else(|| {
+                acts.push((power, vec![0.0; n]));
+                acts.len() - 1
+            });
+            acts[at].1[push.coordinate] += factor;
+        }
+        let lengths = sum.common_lengths()?;
+        let mut rows: Vec<(usize, i32)> = Vec::new();
+        let mut own: Vec<Vec<(usize, f64)>> = Vec::new();
+        let mut direct = Vec::new();
+        for (index, reading) in readings.iter().enumerate() {
+            for (coordinate, part) in &reading.of {
+                let (power, factor) = part.real()?;
+                let at = rows.iter().position(|row| *row == (index, power));
+                let at = at.unwrap_or_else(|| {
+                    rows.push((index, power));
+                    own.push(Vec::new());
+                    rows.len() - 1
+                });
+                own[at].push((*coordinate, factor));
+            }
+            for part in &reading.more {
+                let (power, factor) = part.real()?;
+                direct.push((index, power, factor));
+            }
+        }
+        let mut outputs = Mat::<f64>::zeros(rows.len(), states);
+        for (row, parts) in own.iter().enumerate() {
+            for &(coordinate, factor) in parts {
+                for k in 0..states {
+                    outputs[(row, k)] += factor * sum.shapes[(coordinate, k)];
+                }
+            }
+        }
+        let mut passed = Vec::new();
+        if let (Some(matrix), Some(size)) = (&sum.direct, &sum.sizes.2) {
+            for (power, force) in &acts {
+                let mut largest = 0.0f64;
+                for j in 0..n {
+                    let terms = (0..n).map(|i| size[(j, i)] * force[i].abs());
+                    largest = largest.max(terms.sum::<f64>() / lengths[j]);
+                }
+                passed.push((*power, largest));
+                for (&(index, order), parts) in rows.iter().zip(&own) {
+                    let terms = parts.iter().map(|&(coordinate, factor)| {
+                        let row = (0..n).map(|i| matrix[(coordinate, i)] * force[i]);
+                        factor * row.sum::<f64>()
+                    });
+                    direct.push((index, order + power, terms.sum()));
+                }
+            }
+        }
+        let inputs = acts.into_iter().map(|(power, force)| {
+            let mut modal = vec![0.0; states];
+            for (j, value) in force.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                (0..states).for_each(|k| modal[k] += value * sum.weights[(k, j)]);
+            }
+            (power, modal)
+        });
+        let each = rows.iter().zip(&own).map(|(&(index, power), parts)| {
+            let terms = parts.iter().map(|&(i, factor)| factor.abs() * lengths[i]);
+            (index, power, terms.sum())
+        });
+        let largest = |matrix: &Mat<f64>, weigh: &dyn Fn(usize) -> f64, j: usize| {
+            let column = (0..n).map(|i| matrix[(i, j)] * weigh(j) / lengths[i]);
+            column.fold(0.0, f64::max)
+        };
+        let defects = sum.defects.each_ref().map(|defect| {
+            let rows = (0..n).map(|i| {
+                let terms = (0..n).map(|j| defect[(i, j)] * lengths[j]);
+                terms.sum::<f64>() / lengths[i]
+            });
+            rows.fold(0.0, f64::max)
+        });
+        let columns = (0..states).map(|k| largest(&sum.sizes.0, &|_| 1.0, k));
+        let residual = (0..states).map(|k| {
+            let terms = (0..n).map(|j| sum.residual[(k, j)] * lengths[j]);
+            terms.sum()
+        });
+        Some(InDoubles {
+            count: readings.len(),
+            inputs: inputs.collect(),
+            lengths: each.collect(),
+            columns: columns.collect(),
+            residual: residual.collect(),
+            sum,
+            outputs,
+            rows,
+            direct,
+            passed,
+            defects,
+        })
+    }
+
+    /// For each frequency in rad/s the values of all outputs; `None` where the modes prove nothing.
+    pub(super) fn values(&self, frequencies: &[f64]) -> Vec<Option<Vec<Value>>> {
+        let batches = frequencies.chunks(BATCH);
+        batches.flat_map(|batch| self.batch(batch)).collect()
+    }
+
+    fn batch(&self, frequencies: &[f64]) -> Vec<Option<Vec<Value>>> {
+        let states = self.columns.len();
+        let (mut re, mut im) = (
+            Mat::<f64>::zeros(states, frequencies.len()),
+            Mat::<f64>::zeros(states, frequencies.len()),
+        );
+        let mut sizes = Vec::with_capacity(frequencies.len());
+        for (column, &frequency) in frequencies.iter().enumerate() {
+            let (mut moved, mut left) = (0.0, 0.0);
+            let force = self.force(frequency);
+            let known = self.sum.each_block(frequency, |start, width, inverse| {
+                for a in 0..width {
+                    let (mut y, mut rest) = (Complex::ZERO, 0.0);
+                    for b in 0..width {
+                        y += inverse[a * width + b] * force(start + b);
+                        rest += inverse[a * width + b].norm() * self.residual[start + b];
+                    }
+                    (re[(start + a, column)], im[(start + a, column)]) = (y.re, y.im);
+                    moved += self.columns[start + a] * y.norm();
+                    left += self.columns[start + a] * rest;
+                }
+            });
+            sizes.push(known.map(|()| (moved, left)));
+        }
+        let re = &self.outputs * re;
+        let im = &self.outputs * im;
+        let columns = frequencies.iter().zip(sizes).enumerate();
+        columns
+            .map(|(column, (&frequency, sizes))| {
+                let read = |row: usize| Complex::new(re[(row, column)], im[(row, column)]);
+                self.read(frequency, sizes?, read)
+            })
+            .collect()
+    }
+
+    /// What acts on each mode.
+    fn force(&self, frequency: f64) -> impl Fn(usize) -> Complex<f64> + '_ {
+        let powers: Vec<Complex<f64>> = self
+            .inputs
+            .iter()
+            .map(|(power, _)| turn(frequency, *power))
+            .collect();
+        move |k| {
+            let terms = self.inputs.iter().zip(&powers);
+            terms.map(|((_, modal), power)| power * modal[k]).sum()
+        }
+    }
+
+    /// Values with bounds, from the products of the rows with what moves, whose size is known in lengths of the
+    /// coordinates, as is that of what the residual of the modes makes of it.
+    fn read(
+        &self,
+        frequency: f64,
+        (moved, left): (f64, f64),
+        product: impl Fn(usize) -> Complex<f64>,
+    ) -> Option<Vec<Value>> {
+        let passed = self.passed.iter();
+        let moved = passed.fold(moved, |sum, (power, size)| {
+            sum + size * frequency.powi(*power)
+        });
+        let [zeroth, first, second] = self.defects;
+        let norm = zeroth + first * frequency + second * frequency * frequency + left;
+        if norm.is_nan() || norm > 0.25 {
+            return None;
+        }
+        let rounding = (self.columns.len() as f64 + 64.0) * f64::EPSILON + BLOCK;
+        let off = moved * (norm / (1.0 - norm) + rounding) * (1.0 + 1e-9);
+        let mut values = vec![(Complex::ZERO, 0.0); self.count];
+        for (row, &(index, power)) in self.rows.iter().enumerate() {
+            values[index].0 += product(row) * turn(frequency, power);
+        }
+        for &(index, power, length) in &self.lengths {
+            values[index].1 += length * off * frequency.powi(power);
+        }
+        for &(index, power, coefficient) in &self.direct {
+            values[index].0 += turn(frequency, power) * coefficient;
+            values[index].1 += coefficient.abs() * frequency.powi(power) * rounding;
+        }
+        let good = values
+            .iter()
+            .all(|(value, bound)| value.is_finite() && bound.is_finite());
+        good.then_some(values)
+    }
+
+    /// The derivative of ln|H| with respect to Ω of the only output, without a bound.
+    pub(super) fn steepness(&self, frequency: f64) -> Option<f64> {
+        let powers = || self.inputs.iter();
+        let (mut value, mut change) = (Complex::<f64>::ZERO, Complex::<f64>::ZERO);
+        let unit = Complex::<f64>::I;
+        let sums: Vec<(Complex<f64>, Complex<f64>)> = self
+            .rows
+            .iter()
+            .enumerate()
+            .map(|(row, _)| {
+                let (mut y, mut rate) = (Complex::<f64>::ZERO, Complex::<f64>::ZERO);
+                let known = self.sum.each_block(frequency, |start, width, inverse| {
+                    let mut state = [Complex::<f64>::ZERO; 2];
+                    let mut speed = [Complex::<f64>::ZERO; 2];
+                    for b in 0..width {
+                        let force: Complex<f64> = powers()
+                            .map(|(power, modal)| turn(frequency, *power) * modal[start + b])
+                            .sum();
+                        let slope: Complex<f64> = powers()
+                            .map(|(power, modal)| {
+                                turn(frequency, power - 1)
+                                    * unit
+                                    * f64::from(*power)
+                                    * modal[start + b]
+                            })
+                            .sum();
+                        for a in 0..width {
+                            state[a] += inverse[a * width + b] * force;
+                            speed[a] += inverse[a * width + b] * slope;
+                        }
+                    }
+                    for a in 0..width {
+                        // The derivative of (s − Λ)⁻¹ is minus its square.
+                        let back: Complex<f64> =
+                            (0..width).map(|b| inverse[a * width + b] * state[b]).sum();
+                        y += state[a] * self.outputs[(row, start + a)];
+                        rate += (speed[a] - unit * back) * self.outputs[(row, start + a)];
+                    }
+                });
+                known.map(|()| (y, rate))
+            })
+            .collect::<Option<_>>()?;
+        for (&(_, power), (y, rate)) in self.rows.iter().zip(sums) {
+            value += turn(frequency, power) * y;
+            change += turn(frequency, power) * rate
+                + turn(frequency, power - 1) * unit * f64::from(power) * y;
+        }
+        for &(_, power, coefficient) in &self.direct {
+            value += turn(frequency, power) * coefficient;
+            change += turn(frequency, power - 1) * unit * f64::from(power) * coefficient;
+        }
+        let ratio = (change / value).re;
+        ratio.is_finite().then_some(ratio)
+    }
+}
+
+/// The value of a part that is no loss.
+pub(super) fn value(part: &Part, frequency: f64) -> Complex<f64> {
+    let real = part.real();
+    real.map_or(Complex::ZERO, |(power, factor)| {
+        turn(frequency, power) * factor
+    })
+}
+
+/// (iΩ)^power.
+fn turn(frequency: f64, power: i32) -> Complex<f64> {
+    if power < 0 {
+        return Complex::ZERO; // only ever times 0
+    }
+    Complex::new(0.0, frequency).powi(power)
+}
+
+impl ModalSum {
+    /// Calls `visit` with start, width and inverse of each block of s − Λ; `None` where one is nearly singular.
+    fn each_block(
+        &self,
+        frequency: f64,
+        mut visit: impl FnMut(usize, usize, &[Complex<f64>; 4]),
+    ) -> Option<()> {
+        let square = DoubleDouble::product(frequency, frequency);
+        let s = Complex::new(0.0, frequency);
+        for block in &self.blocks {
+            match *block.generator.as_slice() {
+                [a] => {
+                    let divisor = s - a.to_f64();
+                    if divisor.norm() < f64::MIN_POSITIVE {
+                        return None;
+                    }
+                    visit(
+                        block.start,
+                        1,
+                        &[divisor.inv(), Complex::ZERO, Complex::ZERO, Complex::ZERO],
+                    );
+                }
+                [a, b, c, d] => {
+                    let product = a * d - b * c;
+                    let re = (product - square).to_f64();
+                    let im = -((a + d).to_f64() * frequency);
+                    let determinant = Complex::new(re, im);
+                    let least = (product.abs().to_f64() + square.to_f64()) * 1e-14;
+                    if determinant.norm() <= least * 1e-10 {
+                        return None;
+                    }
+                    let inverse = determinant.inv();
+                    let [a, b, c, d] = [a, b, c, d].map(DoubleDouble::to_f64);
+                    visit(
+                        block.start,
+                        2,
+                        &[
+                            (s - d) * inverse,
+                            inverse * b,
+                            inverse * c,
+                            (s - a) * inverse,
+                        ],
+                    );
+                }
+                _ => return None,
+            }
+        }
+        Some(())
+    }
+
+    /// Lengths for all frequencies: they have the units of the coordinates.
+    fn common_lengths(&self) -> Option<Vec<f64>> {
+        let n = self.shapes.nrows();
+        let rates: Vec<f64> = self
+            .blocks
+            .iter()
+            .map(|block| match *block.generator.as_slice() {
+                [a] => a.to_f64().abs(),
+                [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt(),
+                _ => 0.0,
+            })
+            .collect();
+        let largest = rates.iter().copied().fold(0.0, f64::max);
+        let rate = if largest > 0.0 { largest } else { 1.0 };
+        // Above all of them no block is near to its resonance.
+        let at = self.at_lengths(Frequency::from(rate * 1.618))?;
+        let known = at.iter().all(|length| *length > 0.0 && length.is_finite());
+        (known && at.len() == n).then_some(at)
+    }
+}

@@ -1,0 +1,594 @@
+//! Solutions of the dynamic equations by modes, proved by what modes in doubles leave of them.
+//!
+//! Let columns of U and rows of W be shapes in doubles, with blocks Λ on the diagonal, so that
+//! S(s) = U (s − Λ)⁻¹ W + D is nearly the inverse of Z(s) = K + sC + s²M. With the residual R = WK + ΛWC + Λ²WM of
+//! the shapes, which is small, exactly
+//!
+//! I − S Z = [I − U(WC + ΛWM) − DK] − s [UWM + DC] − s² DM − U (s − Λ)⁻¹ R.
+//!
+//! The matrices in it are bounded once, by products in double-double. At each frequency they bound I − SZ =: F in O(n²); as
+//! e = S(f − Zx̃) + Fe for the error e of any x̃, a residual in double-double then bounds e, whatever x̃ is.
+
+use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Real, WideComplex};
+use eigentone_modes::{MatrixKind, Precision, System};
+use faer::Mat;
+use num_complex::Complex;
+
+use super::dynamic_stiffness::{DynamicStiffness, Frequency};
+use crate::march::Basis;
+
+/// (s − Λ)⁻¹ of a block by rows, and bounds of the sizes of its entries.
+type Inverse = ([Complex<f64>; 4], [f64; 4]);
+
+/// Modes in doubles as an approximate inverse at every frequency.
+pub(super) struct ModalSum {
+    /// U.
+    pub(super) shapes: Mat<f64>,
+    /// W.
+    pub(super) weights: Mat<f64>,
+    /// D.
+    pub(super) direct: Option<Mat<f64>>,
+    pub(super) blocks: Vec<Block>,
+    /// Bounds of the three matrices of I − SZ, by powers of s.
+    pub(super) defects: [Mat<f64>; 3],
+    /// A bound of |R|.
+    pub(super) residual: Mat<f64>,
+    /// |U|, |W|, |D|.
+    pub(super) sizes: (Mat<f64>, Mat<f64>, Option<Mat<f64>>),
+    stiffness: Vec<(usize, usize, [Ball<DoubleDouble>; 3])>,
+}
+
+/// One or two rows of Λ.
+pub(super) struct Block {
+    pub(super) start: usize,
+    /// By rows.
+    pub(super) generator: Vec<DoubleDouble>,
+}
+
+/// What the sum is at one frequency.
+pub(super) struct At<'a> {
+    sum: &'a ModalSum,
+    /// By block.
+    inverses: Vec<Inverse>,
+    /// Z, in the order of the entries.
+    entries: Vec<Ball<DoubleDouble>>,
+    /// Z′ likewise.
+    slopes: Vec<Ball<DoubleDouble>>,
+    /// Lengths in which F is small, one for each coordinate.
+    lengths: Vec<f64>,
+    /// The norm of F in them.
+    norm: f64,
+}
+
+/// Bounds are sums of doubles, of a few thousand terms at most.
+const ABOVE: f64 = 1.0 + 1e-9;
+
+/// Absorbs what underflows.
+const FLOOR: f64 = 1e-300;
+
+impl ModalSum {
+    /// `None` where modes do not span the motion, or too badly.
+    pub(super) fn of(system: &System, stiffness: &DynamicStiffness) -> Option<ModalSum> {
+        let basis = Basis::of(system, Precision::Double).ok()?;
+        let n = system.len();
+        let shapes = basis.form.x() * &basis.t;
+        let weights = &basis.inverse * basis.form.b();
+        let direct = basis.form.d().map(|direct| direct.to_owned());
+        let mut blocks = Vec::new();
+        let mut start = 0;
+        for block in &basis.blocks {
+            blocks.push(Block {
+                start,
+                generator: block.generator().to_vec(),
+            });
+            start += block.width;
+        }
+        let states = start;
+        let sizes = (size(&shapes), size(&weights), direct.as_ref().map(size));
+        let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
+        let [k_size, c_size, m_size] = kinds.map(|kind| {
+            let mut size = Mat::<f64>::zeros(n, n);
+            for term in system.terms(kind) {
+                size[(term.row, term.column)] += term.value.abs();
+            }
+            size
+        });
+        let turned = |of: &Mat<f64>| {
+            let mut product = Mat::<f64>::zeros(states, n);
+            for Block { start, generator } in &blocks {
+                let width = generator.len().isqrt();
+                for j in 0..n {
+                    for i in 0..width {
+                        let terms = (0..width)
+                            .map(|l| generator[i * width + l].to_f64().abs() * of[(start + l, j)]);
+                        product[(start + i, j)] = terms.sum();
+                    }
+                }
+            }
+            product
+        };
+        let once_size = turned(&sizes.1);
+        let twice_size = turned(&once_size);
+        let exact = Products::of(n, stiffness);
+        let w = rows(&weights);
+        let once = by_blocks(&blocks, &w);
+        let twice = by_blocks(&blocks, &once);
+        let [wk, gc, hm] = [
+            exact.times(&w, 0),
+            exact.times(&once, 1),
+            exact.times(&twice, 2),
+        ];
+        let [wc, gm, wm] = [
+            exact.times(&w, 1),
+            exact.times(&once, 2),
+            exact.times(&w, 2),
+        ];
+        let u = rows(&shapes);
+        let d = direct.as_ref().map(rows);
+        let with = |product: Rows, order: usize| match &d {
+            Some(direct) => plus(product, &exact.times(direct, order)),
+            None => product,
+        };
+        let size_with = |product: Mat<f64>, size: &Mat<f64>| match &sizes.2 {
+            Some(direct) => product + direct * size,
+            None => product,
+        };
+        // Sums of products of up to four factors (Higham 2002, section 3.5).
+        let unit = DoubleDouble::unit().to_f64();
+        let lost = (states as f64 + 2.0 * n as f64 + 64.0) * unit * 4.0;
+        let bound = |value: &Rows, size: Mat<f64>| {
+            Mat::from_fn(value.len(), n, |i, j| {
+                (value[i][j].to_f64().abs() + lost * size[(i, j)]) * ABOVE + FLOOR
+            })
+        };
+        let mut zeroth = with(product(&u, &plus(wc, &gm)), 0);
+        for (i, row) in zeroth.iter_mut().enumerate() {
+            row[i] -= DoubleDouble::from(1.0);
+        }
+        let inner = &sizes.1 * &c_size + &once_size * &m_size;
+        let zeroth_size = size_with(&sizes.0 * inner, &k_size) + Mat::<f64>::identity(n, n);
+        let first = with(product(&u, &wm), 1);
+        let first_size = size_with(&sizes.0 * (&sizes.1 * &m_size), &c_size);
+        let second = with(vec![vec![DoubleDouble::ZERO; n]; n], 2);
+        let second_size = size_with(Mat::zeros(n, n), &m_size);
+        let defects = [
+            bound(&zeroth, zeroth_size),
+            bound(&first, first_size),
+            bound(&second, second_size),
+        ];
+        let residual = bound(
+            &plus(plus(wk, &gc), &hm),
+            &sizes.1 * &k_size + &once_size * &c_size + &twice_size * &m_size,
+        );
+        let is_finite = |matrix: &Mat<f64>| {
+            (0..matrix.ncols()).all(|j| (0..matrix.nrows()).all(|i| matrix[(i, j)].is_finite()))
+        };
+        let finite = defects.iter().all(is_finite) && is_finite(&residual);
+        finite.then(|| ModalSum {
+            stiffness: stiffness.balls(),
+            shapes,
+            weights,
+            direct,
+            blocks,
+            defects,
+            residual,
+            sizes,
+        })
+    }
+
+    /// How many coordinates there are.
+    pub(super) fn coordinates(&self) -> usize {
+        self.shapes.nrows()
+    }
+
+    /// At a frequency; `None` where the modes do not prove that Z is regular.
+    pub(super) fn at(&self, frequency: Frequency) -> Option<At<'_>> {
+        let n = self.shapes.nrows();
+        let s = frequency.power::<DoubleDouble>(1);
+        let inverses = self.inverses(s)?;
+        let lengths = self.lengths(&inverses);
+        let top = s.upper().to_f64() * ABOVE;
+        let mut moved = vec![0.0; n];
+        for (order, defect) in self.defects.iter().enumerate() {
+            let factor = top.powi(order as i32) * ABOVE;
+            for (j, length) in lengths.iter().enumerate() {
+                let length = length * factor;
+                (0..n).for_each(|i| moved[i] += defect[(i, j)] * length);
+            }
+        }
+        let mut left = vec![0.0; self.residual.nrows()];
+        for (j, length) in lengths.iter().enumerate() {
+            (0..left.len()).for_each(|i| left[i] += self.residual[(i, j)] * length);
+        }
+        self.spread(&inverses, &left, &mut moved);
+        let ratios = moved
+            .iter()
+            .zip(&lengths)
+            .map(|(moved, length)| moved / length);
+        let norm = ratios.fold(0.0, |top, ratio| if ratio <= top { top } else { ratio });
+        let powers = [0, 1, 2].map(|order| frequency.power::<DoubleDouble>(order));
+        let rates = super::dynamic_stiffness::slopes(frequency);
+        let entries = self.stiffness.iter().map(|(_, _, [k, c, m])| {
+            let with = |sum: Ball<DoubleDouble>, part: Ball<DoubleDouble>, power| {
+                if part.upper().is_zero() {
+                    sum
+                } else {
+                    sum + part * power
+                }
+            };
+            (
+                with(with(*k, *c, powers[1]), *m, powers[2]),
+                with(with(Ball::ZERO, *c, rates[0]), *m, rates[1]),
+            )
+        });
+        let (entries, slopes) = entries.unzip();
+        (norm * ABOVE < 0.5).then_some(At {
+            sum: self,
+            inverses,
+            entries,
+            slopes,
+            lengths,
+            norm: norm * ABOVE,
+        })
+    }
+
+    fn inverses(&self, s: Ball<DoubleDouble>) -> Option<Vec<Inverse>> {
+        self.blocks.iter().map(|block| block.inverse(s)).collect()
+    }
+
+    /// Lengths that fit one frequency.
+    pub(super) fn at_lengths(&self, frequency: Frequency) -> Option<Vec<f64>> {
+        Some(self.lengths(&self.inverses(frequency.power(1))?))
+    }
+
+    /// The square roots of what the diagonal of S is at most: they have the units of the coordinates.
+    fn lengths(&self, inverses: &[Inverse]) -> Vec<f64> {
+        let n = self.shapes.nrows();
+        let (shapes, weights, direct) = &self.sizes;
+        let mut squares: Vec<f64> = (0..n)
+            .map(|i| direct.as_ref().map_or(0.0, |direct| direct[(i, i)]))
+            .collect();
+        for (block, (_, size)) in self.blocks.iter().zip(inverses) {
+            let width = block.width();
+            for (i, square) in squares.iter_mut().enumerate() {
+                for a in 0..width {
+                    for b in 0..width {
+                        let (a_at, b_at) = (block.start + a, block.start + b);
+                        *square += shapes[(i, a_at)] * size[a * width + b] * weights[(b_at, i)];
+                    }
+                }
+            }
+        }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// sum += |U||(s − Λ)⁻¹| left.
+    fn spread(&self, inverses: &[Inverse], left: &[f64], sum: &mut [f64]) {
+        for (block, (_, size)) in self.blocks.iter().zip(inverses) {
+            let width = block.width();
+            for a in 0..width {
+                let terms = (0..width).map(|b| size[a * width + b] * left[block.start + b]);
+                let total: f64 = terms.sum();
+                for (i, sum) in sum.iter_mut().enumerate() {
+                    *sum += self.sizes.0[(i, block.start + a)] * total;
+                }
+            }
+        }
+    }
+}
+
+impl Block {
+    fn width(&self) -> usize {
+        self.generator.len().isqrt()
+    }
+
+    fn inverse(&self, s: Ball<DoubleDouble>) -> Option<Inverse> {
+        let real = |value: DoubleDouble| {
+            Ball::from(WideComplex {
+                re: value,
+                im: DoubleDouble::ZERO,
+            })
+        };
+        let one = real(DoubleDouble::from(1.0));
+        let entries = match *self.generator.as_slice() {
+            [a] => vec![one.checked_div(s - real(a))?],
+            [a, b, c, d] => {
+                let [a, b, c, d] = [a, b, c, d].map(real);
+                let determinant = (s - a) * (s - d) - b * c;
+                let entries = [s - d, b, c, s - a].map(|entry| entry.checked_div(determinant));
+                entries.into_iter().collect::<Option<_>>()?
+            }
+            _ => return None,
+        };
+        let mut inverse = ([Complex::ZERO; 4], [0.0; 4]);
+        for (at, entry) in entries.into_iter().enumerate() {
+            let WideComplex { re, im } = entry.middle();
+            inverse.0[at] = Complex::new(re.to_f64(), im.to_f64());
+            inverse.1[at] = entry.upper().to_f64() * ABOVE;
+            if !inverse.1[at].is_finite() {
+                return None;
+            }
+        }
+        Some(inverse)
+    }
+}
+
+impl At<'_> {
+    /// An enclosure of Z⁻¹f.
+    pub(super) fn solve(&self, right: &[Ball<DoubleDouble>]) -> Option<Vec<Ball<DoubleDouble>>> {
+        /// Each leaves as much of the error as the norm of F says, or what double-double does not hold.
+        const STEPS: usize = 2;
+        let mut x = vec![ComplexDoubleDouble::ZERO; right.len()];
+        let mut residual = right.to_vec();
+        for _ in 0..=STEPS {
+            let step = self.apply(&residual);
+            for (x, step) in x.iter_mut().zip(step) {
+                x.re += DoubleDouble::from(step.re);
+                x.im += DoubleDouble::from(step.im);
+            }
+            residual = right.to_vec();
+            for ((row, column, _), entry) in self.sum.stiffness.iter().zip(&self.entries) {
+                residual[*row] = residual[*row] - *entry * Ball::from(x[*column]);
+            }
+        }
+        let left: Vec<f64> = residual
+            .iter()
+            .map(|residual| residual.upper().to_f64() * ABOVE + FLOOR)
+            .collect();
+        let error = self.sizes(&left);
+        let ratios = error.iter().zip(&self.lengths);
+        let largest = ratios.fold(0.0f64, |top, (error, length)| top.max(error / length));
+        let more = largest * self.norm / (1.0 - self.norm) * ABOVE;
+        let enclosed = x.into_iter().zip(error).zip(&self.lengths);
+        enclosed
+            .map(|((x, error), length)| {
+                let radius = (error + length * more) * ABOVE + FLOOR;
+                radius.is_finite().then(|| Ball::new(x, radius.into()))
+            })
+            .collect()
+    }
+
+    /// Z′x.
+    pub(super) fn slope(&self, x: &[Ball<DoubleDouble>]) -> Vec<Ball<DoubleDouble>> {
+        let mut product = vec![Ball::ZERO; x.len()];
+        for ((row, column, _), slope) in self.sum.stiffness.iter().zip(&self.slopes) {
+            if !slope.upper().is_zero() {
+                product[*row] = product[*row] + *slope * x[*column];
+            }
+        }
+        product
+    }
+
+    /// S f in doubles.
+    fn apply(&self, right: &[Ball<DoubleDouble>]) -> Vec<Complex<f64>> {
+        let sum = self.sum;
+        let states = sum.weights.nrows();
+        let mut modal = vec![Complex::<f64>::ZERO; states];
+        let mut x = vec![Complex::<f64>::ZERO; right.len()];
+        for (j, value) in right.iter().enumerate() {
+            let WideComplex { re, im } = value.middle();
+            let value = Complex::new(re.to_f64(), im.to_f64());
+            if value == Complex::ZERO {
+                continue;
+            }
+            (0..states).for_each(|k| modal[k] += value * sum.weights[(k, j)]);
+            if let Some(direct) = &sum.direct {
+                (0..x.len()).for_each(|i| x[i] += value * direct[(i, j)]);
+            }
+        }
+        for (block, (inverse, _)) in sum.blocks.iter().zip(&self.inverses) {
+            let width = block.width();
+            for a in 0..width {
+                let terms = (0..width).map(|b| inverse[a * width + b] * modal[block.start + b]);
+                let total: Complex<f64> = terms.sum();
+                let column = block.start + a;
+                (0..x.len()).for_each(|i| x[i] += total * sum.shapes[(i, column)]);
+            }
+        }
+        x
+    }
+
+    /// |S| f, from above.
+    fn sizes(&self, right: &[f64]) -> Vec<f64> {
+        let (_, weights, direct) = &self.sum.sizes;
+        let mut modal = vec![0.0; weights.nrows()];
+        let mut x = vec![0.0; right.len()];
+        for (j, value) in right.iter().enumerate() {
+            (0..modal.len()).for_each(|k| modal[k] += value * weights[(k, j)]);
+            if let Some(direct) = direct {
+                (0..x.len()).for_each(|i| x[i] += value * direct[(i, j)]);
+            }
+        }
+        self.sum.spread(&self.inverses, &modal, &mut x);
+        x.iter().map(|size| size * ABOVE).collect()
+    }
+}
+
+/// A matrix in double-double, row by row.
+type Rows = Vec<Vec<DoubleDouble>>;
+
+fn rows(matrix: &Mat<f64>) -> Rows {
+    let row = |i: usize| (0..matrix.ncols()).map(move |j| matrix[(i, j)].into());
+    (0..matrix.nrows()).map(|i| row(i).collect()).collect()
+}
+
+fn plus(mut sum: Rows, other: &Rows) -> Rows {
+    for (sum, other) in sum.iter_mut().flatten().zip(other.iter().flatten()) {
+        *sum += *other;
+    }
+    sum
+}
+
+fn product(left: &Rows, right: &Rows) -> Rows {
+    let width = right.first().map_or(0, Vec::len);
+    let row = |left: &Vec<DoubleDouble>| {
+        let mut row = vec![DoubleDouble::ZERO; width];
+        for (factor, right) in left
+            .iter()
+            .zip(right)
+            .filter(|(factor, _)| !factor.is_zero())
+        {
+            DoubleDouble::add_multiple(&mut row, *factor, right);
+        }
+        row
+    };
+    left.iter().map(row).collect()
+}
+
+/// Λ times a matrix.
+fn by_blocks(blocks: &[Block], of: &Rows) -> Rows {
+    let mut product = of.clone();
+    for block in blocks {
+        let width = block.width();
+        for i in 0..width {
+            let mut row = vec![DoubleDouble::ZERO; of[block.start].len()];
+            for l in 0..width {
+                let factor = block.generator[i * width + l];
+                DoubleDouble::add_multiple(&mut row, factor, &of[block.start + l]);
+            }
+            product[block.start + i] = row;
+        }
+    }
+    product
+}
+
+/// K, C and M by rows, for products from the left.
+struct Products {
+    n: usize,
+    /// By matrix, then row: columns and entries.
+    rows: [Vec<Vec<(usize, DoubleDouble)>>; 3],
+}
+
+impl Products {
+    fn of(n: usize, stiffness: &DynamicStiffness) -> Products {
+        let mut rows = [(); 3].map(|()| vec![Vec::new(); n]);
+        for (row, column, parts) in stiffness.balls::<DoubleDouble>() {
+            for (rows, part) in rows.iter_mut().zip(parts) {
+                if !part.upper().is_zero() {
+                    rows[row].push((column, part.middle().re));
+                }
+            }
+        }
+        Products { n, rows }
+    }
+
+    /// `left` times K, C or M.
+    fn times(&self, left: &Rows, kind: usize) -> Rows {
+        let dense: Vec<Option<Vec<DoubleDouble>>> = self.rows[kind]
+            .iter()
+            .map(|entries| {
+                let mut row = vec![DoubleDouble::ZERO; self.n];
+                entries
+                    .iter()
+                    .for_each(|&(column, entry)| row[column] = entry);
+                (entries.len() > self.n / 8).then_some(row)
+            })
+            .collect();
+        let row = |left: &Vec<DoubleDouble>| {
+            let mut product = vec![DoubleDouble::ZERO; self.n];
+            for (factor, (entries, dense)) in left.iter().zip(self.rows[kind].iter().zip(&dense)) {
+                match dense {
+                    Some(dense) => DoubleDouble::add_multiple(&mut product, *factor, dense),
+                    None => {
+                        for &(column, entry) in entries {
+                            product[column] += *factor * entry;
+                        }
+                    }
+                }
+            }
+            product
+        };
+        left.iter().map(row).collect()
+    }
+}
+
+fn size(matrix: &Mat<f64>) -> Mat<f64> {
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dynamic_stiffness::Part;
+    use super::super::enclosure::{Enclosed, Push, Question, Reading, enclose};
+    use super::super::phasor::Phase;
+    use super::*;
+    use eigentone_modes::{Beam, BeamEnd, GROUND};
+
+    /// Both ways enclose the same numbers, and modes answer all of the frequencies given.
+    fn assert_agreement(system: &System, frequencies: &[f64]) {
+        let stiffness = DynamicStiffness::of(system, &[]);
+        let sum = ModalSum::of(system, &stiffness).expect("modes");
+        let parts: Vec<usize> = stiffness.reached(0..system.len());
+        let block = stiffness.block(&parts);
+        let push = [Push {
+            coordinate: 1,
+            part: Part::of(0, [1.0; 2]),
+            phase: Phase::Zero,
+        }];
+        let readings: Vec<Reading> = (0..system.len())
+            .map(|i| Reading {
+                of: vec![(i, Part::of(1, [1.0; 2]))],
+                more: Vec::new(),
+            })
+            .collect();
+        for &frequency in frequencies {
+            assert!(sum.at(frequency.into()).is_some(), "{frequency}");
+            let [by_modes, by_elimination] = [Some(&sum), None].map(|modes| {
+                let found = enclose(&Question {
+                    block: &block,
+                    modes,
+                    frequency: frequency.into(),
+                    columns: &[(&push, &readings)],
+                    steepness: true,
+                });
+                match found {
+                    Enclosed::Values(values) => values,
+                    other => panic!("{other:?}"),
+                }
+            });
+            for (a, b) in by_modes[0].iter().zip(&by_elimination[0]) {
+                let off = (a.value - b.value).norm();
+                assert!(off <= a.bound + b.bound, "{frequency}: {a:?} {b:?}");
+                let size = a.value.norm();
+                assert!(a.bound <= 2.0 * f64::EPSILON * size, "{frequency}: {a:?}");
+                let [(a, a_off), (b, b_off)] = [a, b].map(|value| value.steepness.expect("known"));
+                assert!((a - b).abs() <= a_off + b_off, "{frequency}: {a} {b}");
+                assert!(a_off <= 1e-9 * a.abs(), "{frequency}: {a} ± {a_off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn modes_and_elimination_enclose_the_same() {
+        let mut builder = System::builder();
+        for i in 0..12 {
+            builder = builder.mass(format!("m{i}"), 1.0 + 0.3 * f64::from(i));
+        }
+        builder = builder.mass("node", 0.0);
+        for i in 0..11 {
+            builder = builder.spring(format!("m{i}"), format!("m{}", i + 1), 100.0 + f64::from(i));
+            builder = builder.damper(format!("m{i}"), format!("m{}", (i + 5) % 12), 0.1);
+        }
+        let system = builder
+            .spring(GROUND, "m0", 7.0)
+            .spring("m3", "node", 5.0)
+            .spring("node", "m5", 9.0)
+            .build()
+            .expect("a system");
+        assert_agreement(&system, &[1e-3, 0.4, 1.0, 7.3, 20.0, 1e3]);
+        let beam = System::builder()
+            .beam(Beam {
+                name: "mast".to_owned(),
+                length: 2.0,
+                elements: 20,
+                flexural_rigidity: 1500.0,
+                mass_per_length: 3.1,
+                ends: [BeamEnd::Clamped, BeamEnd::Free],
+                lumped: false,
+            })
+            .damper(GROUND, "mast.20.w", 3.0)
+            .build()
+            .expect("a beam");
+        assert_agreement(&beam, &[0.5, 19.0, 19.3, 120.0, 5000.0]);
+    }
+}

@@ -1,0 +1,298 @@
+//! Frequency response functions against closed forms, and their peaks and half-power bands.
+
+use eigentone_modes::{GROUND, Precision, System};
+use eigentone_response::{
+    Combination, Features, FrequencyResponse, FrequencyValue, Quantity, Sum, peak_grid,
+};
+use num_complex::Complex;
+
+fn features(system: &System, from: &str, to: &str) -> Features {
+    let modes = system.modes().expect("modes");
+    let grid = peak_grid(system, &modes, &[]);
+    let asked = FrequencyResponse::of(system).from(from).to(to);
+    let mut features = asked.features(&grid).expect("features");
+    assert_eq!(features.len(), 1);
+    features.remove(0)
+}
+
+fn assert_near(value: f64, truth: f64, relative: f64) {
+    let off = (value - truth).abs();
+    assert!(
+        off <= relative * truth.abs(),
+        "{value:e} is not {truth:e}: {off:e}"
+    );
+}
+
+#[test]
+fn one_mass_peaks_as_its_closed_form() {
+    for (stiffness, zeta) in [(4.0, 0.5), (9e4, 0.01), (1.0, 1e-7), (2.0, 0.3)] {
+        let omega = f64::sqrt(stiffness);
+        let damping = 2.0 * zeta * omega;
+        let system = System::builder()
+            .mass("m", 1.0)
+            .spring(GROUND, "m", stiffness)
+            .damper(GROUND, "m", damping)
+            .build()
+            .expect("a system");
+        let features = features(&system, "m", "m");
+        let [peak] = features.peaks() else {
+            panic!("{:?}", features.peaks())
+        };
+        let (frequency, bound) = peak.frequency();
+        assert_near(frequency, omega * f64::sqrt(1.0 - 2.0 * zeta * zeta), 1e-15);
+        assert!(bound <= f64::EPSILON * frequency);
+        let (gain, bound) = peak.gain().expect("damped");
+        let truth = 1.0 / (damping * omega * f64::sqrt(1.0 - zeta * zeta));
+        assert_near(gain, truth, 1e-15);
+        assert!(bound <= 3.0 * f64::EPSILON * gain);
+        // (1 − r²)² + (2ζr)² = 2·4ζ²(1 − ζ²).
+        let root = 2.0 * zeta * f64::sqrt(1.0 - zeta * zeta);
+        let at = |side: f64| omega * f64::sqrt(1.0 - 2.0 * zeta * zeta + side * root);
+        if zeta < 0.38 {
+            let [low, high] = peak.half_power().expect("it falls so far on both sides");
+            // The width of a narrow peak has the digits that are left of its frequencies.
+            assert_near(low, at(-1.0), 1e-15);
+            assert_near(high, at(1.0), 1e-15);
+        } else {
+            assert_eq!(peak.half_power(), None);
+        }
+        let low = features.low().expect("held");
+        assert_eq!(low.power, 0);
+        assert_near(low.coefficient, 1.0 / stiffness, 1e-15);
+        let high = features.high().expect("it has a mass");
+        assert_eq!(high.power, -2);
+        assert_near(high.coefficient, 1.0, 1e-15);
+    }
+}
+
+/// A machine of 1 kg and 1 N/m with an absorber of mass ratio μ at Den Hartog's tuning and c = 2ζ m ω.
+fn absorber(mu: f64, zeta_squared: f64) -> System {
+    let tuning = 1.0 / (1.0 + mu);
+    System::builder()
+        .mass("machine", 1.0)
+        .mass("absorber", mu)
+        .spring(GROUND, "machine", 1.0)
+        .spring("machine", "absorber", mu * tuning * tuning)
+        .damper("machine", "absorber", 2.0 * mu * f64::sqrt(zeta_squared))
+        .build()
+        .expect("a system")
+}
+
+/// Den Hartog (1956), *Mechanical Vibrations*, section 3.3: at the tuning 1/(1 + μ) all curves pass through two points of
+/// height √(1 + 2/μ), and a damping for each of the two makes it a peak.
+#[test]
+fn an_absorber_peaks_at_its_fixed_points() {
+    for mu in [0.05, 0.2, 1.0] {
+        let height = f64::sqrt(1.0 + 2.0 / mu);
+        for side in [-1.0, 1.0] {
+            let cube = (1.0 + mu) * (1.0 + mu) * (1.0 + mu);
+            let zeta_squared = mu * (3.0 + side * f64::sqrt(mu / (mu + 2.0))) / (8.0 * cube);
+            let features = features(&absorber(mu, zeta_squared), "machine", "machine");
+            let gains: Vec<f64> = features
+                .peaks()
+                .iter()
+                .filter_map(|peak| Some(peak.gain()?.0))
+                .collect();
+            assert_eq!(gains.len(), 2);
+            let nearest = gains.iter().map(|gain| (gain / height - 1.0).abs());
+            let nearest = nearest.fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-14, "{mu} {side}: {gains:?} {height}");
+            // The other peak stands beside its fixed point, and is higher.
+            assert!(features.largest().expect("damped").gain().expect("known").0 >= height);
+        }
+        // The mean of the two leaves both peaks a little above the fixed points.
+        let cube = (1.0 + mu) * (1.0 + mu) * (1.0 + mu);
+        let features = features(&absorber(mu, 3.0 * mu / (8.0 * cube)), "machine", "machine");
+        let gains = features
+            .peaks()
+            .iter()
+            .map(|peak| peak.gain().expect("damped").0);
+        for gain in gains {
+            assert!(gain > height && gain < 1.06 * height, "{gain} {height}");
+        }
+    }
+}
+
+#[test]
+fn undamped_peaks_are_poles_and_dips_are_zeros() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .spring(GROUND, "a", 4.0)
+        .spring("a", "b", 3.0)
+        .spring("b", GROUND, 4.0)
+        .build()
+        .expect("a system");
+    let found = features(&system, "a", "a");
+    let peaks: Vec<_> = found
+        .peaks()
+        .iter()
+        .map(|peak| (peak.frequency().0, peak.gain()))
+        .collect();
+    assert_eq!(peaks.len(), 2);
+    assert_near(peaks[0].0, 2.0, 1e-15);
+    assert_near(peaks[1].0, f64::sqrt(10.0), 1e-15);
+    assert!(peaks.iter().all(|(_, gain)| gain.is_none()) && found.largest().is_none());
+    let [dip] = found.dips() else {
+        panic!("{:?}", found.dips())
+    };
+    assert_near(dip.frequency().0, f64::sqrt(7.0), 1e-15);
+    let (gain, bound) = dip.gain().expect("a zero");
+    assert!(gain <= bound && bound < 1e-20);
+    let answer = FrequencyResponse::of(&system)
+        .from("a")
+        .to("b")
+        .at(&[0.0, 2.0, 3.0]);
+    let answer = answer.expect("a response");
+    let values = answer.functions()[0].values();
+    assert_eq!(values[1], FrequencyValue::Pole);
+    // 3/((7 − 9)² − 9).
+    assert_eq!(
+        values[2].known().expect("regular").0,
+        Complex::new(-0.6, 0.0)
+    );
+}
+
+/// A full system: every coordinate is joined to every other.
+fn full(n: usize, damped: bool) -> System {
+    let mut builder = System::builder();
+    let mut state = 1u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / f64::from(1 << 24)
+    };
+    for i in 0..n {
+        builder = builder.mass(format!("m{i}"), 0.5 + random());
+    }
+    for i in 0..n {
+        builder = builder.spring(GROUND, format!("m{i}"), 10.0 + random());
+        for j in 0..i {
+            let (a, b) = (format!("m{i}"), format!("m{j}"));
+            builder = builder.spring(&a, &b, random());
+            if damped && (i + j) % 5 == 0 {
+                builder = builder.damper(&a, &b, 0.05 * random());
+            }
+        }
+    }
+    builder.build().expect("a system")
+}
+
+#[test]
+fn doubles_lie_within_their_bounds_of_the_certified() {
+    for (n, damped) in [(12, true), (60, true), (60, false)] {
+        let system = full(n, damped);
+        let frequencies: Vec<f64> = (0..40).map(|k| 0.37 * f64::from(k)).collect();
+        let asked = FrequencyResponse::of(&system)
+            .from("m0")
+            .from("m3")
+            .to("m0")
+            .to("m5")
+            .output(Combination {
+                name: "difference".to_owned(),
+                of: Sum::Motions(vec![
+                    (Quantity::Velocity, "m1".to_owned(), 1.0),
+                    (Quantity::Displacement, "m2".to_owned(), -0.5),
+                ]),
+            })
+            .quantity(Quantity::Acceleration);
+        let certified = asked.at(&frequencies).expect("a response");
+        let doubles = asked
+            .precision(Precision::Double)
+            .at(&frequencies)
+            .expect("a response");
+        let pairs = certified.functions().iter().zip(doubles.functions());
+        for (certified, doubles) in pairs {
+            for (k, (a, b)) in certified.values().iter().zip(doubles.values()).enumerate() {
+                let (a, a_off) = a.known().expect("no pole");
+                let (b, b_off) = b.known().expect("no pole");
+                let (a_off, b_off) = (a_off.expect("proven"), b_off.expect("proven"));
+                assert!(
+                    (a - b).norm() <= a_off + b_off,
+                    "{k}: {a} ± {a_off:e}, {b} ± {b_off:e}"
+                );
+                assert!(a_off <= 4.5e-16 * a.norm(), "{k}: {a} ± {a_off:e}");
+                let size = b.norm().max(frequencies[k] * frequencies[k] * 1e-4);
+                assert!(b_off <= 1e-7 * size, "{k}: {b} ± {b_off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn peaks_of_many_masses_are_proven_too() {
+    let system = full(45, true);
+    let found = features(&system, "m0", "m7");
+    assert!(found.peaks().len() > 3, "{}", found.peaks().len());
+    for peak in found.peaks() {
+        let (frequency, bound) = peak.frequency();
+        assert!(bound <= 4.0 * f64::EPSILON * frequency);
+        let (gain, bound) = peak.gain().expect("damped");
+        assert!(bound <= 4.0 * f64::EPSILON * gain);
+        let beside = [1.0 - 1e-5, 1.0 + 1e-5].map(|factor| factor * frequency);
+        let beside = FrequencyResponse::of(&system)
+            .from("m0")
+            .to("m7")
+            .at(&beside);
+        let beside = beside.expect("a response");
+        for value in beside.functions()[0].values() {
+            assert!(value.known().expect("no pole").0.norm() < gain);
+        }
+    }
+}
+
+/// Masses of 1 kg between springs of 4 N/m and dampers of 0.02 N·s/m, with both ends at the ground: the inverse of a
+/// tridiagonal matrix in closed form (Hu & O'Connell 1996, *J. Phys. A* 29).
+#[test]
+fn long_chains_are_solved_by_a_sparse_factor() {
+    let n = 1000;
+    let name = |i: usize| match i {
+        0 => GROUND.to_owned(),
+        i if i > n => GROUND.to_owned(),
+        i => format!("m{i}"),
+    };
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), 1.0);
+    }
+    for i in 0..=n {
+        builder = builder
+            .spring(name(i), name(i + 1), 4.0)
+            .damper(name(i), name(i + 1), 0.02);
+    }
+    let system = builder.build().expect("a system");
+    let frequencies = [0.0, 1e-3, 0.1, 1.0, 3.9];
+    let asked = FrequencyResponse::of(&system).from("m3").to("m3").to("m40");
+    let answer = asked
+        .quantity(Quantity::Velocity)
+        .at(&frequencies)
+        .expect("a response");
+    assert_eq!(answer.bounds(), eigentone_modes::Bounds::Estimated);
+    for (k, frequency) in frequencies.into_iter().enumerate() {
+        let stiffness = Complex::new(4.0, 0.02 * frequency);
+        let cosh = 1.0 - 0.5 * frequency * frequency / stiffness;
+        let theta = cosh.acosh();
+        for (function, to) in answer.functions().iter().zip([3.0, 40.0]) {
+            let (value, bound) = function.values()[k].known().expect("regular");
+            let bound = bound.expect("it settles");
+            if frequency == 0.0 {
+                assert_eq!(value, Complex::ZERO);
+                continue;
+            }
+            let far = n as f64 + 1.0;
+            // sinh((far − to)θ)/sinh(far θ), which may not overflow.
+            let ratio = ((-theta * to).exp() - (-theta * (2.0 * far - to)).exp())
+                / (1.0 - (-theta * 2.0 * far).exp());
+            let truth = ratio * (theta * 3.0).sinh() / (theta.sinh() * stiffness);
+            let truth = truth * Complex::new(0.0, frequency);
+            let off = (value - truth).norm();
+            assert!(
+                off <= 1e-11 * truth.norm() + bound,
+                "{frequency}: {value} {truth}"
+            );
+            assert!(
+                bound <= 1e-14 * value.norm(),
+                "{frequency}: {value} ± {bound:e}"
+            );
+        }
+    }
+}

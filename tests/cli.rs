@@ -1056,3 +1056,213 @@ fn doubtful_roots_are_marked_wherever_they_are_shown() {
         (vec![3, 2, 2], &Value::Bool(true))
     );
 }
+
+/// Matrices have the sizes of the names; a discrete form steps where `response` goes; the files are what is printed.
+#[test]
+fn state_space_forms_have_the_shape_that_was_agreed_on() {
+    let directory = fresh("export");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("car.json");
+    let text = r#"{"masses": [{"name": "body", "mass": 290}, {"name": "wheel", "mass": 59}], "supports": ["road"],
+        "springs": [{"between": ["wheel", "body"], "stiffness": 16812}, {"between": ["road", "wheel"], "stiffness": 190000, "name": "tyre"}],
+        "dampers": [{"between": ["wheel", "body"], "damping": 1000}, {"between": ["road", "wheel"], "damping": 50}],
+        "motions": [{"of": "road", "displacement": {"step": {"height": 0.05}}}],
+        "outputs": [{"name": "tyre force", "force": "tyre"}], "time": {"end": 0.1, "step": 0.01}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let file = file.to_str().expect("a UTF-8 path");
+    let json = printed(&["export", file, "--json"]);
+    let form: Value = serde_json::from_str(&json).expect("JSON");
+    let keys = [
+        "bounds", "A", "B", "C", "D", "states", "inputs", "outputs", "bound",
+    ];
+    assert_keys(&json, &form, &keys);
+    assert_eq!(form["bounds"], "proven");
+    assert_eq!(form["inputs"], serde_json::json!(["road displacement"]));
+    let outputs = ["body displacement", "wheel displacement", "tyre force"];
+    assert_eq!(form["outputs"], serde_json::json!(outputs));
+    let matrix = |form: &Value, key: &str| -> Vec<Vec<f64>> {
+        form[key]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .map(numbers)
+            .collect()
+    };
+    for (key, rows, columns) in [("A", 4, 4), ("B", 4, 1), ("C", 3, 4), ("D", 3, 1)] {
+        let matrix = matrix(&form, key);
+        assert_eq!((matrix.len(), matrix[0].len()), (rows, columns), "{key}");
+    }
+
+    let out = directory.join("out");
+    let out = out.to_str().expect("a UTF-8 path");
+    let held = parsed(&[
+        "export", file, "--hold", "zero", "--step", "0.01", "--json", "--out", out,
+    ]);
+    assert_eq!(
+        (&held["hold"], number(&held["step"])),
+        (&"zero".into(), 0.01)
+    );
+    let [a, b, c, d] = ["A", "B", "C", "D"].map(|key| matrix(&held, key));
+    let motion = parsed(&["response", file, "--json"]);
+    let force = numbers(&motion["outputs"]["tyre force"]);
+    let mut state = [0.0; 4];
+    for wanted in force {
+        let dot = |row: &Vec<f64>| row.iter().zip(state).map(|(a, x)| a * x).sum::<f64>();
+        let output = dot(&c[2]) + d[2][0] * 0.05;
+        assert!((output - wanted).abs() < 1e-9, "{output} {wanted}");
+        let next: Vec<f64> = a
+            .iter()
+            .zip(&b)
+            .map(|(a, b)| dot(a) + b[0] * 0.05)
+            .collect();
+        state.copy_from_slice(&next);
+    }
+    let market = fs::read_to_string(Path::new(out).join("B.mtx")).expect("a file");
+    let lines: Vec<&str> = market.lines().collect();
+    assert_eq!(
+        lines[..2],
+        ["%%MatrixMarket matrix array real general", "4 1"]
+    );
+    assert_eq!(lines[5].parse(), Ok(b[3][0]));
+    let mut files = listed(Path::new(out));
+    files.sort();
+    assert_eq!(files, ["A.mtx", "B.mtx", "C.mtx", "D.mtx", "export.json"]);
+
+    // The wheel's velocity jumps with the road: its acceleration follows the road's velocity.
+    let text = text.replace(r#""force": "tyre""#, r#""acceleration": {"wheel": 1}"#);
+    let kerb = directory.join("kerb.json");
+    fs::write(&kerb, text).expect("it can be written");
+    let raised = eigentone(&["export", kerb.to_str().expect("a UTF-8 path"), "--json"]);
+    let said = String::from_utf8_lossy(&raised.stderr);
+    assert!(
+        raised.status.success() && said.contains("the input is the velocity of road"),
+        "{said}"
+    );
+    let form: Value = serde_json::from_slice(&raised.stdout).expect("JSON");
+    assert_eq!(form["inputs"], serde_json::json!(["road velocity"]));
+
+    let table = printed(&["export", file, "--from", "body", "--to", "tyre force"]);
+    assert!(
+        table.contains("body force") && table.contains("D: 1 × 1"),
+        "{table}"
+    );
+    let error = refused(&["export", file, "--from", "wall"], 2);
+    assert!(error.contains("known are body, wheel"), "{error}");
+    let error = refused(&["export", file, "--hold", "zero"], 2);
+    assert!(error.contains("belong together"), "{error}");
+    refused(&["export", file, "--hold", "zero", "--step", "-1"], 2);
+}
+
+/// Values, bounds and times of a record with a single pulse, at as many frequencies as were asked for; files; places of faults.
+#[test]
+fn spectra_have_the_shape_that_was_agreed_on() {
+    let directory = fresh("spectrum");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("quake.csv");
+    fs::write(&file, "t,ax\n0,0\n0.1,2\n0.2,0\n").expect("it can be written");
+    let file = file.to_str().expect("a UTF-8 path");
+    let out = directory.join("out");
+    let arguments = [
+        "spectrum", file, "--step", "0.1", "--column", "ax", "--ratio", "0", "--from", "1e-3",
+    ];
+    let rest = [
+        "--to",
+        "1000",
+        "--count",
+        "7",
+        "--json",
+        "--out",
+        out.to_str().expect("a UTF-8 path"),
+    ];
+    let json = printed(&[&arguments[..], &rest[..]].concat());
+    let spectrum: Value = serde_json::from_str(&json).expect("JSON");
+    let quantities = [
+        "displacement",
+        "pseudo_velocity",
+        "pseudo_acceleration",
+        "acceleration",
+    ];
+    let keys = [
+        &["bounds", "ratio", "frequency"],
+        &quantities[..],
+        &["record"],
+    ]
+    .concat();
+    assert_keys(&json, &spectrum, &keys);
+    let frequencies = numbers(&spectrum["frequency"]);
+    assert_eq!(
+        (frequencies[0], frequencies[6], frequencies.len()),
+        (1e-3, 1e3, 7)
+    );
+    for quantity in quantities {
+        let [values, bounds, times] =
+            ["value", "bound", "time"].map(|part| numbers(&spectrum[quantity][part]));
+        assert_eq!([values.len(), bounds.len(), times.len()], [7; 3]);
+        let pairs = bounds.iter().zip(&values);
+        assert!(
+            pairs
+                .clone()
+                .all(|(bound, value)| *bound <= 1.2e-16 * value),
+            "{quantity}"
+        );
+    }
+    // Without damping pseudo and absolute accelerations are the same; a soft system swings by ωv.
+    assert_eq!(
+        spectrum["acceleration"]["value"],
+        spectrum["pseudo_acceleration"]["value"]
+    );
+    let soft = numbers(&spectrum["pseudo_velocity"]["value"])[0];
+    assert!((soft - 0.2).abs() < 1e-6, "{soft}");
+    assert_eq!(number(&spectrum["record"]["final_velocity"]), 0.2);
+    let files = [
+        "spectrum-acceleration.svg",
+        "spectrum-displacement.svg",
+        "spectrum-tripartite.svg",
+        "spectrum.csv",
+        "spectrum.json",
+    ];
+    let mut found = listed(&out);
+    found.sort();
+    assert_eq!(found, files);
+    for name in &files[..3] {
+        assert_well_formed(&fs::read_to_string(out.join(name)).expect("a plot"));
+    }
+    assert_eq!(
+        fs::read_to_string(out.join("spectrum.csv"))
+            .expect("rows")
+            .lines()
+            .count(),
+        8
+    );
+    let table = printed(&[
+        "spectrum",
+        file,
+        "--step",
+        "0.1",
+        "--column",
+        "2",
+        "--count",
+        "3",
+        "--precision",
+        "double",
+    ]);
+    assert!(
+        table.starts_with("Record: 0.200000 s, largest acceleration 2.00000 m/s²"),
+        "{table}"
+    );
+
+    let error = refused(&["spectrum", file, "--step", "0.1", "--column", "ay"], 2);
+    assert!(
+        error.contains("quake.csv:1:1: there is no column named \"ay\""),
+        "{error}"
+    );
+    refused(&["spectrum", file, "--step", "0.1"], 2);
+    refused(&["spectrum", file, "--column", "ax"], 2);
+    refused(
+        &[
+            "spectrum", file, "--step", "0.1", "--column", "ax", "--ratio", "-1",
+        ],
+        2,
+    );
+    refused(&["spectrum", "lost.csv", "--step", "0.1"], 2);
+}

@@ -45,6 +45,8 @@ const HOUSES: [House; 2] = [
             "plan",
             "quantity",
             "frequency_response",
+            "response_spectrum",
+            "state_space",
             "sweep",
         ],
     },

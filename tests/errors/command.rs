@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 22] = [
+const CASES: [(&str, &str); 29] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -24,6 +24,19 @@ const CASES: [(&str, &str); 22] = [
     ("Response", "response S --steps 0,99"),
     ("Frequency", "frf S --to wall"),
     ("", "frf S --at 1,x"),
+    ("StateSpace", "export S --from wall"),
+    ("LossFactor", "export rubber.json"),
+    ("HoldWithoutStep", "export S --step 0.1"),
+    ("Record", "spectrum record.csv --step 0.01 --column ay"),
+    (
+        "Spectrum",
+        "spectrum record.csv --step 0.01 --from 1e-200 --column ax",
+    ),
+    (
+        "Frequencies",
+        "spectrum record.csv --step 0.01 --from 5 --to 1",
+    ),
+    ("", "spectrum record.csv --step 0"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),
@@ -56,6 +69,9 @@ fn files(folder: &Path) {
     write("scene.json", &scene);
     write("still.json", &one("1", &spring("4")));
     write("far-apart.json", &one("5e-324", &spring("1e308")));
+    let rubber = spring("4").replace("4}", "4, \"loss_factor\": 0.1}");
+    write("rubber.json", &one("1", &rubber));
+    write("record.csv", "t,ax\n0,0\n0.01,1\n");
     let growing = format!("{}, {moving}, {}", spring("-400"), time("100", "1"));
     write("growing.json", &one("1", &growing));
     let held = format!("{}, {}", spring("2.6"), damper("2.4"));

@@ -12,7 +12,8 @@ use eigentone::modes::{
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
     Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Problem, Quantity, Response,
-    Samples, State, SteadyState, Step, Sum, Sweep, Versine, expm, receptance,
+    ResponseSpectrum, Samples, State, StateSpace, SteadyState, Step, Sum, Sweep, Versine, expm,
+    receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
@@ -21,7 +22,7 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 18] = [
+pub const ENUMS: [(&str, &str); 20] = [
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
     ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
@@ -39,6 +40,14 @@ pub const ENUMS: [(&str, &str); 18] = [
         "crates/response/src/frequency_response/question.rs",
         "FrequencyError",
     ),
+    (
+        "crates/response/src/state_space/error.rs",
+        "StateSpaceError",
+    ),
+    (
+        "crates/response/src/response_spectrum/error.rs",
+        "SpectrumError",
+    ),
     ("crates/response/src/sweep/mod.rs", "SweepError"),
     ("crates/response/src/exponential/error.rs", "ExpmError"),
     ("crates/check/src/reference/error.rs", "ReferenceError"),
@@ -51,7 +60,7 @@ pub const ENUMS: [(&str, &str); 18] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 12] = [
+const LEFT_OUT: [(&str, &str); 15] = [
     (
         "FrequencyError::Sparse",
         "passes on a `SparseError`, all of which are shown or named here",
@@ -87,6 +96,18 @@ const LEFT_OUT: [(&str, &str); 12] = [
     (
         "SteadyStateError::Undecided",
         "takes a frequency that agrees with a natural one to hundreds of digits and is none",
+    ),
+    (
+        "StateSpaceError::FirstOrder",
+        "passes on a `FirstOrderError`, all of which are shown",
+    ),
+    (
+        "StateSpaceError::TooMuchWork",
+        "takes a thousand coordinates",
+    ),
+    (
+        "StateSpaceError::Lost",
+        "takes a growth that uses up a thousand digits",
     ),
     (
         "ExpmError::Uncertain",
@@ -404,6 +425,37 @@ fn response_errors(listing: &mut Listing) {
         name: "travel".to_owned(),
         of: Sum::Pull("tire".to_owned()),
     };
+    let car = System::builder().mass("wheel", 1.0).support("road");
+    let car = car.damper("road", "wheel", 1.0).build();
+    let car = car.expect("a system");
+    let plant = || StateSpace::of(&car).motion("road", Quantity::Displacement);
+    let form = plant().build().expect("a form");
+    let growth = StateSpace::of(&growing).force("m0").build();
+    let growth = growth.expect("a form");
+    let undamped = StateSpace::of(&one).force("m0").build();
+    let undamped = undamped.expect("a form");
+    let record = |values: &[f64]| Samples {
+        step: 0.1,
+        values: values.to_vec(),
+        hold: Hold::First,
+    };
+    let spectrum = |values: &[f64], ratio: f64, frequency: f64| {
+        ResponseSpectrum::of(record(values), ratio, &[frequency], Precision::default())
+    };
+    list! { listing:
+        plant().force("road").build();
+        plant().motion("wheel", Quantity::Velocity).build();
+        plant().pull("tyre force", "tyre").build();
+        plant().output("wheel", Quantity::Acceleration).build();
+        form.discretise(0.0, Hold::Zero);
+        form.process_noise(0.1, mat![[1.0, 0.0]].as_ref());
+        growth.discretise(100.0, Hold::Zero);
+        undamped.stationary_covariance(mat![[1.0]].as_ref());
+        spectrum(&[], 0.05, 1.0);
+        spectrum(&[0.0, 1.0], -0.05, 1.0);
+        spectrum(&[0.0, 1.0], 0.05, 0.0);
+        spectrum(&[0.0, 1.0], 0.05, 1e-200);
+    }
     list! { listing:
         kerb(&quarter, "wall", Step::of(1.0).into()).run();
         kerb(&quarter, "road", Step::of(1.0).into()).run();

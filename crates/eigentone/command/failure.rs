@@ -4,8 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use eigentone::modes::{ModesError, SparseError};
-use eigentone::response::{FrequencyError, ResponseError};
-use eigentone::scene::SceneError;
+use eigentone::response::{FrequencyError, ResponseError, SpectrumError, StateSpaceError};
+use eigentone::scene::{RecordError, SceneError};
 use eigentone::tables::TableError;
 use thiserror::Error;
 
@@ -55,6 +55,29 @@ pub enum Failure {
         scene: PathBuf,
         error: FrequencyError,
     },
+    #[error("{}: {error}", scene.display())]
+    StateSpace {
+        scene: PathBuf,
+        error: StateSpaceError,
+    },
+    #[error(
+        "{}: a spring with a `loss_factor` has a force for each frequency, but none in time, so that there is no state-space form: give dampers, or damping ratios by \"damping\": {{\"modal\": …}}",
+        scene.display()
+    )]
+    LossFactor { scene: PathBuf },
+    #[error("--hold and --step belong together: give both, as in --hold zero --step 0.01, or none")]
+    HoldWithoutStep,
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    #[error("{}: {error}", record.display())]
+    Spectrum {
+        record: PathBuf,
+        error: SpectrumError,
+    },
+    #[error(
+        "--from {from:?} Hz is not below --to {to:?} Hz: give the lower frequency first, or a --count of 1"
+    )]
+    Frequencies { from: f64, to: f64 },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
@@ -130,6 +153,10 @@ impl Failure {
             Failure::Scene(_)
             | Failure::NoTime { .. }
             | Failure::ToleranceInDoubles
+            | Failure::LossFactor { .. }
+            | Failure::HoldWithoutStep
+            | Failure::Record(_)
+            | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
             | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
@@ -149,12 +176,22 @@ impl Failure {
             Failure::Frequency {
                 error: FrequencyError::OutOfRange { .. },
                 ..
+            }
+            | Failure::StateSpace {
+                error: StateSpaceError::Overflow { .. } | StateSpaceError::Lost,
+                ..
+            }
+            | Failure::Spectrum {
+                error: SpectrumError::OutOfRange { .. },
+                ..
             } => 1,
             Failure::Table {
                 error: TableError::Response(_),
                 ..
             }
-            | Failure::Frequency { .. } => 2,
+            | Failure::Frequency { .. }
+            | Failure::StateSpace { .. }
+            | Failure::Spectrum { .. } => 2,
             Failure::Modes { .. }
             | Failure::Table { .. }
             | Failure::Write { .. }

@@ -2,6 +2,7 @@
 
 mod analyze;
 mod check;
+mod export;
 mod failure;
 mod files;
 mod frf;
@@ -11,6 +12,7 @@ mod modes;
 mod progress;
 mod response;
 mod selection;
+mod spectrum;
 mod stability;
 mod tables;
 
@@ -38,6 +40,8 @@ enum Command {
     Modes(modes::Modes),
     Response(response::Response),
     Frf(frf::Frf),
+    Spectrum(spectrum::Spectrum),
+    Export(export::Export),
     Check(check::Check),
     Stability(stability::Stability),
     Tables(tables::Tables),
@@ -52,6 +56,8 @@ impl Cli {
             Command::Modes(command) => command.run(),
             Command::Response(command) => command.run(),
             Command::Frf(command) => command.run(),
+            Command::Spectrum(command) => command.run(),
+            Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
             Command::Tables(command) => command.run(),
@@ -64,14 +70,50 @@ impl Cli {
 struct Question {
     /// The scene file
     scene: PathBuf,
+    #[command(flatten)]
+    accuracy: Accuracy,
+    #[command(flatten)]
+    memory: memory::Limit,
+}
+
+/// How far an answer may be off.
+#[derive(Clone, Copy, Debug, Args)]
+struct Accuracy {
     /// Proven bounds, with more digits where they demand it, or plain doubles
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]
     #[arg(long, value_name = "REL", value_parser = tolerance)]
     tolerance: Option<f64>,
-    #[command(flatten)]
-    memory: memory::Limit,
+}
+
+impl Accuracy {
+    /// As the library puts it, once the options make sense together.
+    fn precision(&self) -> Result<eigentone::modes::Precision, Failure> {
+        use eigentone::modes::Precision as Asked;
+        match (self.precision, self.tolerance) {
+            (Precision::Double, Some(_)) => Err(Failure::ToleranceInDoubles),
+            (Precision::Double, None) => Ok(Asked::Double),
+            (Precision::Certified, Some(tolerance)) => Ok(Asked::Certified { tolerance }),
+            (Precision::Certified, None) => Ok(Asked::default()),
+        }
+    }
+}
+
+/// What an input does between its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Hold {
+    Zero,
+    First,
+}
+
+impl From<Hold> for eigentone::response::Hold {
+    fn from(hold: Hold) -> eigentone::response::Hold {
+        match hold {
+            Hold::Zero => eigentone::response::Hold::Zero,
+            Hold::First => eigentone::response::Hold::First,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -83,20 +125,14 @@ enum Precision {
 impl Question {
     /// Reads the scene once the options make sense together.
     fn scene(&self) -> Result<Scene, Failure> {
-        if self.precision == Precision::Double && self.tolerance.is_some() {
-            return Err(Failure::ToleranceInDoubles);
-        }
+        self.accuracy.precision()?;
         Ok(Scene::read(&self.scene)?)
     }
 
     /// The precision asked for, as the library puts it.
     fn precision(&self) -> eigentone::modes::Precision {
-        use eigentone::modes::Precision as Asked;
-        match (self.precision, self.tolerance) {
-            (Precision::Double, _) => Asked::Double,
-            (Precision::Certified, Some(tolerance)) => Asked::Certified { tolerance },
-            (Precision::Certified, None) => Asked::default(),
-        }
+        // `scene` has refused what makes no sense.
+        self.accuracy.precision().unwrap_or_default()
     }
 
     /// Refuses what would take more memory than is allowed, before any is taken.
@@ -131,7 +167,7 @@ impl Question {
             return;
         }
         let scene = self.scene.display();
-        let help = match self.precision {
+        let help = match self.accuracy.precision {
             Precision::Double => "leave out --precision double",
             Precision::Certified => {
                 "solve parts of the system, at best of up to 64 coordinates, or give it in units that bring its \
@@ -152,7 +188,7 @@ impl Question {
         if count == 0 {
             return;
         }
-        let help = match self.precision {
+        let help = match self.accuracy.precision {
             Precision::Double => "leave out --precision double",
             Precision::Certified => "ask for fewer samples, or for parts of the system",
         };
@@ -166,7 +202,7 @@ impl Question {
 
     /// Says on standard error why bounds that were to be proven are not.
     fn tell_estimates(&self, modes: &Modes) {
-        if self.precision == Precision::Certified && modes.bounds() == Bounds::Estimated {
+        if self.accuracy.precision == Precision::Certified && modes.bounds() == Bounds::Estimated {
             let (scene, bounds) = (self.scene.display(), &modes.plan().bounds);
             let _ = writeln!(io::stderr(), "note: {scene}: bounds are {bounds}");
         }
@@ -176,6 +212,14 @@ impl Question {
     fn name(&self) -> String {
         let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
         name.to_string_lossy().into_owned()
+    }
+}
+
+/// A number greater than 0.
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("it must be a finite number greater than 0".to_owned()),
     }
 }
 

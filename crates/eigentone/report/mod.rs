@@ -17,7 +17,9 @@ mod outline;
 mod page;
 mod plot;
 mod response;
+mod spectrum;
 mod stability;
+mod state_space;
 mod steady_state;
 pub(crate) mod table;
 mod thinned;
@@ -35,7 +37,9 @@ pub use modes::ModeReport;
 pub use page::Page;
 pub use plot::{Line, Plot, Ring};
 pub use response::ResponseReport;
+pub use spectrum::SpectrumReport;
 pub use stability::StabilityReport;
+pub use state_space::StateSpaceReport;
 
 /// What bounds are worth, as JSON says it.
 fn worth(bounds: Bounds) -> &'static str {

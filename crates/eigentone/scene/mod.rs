@@ -24,7 +24,7 @@ use eigentone_response::{
 pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
-pub use record::{MAX_RECORD_BYTES, RecordError};
+pub use record::{MAX_RECORD_BYTES, RecordError, read_record};
 
 /// A scene that has been read and checked.
 #[derive(Clone, Debug)]
@@ -113,6 +113,12 @@ impl Scene {
             }
         }
         names
+    }
+
+    /// The supports that are moved, and by which of their derivatives, in the order given.
+    pub fn motions(&self) -> impl Iterator<Item = (&str, Quantity)> {
+        let motions = self.motions.iter();
+        motions.map(|(of, quantity, _)| (of.as_str(), *quantity))
     }
 
     /// The response it asks for, or `None` if it has no `time`.

@@ -54,6 +54,20 @@ pub enum RecordError {
     },
 }
 
+/// The numbers of one column of a text file, as samples of a scene have them: the column of this name in the first line, or
+/// of this number, from 1 on; or the only one.
+///
+/// # Errors
+/// [`RecordError`] naming the file, the line and the column.
+pub fn read_record(path: &Path, column: Option<&str>) -> Result<Vec<f64>, RecordError> {
+    let column = match column.map(|text| (text, text.parse::<usize>())) {
+        None => Column::Only,
+        Some((_, Ok(number))) if number > 0 => Column::Number(number),
+        Some((name, _)) => Column::Name(name.to_owned()),
+    };
+    read(path, &column)
+}
+
 /// The numbers of one column.
 pub(super) fn read(path: &Path, column: &Column) -> Result<Vec<f64>, RecordError> {
     let file = path.to_owned();

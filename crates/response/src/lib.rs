@@ -37,6 +37,8 @@
 //! | frequency response functions, their peaks and dips | [`FrequencyResponse`], [`peak_grid`], [`Features`] |
 //! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`]; all of them: [`Response::with_acceleration`], [`Response::with_forces`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
+//! | the largest motions of one-mass systems on a shaken base | [`ResponseSpectrum`] |
+//! | A, B, C, D for control and filters, also held, and their process noise | [`StateSpace`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
 //!
@@ -54,6 +56,8 @@ mod march;
 mod plan;
 mod problem;
 mod quantity;
+mod response_spectrum;
+mod state_space;
 mod sweep;
 
 pub use answer::{History, Operations, Output, ResponseMethod, Trajectory};
@@ -76,5 +80,11 @@ pub use problem::{
 pub use quantity::{
     CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump, Peaks,
     Reached, Summary,
+};
+pub use response_spectrum::{
+    BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,
+};
+pub use state_space::{
+    BoundedMatrix, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,
 };
 pub use sweep::{Answer, Sweep, SweepError};

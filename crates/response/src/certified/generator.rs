@@ -3,7 +3,7 @@
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
-use crate::enclosed::{Energy, Normed, cos_sin, frobenius};
+use crate::enclosed::{Energy, Normed, add_multiple, cos_sin, frobenius};
 use crate::problem::{Known, Piece, Problem, Pulse, Rate, StraightLoad};
 
 /// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
@@ -436,19 +436,6 @@ impl<T: Real> Generator<T> {
             }
         }
         total
-    }
-}
-
-/// Adds a multiple of the only row of one matrix to a row of another.
-fn add_multiple<T: Real>(to: &mut BallMatrix<T>, row: usize, factor: f64, course: &BallMatrix<T>) {
-    for j in (0..course.columns()).filter(|j| !course.is_zero(0, *j)) {
-        let product = course.middle(0, j) * T::from(factor);
-        let rounding = match factor.abs() == 1.0 {
-            true => Magnitude::ZERO,
-            false => product.upper() * T::unit() + T::floor(),
-        };
-        let error = course.radius(0, j) * Magnitude::from(factor.abs()) + rounding;
-        to.add(row, j, product, error);
     }
 }
 

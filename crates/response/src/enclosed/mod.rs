@@ -3,9 +3,11 @@
 mod energy;
 mod exponential;
 mod normed;
+mod row;
 
 pub(crate) use energy::{Energy, frobenius};
 pub(crate) use exponential::{
     Halves, cos_sin, counted, exponential, of_any_size, products, squarings,
 };
 pub(crate) use normed::{Normed, growth};
+pub(crate) use row::add_multiple;

@@ -28,7 +28,7 @@ pub struct Channel {
 
 impl Channel {
     /// A force on a point: each coordinate takes its share of it.
-    pub(super) fn of_point(form: &Form) -> Channel {
+    pub(crate) fn of_point(form: &Form) -> Channel {
         Channel {
             directions: [form.coordinates.clone(), Vec::new(), Vec::new()],
             integrals: 0,
@@ -37,7 +37,7 @@ impl Channel {
     }
 
     /// The motion of a support, given by one of its derivatives: f = −(K_s u + C_s u′ + M_s u″).
-    pub(super) fn of_support(system: &System, support: usize, quantity: Quantity) -> Channel {
+    pub(crate) fn of_support(system: &System, support: usize, quantity: Quantity) -> Channel {
         let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
         let directions = kinds.map(|kind| {
             let terms = system.coupling(kind).iter();

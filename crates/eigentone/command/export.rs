@@ -1,0 +1,202 @@
+//! `eigentone export SCENE [--from NAME]… [--to NAME]… [--hold zero|first --step h] [--json] [--out DIR]`.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+use eigentone::report::StateSpaceReport;
+use eigentone::response::{Quantity, StateMatrices, StateSpace, StateSpaceError};
+use eigentone::scene::Scene;
+
+use super::files::Files;
+use super::progress::Progress;
+use super::{Failure, Hold, Question, positive, print};
+
+/// Prints the state-space matrices A, B, C and D, continuous or held
+#[derive(Debug, Args)]
+pub struct Export {
+    #[command(flatten)]
+    question: Question,
+    /// An input: the force on this mass or point, or the motion of this support; may be repeated [default: what the scene
+    /// drives, else its supports, else each mass]
+    #[arg(long, value_name = "NAME")]
+    from: Vec<String>,
+    /// An output: the displacement of this mass, point or support, or an output of the scene; may be repeated
+    /// [default: all masses, points and outputs]
+    #[arg(long, value_name = "NAME")]
+    to: Vec<String>,
+    /// The exact discrete form for inputs that keep each sample, or run straight from one to the next
+    #[arg(long, value_enum)]
+    hold: Option<Hold>,
+    /// Time between the samples, in s
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    step: Option<f64>,
+    /// Print one JSON object with every digit
+    #[arg(long)]
+    json: bool,
+    /// Write the matrices into this directory, as JSON and in Matrix Market format
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Export {
+    pub fn run(self) -> Result<(), Failure> {
+        if self.hold.is_some() != self.step.is_some() {
+            return Err(Failure::HoldWithoutStep);
+        }
+        let scene = self.question.scene()?;
+        let file = &self.question.scene;
+        if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
+            let scene = file.clone();
+            return Err(Failure::LossFactor { scene });
+        }
+        self.question.admit_modes(&scene)?;
+        let progress = Progress::of("state space");
+        let failure = |error| Failure::StateSpace {
+            scene: file.clone(),
+            error,
+        };
+        let plant = self.proper(&scene).map_err(failure)?;
+        let held: Option<(f64, Hold, StateMatrices)> = match (self.step, self.hold) {
+            (Some(step), Some(hold)) => {
+                let held = plant.discretise(step, hold.into()).map_err(failure)?;
+                Some((step, hold, held))
+            }
+            _ => None,
+        };
+        drop(progress);
+        let report = StateSpaceReport {
+            plant: &plant,
+            held: held
+                .as_ref()
+                .map(|(step, hold, matrices)| (*step, (*hold).into(), matrices)),
+        };
+        if let Some(directory) = &self.out {
+            let mut files = Files::into(directory)?.beside(file);
+            files.write("export.json", |out| report.json(out))?;
+            for (name, matrix) in report.matrices() {
+                files.write(&format!("{name}.mtx"), |out| {
+                    StateSpaceReport::matrix_market(matrix, out)
+                })?;
+            }
+            files.keep()?;
+        }
+        print(|out| match self.json {
+            true => report.json(out),
+            false => out.write_all(report.text().as_bytes()),
+        })
+    }
+
+    /// With a higher derivative of a support as the input where an output follows one: said on standard error.
+    fn proper<'a>(&self, scene: &'a Scene) -> Result<StateSpace<'a>, StateSpaceError> {
+        let mut raised: Vec<(String, Quantity)> = Vec::new();
+        loop {
+            let inputs = self.inputs(scene, &raised);
+            let (output, name) = match self.plant(scene, &inputs) {
+                Err(StateSpaceError::Improper { output, input }) => (output, input),
+                answer => return answer,
+            };
+            let higher = inputs.iter().find_map(|(input, quantity)| match quantity {
+                Some(Quantity::Displacement) if name == format!("{input} displacement") => {
+                    Some((input.clone(), Quantity::Velocity))
+                }
+                Some(Quantity::Velocity) if name == format!("{input} velocity") => {
+                    Some((input.clone(), Quantity::Acceleration))
+                }
+                _ => None,
+            });
+            let Some((support, quantity)) = higher else {
+                let input = name;
+                return Err(StateSpaceError::Improper { output, input });
+            };
+            let word = if quantity == Quantity::Velocity {
+                "velocity"
+            } else {
+                "acceleration"
+            };
+            let file = self.question.scene.display();
+            // Nothing is left to tell it to if standard error is closed.
+            let _ = writeln!(
+                io::stderr(),
+                "note: {file}: output {output:?} follows a derivative of the {name}: the input is the {word} of {support} instead"
+            );
+            raised.retain(|(known, _)| *known != support);
+            raised.push((support, quantity));
+        }
+    }
+
+    /// Forces, and motions by at least the derivatives that `raised` says.
+    fn inputs(
+        &self,
+        scene: &Scene,
+        raised: &[(String, Quantity)],
+    ) -> Vec<(String, Option<Quantity>)> {
+        let system = scene.system();
+        let is_support = |name: &str| system.supports().iter().any(|support| support == name);
+        let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
+        let inputs = match self.from.as_slice() {
+            [] if !scene.driven().is_empty() => own(scene.driven()),
+            [] if !system.supports().is_empty() => system.supports().to_vec(),
+            [] => system.names().to_vec(),
+            named => named.to_vec(),
+        };
+        let mut all: Vec<(String, Option<Quantity>)> = Vec::new();
+        for name in inputs {
+            if !is_support(&name) {
+                all.push((name, None));
+                continue;
+            }
+            let least = raised.iter().find(|(support, _)| *support == name);
+            let least = least.map_or(Quantity::Displacement, |(_, quantity)| *quantity);
+            let moved = scene.motions().filter(|(of, _)| *of == name);
+            let mut moved: Vec<Quantity> = moved.map(|(_, quantity)| quantity).collect();
+            if moved.is_empty() {
+                moved.push(Quantity::Displacement);
+            }
+            for quantity in moved {
+                let higher = if (quantity as u8) < least as u8 {
+                    least
+                } else {
+                    quantity
+                };
+                let input = (name.clone(), Some(higher));
+                if !all.contains(&input) {
+                    all.push(input);
+                }
+            }
+        }
+        all
+    }
+
+    fn plant<'a>(
+        &self,
+        scene: &'a Scene,
+        inputs: &[(String, Option<Quantity>)],
+    ) -> Result<StateSpace<'a>, StateSpaceError> {
+        let system = scene.system();
+        let mut plant = StateSpace::of(system);
+        for (name, quantity) in inputs {
+            plant = match quantity {
+                None => plant.force(name.as_str()),
+                Some(quantity) => plant.motion(name.as_str(), *quantity),
+            };
+        }
+        let points = system.points().iter().map(|point| &point.name);
+        let all = system.names().iter().chain(points);
+        let named: Vec<&String> = match self.to.as_slice() {
+            [] => all.collect(),
+            named => named.iter().collect(),
+        };
+        let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
+        for name in named {
+            if system.form(name).is_some() || !is_output(name) {
+                plant = plant.output(name, Quantity::Displacement);
+            }
+        }
+        let wanted = |name: &String| self.to.is_empty() || self.to.contains(name);
+        for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
+            plant = plant.combination(output.clone());
+        }
+        plant.build()
+    }
+}

@@ -1,0 +1,146 @@
+//! What is looked for: the largest size of a linear form of (p, v).
+
+use eigentone_digits::Real;
+
+use super::maps::Place;
+use super::oscillator::{Oscillator, SLACK};
+
+/// p + κv: with κ = 0 the relative displacement times ω, with κ = 2ζ the absolute acceleration over ω, but for the sign.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Form<T> {
+    kappa: T,
+    /// The same in doubles, and the norm of (1, κ), rounded up.
+    factor: f64,
+    norm: f64,
+}
+
+impl<T: Real> Form<T> {
+    pub(super) fn of(kappa: f64) -> Form<T> {
+        Form {
+            kappa: T::from(kappa),
+            factor: kappa,
+            norm: (1.0 + kappa * kappa).sqrt() * (1.0 + SLACK),
+        }
+    }
+
+    pub(super) fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    pub(super) fn rough(&self, p: f64, v: f64) -> f64 {
+        p + self.factor * v
+    }
+
+    pub(super) fn value(&self, z: &[T; 2]) -> T {
+        match self.factor == 0.0 {
+            true => z[0],
+            false => z[0] + self.kappa * z[1],
+        }
+    }
+
+    /// The derivative, per interval.
+    pub(super) fn slope(&self, of: &Oscillator, (z, x): &Place<T>) -> f64 {
+        let (high, low) = of.parts();
+        let w = T::from(high) + T::from(low);
+        let along = w * z[1];
+        let rate = match self.factor == 0.0 {
+            true => along,
+            false => {
+                let drag = T::from(2.0 * of.ratio) * along;
+                along - self.kappa * (w * z[0] + drag + x[0])
+            }
+        };
+        rate.to_f64()
+    }
+
+    /// The second derivative, about.
+    pub(super) fn curvature(&self, of: &Oscillator, (z, x): &Place<T>) -> f64 {
+        let (p, v) = (z[0].to_f64(), z[1].to_f64());
+        let (a, b) = (x[0].to_f64(), x[1].to_f64());
+        let rate = if of.turn == 0.0 { b } else { of.turn * b };
+        let pulled = -of.w * p - 2.0 * of.ratio * of.w * v - a;
+        let pulled_later = -of.w * of.w * v - 2.0 * of.ratio * of.w * pulled - rate;
+        of.w * pulled + self.factor * pulled_later
+    }
+
+    /// No value within a part of an interval, `length` long, is larger in size: from its two ends.
+    pub(super) fn bound(&self, of: &Oscillator, length: f64, from: &Place<T>, to: &Place<T>) -> T {
+        let (first, last) = (self.value(&from.0), self.value(&to.0));
+        let ends = larger(first.abs(), last.abs());
+        let [d0, d1] = [from, to].map(|place| self.slope(of, place) * length);
+        let rise = (last - first).to_f64();
+        let sizes = d0.abs() + d1.abs() + rise.abs();
+        // What is left of slopes of which the parts cancel.
+        let speed = [from, to].map(|(z, x)| {
+            let parts = z.iter().chain(x).map(|part| part.to_f64().abs());
+            parts.sum::<f64>()
+        });
+        let lost = T::unit().to_f64() * 16.0 * self.norm * (of.norm + 1.0) * length;
+        let within = self.fourth(of, length, from) * length.powi(4) / 384.0
+            + SLACK * sizes
+            + lost * (speed[0] + speed[1]);
+        let above = [1.0, -1.0].map(|sign: f64| {
+            let most = cubic_maximum(sign * rise, sign * d0, sign * d1);
+            T::from(sign) * first + T::from(most)
+        });
+        let cubic = larger(above[0], above[1]) + T::from(within * (1.0 + SLACK));
+        let apart = T::from(self.apart(of, length, from));
+        let least = if apart < cubic { apart } else { cubic };
+        larger(ends, if least.is_finite() { least } else { apart })
+    }
+
+    /// A bound of the fourth derivative: of free motions derivatives do not grow either.
+    fn fourth(&self, of: &Oscillator, length: f64, (z, x): &Place<T>) -> f64 {
+        let [p, v] = z.map(T::to_f64);
+        let [a, b, c] = x.map(T::to_f64);
+        let (w, drag) = (of.w, 2.0 * of.ratio * of.w);
+        let rate = if of.turn == 0.0 { b } else { of.turn * b };
+        let (along, pulled) = (w * v, -w * p - drag * v - a);
+        let (along, later) = (w * pulled, -w * along - drag * pulled - rate);
+        let radius = (a - c).hypot(b);
+        let (second, third) = (of.turn.powi(2) * radius, of.turn.powi(3) * radius);
+        let sizes = of.norm * (of.norm * (p.abs() + v.abs()) + a.abs()) + rate.abs();
+        let most = along.hypot(later) + length * second + SLACK * sizes;
+        self.norm * (of.norm * (of.norm * most + second) + third) * (1.0 + SLACK)
+    }
+
+    /// A bound from the motion that would go on evenly and what is free beside it, which does not grow.
+    fn apart(&self, of: &Oscillator, length: f64, (z, x): &Place<T>) -> f64 {
+        let [p, v] = z.map(T::to_f64);
+        let [a, b, c] = x.map(T::to_f64);
+        if of.turn != 0.0 {
+            let most = c.abs() + (a - c).hypot(b);
+            return self.norm * (p.hypot(v) + length * most) * (1.0 + SLACK);
+        }
+        let w = of.w;
+        let even = |a: f64| (-a / w + 2.0 * of.ratio * b / (w * w), -b / (w * w));
+        let (from, to) = (even(a), even(a + b * length));
+        let sizes = (a.abs() + b.abs() * length) / w + (1.0 + 2.0 * of.ratio) * b.abs() / (w * w);
+        let free = (p - from.0).hypot(v - from.1) + SLACK * (p.abs() + v.abs() + sizes);
+        let ends = [from, to].map(|(p, v)| self.rough(p, v).abs());
+        (ends[0].max(ends[1]) + self.norm * (free + SLACK * sizes)) * (1.0 + SLACK)
+    }
+}
+
+/// The largest value on [0, 1] of the cubic that is 0 at 0 and `rise` at 1, with these slopes there.
+fn cubic_maximum(rise: f64, d0: f64, d1: f64) -> f64 {
+    let square = 3.0 * rise - 2.0 * d0 - d1;
+    let cube = d0 + d1 - 2.0 * rise;
+    let value = |s: f64| s * (d0 + s * (square + s * cube));
+    let mut most = rise.max(0.0);
+    // 3 cube s² + 2 square s + d0 = 0.
+    let inside = square * square - 3.0 * cube * d0;
+    if inside >= 0.0 {
+        let q = -(square + inside.sqrt().copysign(square));
+        for s in [q / (3.0 * cube), d0 / q] {
+            if (0.0..=1.0).contains(&s) {
+                most = most.max(value(s));
+            }
+        }
+    }
+    most
+}
+
+fn larger<T: Real>(a: T, b: T) -> T {
+    if a < b { b } else { a }
+}

@@ -1,0 +1,192 @@
+//! Coordinates for the exponential: those of the energy for the system, powers of two for what drives it.
+
+use eigentone_digits::{BallMatrix, Magnitude, Real};
+
+use super::asked::Asked;
+use super::realisation::Realisation;
+use crate::enclosed::{Energy, Normed, frobenius};
+
+pub(super) struct Coordinates<T> {
+    /// R and Y ≈ R⁻¹ of all states.
+    enter: BallMatrix<T>,
+    leave: BallMatrix<T>,
+    /// A bound of ‖(RY)⁻¹ − I‖.
+    inexact: Magnitude,
+    /// R A Y.
+    pub(super) a: BallMatrix<T>,
+    /// How far that is from R A R⁻¹ beside its radii, in the 2-norm.
+    pub(super) a_error: Magnitude,
+    /// R B with unit inputs 2^unit.
+    pub(super) b: BallMatrix<T>,
+    units: Vec<i64>,
+    /// Norms of the rows of Y and the columns of R.
+    rows: Vec<Magnitude>,
+    columns: Vec<Magnitude>,
+}
+
+impl<T: Real> Coordinates<T> {
+    /// For steps of `step` s; `None` where the digits do not suffice.
+    pub(super) fn of(
+        asked: &Asked<'_>,
+        form: &Realisation<T>,
+        step: f64,
+    ) -> Option<Coordinates<T>> {
+        let structure = asked.system.structure();
+        let supported = structure.is_passive() && structure.zero_roots() == Some(0);
+        let energy = Energy::of(&form.form, supported, 1.0 / step)?;
+        let (own, size) = (form.form.states(), form.a.rows());
+        let inputs = asked.channels.len();
+        let epoch = Magnitude::from(step).exponent();
+
+        let mut enter = BallMatrix::zeros(size, size);
+        let mut leave = BallMatrix::zeros(size, size);
+        enter.put(0, 0, &energy.r);
+        leave.put(0, 0, &energy.y);
+        // What a unit of each makes of the states in a step, or before they swing back.
+        let swing = frobenius(&energy.r.times(form.form.a()).times(&energy.y));
+        let within = Magnitude::from(1.0) / swing;
+        let within = match within < Magnitude::from(step) {
+            true => within,
+            false => Magnitude::from(step),
+        };
+        let strength = |column: &BallMatrix<T>| {
+            let pushed = energy.r.times(&column.block(0, 0, own, 1));
+            let norm = frobenius(&pushed) * within;
+            (!norm.is_zero()).then(|| norm.exponent())
+        };
+        let mut units = vec![0; size - own];
+        for at in 0..size - own {
+            let column = form.a.block(0, own + at, size, 1);
+            let feeds = (0..at).filter(|row| !column.is_zero(own + row, 0));
+            let fed = feeds.map(|row| units[row] + epoch).max();
+            units[at] = strength(&column).max(fed).unwrap_or(0);
+            let (there, back) = (T::ONE.scale(units[at]), T::ONE.scale(-units[at]));
+            enter.set(own + at, own + at, there, Magnitude::ZERO);
+            leave.set(own + at, own + at, back, Magnitude::ZERO);
+        }
+        let of_input = |input: usize| {
+            let column = form.b.block(0, input, size, 1);
+            let feeds = (own..size).filter(|row| !column.is_zero(*row, 0));
+            let fed = feeds.map(|row| units[row - own] + epoch).max();
+            strength(&column).max(fed).unwrap_or(0)
+        };
+        let units: Vec<i64> = (0..inputs).map(of_input).collect();
+        let mut scales = BallMatrix::zeros(inputs, inputs);
+        for (i, unit) in units.iter().enumerate() {
+            scales.set(i, i, T::ONE.scale(-unit), Magnitude::ZERO);
+        }
+
+        // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
+        let inexact = energy.defect + energy.defect;
+        let a = enter.times(&form.a).times(&leave);
+        let norm = |entries: &dyn Fn(usize) -> Magnitude| {
+            let squares = (0..size).map(|k| entries(k) * entries(k));
+            squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
+        };
+        let entry =
+            |matrix: &BallMatrix<T>, i, j| matrix.middle(i, j).upper() + matrix.radius(i, j);
+        Some(Coordinates {
+            a_error: inexact * frobenius(&a.block(0, 0, own, own)),
+            b: enter.times(&form.b).times(&scales),
+            rows: (0..size).map(|i| norm(&|j| entry(&leave, i, j))).collect(),
+            columns: (0..size).map(|j| norm(&|i| entry(&enter, i, j))).collect(),
+            a,
+            enter,
+            leave,
+            inexact,
+            units,
+        })
+    }
+
+    /// A map into the states, in these coordinates.
+    pub(super) fn entered(&self, map: &BallMatrix<T>) -> BallMatrix<T> {
+        self.enter.times(map)
+    }
+
+    /// What a map of states into states in these coordinates is in those of the form.
+    pub(super) fn map(&self, block: &BallMatrix<T>, error: Magnitude) -> BallMatrix<T> {
+        let back = self.leave.times(block).times(&self.enter);
+        self.widened(back, block, error, |j| self.columns[j])
+    }
+
+    /// The same of a map of the inputs.
+    pub(super) fn map_of_inputs(&self, block: &BallMatrix<T>, error: Magnitude) -> BallMatrix<T> {
+        let mut scales = BallMatrix::zeros(self.units.len(), self.units.len());
+        for (i, unit) in self.units.iter().enumerate() {
+            scales.set(i, i, T::ONE.scale(*unit), Magnitude::ZERO);
+        }
+        let back = self.leave.times(block).times(&scales);
+        self.widened(back, block, error, |j| self.unit(j))
+    }
+
+    /// The same of a covariance.
+    pub(super) fn covariance(&self, block: &BallMatrix<T>, error: Magnitude) -> BallMatrix<T> {
+        let back = self.leave.times(block).times(&transposed(&self.leave));
+        // Both sides are inexact: (1 + ε)² − 1 ≤ 3ε.
+        let twice = self.inexact + self.inexact;
+        let more = twice * (frobenius(&block) + error);
+        self.widened(back, block, error + more, |j| self.rows[j])
+    }
+
+    /// Adds what an error of the block in the 2-norm, and Y in place of R⁻¹, make of each entry.
+    fn widened(
+        &self,
+        mut back: BallMatrix<T>,
+        block: &BallMatrix<T>,
+        error: Magnitude,
+        right: impl Fn(usize) -> Magnitude,
+    ) -> BallMatrix<T> {
+        let off = error + self.inexact * (frobenius(block) + error);
+        for i in 0..back.rows() {
+            for j in 0..back.columns() {
+                let radius = back.radius(i, j) + self.rows[i] * off * right(j);
+                let middle = back.middle(i, j);
+                back.set(i, j, middle, radius);
+            }
+        }
+        back
+    }
+
+    fn unit(&self, input: usize) -> Magnitude {
+        Magnitude::power_of_two(self.units[input])
+    }
+
+    /// How large entries of a map of states, of inputs, and of a covariance of size 1 here may be there.
+    pub(super) fn scale(&self, i: usize, j: usize) -> Magnitude {
+        self.rows[i] * self.columns[j]
+    }
+
+    pub(super) fn scale_of_input(&self, i: usize, input: usize) -> Magnitude {
+        self.rows[i] * self.unit(input)
+    }
+
+    pub(super) fn scale_of_covariance(&self, i: usize, j: usize) -> Magnitude {
+        self.rows[i] * self.rows[j]
+    }
+}
+
+pub(super) fn transposed<T: Real>(a: &BallMatrix<T>) -> BallMatrix<T> {
+    let mut transposed = BallMatrix::zeros(a.columns(), a.rows());
+    for i in 0..a.rows() {
+        for j in 0..a.columns() {
+            transposed.set(j, i, a.middle(i, j), a.radius(i, j));
+        }
+    }
+    transposed
+}
+
+/// What is kept of a block of a matrix.
+pub(super) fn kept<T: Real>(
+    whole: &Normed<T>,
+    column: usize,
+    rows: usize,
+    columns: usize,
+) -> BallMatrix<T> {
+    let mut block = BallMatrix::zeros(rows, columns);
+    for i in 0..rows {
+        for j in 0..columns {
+            block.set(i, j, whole.row(i)[column + j], Magnitude::ZERO);
+        }
+    }
+    block
+}

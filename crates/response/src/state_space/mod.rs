@@ -1,0 +1,16 @@
+//! State-space forms z′ = A z + B u, y = C z + D u, their exact discrete forms and covariances, every entry with a proven
+//! bound. It knows `problem` and `enclosed`.
+
+mod asked;
+mod bounded;
+mod coordinates;
+mod discrete;
+mod error;
+mod ladder;
+mod model;
+mod noise;
+mod realisation;
+
+pub use bounded::BoundedMatrix;
+pub use error::StateSpaceError;
+pub use model::{StateMatrices, StateSpace, StateSpaceBuilder};

@@ -1,0 +1,138 @@
+//! What white noise adds to the covariance of the state in a step, Q = ∫₀ʰ e^{As} B W Bᵀ e^{Aᵀs} ds, or in all the time.
+//!
+//! By doubling, Q(2t) = Q(t) + e^{At} Q(t) e^{Aᵀt}, from a series over a short t. The exponential of [−A Q; 0 Aᵀ] (Van Loan
+//! 1978), which grows as e^{|λ|h} where the answer does not, is never taken. Once e^{At} contracts, doubling ends (Smith 1968,
+//! *SIAM J. Appl. Math.* 16): P − Q(t) = e^{At} P e^{Aᵀt}.
+
+use eigentone_digits::{BallMatrix, Magnitude, Real};
+use faer::MatRef;
+
+use super::asked::Asked;
+use super::bounded::BoundedMatrix;
+use super::coordinates::{Coordinates, kept, transposed};
+use super::ladder::{Found, Question};
+use super::realisation::Realisation;
+use crate::enclosed::{Normed, exponential};
+
+/// How often an integral over all the time is doubled at most.
+const DOUBLINGS: i64 = 1000;
+
+pub(super) struct Noise<'a> {
+    pub(super) asked: &'a Asked<'a>,
+    /// In s, or the unit of time with which an integral over all the time begins.
+    pub(super) step: f64,
+    pub(super) forever: bool,
+    pub(super) density: MatRef<'a, f64>,
+}
+
+impl Question for Noise<'_> {
+    type Answer = BoundedMatrix;
+
+    fn attempt<T: Real>(&self) -> Found<BoundedMatrix> {
+        let Some(form) = Realisation::<T>::of(self.asked)? else {
+            return Ok(None);
+        };
+        let Some(coordinates) = Coordinates::of(self.asked, &form, self.step) else {
+            return Ok(None);
+        };
+        let (n, m) = (form.a.rows(), form.b.columns());
+        let mut density = BallMatrix::zeros(m, m);
+        for i in 0..m {
+            for j in 0..m {
+                density.set(i, j, T::from(self.density[(i, j)]), Magnitude::ZERO);
+            }
+        }
+        let b = coordinates.entered(&form.b);
+        let rate = b.times(&density).times(&transposed(&b));
+        let rate = Normed::of(&rate, n);
+        let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
+
+        // ‖W‖t ≤ ½.
+        let size = w.true_norm() * Magnitude::from(self.step);
+        if !size.is_finite() {
+            return Ok(None);
+        }
+        let halvings = (size.exponent() + 1).max(0);
+        let short = T::from(self.step).scale(-halvings);
+        let mut power = exponential(&w, short, Magnitude::ZERO);
+        let mut sum = series(&w, &rate, short);
+        let most = if self.forever { DOUBLINGS } else { halvings };
+        let mut left = None;
+        for _ in 0..most {
+            // What a longer time adds is less than what all the time does.
+            left = left_out(&power, &sum).filter(|left| *left <= sum.true_norm() * T::unit());
+            if left.is_some() {
+                break;
+            }
+            let carried = power.times(&sum).times(&transpose(&power));
+            sum = plus(&sum, &carried);
+            power = power.times(&power);
+            if !sum.error().is_finite() || !power.error().is_finite() {
+                return Ok(None);
+            }
+        }
+        match left {
+            Some(left) => sum = sum.with_more_error(left),
+            None if self.forever => return Ok(None),
+            None => {}
+        }
+        let exact = coordinates.covariance(&kept(&sum, 0, n, n), sum.error());
+        let exact = upper_half(exact);
+        let norm = sum.true_norm();
+        let scale = |i, j| coordinates.scale_of_covariance(i, j) * norm;
+        BoundedMatrix::of(&exact, "Q", scale)
+    }
+}
+
+/// A bound of what the integral over all the time has beyond Q(t): ‖E‖²‖P‖ with ‖P‖ ≤ ‖Q‖/(1 − ‖E‖²); `None` unless
+/// E = e^{At} contracts.
+fn left_out<T: Real>(power: &Normed<T>, sum: &Normed<T>) -> Option<Magnitude> {
+    let square = power.true_norm() * power.true_norm();
+    let least = Magnitude::from(1.0).minus(square);
+    (!least.is_zero()).then(|| square * sum.true_norm() / least)
+}
+
+/// Σ t^{k+1}/(k+1)! Lᵏ(Q) with L(X) = W X + X Wᵀ, for ‖W‖t ≤ ½: the terms fall faster than 1/(k + 1)!.
+fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
+    let relative = T::unit() + T::unit();
+    let mut term = rate.times_scalar(t, Magnitude::ZERO);
+    let first = term.true_norm();
+    let mut sum = term.clone();
+    let mut tail = first;
+    let mut k = 1.0;
+    while !tail.is_zero() && T::unit() * first < tail {
+        let once = w.times(&term);
+        let factor = t / T::from(k + 1.0);
+        term = plus(&once, &transpose(&once)).times_scalar(factor, relative);
+        sum = plus(&sum, &term);
+        k += 1.0;
+        // ‖term‖ ≤ first/k!, and the terms that follow are less than it together.
+        tail = tail / Magnitude::from(k);
+    }
+    sum.with_more_error(tail)
+}
+
+fn transpose<T: Real>(a: &Normed<T>) -> Normed<T> {
+    let n = a.len();
+    let entries = (0..n * n).map(|at| a.row(at % n)[at / n]);
+    Normed::new(n, n, entries.collect(), a.error())
+}
+
+fn plus<T: Real>(a: &Normed<T>, b: &Normed<T>) -> Normed<T> {
+    let n = a.len();
+    let entries = a.entries().iter().zip(b.entries()).map(|(a, b)| *a + *b);
+    let sum = Normed::new(n, n, entries.collect(), a.error() + b.error());
+    let rounding = sum.frobenius() * T::unit();
+    sum.with_more_error(rounding)
+}
+
+/// The same with both halves alike, as they are in truth.
+fn upper_half<T: Real>(mut a: BallMatrix<T>) -> BallMatrix<T> {
+    for i in 0..a.rows() {
+        for j in 0..i {
+            let (middle, radius) = (a.middle(j, i), a.radius(j, i));
+            a.set(i, j, middle, radius);
+        }
+    }
+    a
+}

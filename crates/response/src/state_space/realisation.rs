@@ -1,0 +1,207 @@
+//! A, B, C and D, each entry enclosed.
+//!
+//! The motions u of supports act by −(K_s u + C_s u′ + M_s u″), so that z′ = A z + B₀u + B₁u′ + B₂u″ at first. With
+//! ζ = z − P₁u − P₂u′, P₂ = B₂ and P₁ = B₁ + A B₂, it is ζ′ = A ζ + (B₀ + A P₁) u: what jumps of u make of the state at once
+//! is taken out of it, and no derivative is left.
+
+use eigentone_digits::{BallMatrix, Magnitude, Real};
+use eigentone_modes::EnclosedFirstOrder;
+
+use super::asked::Asked;
+use super::error::StateSpaceError;
+use crate::enclosed::add_multiple;
+
+pub(super) struct Realisation<T> {
+    pub(super) a: BallMatrix<T>,
+    pub(super) b: BallMatrix<T>,
+    pub(super) c: BallMatrix<T>,
+    pub(super) d: BallMatrix<T>,
+    /// The first states are those of the system itself, in its own form.
+    pub(super) form: EnclosedFirstOrder<T>,
+    pub(super) states: Vec<String>,
+}
+
+/// y = L ζ + Σ Gₖ u⁽ᵏ⁾.
+struct Reading<T> {
+    of_states: BallMatrix<T>,
+    of_inputs: Vec<BallMatrix<T>>,
+}
+
+impl<T: Real> Reading<T> {
+    fn derivative(&self, a: &BallMatrix<T>, b: &BallMatrix<T>) -> Reading<T> {
+        let mut of_inputs = vec![self.of_states.times(b)];
+        of_inputs.extend(self.of_inputs.iter().cloned());
+        Reading {
+            of_states: self.of_states.times(a),
+            of_inputs,
+        }
+    }
+}
+
+impl<T: Real> Realisation<T> {
+    /// `None` where the digits of T do not suffice to divide by masses, dampers or springs.
+    pub(super) fn of(asked: &Asked<'_>) -> Result<Option<Realisation<T>>, StateSpaceError> {
+        let system = asked.system;
+        let Ok(form) = EnclosedFirstOrder::<T>::of(system) else {
+            return Ok(None);
+        };
+        let (own, n, inputs) = (form.states(), system.len(), asked.channels.len());
+        let integrals: usize = asked.channels.iter().map(|channel| channel.integrals).sum();
+        let size = own + integrals;
+        let supports = system.supports();
+
+        let zeros = |columns| BallMatrix::<T>::zeros(n, columns);
+        let mut by_states = zeros(integrals);
+        let mut by_inputs = [zeros(inputs), zeros(inputs), zeros(inputs)];
+        let mut a = BallMatrix::zeros(size, size);
+        let mut fed = BallMatrix::zeros(size, inputs);
+        let mut places = BallMatrix::zeros(n + supports.len(), size);
+        let mut led = BallMatrix::zeros(n + supports.len(), inputs);
+        let mut states = own_states(&form, system.names());
+        let mut first = 0;
+        for (input, channel) in asked.channels.iter().enumerate() {
+            let q = channel.integrals;
+            for (k, direction) in channel.directions.iter().enumerate() {
+                for &(row, factor) in direction {
+                    let factor = T::from(factor);
+                    match k < q {
+                        true => by_states.add(row, first + k, factor, Magnitude::ZERO),
+                        false => by_inputs[k - q].add(row, input, factor, Magnitude::ZERO),
+                    }
+                }
+            }
+            for k in 1..q {
+                a.set(
+                    own + first + k - 1,
+                    own + first + k,
+                    T::ONE,
+                    Magnitude::ZERO,
+                );
+            }
+            if q > 0 {
+                fed.set(own + first + q - 1, input, T::ONE, Magnitude::ZERO);
+            }
+            if let Some(support) = channel.support {
+                match q {
+                    0 => led.set(n + support, input, T::ONE, Magnitude::ZERO),
+                    _ => places.set(n + support, own + first, T::ONE, Magnitude::ZERO),
+                }
+                let words = ["displacement", "velocity"].into_iter().take(q);
+                states.extend(words.map(|word| format!("{} {word}", supports[support])));
+            }
+            first += q;
+        }
+
+        a.put(0, 0, form.a());
+        a.put(0, own, &form.b().times(&by_states));
+        let pushes = by_inputs.each_ref().map(|force| form.b().times(force));
+        let mut b = fed;
+        b.put(0, 0, &pushes[0]);
+        let whole = |part: &BallMatrix<T>| {
+            let mut whole = BallMatrix::zeros(size, inputs);
+            whole.put(0, 0, part);
+            whole
+        };
+        let second = whole(&pushes[2]);
+        let first = whole(&pushes[1]).plus(&a.times(&second));
+        let b = b.plus(&a.times(&first));
+        for (i, name) in states.iter_mut().enumerate() {
+            let jumps = |j: &usize| !first.is_zero(i, *j) || !second.is_zero(i, *j);
+            let of: Vec<&str> = (0..inputs)
+                .filter(jumps)
+                .map(|j| asked.inputs[j].as_str())
+                .collect();
+            if !of.is_empty() {
+                *name += &format!(" without the jumps by {}", of.join(" and "));
+            }
+        }
+
+        places.put(0, 0, form.x());
+        places.put(0, own, &form.d().times(&by_states));
+        let moved = by_inputs.map(|force| {
+            let mut moved = BallMatrix::zeros(n + supports.len(), inputs);
+            moved.put(0, 0, &form.d().times(&force));
+            moved
+        });
+        let [at_once, later, last] = moved;
+        let position = Reading {
+            of_inputs: vec![
+                at_once.plus(&led).plus(&places.times(&first)),
+                later.plus(&places.times(&second)),
+                last,
+            ],
+            of_states: places,
+        };
+        let velocity = position.derivative(&a, &b);
+        let acceleration = velocity.derivative(&a, &b);
+        let readings = [position, velocity, acceleration];
+        let count = asked.sources.len();
+        let mut c = BallMatrix::zeros(count, size);
+        let mut of_inputs = vec![BallMatrix::zeros(count, inputs); 5];
+        for (row, source) in asked.sources.iter().enumerate() {
+            for (terms, reading) in source.terms.iter().zip(&readings) {
+                for &(i, factors) in terms {
+                    add_product(&mut c, row, factors, i, &reading.of_states);
+                    for (sum, part) in of_inputs.iter_mut().zip(&reading.of_inputs) {
+                        add_product(sum, row, factors, i, part);
+                    }
+                }
+            }
+            let improper =
+                |input: &usize| of_inputs[1..].iter().any(|part| !part.is_zero(row, *input));
+            if let Some(input) = (0..inputs).find(improper) {
+                return Err(StateSpaceError::Improper {
+                    output: asked.outputs[row].clone(),
+                    input: asked.inputs[input].clone(),
+                });
+            }
+        }
+        let d = of_inputs.swap_remove(0);
+        Ok(Some(Realisation {
+            a,
+            b,
+            c,
+            d,
+            form,
+            states,
+        }))
+    }
+}
+
+/// Adds a row times both factors to a row of the sum.
+fn add_product<T: Real>(
+    sum: &mut BallMatrix<T>,
+    row: usize,
+    [a, b]: [f64; 2],
+    of: usize,
+    matrix: &BallMatrix<T>,
+) {
+    let mut part = BallMatrix::zeros(1, matrix.columns());
+    add_multiple(&mut part, 0, a, &matrix.block(of, 0, 1, matrix.columns()));
+    add_multiple(sum, row, b, &part);
+}
+
+/// What the states of the system itself are, read from what makes them of displacements and velocities.
+fn own_states<T: Real>(form: &EnclosedFirstOrder<T>, names: &[String]) -> Vec<String> {
+    let initial = form.initial();
+    let n = names.len();
+    let state = |row: usize| {
+        let mut text = String::new();
+        for column in (0..2 * n).filter(|column| !initial.is_zero(row, *column)) {
+            let word = if column < n {
+                "displacement"
+            } else {
+                "velocity"
+            };
+            if !text.is_empty() {
+                text += match initial.middle(row, column) < T::ZERO {
+                    true => " − ",
+                    false => " + ",
+                };
+            }
+            text += &format!("{} {word}", names[column % n]);
+        }
+        text
+    };
+    (0..form.states()).map(state).collect()
+}

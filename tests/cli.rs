@@ -375,12 +375,16 @@ fn a_directory_gets_every_file_whole() {
         .collect();
     names.sort();
     let wanted = [
+        "acceleration.svg",
+        "accelerations.csv",
         "displacement.svg",
         "energy.csv",
         "forces.csv",
+        "forces.svg",
         "modes.csv",
         "modes.json",
         "modes.md",
+        "peaks.csv",
         "report.html",
         "response.csv",
         "response.json",
@@ -404,6 +408,7 @@ fn a_directory_gets_every_file_whole() {
             "kinetic [J],potential [J],dissipated [J],work [J]",
         ),
         ("forces.csv", "spring ground–m1 [N]"),
+        ("accelerations.csv", "acceleration m1 [m/s²]"),
     ] {
         let table = read(name);
         assert_eq!(table.lines().count(), 201 + 1, "{name}");

@@ -9,9 +9,10 @@ use std::sync::Mutex;
 const WRITE: &str = "EIGENTONE_WRITE_DOCS";
 
 fn docs(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("docs")
-        .join(name)
+    // Of the root, from whichever package.
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = own.ancestors().find(|above| above.join("docs").is_dir());
+    root.unwrap_or(own).join("docs").join(name)
 }
 
 /// A page is as it would be written anew.

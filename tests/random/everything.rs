@@ -7,12 +7,10 @@ use eigentone::check::{
 };
 use eigentone::modes::{Bounds, Participation};
 use eigentone::report::{
-    Analysis, Answer, CheckReport, ElementForceReport, EnergyReport, ModeReport, Page,
-    ResponseReport,
+    Analysis, Answer, CheckReport, DemandReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
 use eigentone::response::{
-    ByCertifiedExponential, Destination, ElementForces, Energy, ResponsePlan, SteadyState, Summary,
-    methods,
+    ByCertifiedExponential, Destination, Energy, ResponsePlan, SteadyState, Summary, methods,
 };
 use eigentone::scene::Scene;
 use eigentone::tables::SceneTables;
@@ -77,7 +75,10 @@ fn analyzed(scene: &Scene) {
     let Ok(modes) = system.modes().map_err(said) else {
         return;
     };
-    let problem = scene.problem().map(|problem| problem.expect("checked"));
+    let problem = scene.problem().map(|problem| {
+        let problem = problem.expect("checked");
+        problem.with_acceleration().with_forces()
+    });
     let solved = problem.as_ref().and_then(|problem| {
         let plan = ResponsePlan::of(problem).map_err(said).ok()?;
         let trajectory = plan.run(problem).map_err(said).ok()?;
@@ -117,12 +118,11 @@ fn analyzed(scene: &Scene) {
         json(|out| report.json(out));
         written(|out| report.text(out));
         written(|out| report.csv(out));
-        let forces = problem
-            .as_ref()
-            .and_then(|problem| ElementForces::along(problem, trajectory).map_err(said).ok());
-        if let Some(forces) = forces {
-            written(|out| ElementForceReport::new(&forces, system, trajectory).csv(out));
-        }
+        let extrema = solved.as_ref().and_then(|solved| solved.2.extrema());
+        let report = DemandReport::new(system, trajectory, extrema);
+        written(|out| report.accelerations(out));
+        written(|out| report.forces(out));
+        written(|out| report.peaks(out));
         if let Some(energy) = &energy {
             written(|out| EnergyReport::new(energy, trajectory).csv(out));
         }

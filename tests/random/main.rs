@@ -68,6 +68,19 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
+    /// Points, supports that move, outputs: proven, and through every command.
+    #[test]
+    fn machines_are_answered_or_refused(bytes in vec(any::<u8>(), 1..300)) {
+        let text = scene::machine(&mut Choices::of(&bytes));
+        match parse(&text) {
+            Ok(scene) => {
+                drop(examined(&scene, Proven::Nothing));
+                every_command(&scene);
+            }
+            Err(error) => check_message(&error),
+        }
+    }
+
     /// Few coordinates and instants: proofs of more take longer, and fuzzing looks at those.
     #[test]
     fn proofs_do_not_contradict_each_other(mut bytes in vec(any::<u8>(), 1..400)) {

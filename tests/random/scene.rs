@@ -49,6 +49,127 @@ pub fn text(choices: &mut Choices<'_>) -> String {
     format!("{{{}}}", members.join(",\n"))
 }
 
+/// The text of a machine: points on masses and supports, supports that move, damping of the whole, outputs.
+#[allow(dead_code)] // only some of those who share this ask
+pub fn machine(choices: &mut Choices<'_>) -> String {
+    let n = 1 + choices.below(LARGEST / 2);
+    let spread = Spread::draw(choices);
+    let names: Vec<String> = (1..=n).map(|i| format!("m{i}")).collect();
+    let supports: Vec<String> = (0..choices.below(3)).map(|i| format!("s{i}")).collect();
+    let points: Vec<String> = (0..choices.below(4)).map(|i| format!("p{i}")).collect();
+    let quoted = |names: &[String]| {
+        let quoted: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
+        quoted.join(", ")
+    };
+    let moving = [&names[..], &supports].concat();
+    let loaded = [&names[..], &points].concat();
+    let all = [&moving[..], &points].concat();
+    let mut members = vec![
+        masses(choices, &names, spread),
+        format!("\"supports\": [{}]", quoted(&supports)),
+    ];
+    let factor = |choices: &mut Choices<'_>| match choices.below(4) {
+        0 => 1.0,
+        1 => -1.0,
+        2 => 0.1 * choices.below(40) as f64,
+        _ => spread.signed(choices),
+    };
+    let sum = |choices: &mut Choices<'_>, of: &[String]| {
+        let first = choices.below(of.len());
+        let count = 1 + choices.below(of.len().min(3));
+        let terms = (0..count).map(|k| {
+            let name = &of[(first + k) % of.len()];
+            format!("\"{name}\": {:?}", factor(choices))
+        });
+        terms.collect::<Vec<_>>().join(", ")
+    };
+    let made = points.iter().map(|name| {
+        let moves = sum(choices, &moving);
+        let mass = if choices.once_in(3) {
+            spread.positive(choices)
+        } else {
+            0.0
+        };
+        format!("{{\"name\": \"{name}\", \"moves\": {{{moves}}}, \"mass\": {mass:?}}}")
+    });
+    let made: Vec<String> = made.collect();
+    members.push(format!("\"points\": [{}]", made.join(", ")));
+    for (list, key) in [("springs", "stiffness"), ("dampers", "damping")] {
+        let elements = elements(choices, &all, spread, key);
+        members.push(format!("\"{list}\": [{elements}]"));
+    }
+    match choices.below(5) {
+        0 => members.push("\"damping\": {\"modal\": [0.02, 0.5]}".to_owned()),
+        1 => {
+            let (mass, stiffness) = (spread.positive(choices), spread.positive(choices));
+            members.push(format!(
+                "\"damping\": {{\"rayleigh\": {{\"mass\": {mass:?}, \"stiffness\": {stiffness:?}}}}}"
+            ));
+        }
+        _ => {}
+    }
+    let (step, count) = instants(choices);
+    members.push(initial(choices, &names, spread));
+    let loads = (0..choices.below(3)).map(|_| load(choices, &loaded, spread, step, count));
+    let loads: Vec<String> = loads.collect();
+    members.push(format!("\"loads\": [{}]", loads.join(", ")));
+    if !supports.is_empty() {
+        let motions = (0..choices.below(4)).map(|_| motion(choices, &supports, spread, step));
+        let motions: Vec<String> = motions.collect();
+        members.push(format!("\"motions\": [{}]", motions.join(", ")));
+    }
+    let outputs = (0..choices.below(4)).map(|k| {
+        let quantity = choices.pick(&["displacement", "velocity", "acceleration"]);
+        format!(
+            "{{\"name\": \"o{k}\", \"{quantity}\": {{{}}}}}",
+            sum(choices, &all)
+        )
+    });
+    let outputs: Vec<String> = outputs.collect();
+    members.push(format!("\"outputs\": [{}]", outputs.join(", ")));
+    let end = step * count as f64;
+    members.push(format!(
+        "\"time\": {{\"end\": {end:?}, \"step\": {step:?}}}"
+    ));
+    format!("{{{}}}", members.join(",\n"))
+}
+
+fn motion(choices: &mut Choices<'_>, supports: &[String], spread: Spread, step: f64) -> String {
+    let of = &supports[choices.below(supports.len())];
+    let quantity = choices.pick(&["displacement", "velocity", "acceleration"]);
+    let size = spread.signed(choices);
+    let start = step * 0.5 * choices.below(8) as f64;
+    let course = match choices.below(6) {
+        0 => format!("\"step\": {{\"height\": {size:?}, \"start\": {start:?}}}"),
+        1 => format!("\"ramp\": {{\"rate\": {size:?}, \"start\": {start:?}}}"),
+        2 => format!(
+            "\"harmonic\": {{\"amplitude\": {size:?}, \"frequency\": {:?}}}",
+            1.0 / step
+        ),
+        3 => {
+            let coefficients: Vec<f64> = (0..1 + choices.below(7))
+                .map(|_| {
+                    if choices.once_in(2) {
+                        0.0
+                    } else {
+                        spread.signed(choices)
+                    }
+                })
+                .collect();
+            format!("\"polynomial\": {{\"coefficients\": {coefficients:?}, \"start\": {start:?}}}")
+        }
+        4 => format!(
+            "\"versine\": {{\"height\": {size:?}, \"duration\": {:?}, \"start\": {start:?}}}",
+            3.5 * step
+        ),
+        _ => format!(
+            "\"samples\": {{\"step\": {step:?}, \"values\": [0.0, {size:?}, 1.0], \"hold\": \"{}\"}}",
+            choices.pick(&["zero", "first"])
+        ),
+    };
+    format!("{{\"of\": \"{of}\", \"{quantity}\": {{{course}}}}}")
+}
+
 fn masses(choices: &mut Choices<'_>, names: &[String], spread: Spread) -> String {
     let identical = choices.once_in(4).then(|| spread.positive(choices));
     let masses = names.iter().map(|name| {

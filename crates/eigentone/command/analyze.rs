@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::modes::{Modes, Participation};
 use eigentone::report::{
-    Analysis, Answer, ElementForceReport, EnergyReport, ModeReport, Page, ResponseReport,
+    Analysis, Answer, DemandReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
 use eigentone::response::{
-    ElementForces, Energy, Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError,
-    Summary, Trajectory,
+    Energy, Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError, Summary,
+    Trajectory,
 };
 use eigentone::scene::Scene;
 
@@ -46,7 +46,15 @@ impl Analyze {
             Some(problem) => Some(
                 problem
                     .map(|problem| problem.to(self.question.precision()))
-                    .and_then(|problem| solve(problem, &modes, &progress))
+                    .and_then(|problem| {
+                        let plain = || solve(problem.clone(), &modes, &progress);
+                        if self.out.is_none() {
+                            return plain();
+                        }
+                        let all = problem.clone().with_acceleration().with_forces();
+                        // A force may leave the range of doubles where the motion does not.
+                        solve(all, &modes, &progress).or_else(|_| plain())
+                    })
                     .map_err(Failure::response(file))?,
             ),
         };
@@ -71,6 +79,7 @@ impl Analyze {
         }
         drop(progress);
         print(|out| out.write_all(analysis.text().as_bytes()))?;
+        self.question.tell_loss_factors(&scene);
         self.question.tell_doubts(&modes);
         if let Some(answer) = &analysis.response {
             self.question.tell_doubts_of_motion(answer.trajectory);
@@ -123,9 +132,19 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
-        if let Ok(forces) = ElementForces::along(answer.problem, trajectory) {
-            let report = ElementForceReport::new(&forces, system, trajectory);
-            files.write("forces.csv", |out| report.csv(out))?;
+        let report = DemandReport::new(system, trajectory, answer.summary.extrema());
+        files.write("accelerations.csv", |out| report.accelerations(out))?;
+        files.write("forces.csv", |out| report.forces(out))?;
+        files.write("peaks.csv", |out| report.peaks(out))?;
+        let title = analysis.title;
+        let plots = [
+            ("acceleration.svg", report.acceleration_plot(title)),
+            ("forces.svg", report.force_plot(title)),
+        ];
+        for (name, plot) in plots {
+            if let Some(plot) = plot {
+                files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
+            }
         }
         if let Some(energy) = &energy {
             let report = EnergyReport::new(energy, trajectory);

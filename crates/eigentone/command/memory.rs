@@ -40,12 +40,12 @@ pub fn of_modes(system: &System) -> f64 {
     64.0 * (system.len() as f64).powi(2) * 8.0
 }
 
-/// The most bytes that a motion and what is drawn from it take: displacements and velocities twice, the forces in
-/// the elements, energies and bounds, at every instant asked for.
+/// The most bytes that a motion and what is drawn from it take: displacements, velocities and accelerations twice, the forces
+/// in the elements with their bounds, energies and bounds, at every instant asked for.
 pub fn of_motion(scene: &Scene, instants: u64) -> f64 {
     let system = scene.system();
     let elements = system.springs().len() + system.dampers().len();
-    instants as f64 * (4 * system.len() + elements + 20) as f64 * 8.0
+    instants as f64 * (6 * system.len() + 6 * elements + 20) as f64 * 8.0
 }
 
 /// The most bytes that reference tables take: whole matrices, and for each coordinate at each instant rows of text in

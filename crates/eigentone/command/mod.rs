@@ -112,6 +112,17 @@ impl Question {
         }
     }
 
+    /// Says on standard error that modes know of no loss factors.
+    fn tell_loss_factors(&self, scene: &Scene) {
+        if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: loss factors are for frequency response: modes leave them out",
+                self.scene.display()
+            );
+        }
+    }
+
     /// Says on standard error which roots are doubtful, and what would help.
     fn tell_doubts(&self, modes: &Modes) {
         let all = modes.eigenvalues();

@@ -26,6 +26,7 @@ impl Modes {
         let progress = Progress::of("modes");
         let file = &self.question.scene;
         let names = scene.system().names();
+        self.question.tell_loss_factors(&scene);
         let precision = self.question.precision();
         if self.selection.takes_all(scene.system()) {
             self.question.admit_modes(&scene)?;

@@ -7,8 +7,8 @@ use eigentone_modes::{
     SystemBuilder,
 };
 use eigentone_response::{
-    Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Quantity, Ramp, ResponseError,
-    Samples, State, Step, Sum, Versine,
+    Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Polynomial, Quantity, Ramp,
+    ResponseError, Samples, State, Step, Sum, Versine,
 };
 use faer::Mat;
 
@@ -497,6 +497,7 @@ fn load(
         ("harmonic", given.harmonic.map(harmonic)),
         ("half_sine", given.half_sine.map(half_sine).map(Load::from)),
         ("versine", given.versine.map(versine).map(Load::from)),
+        ("polynomial", given.polynomial.map(polynomial)),
         ("samples", samples(given.samples, place, source)?),
     ];
     only(all).map_err(|given| SceneError::Choice {
@@ -550,6 +551,7 @@ fn motion(
         ("harmonic", given.harmonic.map(harmonic)),
         ("half_sine", given.half_sine.map(half_sine).map(Load::from)),
         ("versine", given.versine.map(versine).map(Load::from)),
+        ("polynomial", given.polynomial.map(polynomial)),
         ("samples", samples(given.samples, place, source)?),
     ];
     let (kind, course) = only(all).map_err(|given| SceneError::Choice {
@@ -562,6 +564,13 @@ fn motion(
 
 fn ramp(Object(ramp): Object<layout::Ramp>) -> Load {
     Ramp::of(ramp.rate.0).starting_at(ramp.start.0).into()
+}
+
+fn polynomial(Object(polynomial): Object<layout::Polynomial>) -> Load {
+    let coefficients = polynomial.coefficients.0.iter().map(|number| number.0);
+    Polynomial::of(coefficients.collect::<Vec<f64>>())
+        .starting_at(polynomial.start.0)
+        .into()
 }
 
 fn harmonic(Object(harmonic): Object<layout::Harmonic>) -> Load {
@@ -759,6 +768,7 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
         BuildError::PlaceName { index, .. } => steps!["points", *index, "name"],
         BuildError::PointMoves { point, name, .. }
         | BuildError::PointOnPoint { point, name }
+        | BuildError::PointCircle { point, name }
         | BuildError::PointNotFinite { point, name, .. } => {
             steps!["points", index_of_point(point), "moves", name.as_str()]
         }
@@ -836,6 +846,8 @@ fn parameter(error: &LoadError) -> Vec<place::Step> {
     match error {
         LoadError::NotFinite { parameter, .. } => steps![*parameter],
         LoadError::ImpulseBeforeStart { .. } => steps!["at"],
+        LoadError::Coefficients { .. } => steps!["coefficients"],
+        LoadError::CoefficientNotFinite { index, .. } => steps!["coefficients", *index],
         LoadError::NoSamples => steps!["values"],
         LoadError::SampleNotFinite { index, .. } => steps!["values", *index],
         LoadError::SampleStep { .. } | LoadError::SampleGrid { .. } => steps!["step"],

@@ -157,6 +157,8 @@ pub(super) struct Load {
     #[serde(default, deserialize_with = "given")]
     pub(super) versine: Option<Object<Push>>,
     #[serde(default, deserialize_with = "given")]
+    pub(super) polynomial: Option<Object<Polynomial>>,
+    #[serde(default, deserialize_with = "given")]
     pub(super) samples: Option<Object<Samples>>,
 }
 
@@ -183,6 +185,8 @@ pub(super) struct Course {
     pub(super) half_sine: Option<Object<Bump>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) versine: Option<Object<Bump>>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) polynomial: Option<Object<Polynomial>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) samples: Option<Object<Samples>>,
 }
@@ -233,6 +237,13 @@ pub(super) struct Bump {
 #[derive(Debug, Deserialize)]
 pub(super) struct Ramp {
     pub(super) rate: Number,
+    #[serde(default)]
+    pub(super) start: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Polynomial {
+    pub(super) coefficients: List<Number>,
     #[serde(default)]
     pub(super) start: Number,
 }

@@ -2,7 +2,7 @@
 //! steps, and with proven bounds.
 //!
 //! Say what is asked with [`Response`]: a [`System`](eigentone_modes::System), a [`State`] to start from, loads
-//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`], [`HalfSine`], [`Versine`]) on coordinates and points, motions
+//! ([`Step`], [`Ramp`], [`Impulse`], [`Harmonic`], [`Samples`], [`HalfSine`], [`Versine`], [`Polynomial`]) on coordinates and points, motions
 //! of supports by any of their derivatives ([`Quantity`]), and the instants wanted. The answer is a [`Trajectory`].
 //!
 //! ```
@@ -35,7 +35,7 @@
 //! | peaks, also between the instants | [`Extrema`]; peaks, ends and settling times in one: [`Summary`] |
 //! | the steady state under harmonic loads (docs/theory.md, (36)) | [`SteadyState`]; [`receptance`] |
 //! | frequency response functions, their peaks and dips | [`FrequencyResponse`], [`peak_grid`], [`Features`] |
-//! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`] |
+//! | differences of motions, accelerations, pulls of elements | [`Response::sum`], [`Response::pull`]; all of them: [`Response::with_acceleration`], [`Response::with_forces`] |
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
@@ -70,11 +70,11 @@ pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
 pub use problem::{
     AppliedLoad, Channel, Combination, Drive, HalfSine, Harmonic, Hold, Impulse, Instant, Load,
-    LoadError, MAX_STEPS, Piece, Problem, Quantity, Ramp, ResponseError, Samples, State, Step,
-    Straight, Sum, TimeGrid, Timeline, Versine,
+    LoadError, MAX_STEPS, Piece, Polynomial, Problem, Quantity, Ramp, ResponseError, Samples,
+    State, Step, Straight, Sum, TimeGrid, Timeline, Versine,
 };
 pub use quantity::{
-    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump,
-    Summary,
+    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump, Peaks,
+    Reached, Summary,
 };
 pub use sweep::{Answer, Sweep, SweepError};

@@ -3,8 +3,8 @@
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, BySuperposition, HalfSine, Harmonic, Hold, Impulse,
-    LoadError, Output, Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State,
-    Step, Summary, Versine,
+    LoadError, ModalTruncation, Output, Polynomial, Quantity, Ramp, Response, ResponseError,
+    ResponseMethod, Samples, State, Step, Summary, Sweep, Versine,
 };
 use eigentone_response::{Destination, Trajectory};
 
@@ -364,6 +364,17 @@ fn rounding_is_no_drift() {
 #[test]
 fn what_cannot_be_is_refused() {
     let car = quarter_car();
+    // Neither sweeps nor truncated modes know of supports, or keep more than displacements and velocities.
+    let driven = asked(&car).motion("road", Quantity::Displacement, Step::of(1.0));
+    for ask in [driven, asked(&car).with_forces()] {
+        let problem = ask.problem().expect("a problem");
+        assert!(Sweep::of(&problem).is_err());
+        let truncated = ModalTruncation { modes: 1 }.run(&problem);
+        assert!(matches!(
+            truncated,
+            Err(ResponseError::NotApplicable { .. })
+        ));
+    }
     let wrong = |ask: Response<'_>| ask.problem().map(|_| ()).expect_err("refused");
     let moved = |name: &str, load: eigentone_response::Load| {
         wrong(asked(&car).motion(name, Quantity::Displacement, load))
@@ -481,4 +492,207 @@ fn long_roads_are_followed_in_strides() {
             assert!((history.values()[(1, k)] - v).abs() < 1e-12, "{hold:?} {k}");
         }
     }
+}
+
+/// The chain of SDLD02, 8 masses of 10 kg and 9 springs of 1e5 N/m, between ends that are both moved with the acceleration
+/// 2e5·t². Displacement, velocity and the motion relative to the ends, from the closed form by modes with 60 digits:
+/// y = −Σ φⱼ Γⱼ a (t²/ω² − 2/ω⁴·(1 − cos ωt)) beside a t⁴/12.
+#[test]
+fn a_chain_follows_ends_whose_acceleration_is_a_polynomial() {
+    const WANTED: [(usize, usize, [f64; 3]); 12] = [
+        (
+            8,
+            0,
+            [0.12750154915719777, 9.6638252704243, -0.12681160188446888],
+        ),
+        (
+            8,
+            1,
+            [0.05580913151138504, 5.16152952673473, -0.19850401953028163],
+        ),
+        (
+            8,
+            2,
+            [
+                0.02045510583766064,
+                2.3785932132504395,
+                -0.23385804520400602,
+            ],
+        ),
+        (
+            8,
+            3,
+            [
+                0.007120327299814155,
+                1.0625848171113879,
+                -0.2471928237418525,
+            ],
+        ),
+        (
+            32,
+            0,
+            [60.31008305190275, 1004.4436297926064, -4.794083614763917],
+        ),
+        (
+            32,
+            1,
+            [56.74098701258156, 976.8738886248817, -8.363179654085107],
+        ),
+        (
+            32,
+            2,
+            [54.37541601113694, 958.7028299632298, -10.728750655529726],
+        ),
+        (
+            32,
+            3,
+            [53.196868209065094, 949.7037924508606, -11.90729845760157],
+        ),
+        (
+            64,
+            0,
+            [1021.775129740398, 8249.21576232589, -19.89153692626863],
+        ),
+        (
+            64,
+            1,
+            [1006.8702762912146, 8185.58604261615, -34.79639037545201],
+        ),
+        (
+            64,
+            2,
+            [996.9408931317662, 8142.931779404218, -44.7257735349005],
+        ),
+        (
+            64,
+            3,
+            [991.97859922906, 8121.573421550188, -49.68806743760667],
+        ),
+    ];
+    let mut chain = System::builder().support("ends");
+    let names: Vec<String> = (1..=8).map(|i| format!("m{i}")).collect();
+    for name in &names {
+        chain = chain.mass(name, 10.0);
+    }
+    let mut before = "ends";
+    for name in names.iter().map(String::as_str).chain(["ends"]) {
+        chain = chain.spring(before, name, 1e5);
+        before = name;
+    }
+    let chain = chain.build().expect("a system");
+    let swell = Polynomial::of([0.0, 0.0, 2e5]);
+    let mut ask = Response::of(&chain).motion("ends", Quantity::Acceleration, swell);
+    for name in &names {
+        let relative = [(name.as_str(), 1.0), ("ends", -1.0)];
+        let relative = relative.map(|(of, factor)| (Quantity::Displacement, of, factor));
+        ask = ask.sum(name, relative);
+    }
+    let problem = ask
+        .every(0.0078125)
+        .until(0.5)
+        .problem()
+        .expect("a problem");
+    let motion = ByCertifiedExponential.run(&problem).expect("a motion");
+    for (k, i, [x, v, y]) in WANTED {
+        let found = [
+            (motion.displacement()[(i, k)], x),
+            (motion.velocity()[(i, k)], v),
+            (motion.output(i)[k], y),
+        ];
+        for (found, wanted) in found {
+            let off = (found - wanted).abs();
+            assert!(
+                off <= 2.3e-16 * wanted.abs(),
+                "{i} at {k}: {found:?} {wanted:?}"
+            );
+        }
+        // Both halves of the chain move alike.
+        assert_eq!(motion.output(i)[k], motion.output(7 - i)[k]);
+        let bound = motion.output_bound(i)[k].expect("proven");
+        assert!(bound <= 2.3e-16 * y.abs(), "{i} at {k}: {bound:e}");
+    }
+}
+
+/// A polynomial of degree 1 is a step and a ramp, on a coordinate and at a point; one of degree 2 on a free mass is a
+/// polynomial of degree 4.
+#[test]
+fn polynomials_are_what_they_say() {
+    let system = lever();
+    let all = |load: &dyn Fn(Response<'_>) -> Response<'_>| {
+        let ask = load(Response::of(&system)).every(0.25).until(4.0);
+        ask.run().expect("a motion")
+    };
+    for on in ["heave", "front"] {
+        let whole = Polynomial::of([2.0, -3.0]).starting_at(0.4);
+        let whole = all(&|ask| ask.load(on, whole.clone()));
+        let parts = all(&|ask| {
+            ask.load(on, Step::of(2.0).starting_at(0.4))
+                .load(on, Ramp::of(-3.0).starting_at(0.4))
+        });
+        for k in 0..whole.len() {
+            let bound = whole.displacement_bound()[k].expect("proven")
+                + parts.displacement_bound()[k].expect("proven");
+            for i in 0..2 {
+                let off = (whole.displacement()[(i, k)] - parts.displacement()[(i, k)]).abs();
+                assert!(off <= bound, "{on} {i} {k}: {off:e} {bound:e}");
+            }
+        }
+    }
+    let free = System::builder().mass("m", 3.0).build().expect("a system");
+    let ask = Response::of(&free).load("m", Polynomial::of([0.0, 0.0, 1.0]));
+    let ask = ask.every(0.5).until(3.0);
+    for method in [
+        &ByCertifiedExponential as &dyn ResponseMethod,
+        &ByExponential,
+    ] {
+        let motion = ask.clone().run_by(method).expect("a motion");
+        for (k, t) in motion.times().iter().enumerate() {
+            let wanted = t.powi(4) / 36.0;
+            let off = (motion.displacement()[(0, k)] - wanted).abs();
+            assert!(off <= 1e-14 * wanted, "{k}: {off:e}");
+        }
+    }
+    // Its bounds do not end where it does not.
+    let summary = ask.problem().expect("a problem");
+    let motion = ByCertifiedExponential.run(&summary).expect("a motion");
+    let modes = free.modes().expect("modes");
+    let summary = Summary::of(&summary, &motion, &modes).expect("instants");
+    assert_eq!(summary.coordinates()[0].destination, Destination::Drift);
+    assert!(matches!(
+        Response::of(&free)
+            .load("m", Polynomial::of([1.0; 8]))
+            .every(0.5)
+            .until(3.0)
+            .run(),
+        Err(ResponseError::Load {
+            index: 0,
+            error: LoadError::Coefficients { count: 8 }
+        })
+    ));
+}
+
+/// An impulse that nothing resists is named by its place among all loads, and is the one that acts at that instant.
+#[test]
+fn impulses_that_nothing_resists_are_named_as_given() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .mass("p", 0.0)
+        .point("half", [("m", 0.5), ("p", 0.5)], 0.0)
+        .spring(GROUND, "m", 2.0)
+        .spring("m", "p", 3.0)
+        .build()
+        .expect("a system");
+    let ask = || {
+        Response::of(&system)
+            .load("half", Step::of(1.0))
+            .load("m", Impulse::of(1.0))
+    };
+    let ask = ask()
+        .load("half", Impulse::of(0.0).at(1.0))
+        .load("half", Impulse::of(2.0).at(2.0));
+    let refused = ask.every(0.5).until(3.0).run().expect_err("refused");
+    let ResponseError::ImpulseOnMassless { index, name } = refused else {
+        panic!("{refused}");
+    };
+    assert_eq!((index, name.as_str()), (3, "p"));
 }

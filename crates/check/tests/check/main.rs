@@ -9,6 +9,9 @@
 //! - `motions`: supports that move, by the exact methods and by an integrator;
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
+#[path = "../../../../tests/page/mod.rs"]
+mod page;
+
 mod closed_forms;
 mod coincidence;
 mod comparisons;

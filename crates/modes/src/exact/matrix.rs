@@ -32,7 +32,7 @@ impl ExactMatrix {
     }
 
     /// From summands (row, column, value).
-    fn from_parts(n: usize, mut parts: Vec<(usize, usize, f64)>) -> ExactMatrix {
+    pub(crate) fn from_parts(n: usize, mut parts: Vec<(usize, usize, f64)>) -> ExactMatrix {
         parts.retain(|part| part.2 != 0.0);
         parts.sort_by_key(|&(i, j, _)| (i, j));
         let mut matrix = ExactMatrix {

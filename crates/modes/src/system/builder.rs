@@ -463,6 +463,17 @@ fn first_not_finite(matrix: MatRef<'_, f64>) -> Option<(usize, usize)> {
         .find(|&at| !matrix[at].is_finite())
 }
 
+fn circle(point: &str, name: &str) -> String {
+    match point == name {
+        true => {
+            format!("point {point:?} moves with itself: give the masses and supports that move it")
+        }
+        false => format!(
+            "points {point:?} and {name:?} move with each other: give the masses and supports that move them"
+        ),
+    }
+}
+
 /// What can be wrong with the parameters of a system. Indices count from 0.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -568,7 +579,15 @@ pub enum BuildError {
         /// The names that exist.
         known: String,
     },
-    /// A point moves with another point, or with itself.
+    /// A point moves with itself, or with one that moves with it in turn.
+    #[error("{}", circle(point, name))]
+    PointCircle {
+        /// The point.
+        point: String,
+        /// The point it moves with.
+        name: String,
+    },
+    /// A point moves with another point.
     #[error("point {point:?} moves with {name:?}, which is a point: give what that one moves with")]
     PointOnPoint {
         /// The point.

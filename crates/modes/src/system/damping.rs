@@ -5,6 +5,8 @@ use std::cmp::Ordering;
 use eigentone_digits::Real;
 
 use super::BuildError;
+use crate::exact::matrix::ExactMatrix;
+use crate::exact::null_space::{NullVector, null_space};
 use crate::exact::sum::ExactSum;
 use crate::linear::wide::{Number, Rows, modes, parts, solve};
 use crate::model::{
@@ -154,9 +156,13 @@ impl ModalRatios {
         }
         let found = modes(&block(&mass, &massive, &massive), &condensed);
         let (squares, forces) = found.ok_or(no_modes("M is not positive definite"))?;
+        let rigid = rigid_motions(model, &massless, &massive);
         let zeta = |r: usize| self.ratios.get(r).copied().unwrap_or(last);
         let mut matrix: Rows = vec![vec![zero; massive.len()]; massive.len()];
         for (r, (&square, force)) in squares.iter().zip(&forces).enumerate() {
+            if r < rigid.len() {
+                continue;
+            }
             if square < zero {
                 return Err(no_modes("K is not positive semidefinite"));
             }
@@ -180,7 +186,7 @@ impl ModalRatios {
                 }
             }
         }
-        let mut terms = Vec::new();
+        let mut terms: Vec<Term> = Vec::new();
         for (i, row) in matrix.iter().enumerate() {
             for (j, entry) in row[..=i].iter().enumerate() {
                 let (row, column) = (massive[i], massive[j]);
@@ -193,10 +199,10 @@ impl ModalRatios {
                 }
             }
         }
+        let terms = without(terms, &rigid, n).ok_or(BuildError::DampingRange)?;
         if terms.iter().any(|term| !term.value.is_finite()) {
             return Err(BuildError::DampingRange);
         }
-        terms.retain(|term| term.value != 0.0);
         let mut more = MoreDamping {
             is_given: true,
             ..MoreDamping::default()
@@ -214,6 +220,74 @@ impl ModalRatios {
         more.terms = terms;
         Ok(more)
     }
+}
+
+/// A basis of the motions that need no force, of the coordinates with mass; none where they are not all exact, or a basis of
+/// them needs coordinates without mass.
+fn rigid_motions(model: &Model, massless: &[usize], massive: &[usize]) -> Vec<NullVector> {
+    let order: Vec<usize> = massless.iter().chain(massive).copied().collect();
+    let mut places = vec![0; order.len()];
+    order
+        .iter()
+        .enumerate()
+        .for_each(|(place, i)| places[*i] = place);
+    // Columns that come late are the ones that are left free.
+    let terms = model.terms(MatrixKind::Stiffness);
+    let moved = terms.map(|term| (places[term.row], places[term.column], term.value));
+    let matrix = ExactMatrix::from_parts(order.len(), moved.collect());
+    let mut found = null_space(&matrix).unwrap_or_default();
+    if found.iter().any(|vector| vector.place < massless.len()) {
+        return Vec::new();
+    }
+    for vector in &mut found {
+        vector.place = order[vector.place];
+        vector.entries.retain(|(place, _)| *place >= massless.len());
+        vector
+            .entries
+            .iter_mut()
+            .for_each(|(place, _)| *place = order[*place]);
+    }
+    found
+}
+
+/// PᵀCP, which P = 1 − R Eᵀ makes annul the rigid motions R exactly, E being 1 at their places; but for rounding it is C.
+/// The rest of C stays, and what stands in rows and columns of those places follows from it.
+fn without(terms: Vec<Term>, rigid: &[NullVector], n: usize) -> Option<Vec<Term>> {
+    let mut moves: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n];
+    for vector in rigid {
+        for &(i, part) in vector.entries.iter().filter(|(i, _)| *i != vector.place) {
+            moves[i].push((vector.place, part));
+        }
+    }
+    let is_place = |i: usize| rigid.iter().any(|vector| vector.place == i);
+    let stays = |term: &Term| term.value != 0.0 && !is_place(term.row) && !is_place(term.column);
+    let mut all: Vec<Term> = terms.into_iter().filter(stays).collect();
+    let times = |terms: &[Term], turned: bool| {
+        let mut found = Vec::new();
+        for term in terms {
+            let Term { row, column, .. } = *term;
+            for &(place, part) in &moves[if turned { row } else { column }] {
+                let (row, column) = match turned {
+                    true => (place, column),
+                    false => (row, place),
+                };
+                let parts = product(-term.value, part)?;
+                found.extend(parts.map(|value| Term { row, column, value }));
+            }
+        }
+        Some(gathered(found))
+    };
+    let beside = times(&all, false)?;
+    let within = times(&beside, true)?;
+    let across = beside.iter().map(|term| Term {
+        row: term.column,
+        column: term.row,
+        ..*term
+    });
+    all.extend(across.collect::<Vec<_>>());
+    all.extend(beside);
+    all.extend(within);
+    Some(all)
 }
 
 impl Follow {

@@ -48,7 +48,11 @@ impl<'a> Places<'a> {
             points: Vec::new(),
             supports: Vec::new(),
         };
-        let given: HashSet<String> = points.iter().map(|point| point.name.clone()).collect();
+        let given = points.iter().map(|point| {
+            let moves = point.moves.iter().map(|(with, _)| with.clone());
+            (point.name.clone(), moves.collect())
+        });
+        let given: HashMap<String, Vec<String>> = given.collect();
         for (index, name) in supports.into_iter().enumerate() {
             places.admit("support", index, &name)?;
             places.supports.push(name);
@@ -74,7 +78,7 @@ impl<'a> Places<'a> {
         &self,
         index: usize,
         given: GivenPoint,
-        points: &HashSet<String>,
+        points: &HashMap<String, Vec<String>>,
     ) -> Result<Point, BuildError> {
         let GivenPoint {
             name,
@@ -98,10 +102,11 @@ impl<'a> Places<'a> {
                     value,
                 });
             }
-            if points.contains(&with) {
-                return Err(BuildError::PointOnPoint {
-                    point: name,
-                    name: with,
+            if points.contains_key(&with) {
+                let (point, name) = (name, with);
+                return Err(match leads(points, &name, &point) {
+                    true => BuildError::PointCircle { point, name },
+                    false => BuildError::PointOnPoint { point, name },
                 });
             }
             let moved = self.form(&with).filter(|_| with != GROUND);
@@ -326,4 +331,18 @@ impl Joined {
         }
         Ok(())
     }
+}
+
+/// Whether one point moves with another, by way of any number of points.
+fn leads(points: &HashMap<String, Vec<String>>, from: &str, to: &str) -> bool {
+    let (mut seen, mut open) = (HashSet::new(), vec![from]);
+    while let Some(name) = open.pop() {
+        if name == to {
+            return true;
+        }
+        if let Some(moves) = points.get(name).filter(|_| seen.insert(name)) {
+            open.extend(moves.iter().map(String::as_str));
+        }
+    }
+    false
 }

@@ -1,7 +1,8 @@
 //! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
 
 use eigentone_modes::{
-    Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, SparseModes, System, SystemBuilder,
+    Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, SparseModes, System,
+    SystemBuilder,
 };
 
 /// Three storeys on a soil; numbers whose products are no doubles.
@@ -229,6 +230,55 @@ fn modal_damping_beside_others() {
         assert!((summed(&system, damping, i) + own).abs() < 1e-14);
     }
     assert_eq!(system.modes().expect("modes").bounds(), Bounds::Proven);
+}
+
+fn free_chain(builder: SystemBuilder, [a, b, c]: [&str; 3]) -> SystemBuilder {
+    let builder = builder.mass(a, 3.1).mass(b, 0.7).mass(c, 1.9);
+    builder.spring(a, b, 270.3).spring(b, c, 190.7)
+}
+
+/// What nothing holds is not damped: chains, two of them beside each other, a bar that heaves and pitches, with a node
+/// without mass.
+#[test]
+fn modal_damping_leaves_rigid_motions_alone() {
+    let one = || free_chain(System::builder(), ["a", "b", "c"]);
+    let two = free_chain(one(), ["d", "e", "f"]);
+    let bar = System::builder()
+        .mass("heave", 3.1)
+        .mass("pitch", 1.3)
+        .mass("rider", 0.9)
+        .mass("guest", 0.4)
+        .point("front", [("heave", 1.0), ("pitch", 1.25)], 0.0)
+        .point("rear", [("heave", 1.0), ("pitch", -0.75)], 0.0)
+        .spring("front", "rider", 33.3)
+        .spring("rear", "guest", 71.7);
+    let node = one()
+        .mass("node", 0.0)
+        .spring("node", "a", 3.0)
+        .spring("node", "c", 5.0);
+    for (builder, rigid) in [(one(), 1), (two, 2), (bar, 2), (node, 1)] {
+        let system = builder
+            .modal_damping([0.05], None)
+            .build()
+            .expect("a system");
+        assert_eq!(system.structure().zero_roots(), Some(2 * rigid));
+        let modes = system.modes().expect("modes");
+        assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
+        let (still, moving): (Vec<_>, Vec<_>) = modes
+            .iter()
+            .partition(|mode| mode.motion() == Motion::Rigid);
+        // One entry for all, as none of them has as many shapes as roots.
+        assert!(!still.is_empty());
+        assert!(
+            still
+                .iter()
+                .all(|mode| mode.multiplicity() == Some(2 * rigid))
+        );
+        for mode in moving {
+            let ratio = mode.damping_ratio().expect("it swings");
+            assert!((ratio - 0.05).abs() <= 2e-17, "{ratio}");
+        }
+    }
 }
 
 #[test]

@@ -56,8 +56,22 @@ fn points_move_with_masses_and_supports() {
     ));
     assert!(matches!(
         point(&[("p", 1.0)], 0.0),
-        BuildError::PointOnPoint { .. }
+        BuildError::PointCircle { .. }
     ));
+    let chained = |end: &str| {
+        let first = body().point("p", [("q", 1.0)], 0.0);
+        wrong(
+            first
+                .point("q", [("r", 1.0)], 0.0)
+                .point("r", [(end, 1.0)], 0.0),
+        )
+        .to_string()
+    };
+    assert_eq!(
+        chained("p"),
+        "points \"p\" and \"q\" move with each other: give the masses and supports that move them"
+    );
+    assert!(chained("body").contains("which is a point: give what that one moves with"));
     assert!(matches!(
         point(&[("body", f64::NAN)], 0.0),
         BuildError::PointNotFinite { .. }

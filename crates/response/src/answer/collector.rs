@@ -1,5 +1,6 @@
 //! The instants asked for, gathered in the order in which time meets them.
 
+use eigentone_modes::ElementKind;
 use faer::Mat;
 
 use super::combined::Combined;
@@ -39,8 +40,8 @@ pub(crate) struct Collector<'a, 'b> {
     taken: usize,
     /// Displacement, velocity and, where asked for, acceleration: one column for each instant.
     pub(crate) values: [Mat<f64>; 3],
-    bounds: [Vec<Option<f64>>; 2],
-    /// One for each combination.
+    bounds: [Vec<Option<f64>>; 3],
+    /// One for each combination, then for each element.
     combined: Vec<Combined>,
 }
 
@@ -91,8 +92,8 @@ impl<'a, 'b> Collector<'a, 'b> {
         let n = problem.system().len();
         let instants = wanted.count(problem.grid());
         let kinds = 2 + usize::from(problem.wants_acceleration());
-        let combined = 3 * problem.combinations().len();
-        let bytes = instants as f64 * (kinds * n + combined + 6) as f64 * 8.0;
+        let combined = 3 * problem.sources().len();
+        let bytes = instants as f64 * (kinds * n + combined + 8) as f64 * 8.0;
         check_size(instants, n, bytes)?;
         let mut ascending = wanted.instants(problem.grid());
         ascending.sort_by(Instant::order);
@@ -113,8 +114,8 @@ impl<'a, 'b> Collector<'a, 'b> {
                 columns(true),
                 columns(problem.wants_acceleration()),
             ],
-            bounds: [Vec::with_capacity(count), Vec::with_capacity(count)],
-            combined: vec![Combined::default(); problem.combinations().len()],
+            bounds: [0, 1, 2].map(|_| Vec::with_capacity(count)),
+            combined: vec![Combined::default(); problem.sources().len()],
         })
     }
 
@@ -166,7 +167,7 @@ impl<'a, 'b> Collector<'a, 'b> {
             let rounding = 4.0 * f64::EPSILON * size;
             combined.push(sum, bound.map(|bound| bound + rounding));
         }
-        self.advance([bounds[0], bounds[1]]);
+        self.advance(bounds);
     }
 
     /// The value of a combination at this instant, and its bound.
@@ -174,10 +175,10 @@ impl<'a, 'b> Collector<'a, 'b> {
         self.combined[index].push(value, Some(bound));
     }
 
-    /// On to the next instant: bounds of the displacements and velocities of this one.
-    pub(crate) fn advance(&mut self, [displacement, velocity]: [Option<f64>; 2]) {
-        self.bounds[0].push(displacement);
-        self.bounds[1].push(velocity);
+    /// On to the next instant: bounds of the displacements, velocities and accelerations of this one.
+    pub(crate) fn advance(&mut self, bounds: [Option<f64>; 3]) {
+        let all = self.bounds.iter_mut().zip(bounds);
+        all.for_each(|(kept, bound)| kept.push(bound));
         self.taken += 1;
     }
 
@@ -185,7 +186,7 @@ impl<'a, 'b> Collector<'a, 'b> {
         let grid = self.problem.grid();
         let asked = self.wanted.instants(grid);
         let [x, v, a] = self.values;
-        let [x_bound, v_bound] = self.bounds;
+        let [x_bound, v_bound, a_bound] = self.bounds;
         let (steps, times): (Vec<u64>, Vec<f64>) = match self.wanted {
             Wanted::Grid => (0..=grid.last())
                 .map(|step| (step, grid.time(step)))
@@ -194,8 +195,8 @@ impl<'a, 'b> Collector<'a, 'b> {
             Wanted::Times(times) => (Vec::new(), times.to_vec()),
         };
         let mut combined = self.combined;
-        let (x, v, a, x_bound, v_bound) = if let Wanted::Grid = self.wanted {
-            (x, v, a, x_bound, v_bound)
+        let (x, v, a, x_bound, v_bound, a_bound) = if let Wanted::Grid = self.wanted {
+            (x, v, a, x_bound, v_bound, a_bound)
         } else {
             let place = |instant: &Instant| {
                 self.ascending
@@ -217,15 +218,26 @@ impl<'a, 'b> Collector<'a, 'b> {
                 columns(a),
                 bounds(x_bound),
                 bounds(v_bound),
+                bounds(a_bound),
             )
         };
-        let names = self.problem.combinations().iter();
-        let names = names.map(|combination| combination.name.clone());
+        let asked = self.problem.combinations();
+        let forces = combined.split_off(asked.len());
+        let names = asked.iter().map(|combination| combination.name.clone());
         let trajectory = Trajectory::new(method, steps, times, x, v)
             .with_bounds(x_bound, v_bound)
             .with_combined(names.zip(combined).collect());
+        let trajectory = match self.problem.wants_forces() {
+            true => {
+                let springs = self.problem.system().elements(ElementKind::Spring);
+                trajectory.with_forces(springs.len(), forces)
+            }
+            false => trajectory,
+        };
         if self.problem.wants_acceleration() {
-            trajectory.with_acceleration(a)
+            trajectory
+                .with_acceleration(a)
+                .with_acceleration_bound(a_bound)
         } else {
             trajectory
         }

@@ -1,6 +1,6 @@
 //! The answer: displacement and velocity at the instants asked for.
 
-use eigentone_modes::Bounds;
+use eigentone_modes::{Bounds, ElementKind};
 use faer::{Mat, MatRef};
 
 use super::combined::Combined;
@@ -32,8 +32,12 @@ pub struct Trajectory {
     acceleration: Option<Mat<f64>>,
     displacement_bound: Vec<Option<f64>>,
     velocity_bound: Vec<Option<f64>>,
+    /// Empty where accelerations were not asked for.
+    acceleration_bound: Vec<Option<f64>>,
     /// By name.
     combined: Vec<(String, Combined)>,
+    /// Of springs and of dampers, where they were asked for.
+    forces: Option<[Vec<Combined>; 2]>,
     bounds: Bounds,
     digits: usize,
     operations: Operations,
@@ -65,7 +69,9 @@ impl Trajectory {
             acceleration: None,
             displacement_bound: vec![None; count],
             velocity_bound: vec![None; count],
+            acceleration_bound: Vec::new(),
             combined: Vec::new(),
+            forces: None,
             bounds: Bounds::Estimated,
             digits: 16,
             operations: Operations::default(),
@@ -77,8 +83,41 @@ impl Trajectory {
     pub fn with_acceleration(self, acceleration: Mat<f64>) -> Trajectory {
         Trajectory {
             acceleration: Some(acceleration),
+            acceleration_bound: vec![None; self.times.len()],
             ..self
         }
+    }
+
+    pub(super) fn with_acceleration_bound(self, acceleration: Vec<Option<f64>>) -> Trajectory {
+        Trajectory {
+            acceleration_bound: acceleration,
+            ..self
+        }
+    }
+
+    /// The same with the forces in so many springs, and in dampers after them.
+    pub(super) fn with_forces(self, springs: usize, mut forces: Vec<Combined>) -> Trajectory {
+        let dampers = forces.split_off(springs);
+        Trajectory {
+            forces: Some([forces, dampers]),
+            ..self
+        }
+    }
+
+    /// What a spring or damper carries at the instants, in N, by its place in
+    /// [`System::elements`](eigentone_modes::System::elements): its coefficient times the stretch x_b − x_a, or the rate of
+    /// it. `None` where forces [were not asked for](crate::Response::with_forces), or there is no such element.
+    pub fn force(&self, kind: ElementKind, index: usize) -> Option<&[f64]> {
+        self.carried(kind, index).map(|force| &force.values[..])
+    }
+
+    /// How far each of its values may be off, as [`output_bound`](Self::output_bound) says it of combinations.
+    pub fn force_bound(&self, kind: ElementKind, index: usize) -> Option<&[Option<f64>]> {
+        self.carried(kind, index).map(|force| &force.bounds[..])
+    }
+
+    fn carried(&self, kind: ElementKind, index: usize) -> Option<&Combined> {
+        self.forces.as_ref()?[usize::from(kind == ElementKind::Damper)].get(index)
     }
 
     /// The same with estimated bounds, one for each instant, over all coordinates.
@@ -114,6 +153,13 @@ impl Trajectory {
     /// If there is no such combination.
     pub fn output_bound(&self, index: usize) -> &[Option<f64>] {
         &self.combined[index].1.bounds
+    }
+
+    /// All combinations, then the forces in springs and dampers.
+    pub(crate) fn combined(&self) -> impl Iterator<Item = &[f64]> {
+        let forces = self.forces.iter().flatten().flatten();
+        let outputs = self.combined.iter().map(|(_, combined)| combined);
+        outputs.chain(forces).map(|one| &one.values[..])
     }
 
     /// The same with bounds that are proven, computed with so many decimal digits.
@@ -190,6 +236,11 @@ impl Trajectory {
     /// The same for the velocities, in m/s.
     pub fn velocity_bound(&self) -> &[Option<f64>] {
         &self.velocity_bound
+    }
+
+    /// The same for the accelerations, in m/s²; empty where they were not asked for.
+    pub fn acceleration_bound(&self) -> &[Option<f64>] {
+        &self.acceleration_bound
     }
 
     /// Whether no bound of the displacements or none of the velocities is known at an instant, by its place: what is given

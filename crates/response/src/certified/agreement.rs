@@ -10,7 +10,8 @@ use super::march::march;
 use crate::answer::{Trajectory, Wanted};
 use crate::plan::{Response, methods};
 use crate::problem::{
-    HalfSine, Harmonic, Hold, Impulse, Load, Problem, Quantity, Ramp, Samples, State, Step, Versine,
+    HalfSine, Harmonic, Hold, Impulse, Load, Polynomial, Problem, Quantity, Ramp, Samples, State,
+    Step, Versine,
 };
 
 /// A link of two nodes, of which 0 is the ground, and its coefficient.
@@ -84,6 +85,11 @@ fn load() -> impl Strategy<Value = Load> {
         (spacing, values, any::<bool>()).prop_map(move |given| samples(given).into()),
         (size(), 0.01..2.0, moment()).prop_map(|(force, duration, start)| {
             HalfSine::of(force, duration)
+                .starting_at(f64::max(start, 0.0))
+                .into()
+        }),
+        (prop::collection::vec(-1.0..1.0, 1..8), moment()).prop_map(|(coefficients, start)| {
+            Polynomial::of(coefficients)
                 .starting_at(f64::max(start, 0.0))
                 .into()
         }),

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 use pulp::Arch;
@@ -11,37 +12,38 @@ use super::march::Walker;
 use crate::enclosed::{Halves, Normed};
 use crate::problem::{Instant, Leg, Problem, Walk};
 
-/// A moment of the motion, in doubles: displacements, velocities and accelerations, then states and
-/// loads.
+/// A moment of the motion, in doubles: what is followed with its first and second derivatives, then states and
+/// loads. What is followed are the displacements of all coordinates and, where asked for, what the problem asks for beside
+/// them: accelerations, combinations, forces.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
-    n: usize,
+    count: usize,
     values: Vec<f64>,
 }
 
 impl Point {
-    /// The displacement of a coordinate.
+    /// The displacement of a coordinate, or another quantity.
     pub(crate) fn x(&self, i: usize) -> f64 {
         self.values[i]
     }
 
     /// Its velocity.
     pub(crate) fn v(&self, i: usize) -> f64 {
-        self.values[self.n + i]
+        self.values[self.count + i]
     }
 
     /// Its acceleration.
     pub(crate) fn a(&self, i: usize) -> f64 {
-        self.values[2 * self.n + i]
+        self.values[2 * self.count + i]
     }
 
     fn zeta(&self) -> &[f64] {
-        &self.values[3 * self.n..]
+        &self.values[3 * self.count..]
     }
 }
 
-/// A short stretch of time in which the motion of every coordinate is a polynomial of degree five
-/// to about nine digits: that of its displacement, velocity and acceleration at both ends.
+/// A short stretch of time in which each quantity is a polynomial of degree five
+/// to about nine digits: that of its value and first two derivatives at both ends.
 pub(crate) struct Stretch<'a> {
     /// When it begins, in s.
     pub(crate) start: f64,
@@ -55,7 +57,7 @@ pub(crate) struct Stretch<'a> {
 }
 
 impl Stretch<'_> {
-    /// The displacement of a coordinate at the fraction `s` of the stretch, by the polynomial.
+    /// A quantity at the fraction `s` of the stretch, by the polynomial.
     pub(crate) fn polynomial(&self, i: usize, s: f64) -> f64 {
         let highest_first = self.coefficients(i).into_iter().rev();
         highest_first.fold(0.0, |sum, coefficient| sum * s + coefficient)
@@ -98,6 +100,11 @@ impl Stretch<'_> {
         ]
     }
 
+    /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
+    pub(crate) fn rounding(&self, i: usize) -> f64 {
+        self.way.rounding(self.left, i)
+    }
+
     /// Time and point where `crossed` turns from false to true, as it does between the ends: found by
     /// bisection, each point of which is exact.
     pub(crate) fn bisect(&mut self, mut crossed: impl FnMut(&Point) -> bool) -> (f64, Point) {
@@ -120,9 +127,7 @@ impl Stretch<'_> {
 
 /// From one stop of the march to the next, and its halves, quarters, ….
 struct Way {
-    n: usize,
-    /// Displacements, velocities and accelerations from states and loads, by rows.
-    outputs: Vec<f64>,
+    outputs: Arc<Outputs>,
     /// The states and loads after each half of the way, as matrices by rows.
     halves: Vec<Vec<f64>>,
     /// How often bisections have halved it.
@@ -131,13 +136,73 @@ struct Way {
     make: Option<Halves<DoubleDouble>>,
 }
 
+/// What is followed, from states and loads.
+struct Outputs {
+    count: usize,
+    /// All quantities, then their first and their second derivatives, by rows.
+    rows: Vec<f64>,
+    /// How many entries of a row belong to states.
+    states: usize,
+}
+
+impl Outputs {
+    /// The displacements of the coordinates and, if `beside`, what the problem asks for beside them.
+    fn of(problem: &Problem<'_>, generator: &Generator<DoubleDouble>, beside: bool) -> Outputs {
+        let [x, v, a] = &generator.outputs;
+        let mut orders = [&x.rows, &v.rows, &a.rows].map(|rows| rows.clone());
+        if beside {
+            let accelerations = a.rows.iter().filter(|_| problem.wants_acceleration());
+            let combinations = generator.combinations.iter().flat_map(|one| &one.rows);
+            for row in accelerations.chain(combinations) {
+                let rate = derivative(row, &generator.w);
+                orders[2].push(derivative(&rate, &generator.w));
+                orders[1].push(rate);
+                orders[0].push(row.clone());
+            }
+        }
+        let rows = orders.iter().flatten().flatten();
+        Outputs {
+            count: orders[0].len(),
+            rows: rows.map(|entry| entry.to_f64()).collect(),
+            states: generator.states,
+        }
+    }
+}
+
+/// The rate of a row: (cᵀζ)′ = cᵀWζ.
+fn derivative(row: &[DoubleDouble], w: &Normed<DoubleDouble>) -> Vec<DoubleDouble> {
+    let mut rate = vec![DoubleDouble::ZERO; row.len()];
+    for (i, factor) in row
+        .iter()
+        .enumerate()
+        .filter(|(_, factor)| !factor.is_zero())
+    {
+        for (sum, entry) in rate.iter_mut().zip(w.row(i)) {
+            *sum = *sum + *factor * *entry;
+        }
+    }
+    rate
+}
+
 impl Way {
     fn point(&self, zeta: &[f64]) -> Point {
-        let mut values = vec![0.0; 3 * self.n + zeta.len()];
-        let (outputs, states) = values.split_at_mut(3 * self.n);
+        let count = self.outputs.count;
+        let mut values = vec![0.0; 3 * count + zeta.len()];
+        let (outputs, states) = values.split_at_mut(3 * count);
         states.copy_from_slice(zeta);
-        multiply(&self.outputs, states, outputs);
-        Point { n: self.n, values }
+        multiply(&self.outputs.rows, states, outputs);
+        Point { count, values }
+    }
+
+    /// What rounding makes of a quantity along some fifty halvings, about.
+    fn rounding(&self, point: &Point, i: usize) -> f64 {
+        const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+        let zeta = point.zeta();
+        let row = &self.outputs.rows[i * zeta.len()..][..zeta.len()];
+        let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (states, loads) = row.split_at(self.outputs.states);
+        let (own, driven) = zeta.split_at(self.outputs.states);
+        ROUNDINGS * (length(states) * length(own) + length(loads) * length(driven))
     }
 
     /// The point 2^-depth of the way later.
@@ -201,8 +266,10 @@ fn multiply(matrix: &[f64], vector: &[f64], product: &mut [f64]) {
 
 /// How finely the motion is divided.
 struct Limits {
-    /// The largest displacement of each coordinate so far.
+    /// The largest size of each quantity so far.
     range: Vec<f64>,
+    /// How many of them are displacements.
+    displacements: usize,
     /// How many stretches may be looked at.
     most: u64,
     /// How many have been.
@@ -247,7 +314,9 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
 /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
-/// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each coordinate. `None` where the motion asks
+/// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
+/// coordinate and, where they are to be followed too, the largest size of the accelerations and of what sources the problem
+/// has, in this order. `None` where the motion asks
 /// for too many stretches, is one of too many states, or 32 digits do not suffice to set out.
 pub(crate) fn follow(
     problem: &Problem<'_>,
@@ -270,11 +339,13 @@ pub(crate) fn follow(
         generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem)?;
     }
     let w = generator.w.clone();
-    let outputs = generator.outputs.iter().flat_map(|output| &output.rows);
-    let outputs: Vec<f64> = outputs.flatten().map(|entry| entry.to_f64()).collect();
-    let most = (MOST / (w.len() * (w.len() + 3 * problem.system().len())) as f64) as u64;
+    let displacements = problem.system().len();
+    let outputs = Outputs::of(problem, &generator, range.len() > displacements);
+    let outputs = Arc::new(outputs);
+    let most = (MOST / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
     let mut limits = Limits {
         range,
+        displacements,
         most,
         halvings: 2 * most,
         seen: 0,
@@ -282,8 +353,7 @@ pub(crate) fn follow(
     };
     let mut walker = Walker::new(problem, generator);
     let way = |make| Way {
-        n: problem.system().len(),
-        outputs: outputs.clone(),
+        outputs: Arc::clone(&outputs),
         halves: Vec::new(),
         halvings: 0,
         make,
@@ -355,14 +425,21 @@ fn divide(
     let depth = stretch.depth + 1;
     let middle = stretch.way.advance(stretch.left, depth);
     limits.see(&middle);
-    let all = limits.range.iter().copied().fold(0.0, f64::max);
+    let displacements = &limits.range[..limits.displacements];
+    let all = displacements.iter().copied().fold(0.0, f64::max);
     let (p, q, h) = (stretch.left, stretch.right, stretch.length);
     let meets = (0..limits.range.len()).all(|i| {
         let speed = 1.875 * (q.x(i) - p.x(i)) - 0.4375 * h * (p.v(i) + q.v(i))
             + 0.03125 * h * h * (q.a(i) - p.a(i));
         let off = (middle.x(i) - stretch.polynomial(i, 0.5)).abs();
         let turn = (h * middle.v(i) - speed).abs();
-        off.max(turn / 8.0) <= (INVISIBLE * limits.range[i]).max(ROUNDING * all)
+        let off = off.max(turn / 8.0);
+        let hidden = || match i < limits.displacements {
+            true => ROUNDING * all,
+            // Of whatever unit.
+            false => stretch.rounding(i),
+        };
+        off <= INVISIBLE * limits.range[i] || off <= hidden()
     });
     let half = h / 2.0;
     for (start, left, right) in [

@@ -331,7 +331,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             good &= judge.judge_combination(row, value.abs(), made_of, error);
             collector.combine(row, value, bound.to_f64());
         }
-        let mut bounds = [Some(0.0); 2];
+        let mut bounds = [Some(0.0); 3];
         let mut motion = [(0.0, Magnitude::ZERO); 2];
         for kind in 0..3 {
             if collector.values[kind].ncols() == 0 {
@@ -352,8 +352,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 collector.values[kind][(i, column)] = value;
                 top = top.max(value.abs());
             }
+            bounds[kind] = Some(bound.to_f64());
             if kind < 2 {
-                bounds[kind] = Some(bound.to_f64());
                 motion[kind] = (top, worst);
             }
             if last && !bound.to_f64().is_finite() {

@@ -39,7 +39,14 @@ pub(super) fn work(
         _ => 4.0 + (limbs * limbs) as f64 / 8.0,
     };
     let products = 60.0 + (squarings - 20.0).max(0.0);
-    let march = products * exponentials * states.powi(3) + 2.0 * steps * states * states;
+    let asked = problem.sources().len()
+        + match problem.wants_acceleration() {
+            true => problem.system().len(),
+            false => 0,
+        };
+    let march = products * exponentials * states.powi(3)
+        + 2.0 * steps * states * states
+        + instants * asked as f64 * states;
     march * one(limbs) + GENERATOR * states.powi(3) * one(prepared)
 }
 
@@ -50,7 +57,7 @@ fn load_states(problem: &Problem<'_>) -> usize {
     for (number, applied) in (0..).zip(problem.drives()) {
         let on = applied.coordinate as u64;
         match &applied.load {
-            Load::Impulse(_) => {}
+            Load::Impulse(_) | Load::Polynomial(_) => {}
             Load::Harmonic(load) => {
                 let frequency = load.frequency.to_bits();
                 laws.extend([(0, frequency), (1, frequency)]);

@@ -81,7 +81,7 @@ impl<'a> GridLoads<'a> {
                     }
                 }
                 Load::Impulse(_) => {}
-                Load::HalfSine(_) | Load::Versine(_) => return None,
+                Load::HalfSine(_) | Load::Versine(_) | Load::Polynomial(_) => return None,
             }
         }
         let straight = usize::from(laws.straight) + usize::from(laws.sloped);
@@ -145,7 +145,7 @@ impl<'a> GridLoads<'a> {
                     add(straight + 2 * index, false, Part::Sine(harmonic));
                     add(straight + 2 * index + 1, false, Part::Cosine(harmonic));
                 }
-                Load::HalfSine(_) | Load::Versine(_) => return None,
+                Load::HalfSine(_) | Load::Versine(_) | Load::Polynomial(_) => return None,
                 Load::Impulse(impulse) => match begin(impulse.at)? {
                     0 => blows.push((input(*coordinate), impulse.magnitude)),
                     u64::MAX => {}

@@ -17,7 +17,7 @@ use faer::Mat;
 
 use super::choice::ResponsePlan;
 use crate::answer::{BUDGET, Trajectory};
-use crate::problem::{AppliedLoad, Instant, Load, Problem, ResponseError, State};
+use crate::problem::{AppliedLoad, Instant, Load, Polynomial, Problem, ResponseError, State};
 
 /// The response of large systems by so many modes of the smallest frequencies. Its
 /// [bounds](Trajectory::displacement_bound) are estimates of what the other modes add, where they can be
@@ -33,10 +33,15 @@ impl ModalTruncation {
     ///
     /// # Errors
     /// [`ResponseError::Sparse`] where the modes cannot be had, [`ResponseError::NotApplicable`] where
-    /// accelerations are asked for or no residual flexibility exists, and what the reduced equation reports.
+    /// more is asked for than displacements and velocities, a load acts at a point, a support moves or no residual flexibility exists, and what the reduced equation reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
-        if problem.wants_acceleration() {
-            return Err(refusal("accelerations are not kept".to_owned()));
+        if problem.wants_acceleration() || !problem.sources().is_empty() {
+            let kept = "accelerations, outputs and forces are not kept";
+            return Err(refusal(kept.to_owned()));
+        }
+        if !problem.channels().is_empty() {
+            let reason = "loads at points and motions of supports have no static correction";
+            return Err(refusal(reason.to_owned()));
         }
         admit(problem)?;
         let modes = SparseModes::lowest(problem.system(), self.modes)?;
@@ -190,6 +195,9 @@ fn scaled(load: &Load, factor: f64) -> Load {
         Load::Samples(samples) => samples.values.iter_mut().for_each(|value| *value *= factor),
         Load::HalfSine(pulse) => pulse.force *= factor,
         Load::Versine(pulse) => pulse.force *= factor,
+        Load::Polynomial(Polynomial { coefficients, .. }) => {
+            coefficients.iter_mut().for_each(|value| *value *= factor);
+        }
     }
     load
 }

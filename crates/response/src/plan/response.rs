@@ -36,6 +36,7 @@ pub struct Response<'a> {
     step: Option<f64>,
     end: Option<f64>,
     acceleration: bool,
+    forces: bool,
     precision: Precision,
 }
 
@@ -51,6 +52,7 @@ impl<'a> Response<'a> {
             step: None,
             end: None,
             acceleration: false,
+            forces: false,
             precision: Precision::default(),
         }
     }
@@ -153,6 +155,14 @@ impl<'a> Response<'a> {
         }
     }
 
+    /// Asks for what every spring and every damper carries too.
+    pub fn with_forces(self) -> Response<'a> {
+        Response {
+            forces: true,
+            ..self
+        }
+    }
+
     /// The question as a checked value, to be given to any [`ResponseMethod`].
     ///
     /// # Errors
@@ -207,9 +217,14 @@ impl<'a> Response<'a> {
         };
         let problem = Problem::new(system, &self.initial, loads, grid)
             .map_err(as_given)?
+            .numbered(&numbers)
             .driven(drives)?
             .with_combinations(self.outputs)?
             .to(self.precision);
+        let problem = match self.forces {
+            true => problem.with_forces(),
+            false => problem,
+        };
         Ok(if self.acceleration {
             problem.with_acceleration()
         } else {

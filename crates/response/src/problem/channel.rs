@@ -20,7 +20,7 @@ pub struct Channel {
     /// By order k of the derivative: index of a coordinate and factor. Exact: an index may come more than once, and its
     /// factors add up.
     pub directions: [Vec<(usize, f64)>; 3],
-    /// 0 for a force or a displacement, 1 for a velocity, 2 for an acceleration.
+    /// 0 for a force or a displacement, 1 for a velocity, 2 for an acceleration; more for the powers of time in polynomials.
     pub integrals: usize,
     /// The index of the support whose displacement u is; `None` for a force on a point.
     pub support: Option<usize>,
@@ -51,11 +51,20 @@ impl Channel {
         }
     }
 
+    /// The same where the signal is integrated so many times more.
+    pub(super) fn integrated(&self, times: usize) -> Channel {
+        Channel {
+            integrals: self.integrals + times,
+            ..self.clone()
+        }
+    }
+
     /// The orders of the signal's own derivatives, beginning with the signal itself, that act directly: as forces, or on
     /// what is integrated; and the motion of a support itself, for sums that ask for it.
     pub(crate) fn orders(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..3 - self.integrals).filter(|order| {
-            let acts = !self.directions[order + self.integrals].is_empty();
+        (0..3).filter(|order| {
+            let direction = self.directions.get(order + self.integrals);
+            let acts = direction.is_some_and(|direction| !direction.is_empty());
             acts || *order == 0 && (self.integrals > 0 || self.support.is_some())
         })
     }

@@ -1,6 +1,6 @@
 //! Sums of motions that are asked for beside those of the coordinates.
 
-use eigentone_modes::{ElementKind, System};
+use eigentone_modes::{ElementKind, Form, System};
 
 use super::channel::Quantity;
 
@@ -24,7 +24,7 @@ pub enum Sum {
 }
 
 /// A combination in terms of coordinates and supports.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Source {
     /// By order of the derivative: index of the coordinate, or beyond them of the support, and two factors; their products
     /// add up.
@@ -33,12 +33,8 @@ pub(crate) struct Source {
 
 impl Source {
     pub(crate) fn of(combination: &Combination, system: &System) -> Result<Source, String> {
-        let mut terms: [Vec<(usize, [f64; 2])>; 3] = Default::default();
-        let mut add = |order: usize, form: &eigentone_modes::Form, factor: f64| {
-            let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));
-            let places = form.coordinates.iter().copied().chain(supports);
-            terms[order].extend(places.map(|(i, a)| (i, [a, factor])));
-        };
+        let mut source = Source::default();
+        let mut add = |order, form: &_, factor| source.add(system, order, form, factor);
         match &combination.of {
             Sum::Motions(motions) => {
                 if motions.is_empty() {
@@ -60,11 +56,38 @@ impl Source {
                     .element_of(name)
                     .ok_or_else(|| format!("no spring or damper is named {name:?}"))?;
                 let element = &system.elements(kind)[index];
-                let order = usize::from(kind == ElementKind::Damper);
-                add(order, &element.stretch, element.coefficient);
+                add(Source::order(kind), &element.stretch, element.coefficient);
             }
         }
-        Ok(Source { terms })
+        Ok(source)
+    }
+
+    /// The pulls of all springs, then of all dampers.
+    pub(super) fn of_elements(system: &System) -> impl Iterator<Item = Source> {
+        let kinds = [ElementKind::Spring, ElementKind::Damper].into_iter();
+        kinds.flat_map(move |kind| {
+            system.elements(kind).into_iter().map(move |element| {
+                let mut source = Source::default();
+                source.add(
+                    system,
+                    Source::order(kind),
+                    &element.stretch,
+                    element.coefficient,
+                );
+                source
+            })
+        })
+    }
+
+    /// Which derivative of its stretch an element answers.
+    fn order(kind: ElementKind) -> usize {
+        usize::from(kind == ElementKind::Damper)
+    }
+
+    fn add(&mut self, system: &System, order: usize, form: &Form, factor: f64) {
+        let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));
+        let places = form.coordinates.iter().copied().chain(supports);
+        self.terms[order].extend(places.map(|(i, a)| (i, [a, factor])));
     }
 
     /// Whether any acceleration is part of it.

@@ -4,10 +4,13 @@ use super::channel::Channel;
 use super::grid::TimeGrid;
 use super::timeline::Timeline;
 
-/// By piece and channel: u and u′ at the piece's start, of those that the channel integrates.
+/// The most integrals of a signal: an acceleration's two, and those of the highest power of time.
+const MOST: usize = 8;
+
+/// By piece and channel: u, u′, … at the piece's start, of those that the channel integrates.
 #[derive(Clone, Debug)]
 pub(super) struct Courses {
-    starts: Vec<[f64; 2]>,
+    starts: Vec<[f64; MOST]>,
     /// How many coordinates there are before the first channel.
     coordinates: usize,
     channels: usize,
@@ -21,7 +24,7 @@ impl Courses {
         grid: &TimeGrid,
     ) -> Courses {
         let mut courses = Courses {
-            starts: vec![[0.0; 2]; channels.len()],
+            starts: vec![[0.0; MOST]; channels.len()],
             coordinates,
             channels: channels.len(),
         };
@@ -30,7 +33,7 @@ impl Courses {
         }
         for (piece, pair) in timeline.pieces().windows(2).enumerate() {
             let time = pair[1].start.since(&pair[0].start, grid);
-            let next: Vec<[f64; 2]> = (0..channels.len())
+            let next: Vec<[f64; MOST]> = (0..channels.len())
                 .map(|at| courses.at(timeline, channels, at, piece, time))
                 .collect();
             courses.starts.extend(next);
@@ -38,7 +41,7 @@ impl Courses {
         courses
     }
 
-    /// u and u′ of a channel so many seconds after the start of a piece, as far as it integrates them.
+    /// u, u′, … of a channel so many seconds after the start of a piece, as far as it integrates them.
     fn at(
         &self,
         timeline: &Timeline,
@@ -46,41 +49,53 @@ impl Courses {
         channel: usize,
         piece: usize,
         time: f64,
-    ) -> [f64; 2] {
+    ) -> [f64; MOST] {
         let integrals = channels[channel].integrals;
         if integrals == 0 {
-            return [0.0; 2];
+            return [0.0; MOST];
         }
         let own = self.coordinates + channel;
-        let [mut once, mut twice] = [0.0; 2];
+        // The integrals of the signal over this time: once, twice, ….
+        let mut own_part = [0.0; MOST];
         let begun = &timeline.pieces()[piece];
         for straight in begun.straight().iter().filter(|one| one.coordinate == own) {
-            once += time * (straight.value + straight.slope * time / 2.0);
-            twice += time * time * (straight.value / 2.0 + straight.slope * time / 6.0);
+            let mut power = 1.0;
+            for (times, sum) in (1..).map(f64::from).zip(&mut own_part[..integrals]) {
+                power *= time / times;
+                *sum += power * (straight.value + straight.slope * time / (times + 1.0));
+            }
         }
         timeline.waves(piece, |on, [sine, cosine], angle, rate| {
             if on != own {
                 return;
             }
+            // Nothing that swings is integrated more than twice.
+            let [once, twice, ..] = &mut own_part;
             let (s, c) = angle.sin_cos();
             if rate == 0.0 {
                 let value = sine * s + cosine * c;
-                once += value * time;
-                twice += value * time * time / 2.0;
+                *once += value * time;
+                *twice += value * time * time / 2.0;
                 return;
             }
             // Integrals of sin(angle + rate·τ) and cos(angle + rate·τ), by the half angle.
             let (half, way) = ((rate * time / 2.0).sin(), angle + rate * time / 2.0);
             let by_sine = 2.0 / rate * half * way.sin();
             let by_cosine = 2.0 / rate * half * way.cos();
-            once += sine * by_sine + cosine * by_cosine;
-            twice += sine * (c * time - by_cosine) / rate + cosine * (by_sine - s * time) / rate;
+            *once += sine * by_sine + cosine * by_cosine;
+            *twice += sine * (c * time - by_cosine) / rate + cosine * (by_sine - s * time) / rate;
         });
-        let [u, rate] = self.starts[piece * self.channels + channel];
-        match integrals {
-            1 => [u + once, 0.0],
-            _ => [u + rate * time + twice, rate + once],
+        let before = &self.starts[piece * self.channels + channel][..integrals];
+        let mut now = [0.0; MOST];
+        for (k, now) in now.iter_mut().enumerate().take(integrals) {
+            let mut power = 1.0;
+            for (times, start) in (1..).map(f64::from).zip(&before[k..]) {
+                *now += power * start;
+                power *= time / times;
+            }
+            *now += own_part[integrals - k - 1];
         }
+        now
     }
 
     /// Calls `push` with each channel's u and its first four derivatives at `t` s, by the law of the given piece.

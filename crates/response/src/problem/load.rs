@@ -20,6 +20,8 @@ pub enum Load {
     HalfSine(HalfSine),
     /// A whole period of 1 − cosine.
     Versine(Versine),
+    /// A polynomial of time from an instant on.
+    Polynomial(Polynomial),
 }
 
 /// `force` N for t ≥ `start`.
@@ -166,6 +168,48 @@ impl Versine {
     }
 }
 
+/// c₀ + c₁τ + c₂τ² + … N for τ = t − `start` ≥ 0, of degree 6 at most.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polynomial {
+    /// Of τ⁰, τ¹, …: in N, N/s, N/s², ….
+    pub coefficients: Vec<f64>,
+    /// In s, not before 0.
+    pub start: f64,
+}
+
+impl Polynomial {
+    /// k! by k, as far as a polynomial goes.
+    const FACTORIALS: [u32; 7] = [1, 1, 2, 6, 24, 120, 720];
+
+    /// A force with these coefficients of t⁰, t¹, … from t = 0 on.
+    pub fn of(coefficients: impl Into<Vec<f64>>) -> Polynomial {
+        Polynomial {
+            coefficients: coefficients.into(),
+            start: 0.0,
+        }
+    }
+
+    /// The same from `start` s on.
+    pub fn starting_at(self, start: f64) -> Polynomial {
+        Polynomial { start, ..self }
+    }
+
+    /// The same as steps, each integrated so many times: cₖτᵏ is the k-fold integral of k!·cₖ, which is a sum of multiples of cₖ by
+    /// powers of two, so that nothing is rounded.
+    pub(super) fn steps(&self) -> impl Iterator<Item = (usize, Step)> + '_ {
+        let terms = self.coefficients.iter().zip(Polynomial::FACTORIALS);
+        let terms = terms.enumerate().filter(|(_, (value, _))| **value != 0.0);
+        terms.flat_map(move |(k, (value, factorial))| {
+            let powers = (0..u32::BITS).map(|bit| 1 << bit);
+            let powers = powers.filter(move |power: &u32| factorial & power != 0);
+            powers.map(move |power| {
+                let force = value * f64::from(power);
+                (k, Step::of(force).starting_at(self.start))
+            })
+        })
+    }
+}
+
 /// What a sampled force does between its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hold {
@@ -211,7 +255,9 @@ macro_rules! into_load {
         }
     )*};
 }
-into_load!(Step, Ramp, Impulse, Harmonic, Samples, HalfSine, Versine);
+into_load!(
+    Step, Ramp, Impulse, Harmonic, Samples, HalfSine, Versine, Polynomial
+);
 
 /// What can be wrong with a load by itself.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -237,8 +283,22 @@ pub enum LoadError {
         /// The duration given.
         duration: f64,
     },
-    /// A pulse before the response starts.
-    #[error("its start is {start:?}: a pulse must not start before 0")]
+    /// A polynomial without coefficients, or of too high a degree.
+    #[error("it has {count} coefficients: give 1 to 7, of the powers 0 to 6 of time")]
+    Coefficients {
+        /// How many there are.
+        count: usize,
+    },
+    /// A coefficient is infinite, NaN or too large.
+    #[error("its coefficient {index} is {value:?}: it must be a finite number below 1e305")]
+    CoefficientNotFinite {
+        /// Of which power.
+        index: usize,
+        /// The value given.
+        value: f64,
+    },
+    /// A pulse or a polynomial before the response starts.
+    #[error("its start is {start:?}: a pulse or a polynomial must not start before 0")]
     PulseBeforeStart {
         /// The start given.
         start: f64,
@@ -296,6 +356,10 @@ impl Load {
                 first || samples.hold == Hold::Zero && values.any(|value| *value != 0.0)
             }
             Load::HalfSine(_) | Load::Versine(_) => false,
+            Load::Polynomial(polynomial) => {
+                let first = polynomial.coefficients.first();
+                first.is_some_and(|value| *value != 0.0)
+            }
             Load::Impulse(_) => true,
         }
     }
@@ -344,6 +408,25 @@ impl Load {
                     return Err(LoadError::Duration {
                         duration: *duration,
                     });
+                }
+                if *start < 0.0 {
+                    return Err(LoadError::PulseBeforeStart { start: *start });
+                }
+                Ok(())
+            }
+            Load::Polynomial(Polynomial {
+                coefficients,
+                start,
+            }) => {
+                const LARGEST: f64 = 1e305;
+                finite(&[("start", *start)])?;
+                let count = coefficients.len();
+                if !(1..=Polynomial::FACTORIALS.len()).contains(&count) {
+                    return Err(LoadError::Coefficients { count });
+                }
+                let mut all = coefficients.iter().copied().enumerate();
+                if let Some((index, value)) = all.find(|(_, value)| !(value.abs() < LARGEST)) {
+                    return Err(LoadError::CoefficientNotFinite { index, value });
                 }
                 if *start < 0.0 {
                     return Err(LoadError::PulseBeforeStart { start: *start });

@@ -30,7 +30,9 @@ pub use error::ResponseError;
 pub use grid::{MAX_STEPS, TimeGrid};
 pub use instant::Instant;
 pub(crate) use instant::{Base, Fraction, SampleGrid};
-pub use load::{HalfSine, Harmonic, Hold, Impulse, Load, LoadError, Ramp, Samples, Step, Versine};
+pub use load::{
+    HalfSine, Harmonic, Hold, Impulse, Load, LoadError, Polynomial, Ramp, Samples, Step, Versine,
+};
 pub(crate) use plant::Plant;
 pub use question::{Drive, Problem};
 pub(crate) use rate::Rate;

@@ -12,7 +12,7 @@ use super::combination::{Combination, Source};
 use super::course::Courses;
 use super::error::ResponseError;
 use super::grid::TimeGrid;
-use super::instant::SampleGrid;
+use super::instant::{Instant, SampleGrid};
 use super::load::{Harmonic, Load, LoadError};
 use super::massless;
 use super::momenta::momenta;
@@ -29,11 +29,15 @@ pub struct Problem<'a> {
     initial_velocity: Vec<f64>,
     /// What acts on coordinates by itself, then what acts on channels.
     drives: Vec<AppliedLoad>,
+    /// Of each, which load or motion it was given as.
+    given: Vec<usize>,
     /// How many act on coordinates.
     loads: usize,
     channels: Vec<Channel>,
     combinations: Vec<Combination>,
+    /// Of the combinations, then, where they are asked for, of the elements.
     sources: Vec<Source>,
+    forces: bool,
     grid: TimeGrid,
     /// Made when it is first asked for: long samples have as many pieces.
     timeline: OnceLock<Timeline>,
@@ -86,22 +90,49 @@ impl<'a> Problem<'a> {
             fits(&applied.load, &grid).map_err(wrong)?;
         }
         massless::check(system, initial, &loads)?;
-        Ok(Problem {
+        let loads = loads.into_iter().enumerate();
+        let is_plain =
+            |(_, applied): &(_, AppliedLoad)| !matches!(applied.load, Load::Polynomial(_));
+        let (plain, polynomials): (Vec<_>, Vec<_>) = loads.partition(is_plain);
+        let (given, loads): (Vec<_>, Vec<_>) = plain.into_iter().unzip();
+        // They are steps that are integrated, as the motions of supports are.
+        let polynomials = polynomials
+            .into_iter()
+            .map(|(index, applied)| Drive::Force {
+                index,
+                on: Form {
+                    coordinates: vec![(applied.coordinate, 1.0)],
+                    ..Form::default()
+                },
+                load: applied.load,
+            });
+        let problem = Problem {
             initial_displacement: resolve(system, &initial.displacements)?,
             initial_velocity: resolve(system, &initial.velocities)?,
             timeline: OnceLock::new(),
             courses: OnceLock::new(),
             system,
+            given,
             loads: loads.len(),
             drives: loads,
             channels: Vec::new(),
             combinations: Vec::new(),
             sources: Vec::new(),
+            forces: false,
             grid,
             instants: None,
             acceleration: false,
             precision: Precision::default(),
-        })
+        };
+        problem.driven(polynomials.collect())
+    }
+
+    /// The same problem where the loads on coordinates had these numbers when they were given.
+    pub(crate) fn numbered(mut self, numbers: &[usize]) -> Problem<'a> {
+        self.given
+            .iter_mut()
+            .for_each(|given| *given = numbers[*given]);
+        self
     }
 
     /// The same problem with forces on points and motions of supports.
@@ -114,11 +145,11 @@ impl<'a> Problem<'a> {
     /// If the system has no support or coordinate of an index given.
     pub fn driven(mut self, drives: Vec<Drive>) -> Result<Problem<'a>, ResponseError> {
         for drive in drives {
-            let (channel, load) = match drive {
+            let (index, channel, load) = match drive {
                 Drive::Force { index, on, load } => {
                     let wrong = |error| ResponseError::Load { index, error };
                     fits(&load, &self.grid).map_err(wrong)?;
-                    (Channel::of_point(&on), load)
+                    (index, Channel::of_point(&on), load)
                 }
                 Drive::Motion {
                     index,
@@ -139,20 +170,32 @@ impl<'a> Problem<'a> {
                     };
                     let wrong = |error| ResponseError::Motion { index, error };
                     checked.map_err(wrong)?;
-                    (channel, course)
+                    (index, channel, course)
                 }
             };
-            let known = self.channels.iter().position(|known| *known == channel);
-            let at = known.unwrap_or_else(|| {
-                self.channels.push(channel);
-                self.channels.len() - 1
-            });
-            let coordinate = self.system.len() + at;
-            self.drives.push(AppliedLoad { coordinate, load });
+            match &load {
+                Load::Polynomial(polynomial) => {
+                    for (order, step) in polynomial.steps() {
+                        self.drive(index, channel.integrated(order), step.into());
+                    }
+                }
+                _ => self.drive(index, channel, load),
+            }
         }
         self.timeline = OnceLock::new();
         self.courses = OnceLock::new();
         Ok(self)
+    }
+
+    fn drive(&mut self, given: usize, channel: Channel, load: Load) {
+        let known = self.channels.iter().position(|known| *known == channel);
+        let at = known.unwrap_or_else(|| {
+            self.channels.push(channel);
+            self.channels.len() - 1
+        });
+        let coordinate = self.system.len() + at;
+        self.drives.push(AppliedLoad { coordinate, load });
+        self.given.push(given);
     }
 
     /// The same problem with these combinations of motions in the answer.
@@ -168,9 +211,22 @@ impl<'a> Problem<'a> {
             let wrong = |reason| ResponseError::Combination { index, reason };
             Source::of(combination, self.system).map_err(wrong)
         });
-        self.sources = sources.collect::<Result<_, _>>()?;
+        let mut sources = sources.collect::<Result<Vec<_>, _>>()?;
+        if self.forces {
+            sources.extend(Source::of_elements(self.system));
+        }
+        self.sources = sources;
         self.combinations = combinations;
         Ok(self)
+    }
+
+    /// The same problem with what every spring and every damper carries in the answer.
+    pub fn with_forces(mut self) -> Problem<'a> {
+        if !self.forces {
+            self.forces = true;
+            self.sources.extend(Source::of_elements(self.system));
+        }
+        self
     }
 
     /// The same problem, answered only at these indices of the grid, in this order.
@@ -221,7 +277,7 @@ impl<'a> Problem<'a> {
             .get_or_init(|| Timeline::of(&self.drives, &self.grid))
     }
 
-    /// The forces on single coordinates, in the order given.
+    /// The forces on single coordinates, in the order given; polynomials are [channels](Self::channels).
     pub fn loads(&self) -> &[AppliedLoad] {
         &self.drives[..self.loads]
     }
@@ -447,14 +503,15 @@ impl<'a> Problem<'a> {
                 direction.any(|(row, _)| *row == coordinate)
             }
         };
-        let struck = self.timeline().pieces()[piece].impulses().iter();
-        let index = self.drives.iter().position(|applied| {
-            matches!(applied.load, Load::Impulse(_))
-                && reaches(applied.coordinate)
-                && struck.clone().any(|(on, _)| *on == applied.coordinate)
-        });
+        let start = self.timeline().pieces()[piece].start;
+        let strikes = |applied: &AppliedLoad| match &applied.load {
+            Load::Impulse(blow) => Instant::event(&self.grid, blow.at).order(&start).is_eq(),
+            _ => false,
+        };
+        let mut drives = self.drives.iter().zip(&self.given);
+        let index = drives.find(|(applied, _)| strikes(applied) && reaches(applied.coordinate));
         match index {
-            Some(index) => ResponseError::ImpulseOnMassless { index, name },
+            Some((_, &index)) => ResponseError::ImpulseOnMassless { index, name },
             None => {
                 let jumps = self.channels.iter().filter(|channel| {
                     let mut rows = channel.directions[1..].iter().flatten();
@@ -468,6 +525,11 @@ impl<'a> Problem<'a> {
                 }
             }
         }
+    }
+
+    /// Whether the forces in springs and dampers are asked for.
+    pub fn wants_forces(&self) -> bool {
+        self.forces
     }
 
     /// Whether accelerations are asked for.

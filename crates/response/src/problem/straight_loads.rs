@@ -63,7 +63,7 @@ impl<T: Real> StraightLoads<T> {
     pub(crate) fn of(loads: &[AppliedLoad]) -> StraightLoads<T> {
         let runs_straight = |applied: &&AppliedLoad| match applied.load {
             Load::Step(_) | Load::Ramp(_) | Load::Samples(_) | Load::Versine(_) => true,
-            Load::Harmonic(_) | Load::Impulse(_) | Load::HalfSine(_) => false,
+            Load::Harmonic(_) | Load::Impulse(_) | Load::HalfSine(_) | Load::Polynomial(_) => false,
         };
         let straight = loads.iter().filter(runs_straight);
         let mut coordinates: Vec<usize> = straight.map(|applied| applied.coordinate).collect();

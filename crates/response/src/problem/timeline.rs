@@ -220,6 +220,8 @@ impl Timeline {
                     let at = Instant::event(grid, impulse.at);
                     impulses.push((at, coordinate, impulse.magnitude));
                 }
+                // Steps stand for it.
+                Load::Polynomial(_) => {}
                 Load::Harmonic(harmonic) => harmonics.push((coordinate, *harmonic)),
                 Load::Samples(samples) => sample_laws(samples, grid, law),
                 Load::HalfSine(HalfSine {

@@ -1,15 +1,18 @@
 //! The extrema of a motion, its largest velocities, and when it settles, between the instants too.
 
+use eigentone_modes::ElementKind;
+
 use crate::answer::Trajectory;
 use crate::certified::follow::{INVISIBLE, Point, ROUNDING, Stretch, follow};
 use crate::problem::Problem;
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
-/// end, at any time and not only at the instants of the grid.
+/// end, at any time and not only at the instants of the grid; and the same of all that the problem asks for beside them:
+/// accelerations, combinations, forces in springs and dampers.
 ///
 /// Between the instants the exact solution is halved until it is, to nine digits of its range, a
-/// polynomial of degree five through displacement, velocity and acceleration at both ends. Each
-/// extremum is then a root of the exact velocity, or acceleration, found by bisection. All is done in doubles, from
+/// polynomial of degree five through displacement, velocity and acceleration at both ends; so is what is asked for beside
+/// it, with its own derivatives. Each extremum is then a root of the exact velocity, or acceleration, found by bisection. All is done in doubles, from
 /// steps that are right to their last digits: values are good to about 12 digits, and times to half of
 /// them, for there a motion is flat. [`ByCertifiedExponential::at`](crate::ByCertifiedExponential::at)
 /// gives the displacement at such a time with a proven bound.
@@ -35,6 +38,67 @@ pub struct Extrema {
     lowest: Vec<Extremum>,
     fastest: Vec<Fastest>,
     jumps: Vec<Vec<Jump>>,
+    beside: Option<Beside>,
+}
+
+/// Of what is asked for beside displacements.
+#[derive(Clone, Debug, PartialEq)]
+struct Beside {
+    accelerations: Vec<Peaks>,
+    outputs: Vec<Peaks>,
+    /// Of springs and of dampers.
+    forces: [Vec<Peaks>; 2],
+}
+
+/// The highest and the lowest value of a quantity. At events both the value before and the one after count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peaks {
+    /// The highest.
+    pub highest: Reached,
+    /// The lowest.
+    pub lowest: Reached,
+}
+
+/// A value and when it is reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// In the unit of the quantity.
+    pub value: f64,
+    /// In s; the first time, where it is reached more than once.
+    pub time: f64,
+    /// How far the value may be off: an estimate of what rounding makes of it, which is much where a stiff element or a sum
+    /// cancels.
+    pub bound: f64,
+}
+
+impl Peaks {
+    /// The one of larger size, the first one on ties.
+    pub fn largest(&self) -> Reached {
+        let (high, low) = (self.highest, self.lowest);
+        let (up, down) = (high.value.abs(), low.value.abs());
+        if up > down || up == down && high.time <= low.time {
+            high
+        } else {
+            low
+        }
+    }
+
+    /// Takes what a stretch has of a quantity. Values as near as 1e-12 are not told from each other.
+    fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64) {
+        for (sign, best) in [(1.0, &mut self.highest), (-1.0, &mut self.lowest)] {
+            let mut found = Extremum {
+                displacement: best.value,
+                time: best.time,
+            };
+            if raise(stretch, i, sign, range, &mut found) {
+                *best = Reached {
+                    value: found.displacement,
+                    time: found.time,
+                    bound: stretch.rounding(i) + 1e-12 * found.displacement.abs(),
+                };
+            }
+        }
+    }
 }
 
 /// A displacement and when it is reached.
@@ -83,8 +147,19 @@ impl Extrema {
         if problem.system().is_large() {
             return None;
         }
-        let x = trajectory.displacement();
-        let n = x.nrows();
+        let mut all = ranges(trajectory);
+        let displacements = all.len();
+        all.extend(ranges_beside(problem, trajectory));
+        // What is asked for beside the displacements may be harder to follow than they are.
+        let found = Extrema::follow(problem, all.clone());
+        let more = all.len() > displacements;
+        all.truncate(displacements);
+        found.or_else(|| more.then(|| Extrema::follow(problem, all)).flatten())
+    }
+
+    /// Of the displacements and, with ranges of it, of what is asked for beside them.
+    fn follow(problem: &Problem<'_>, ranges: Vec<f64>) -> Option<Extrema> {
+        let n = problem.system().len();
         let first = |i: usize| Extremum {
             displacement: problem.initial_displacement()[i],
             time: 0.0,
@@ -98,11 +173,22 @@ impl Extrema {
             lowest: (0..n).map(first).collect(),
             fastest: (0..n).map(start).collect(),
             jumps: vec![Vec::new(); n],
+            beside: None,
         };
+        let nothing = Reached {
+            value: 0.0,
+            time: 0.0,
+            bound: 0.0,
+        };
+        let nothing = Peaks {
+            highest: nothing,
+            lowest: nothing,
+        };
+        let mut beside = vec![nothing; ranges.len() - n];
         let mut seen = false;
         // Displacement and velocity at the end of the stretch before.
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
-        follow(problem, 0, ranges(trajectory), &mut |stretch| {
+        follow(problem, 0, ranges.clone(), &mut |stretch| {
             if !seen {
                 // A node without mass does not begin where it is not told to.
                 seen = true;
@@ -118,11 +204,22 @@ impl Extrema {
                         time: 0.0,
                     };
                 }
+                for (i, peaks) in (n..).zip(&mut beside) {
+                    let start = Reached {
+                        value: stretch.left.x(i),
+                        time: 0.0,
+                        bound: stretch.rounding(i),
+                    };
+                    (peaks.highest, peaks.lowest) = (start, start);
+                }
             }
-            for i in 0..n {
-                raise(stretch, i, 1.0, &mut extrema.highest[i]);
-                raise(stretch, i, -1.0, &mut extrema.lowest[i]);
+            for (i, range) in ranges.iter().enumerate().take(n) {
+                raise(stretch, i, 1.0, *range, &mut extrema.highest[i]);
+                raise(stretch, i, -1.0, *range, &mut extrema.lowest[i]);
                 hasten(stretch, i, &mut extrema.fastest[i]);
+            }
+            for ((i, range), peaks) in ranges.iter().enumerate().skip(n).zip(&mut beside) {
+                peaks.widen(stretch, i, *range);
             }
             if !before.is_empty() {
                 extrema.note_jumps(&before, stretch);
@@ -130,7 +227,38 @@ impl Extrema {
             before.clear();
             before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
         })?;
+        let mut accelerations = beside;
+        let outputs = accelerations.len().checked_sub(problem.sources().len());
+        if let Some(outputs) = outputs.filter(|_| !accelerations.is_empty()) {
+            let mut outputs = accelerations.split_off(outputs);
+            let mut springs = outputs.split_off(problem.combinations().len());
+            let count = problem.system().elements(ElementKind::Spring).len();
+            let dampers = springs.split_off(count.min(springs.len()));
+            extrema.beside = Some(Beside {
+                accelerations,
+                outputs,
+                forces: [springs, dampers],
+            });
+        }
         Some(extrema)
+    }
+
+    /// Of the acceleration of a coordinate. `None` where accelerations were not asked for, or displacements alone can be
+    /// followed.
+    pub fn acceleration(&self, coordinate: usize) -> Option<&Peaks> {
+        self.beside.as_ref()?.accelerations.get(coordinate)
+    }
+
+    /// Of a combination by its place. `None` where there is none, or displacements alone can be followed.
+    pub fn output(&self, index: usize) -> Option<&Peaks> {
+        self.beside.as_ref()?.outputs.get(index)
+    }
+
+    /// Of the force in a spring or damper, by its place in [`System::elements`](eigentone_modes::System::elements), in N.
+    /// `None` where forces were not asked for, or displacements alone can be followed.
+    pub fn force(&self, kind: ElementKind, index: usize) -> Option<&Peaks> {
+        let forces = &self.beside.as_ref()?.forces;
+        forces[usize::from(kind == ElementKind::Damper)].get(index)
     }
 
     /// The highest displacement of each coordinate. Where a load makes it jump, both values count.
@@ -202,12 +330,29 @@ impl Extrema {
 /// The largest displacement of each coordinate among the instants.
 fn ranges(trajectory: &Trajectory) -> Vec<f64> {
     let x = trajectory.displacement();
-    let range = |i: usize| x.row(i).iter().fold(0.0, |top: f64, x| top.max(x.abs()));
-    (0..x.nrows()).map(range).collect()
+    (0..x.nrows()).map(|i| largest(x.row(i).iter())).collect()
 }
 
-/// Takes the highest (`sign` 1) or lowest (−1) displacement of a stretch if it beats the best.
-fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
+/// The same of what the problem asks for beside them, as far as the trajectory has it.
+fn ranges_beside(problem: &Problem<'_>, trajectory: &Trajectory) -> Vec<f64> {
+    let a = trajectory.acceleration();
+    let accelerations = (0..problem.system().len()).filter(|_| problem.wants_acceleration());
+    let accelerations = accelerations.map(|i| a.map_or(0.0, |a| largest(a.row(i).iter())));
+    let mut ranges: Vec<f64> = accelerations.collect();
+    let combined = trajectory.combined().map(|values| largest(values.iter()));
+    let combined = combined.chain(std::iter::repeat(0.0));
+    ranges.extend(combined.take(problem.sources().len()));
+    ranges
+}
+
+fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    values.fold(0.0, |top, value| top.max(value.abs()))
+}
+
+/// Takes the highest (`sign` 1) or lowest (−1) displacement, or other quantity, of a stretch if it beats the best, and says
+/// whether it does. Of that the whole motion reaches `range` at least.
+fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, range: f64, best: &mut Extremum) -> bool {
+    let mut beaten = false;
     // What is equal but for rounding is reached first where it is reached first.
     let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > 1e-12 * x.abs();
     let (left, right) = (stretch.left, stretch.right);
@@ -219,15 +364,17 @@ fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
         let displacement = point.x(i);
         if beats(displacement, best) {
             *best = Extremum { displacement, time };
+            beaten = true;
         }
     }
+    let range = range.max(left.x(i).abs()).max(right.x(i).abs());
     let turns = sign * left.v(i) > 0.0 && sign * right.v(i) < 0.0;
     if !turns {
-        return;
+        return beaten;
     }
     let about = stretch.turning_value(i);
-    if sign * (about - best.displacement) < -INVISIBLE * about.abs() {
-        return;
+    if sign * (about - best.displacement) < -INVISIBLE * range {
+        return beaten;
     }
     let (time, point) = stretch.bisect(|point: &Point| sign * point.v(i) <= 0.0);
     if beats(point.x(i), best) {
@@ -235,7 +382,9 @@ fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, best: &mut Extremum) {
             displacement: point.x(i),
             time,
         };
+        beaten = true;
     }
+    beaten
 }
 
 /// Takes the largest velocity of a stretch if it beats the best. Either end may be beside a jump.

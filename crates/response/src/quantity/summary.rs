@@ -304,7 +304,11 @@ fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
             Load::Harmonic(load) if load.frequency == 0.0 => {
                 add(on, load.amplitude * load.phase.sin(), 0.0);
             }
-            Load::Harmonic(_) | Load::Impulse(_) | Load::HalfSine(_) | Load::Versine(_) => {}
+            Load::Harmonic(_)
+            | Load::Impulse(_)
+            | Load::HalfSine(_)
+            | Load::Versine(_)
+            | Load::Polynomial(_) => {}
         }
     }
     (force, rate)

@@ -77,8 +77,12 @@ pub enum SweepError {
     /// The design is not one of those that sweeps answer.
     #[error(transparent)]
     Design(#[from] DesignError),
-    /// The problem asks for more than displacements and velocities at all instants of its grid.
-    #[error("a sweep answers all instants of a grid, without accelerations: ask for those alone")]
+    /// The problem asks for more than displacements and velocities at all instants of its grid, loads a point or moves a
+    /// support.
+    #[error(
+        "a sweep answers all instants of a grid under loads on coordinates, without accelerations, outputs and forces: \
+         ask for those alone"
+    )]
     Wanted,
     /// The answer would not fit in memory at a sensible size.
     #[error(
@@ -105,10 +109,11 @@ impl Sweep {
     ///
     /// # Errors
     /// [`SweepError::Design`] for systems with whole matrices, massless nodes or negative values,
-    /// [`SweepError::Wanted`] for chosen instants or accelerations, [`SweepError::TooLarge`].
+    /// [`SweepError::Wanted`] for chosen instants, accelerations, outputs, forces, loads at points or motions of supports, [`SweepError::TooLarge`].
     pub fn of(problem: &Problem<'_>) -> Result<Sweep, SweepError> {
         let design = Design::of(problem.system())?;
-        if problem.instants().is_some() || problem.wants_acceleration() {
+        let more = problem.wants_acceleration() || !problem.sources().is_empty();
+        if problem.instants().is_some() || more || !problem.channels().is_empty() {
             return Err(SweepError::Wanted);
         }
         let (n, last) = (design.len(), problem.grid().last());

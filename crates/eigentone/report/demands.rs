@@ -1,0 +1,207 @@
+//! What a motion demands of a machine: accelerations of coordinates and forces in springs and dampers, as CSV and plots.
+
+use std::io::{self, Write};
+
+use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
+use eigentone_response::{Extrema, Peaks, Quantity, Reached, Trajectory};
+
+use super::axis::Axis;
+use super::csv;
+use super::plot::{Line, Plot};
+use super::unit;
+
+/// Prints accelerations and forces, those that a trajectory has.
+#[derive(Clone, Copy, Debug)]
+pub struct DemandReport<'a> {
+    system: &'a System,
+    trajectory: &'a Trajectory,
+    extrema: Option<&'a Extrema>,
+}
+
+/// One quantity along the motion.
+struct Demand<'a> {
+    label: String,
+    unit: &'static str,
+    values: Vec<f64>,
+    bounds: &'a [Option<f64>],
+    peaks: Option<&'a Peaks>,
+}
+
+impl<'a> DemandReport<'a> {
+    /// A report of what `trajectory`, a motion of `system`, has beside displacements and velocities; `extrema` are those of
+    /// the same motion.
+    pub fn new(
+        system: &'a System,
+        trajectory: &'a Trajectory,
+        extrema: Option<&'a Extrema>,
+    ) -> DemandReport<'a> {
+        DemandReport {
+            system,
+            trajectory,
+            extrema,
+        }
+    }
+
+    /// One row for each instant with all digits: step, instant, the acceleration of each coordinate, and a bound of all.
+    /// Nothing where accelerations were not asked for.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn accelerations(&self, out: impl Write) -> io::Result<()> {
+        let all = self.of_coordinates();
+        let bound = all.first().map(|one| ("bound".to_owned(), one.bounds));
+        self.csv(out, &all, bound.as_slice())
+    }
+
+    /// One row for each instant with all digits: step, instant, the tension in each spring and damper, in their order, under
+    /// its name or those of both ends, and then the bound of each. Nothing where forces were not asked for.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn forces(&self, out: impl Write) -> io::Result<()> {
+        let all = self.of_elements();
+        let bounds = all.iter();
+        let bounds = bounds.map(|one| (format!("bound {}", one.label), one.bounds));
+        self.csv(out, &all, &bounds.collect::<Vec<_>>())
+    }
+
+    /// One row for each acceleration and force: its highest and its lowest value, at any time and on both sides of jumps,
+    /// when, and how far the value may be off.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn peaks(&self, mut out: impl Write) -> io::Result<()> {
+        let header = [
+            "quantity", "unit", "highest", "time [s]", "bound", "lowest", "time [s]", "bound",
+        ];
+        csv::row(&mut out, header)?;
+        for one in self.of_coordinates().into_iter().chain(self.of_elements()) {
+            let Some(peaks) = one.peaks else { continue };
+            let cells = |peak: &Reached| [peak.value, peak.time, peak.bound].map(csv::number);
+            let label = [one.label, one.unit.to_owned()].into_iter();
+            let row = label.chain(cells(&peaks.highest));
+            csv::row(&mut out, row.chain(cells(&peaks.lowest)))?;
+        }
+        Ok(())
+    }
+
+    /// Accelerations against time; `None` where there are none.
+    pub fn acceleration_plot(&self, title: &str) -> Option<Plot<'a>> {
+        self.plot(title, "acceleration", self.of_coordinates())
+    }
+
+    /// Forces against time; `None` where there are none.
+    pub fn force_plot(&self, title: &str) -> Option<Plot<'a>> {
+        self.plot(title, "force", self.of_elements())
+    }
+
+    fn plot(&self, title: &str, what: &str, all: Vec<Demand<'a>>) -> Option<Plot<'a>> {
+        let mut units: Vec<&str> = all.iter().map(|one| one.unit).collect();
+        units.sort_unstable();
+        units.dedup();
+        let y = Axis::linear(what, units.join(" or ").trim_start_matches(" or "));
+        let lines: Vec<Line<'a>> = all
+            .into_iter()
+            .map(|one| {
+                let times = self.trajectory.times();
+                let samples = times.iter().copied().zip(one.values.iter().copied());
+                let mut points: Vec<(f64, f64)> = samples.collect();
+                let peaks = one.peaks.map(|peaks| [peaks.highest, peaks.lowest]);
+                let between = peaks.into_iter().flatten();
+                let between = between.filter(|peak| !times.contains(&peak.time));
+                points.extend(between.map(|peak| (peak.time, peak.value)));
+                points.sort_by(|a, b| a.0.total_cmp(&b.0));
+                Line::new(&one.label, points.len(), move |k| points[k])
+            })
+            .collect();
+        (!lines.is_empty()).then(|| Plot {
+            title: title.to_owned(),
+            x: Axis::linear("time", "s"),
+            y,
+            lines,
+            ring: None,
+        })
+    }
+
+    fn of_coordinates(&self) -> Vec<Demand<'a>> {
+        let names = self.system.names().iter().enumerate();
+        let all = self.trajectory.acceleration().map(|values| {
+            names.map(move |(i, name)| Demand {
+                label: format!("acceleration {name}"),
+                unit: unit::motion(Some(self.system.kind_of(i)), Quantity::Acceleration),
+                values: values.row(i).iter().copied().collect(),
+                bounds: self.trajectory.acceleration_bound(),
+                peaks: self.extrema.and_then(|extrema| extrema.acceleration(i)),
+            })
+        });
+        all.into_iter().flatten().collect()
+    }
+
+    fn of_elements(&self) -> Vec<Demand<'a>> {
+        let mut all = Vec::new();
+        for kind in [ElementKind::Spring, ElementKind::Damper] {
+            for (index, element) in self.system.elements(kind).iter().enumerate() {
+                let force = self.trajectory.force(kind, index);
+                let bounds = self.trajectory.force_bound(kind, index);
+                let Some((values, bounds)) = force.zip(bounds) else {
+                    continue;
+                };
+                all.push(Demand {
+                    label: format!("{kind} {}", label(self.system, index, element)),
+                    unit: unit::force(element.kind),
+                    values: values.to_vec(),
+                    bounds,
+                    peaks: self.extrema.and_then(|extrema| extrema.force(kind, index)),
+                });
+            }
+        }
+        all
+    }
+
+    fn csv(
+        &self,
+        mut out: impl Write,
+        all: &[Demand<'_>],
+        bounds: &[(String, &[Option<f64>])],
+    ) -> io::Result<()> {
+        if all.is_empty() {
+            return Ok(());
+        }
+        let instant = ["step".to_owned(), "time [s]".to_owned()].into_iter();
+        let values = all.iter().map(|one| unit::bracketed(&one.label, one.unit));
+        let limits = bounds.iter().map(|(name, _)| name.clone());
+        csv::row(&mut out, instant.chain(values).chain(limits))?;
+        let instants = self.trajectory.steps().iter().zip(self.trajectory.times());
+        for (k, (step, time)) in instants.enumerate() {
+            let instant = [step.to_string(), csv::number(*time)].into_iter();
+            let values = all.iter().map(|one| csv::number(one.values[k]));
+            let limits = bounds.iter().map(|(_, bound)| csv::optional(bound[k]));
+            csv::row(&mut out, instant.chain(values).chain(limits))?;
+        }
+        Ok(())
+    }
+}
+
+/// The name of an element, else those of its ends, else its number.
+fn label(system: &System, index: usize, element: &GivenElement) -> String {
+    let stretch = &element.stretch;
+    let places = [
+        (&stretch.coordinates, system.names()),
+        (&stretch.supports, system.supports()),
+    ];
+    let ends = places
+        .into_iter()
+        .flat_map(|(terms, names)| terms.iter().map(|&(i, factor)| (names[i].as_str(), factor)));
+    let ends: Vec<(&str, f64)> = ends.collect();
+    let at = |side: f64| {
+        let mut found = ends.iter().filter(|(_, factor)| *factor == side);
+        found.next().map_or(GROUND, |(name, _)| name)
+    };
+    let plain = ends.len() <= 2 && ends.iter().all(|(_, factor)| factor.abs() == 1.0);
+    let distinct = at(-1.0) != at(1.0);
+    match &element.name {
+        Some(name) => name.clone(),
+        None if plain && distinct => format!("{}–{}", at(-1.0), at(1.0)),
+        None => index.to_string(),
+    }
+}

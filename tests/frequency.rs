@@ -1,0 +1,167 @@
+//! `eigentone frf`: values against answers to 34 digits that another program gave, and what it refuses.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use eigentone::gallery::Decimal;
+use serde_json::Value;
+
+fn frf(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .arg("frf")
+        .args(arguments)
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests"))
+        .output()
+        .expect("it runs")
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = frf(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    serde_json::from_slice(&output.stdout).expect("it is JSON")
+}
+
+fn text(arguments: &[&str]) -> String {
+    let output = frf(arguments);
+    assert!(output.status.success(), "{arguments:?}");
+    String::from_utf8(output.stdout).expect("it is text")
+}
+
+#[test]
+fn values_are_right_to_the_last_digits() {
+    let truth = include_str!("frequency/truth.json");
+    let cases: Vec<Value> = serde_json::from_str(truth).expect("it is JSON");
+    assert!(cases.len() > 10);
+    for case in &cases {
+        let of = |key: &str| case[key].as_str().expect("a text");
+        let scene = format!("{}.json", of("scene"));
+        let rows = case["rows"].as_array().expect("rows");
+        let at: Vec<String> = rows
+            .iter()
+            .map(|row| row["frequency"].to_string())
+            .collect();
+        let answer = json(&[
+            &scene,
+            "--from",
+            of("from"),
+            "--at",
+            &at.join(","),
+            "--json",
+        ]);
+        assert_eq!(answer["bounds"], "proven");
+        let mut compared = 0;
+        for function in answer["functions"].as_array().expect("functions") {
+            let to = function["to"].as_str().expect("a name");
+            let name = match function["quantity"].as_str() {
+                Some("output") => format!("output {to}"),
+                _ => to.to_owned(),
+            };
+            for (k, row) in rows.iter().enumerate() {
+                let parts = &row["values"][&name];
+                let exact = |i: usize| -> Decimal {
+                    serde_json::from_value(parts[i].clone()).expect("a decimal")
+                };
+                let (re, im) = (exact(0), exact(1));
+                let found = |key: &str| function[key][k].as_f64().expect("a number");
+                let off = re.minus(found("re")).hypot(im.minus(found("im")));
+                let size = re.to_f64().hypot(im.to_f64());
+                assert!(
+                    off <= 4.0 * f64::EPSILON / 2.0 * size,
+                    "{scene} {name}: {off:e} of {size:e}"
+                );
+                assert!(
+                    off <= found("bound") * (1.0 + 1e-12),
+                    "{scene} {name} {k}: {off:e}"
+                );
+                assert!(
+                    found("bound") <= 4.0 * f64::EPSILON / 2.0 * size,
+                    "{scene} {name} {k}"
+                );
+                compared += 1;
+            }
+        }
+        assert_eq!(
+            compared,
+            rows.len() * rows[0]["values"].as_object().expect("values").len()
+        );
+    }
+}
+
+#[test]
+fn tables_show_peaks_and_values() {
+    let scene = "gallery/machines/scenes/quarter-car-bump.json";
+    let peaks = text(&[scene, "--to", "body"]);
+    assert!(
+        peaks.contains("peak") && peaks.contains("dip") && peaks.contains("m/m"),
+        "{peaks}"
+    );
+    let values = text(&[
+        scene,
+        "--to",
+        "body",
+        "--quantity",
+        "acceleration",
+        "--at",
+        "1,2",
+    ]);
+    assert!(
+        values.contains("m/s²/m") && values.contains("proven within"),
+        "{values}"
+    );
+    assert_eq!(values.lines().count(), 3);
+    // The frequencies of the scene.
+    let own = json(&["frequency/lossy-springs.json", "--json"]);
+    let frequencies = own["frequency"].as_array().expect("frequencies");
+    assert_eq!(frequencies.len(), 10);
+    assert_eq!(frequencies[9].as_f64(), Some(100.0));
+    let functions = own["functions"].as_array().expect("functions");
+    assert_eq!(
+        functions.len(),
+        6,
+        "from each of two masses, to two masses and an output"
+    );
+    assert!(functions[0]["peaks"][0]["gain"].is_number());
+}
+
+#[test]
+fn files_appear_together() {
+    let folder = std::env::temp_dir().join(format!("eigentone-frf-{}", std::process::id()));
+    let out = folder.to_str().expect("a path");
+    let scene = "gallery/machines/scenes/quarter-car-bump.json";
+    text(&[scene, "--out", out]);
+    let names = ["magnitude", "phase", "real", "imaginary", "nyquist"];
+    for name in names.map(|name| format!("frf-{name}.svg")) {
+        let svg = std::fs::read_to_string(folder.join(&name)).expect("it is written");
+        assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{name}");
+    }
+    let csv = std::fs::read_to_string(folder.join("frf.csv")).expect("it is written");
+    let widths = csv.lines().map(|line| line.split(',').count());
+    let widths: std::collections::BTreeSet<usize> = widths.collect();
+    assert_eq!(widths.len(), 1, "all rows are equally long");
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn wrong_questions_are_refused() {
+    let scene = "gallery/machines/scenes/quarter-car-bump.json";
+    for (arguments, message) in [
+        (
+            vec![scene, "--from", "nowhere"],
+            "\"nowhere\" is neither a coordinate nor a point",
+        ),
+        (
+            vec![scene, "--to", "ground"],
+            "\"ground\" is neither a coordinate nor a point",
+        ),
+        (vec![scene, "--at=-1"], "0 or more"),
+        (vec![scene, "--at", "nan"], "0 or more"),
+        (vec![scene, "--quantity", "jerk"], "displacement"),
+    ] {
+        let output = frf(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(error.contains(message), "{arguments:?}: {error}");
+        assert!(output.stdout.is_empty());
+    }
+}

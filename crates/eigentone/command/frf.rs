@@ -72,7 +72,7 @@ impl Frf {
             .quantity(quantity)
             .precision(self.question.precision());
         let progress = Progress::of("frequency response");
-        let of_peaks = || {
+        let of_peaks = || -> Result<Vec<f64>, Failure> {
             let modes = match scene.system().len() > MANY {
                 true => SparseModes::lowest(scene.system(), LOWEST)
                     .and_then(|found| found.modes())

@@ -129,6 +129,7 @@ fn analyzed(scene: &Scene) {
     }
     let page = Page {
         analysis: &analysis,
+        frequency: None,
         energy: energy.as_ref(),
         participation: &Participation::of_parts(system),
     };

@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::modes::{Modes, Participation};
 use eigentone::report::{
-    Analysis, Answer, DemandReport, EnergyReport, ModeReport, Page, ResponseReport,
+    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, ModeReport, Page, ResponseReport,
 };
 use eigentone::response::{
-    Energy, Problem, ResponseError, ResponsePlan, SteadyState, SteadyStateError, Summary,
-    Trajectory,
+    Energy, Features, FrequencyFunctions, Problem, ResponseError, ResponsePlan, SteadyState,
+    SteadyStateError, Summary, Trajectory, peak_grid,
 };
 use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, memory, print};
+use super::{Failure, Question, frf, memory, print};
 
 /// Prints structure, plan, modes, response and error bounds
 #[derive(Debug, Args)]
@@ -115,6 +115,28 @@ fn solve<'a>(
     })
 }
 
+/// Of scenes that have outputs or supports, from what they drive or from their supports; `None` for others, and where it
+/// would take long.
+fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunctions, Vec<Features>)> {
+    /// Functions times coordinates: beyond it the rest of the analysis waits.
+    const MOST: usize = 200;
+    let system = scene.system();
+    if scene.outputs().is_empty() && system.supports().is_empty() {
+        return None;
+    }
+    let asked = frf::asked(scene, &[], &[]);
+    let grid = match scene.frequencies() {
+        Some(given) => given.to_vec(),
+        None => peak_grid(system, modes, scene.loss_factors()),
+    };
+    let count = asked.at(&[]).ok()?.functions().len();
+    if count * system.len() > MOST {
+        return None;
+    }
+    let features = asked.features(&peak_grid(system, modes, scene.loss_factors()));
+    Some((asked.at(&grid).ok()?, features.ok()?))
+}
+
 fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, system.names());
@@ -159,10 +181,27 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             out.write_all(plot.svg().as_bytes())
         })?;
     }
+    let frequency = frequency_response(scene, analysis.modes);
+    let frequency = frequency
+        .as_ref()
+        .map(|(functions, features)| FrequencyReport {
+            title: analysis.title,
+            system,
+            outputs: scene.outputs(),
+            functions,
+            features: Some(features),
+        });
+    if let Some(report) = &frequency {
+        files.write("frf.csv", |out| report.csv(out))?;
+        for (name, plot) in report.plots() {
+            files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
+        }
+    }
     let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
         energy: energy.as_ref(),
+        frequency,
         participation: &participation,
     };
     files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;

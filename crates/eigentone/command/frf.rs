@@ -63,23 +63,31 @@ impl Frf {
             scene: file.clone(),
             error,
         };
-        let asked = self.asked(&scene);
+        let quantity = match self.quantity {
+            Derivative::Displacement => Quantity::Displacement,
+            Derivative::Velocity => Quantity::Velocity,
+            Derivative::Acceleration => Quantity::Acceleration,
+        };
+        let asked = asked(&scene, &self.from, &self.to)
+            .quantity(quantity)
+            .precision(self.question.precision());
         let progress = Progress::of("frequency response");
+        let of_peaks = || -> Result<Vec<f64>, Failure> {
+            let modes = match scene.system().len() > MANY {
+                true => SparseModes::lowest(scene.system(), LOWEST)
+                    .and_then(|found| found.modes())
+                    .map_err(Failure::sparse(file))?,
+                false => {
+                    let modes = scene.system().modes_to(self.question.precision());
+                    modes.map_err(Failure::modes(file))?
+                }
+            };
+            Ok(peak_grid(scene.system(), &modes, scene.loss_factors()))
+        };
         let grid = match (&self.at, scene.frequencies()) {
             (Some(at), _) => at.clone(),
             (None, Some(given)) => given.to_vec(),
-            (None, None) => {
-                let modes = match scene.system().len() > MANY {
-                    true => SparseModes::lowest(scene.system(), LOWEST)
-                        .and_then(|found| found.modes())
-                        .map_err(Failure::sparse(file))?,
-                    false => {
-                        let modes = scene.system().modes_to(self.question.precision());
-                        modes.map_err(Failure::modes(file))?
-                    }
-                };
-                peak_grid(scene.system(), &modes, scene.loss_factors())
-            }
+            (None, None) => of_peaks()?,
         };
         let functions = asked.at(&grid).map_err(failure)?;
         let features = match self.at {
@@ -87,6 +95,14 @@ impl Frf {
             None if functions.functions().len() * scene.system().len() > MOST_SEARCHED => None,
             None => {
                 progress.say("peaks");
+                let mut grid = grid.clone();
+                if let (Some(first), Some(last), true) =
+                    (grid.first(), grid.last(), scene.frequencies().is_some())
+                {
+                    let within = *first..=*last;
+                    let more = of_peaks()?.into_iter();
+                    grid.extend(more.filter(|frequency| within.contains(frequency)));
+                }
                 Some(asked.features(&grid).map_err(failure)?)
             }
         };
@@ -114,44 +130,36 @@ impl Frf {
             false => out.write_all(report.text().as_bytes()),
         })
     }
+}
 
-    fn asked<'a>(&self, scene: &'a Scene) -> FrequencyResponse<'a> {
-        let system = scene.system();
-        let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
-        let inputs = match self.from.as_slice() {
-            [] if !scene.driven().is_empty() => own(scene.driven()),
-            [] if !system.supports().is_empty() => system.supports().to_vec(),
-            [] if system.len() <= INPUTS => system.names().to_vec(),
-            named => named.to_vec(),
-        };
-        let quantity = match self.quantity {
-            Derivative::Displacement => Quantity::Displacement,
-            Derivative::Velocity => Quantity::Velocity,
-            Derivative::Acceleration => Quantity::Acceleration,
-        };
-        let start = FrequencyResponse::of(system)
-            .quantity(quantity)
-            .precision(self.question.precision())
-            .loss_factors(scene.loss_factors());
-        let mut asked = inputs.into_iter().fold(start, FrequencyResponse::from);
-        let points = system.points().iter().map(|point| &point.name);
-        let all = system.names().iter().chain(points);
-        let named: Vec<&String> = match self.to.as_slice() {
-            [] => all.collect(),
-            named => named.iter().collect(),
-        };
-        let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
-        for name in named {
-            if system.form(name).is_some() || !is_output(name) {
-                asked = asked.to(name);
-            }
+/// From the inputs named, or what the scene drives, else its supports, else each mass of few; to the outputs named, or all.
+pub(super) fn asked<'a>(scene: &'a Scene, from: &[String], to: &[String]) -> FrequencyResponse<'a> {
+    let system = scene.system();
+    let inputs = match from {
+        [] if !scene.driven().is_empty() => scene.driven().into_iter().map(str::to_owned).collect(),
+        [] if !system.supports().is_empty() => system.supports().to_vec(),
+        [] if system.len() <= INPUTS => system.names().to_vec(),
+        named => named.to_vec(),
+    };
+    let start = FrequencyResponse::of(system).loss_factors(scene.loss_factors());
+    let mut asked = inputs.into_iter().fold(start, FrequencyResponse::from);
+    let points = system.points().iter().map(|point| &point.name);
+    let all = system.names().iter().chain(points);
+    let named: Vec<&String> = match to {
+        [] => all.collect(),
+        named => named.iter().collect(),
+    };
+    let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
+    for name in named {
+        if system.form(name).is_some() || !is_output(name) {
+            asked = asked.to(name);
         }
-        let wanted = |name: &String| self.to.is_empty() || self.to.contains(name);
-        for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
-            asked = asked.output(output.clone());
-        }
-        asked
     }
+    let wanted = |name: &String| to.is_empty() || to.contains(name);
+    for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
+        asked = asked.output(output.clone());
+    }
+    asked
 }
 
 fn frequency(text: &str) -> Result<f64, String> {

@@ -99,7 +99,7 @@ impl<'a> DemandReport<'a> {
         let mut units: Vec<&str> = all.iter().map(|one| one.unit).collect();
         units.sort_unstable();
         units.dedup();
-        let y = Axis::linear(what, &units.join(" or "));
+        let y = Axis::linear(what, units.join(" or ").trim_start_matches(" or "));
         let lines: Vec<Line<'a>> = all
             .into_iter()
             .map(|one| {

@@ -32,6 +32,10 @@ pub struct FrequencyReport<'a> {
     pub features: Option<&'a [Features]>,
 }
 
+/// What the table of peaks and dips says.
+pub(super) const NOTABLE: &str = "|H| of peaks and dips is proven; width: between the frequencies of half power, |H|/√2, on both sides of a peak";
+const INFINITE: &str = "∞: without damping, or narrower than 1e-25 of its frequency\n";
+
 /// Rows that a person reads.
 const MANY: usize = 1000;
 
@@ -39,7 +43,12 @@ impl<'a> FrequencyReport<'a> {
     /// Peaks, dips and asymptotes of each function where they were asked for, else the value at each frequency.
     pub fn text(&self) -> String {
         match self.features {
-            Some(features) => self.notable(features),
+            Some(features) => {
+                let infinite = |peak: &Peak| peak.gain().is_none();
+                let endless = features.iter().any(|one| one.peaks().iter().any(infinite));
+                let more = if endless { INFINITE } else { "" };
+                format!("{}{NOTABLE}\n{more}", self.notable(features).text())
+            }
             None if self.functions.frequencies().len() * self.functions.functions().len()
                 > MANY =>
             {
@@ -108,7 +117,8 @@ impl<'a> FrequencyReport<'a> {
         text
     }
 
-    fn notable(&self, features: &[Features]) -> String {
+    /// Peaks, dips and asymptotes.
+    pub(super) fn notable(&self, features: &[Features]) -> Table {
         /// What a row says: the function, what it is, where, how large, how wide.
         type Row<'a> = (
             &'a FrequencyFunction,
@@ -153,7 +163,7 @@ impl<'a> FrequencyReport<'a> {
             _ => "∞".to_owned(),
         });
         let hertz = |row: &Row<'_>| row.2.map(|frequency| frequency / std::f64::consts::TAU);
-        let mut text = Table::default()
+        Table::default()
             .column("from", Align::Left, rows.iter().map(|row| row.0.from()))
             .column("to", Align::Left, rows.iter().map(|row| row.0.to()))
             .column("what", Align::Left, rows.iter().map(|row| row.1.as_str()))
@@ -174,12 +184,6 @@ impl<'a> FrequencyReport<'a> {
                 Align::Point,
                 number::column(rows.iter().map(|row| row.4)),
             )
-            .text();
-        text += "|H| of peaks and dips is proven; width: between the frequencies of half power, |H|/√2, on both sides of a peak\n";
-        if rows.iter().any(|row| row.3.is_none()) {
-            text += "∞: without damping, or narrower than 1e-25 of its frequency\n";
-        }
-        text
     }
 
     /// One JSON object: the frequencies in rad/s, and for each function real and imaginary parts with absolute bounds, null
@@ -342,12 +346,12 @@ impl<'a> FrequencyReport<'a> {
         }
     }
 
-    fn name(&self, function: &FrequencyFunction) -> String {
+    pub(super) fn name(&self, function: &FrequencyFunction) -> String {
         format!("{} → {}", function.from(), function.to())
     }
 
     /// Nothing where the unit of either end is not known.
-    fn unit(&self, function: &FrequencyFunction) -> String {
+    pub(super) fn unit(&self, function: &FrequencyFunction) -> String {
         let system = self.system;
         let output = match function.quantity() {
             Some(quantity) => unit::motion(system.kind_at(function.to()), quantity),

@@ -3,6 +3,7 @@
 
 mod chart;
 mod energy;
+mod frequency;
 mod html;
 mod mode_shapes;
 mod motion;
@@ -13,6 +14,7 @@ use eigentone_modes::{CoordinateKind, ElementKind, Participation, ParticipationE
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::Analysis;
+use super::frequency::FrequencyReport;
 use super::modes::ModeReport;
 use super::number;
 use super::plot::{escape, shorten};
@@ -27,6 +29,8 @@ pub struct Page<'a> {
     pub analysis: &'a Analysis<'a>,
     /// The energies along its motion.
     pub energy: Option<&'a Energy>,
+    /// Frequency responses with their peaks.
+    pub frequency: Option<FrequencyReport<'a>>,
     /// Effective modal masses of the parts that springs and dampers join: [`Participation::of_parts`].
     pub participation: &'a [(Vec<usize>, Result<Participation, ParticipationError>)],
 }
@@ -45,6 +49,11 @@ impl Page<'_> {
             body: mode_shapes::figures(self.analysis.modes, self.analysis.system),
         });
         sections.extend(self.response());
+        sections.extend(self.frequency.as_ref().map(|report| Section {
+            id: "frequency",
+            heading: "Frequency response".to_owned(),
+            body: frequency::body(report),
+        }));
         sections.push(self.bounds());
         html::document(self.analysis.title, &self.lead(), &sections)
     }

@@ -50,7 +50,7 @@ impl Baseline {
             let (from, to) = (DoubleDouble::from(from), DoubleDouble::from(to));
             let rest = from / three + to / six;
             displacement = displacement + velocity + rest;
-            velocity = velocity + (from + to) / two;
+            velocity += (from + to) / two;
         };
         let intervals = match record.hold {
             Hold::Zero => {

@@ -124,7 +124,7 @@ impl<T: Real> Coordinates<T> {
         let back = self.leave.times(block).times(&transposed(&self.leave));
         // Both sides are inexact: (1 + ε)² − 1 ≤ 3ε.
         let twice = self.inexact + self.inexact;
-        let more = twice * (frobenius(&block) + error);
+        let more = twice * (frobenius(block) + error);
         self.widened(back, block, error + more, |j| self.rows[j])
     }
 

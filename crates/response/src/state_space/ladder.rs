@@ -15,6 +15,8 @@ pub(super) trait Question {
     fn attempt<T: Real>(&self) -> Found<Self::Answer>;
 }
 
+type Attempt<Q> = fn(&Q) -> Found<<Q as Question>::Answer>;
+
 pub(super) type Found<A> = Result<Option<(A, bool)>, StateSpaceError>;
 
 /// The best answer for so many states, with so many operations.
@@ -24,7 +26,7 @@ pub(super) fn climb<Q: Question>(
     operations: f64,
 ) -> Result<Q::Answer, StateSpaceError> {
     // What a multiplication costs, in those of doubles.
-    let rungs: [(f64, fn(&Q) -> Found<Q::Answer>); 6] = [
+    let rungs: [(f64, Attempt<Q>); 6] = [
         (8.0, Q::attempt::<DoubleDouble>),
         (40.0, Q::attempt::<Wide<4>>),
         (100.0, Q::attempt::<Wide<8>>),

@@ -39,7 +39,7 @@ use crate::problem::{Channel, Combination, Hold, Quantity, Sum};
 /// assert_eq!(plant.matrices().a.values[(1, 0)], -4.0);
 /// // Under a force that keeps each sample for 1/100 s, exactly:
 /// let held = plant.discretise(0.01, Hold::Zero)?;
-/// assert!((held.b.values[(1, 0)] - 0.004986).abs() < 1e-6);
+/// assert!((held.b.values[(1, 0)] - 0.004_987_188).abs() < 1e-9);
 /// assert!(held.b.bound[(1, 0)] < 1e-18);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

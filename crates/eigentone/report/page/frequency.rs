@@ -1,0 +1,57 @@
+//! Magnitudes of frequency responses, one chart for each unit, and what is notable in them.
+
+use std::f64::consts::TAU;
+
+use super::chart::{Chart, Series};
+use super::html::{remark, table};
+use crate::report::axis::Axis;
+use crate::report::frequency::{FrequencyReport, NOTABLE};
+
+/// Lines in one chart.
+const LINES: usize = 8;
+
+pub(super) fn body(report: &FrequencyReport<'_>) -> String {
+    let functions = report.functions.functions();
+    let mut units: Vec<String> = Vec::new();
+    for function in functions {
+        let unit = report.unit(function);
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    let frequencies = report.functions.frequencies();
+    let chart = |unit: &String| {
+        let own = functions.iter().enumerate();
+        let own = own.filter(|(_, function)| report.unit(function) == *unit);
+        let series = own.take(LINES).map(|(index, function)| {
+            let features = report.features.and_then(|features| features.get(index));
+            let peaks = features.into_iter().flat_map(|features| features.peaks());
+            let marks = peaks.filter_map(|peak| Some((peak.frequency().0 / TAU, peak.gain()?.0)));
+            Series {
+                name: report.name(function),
+                len: frequencies.len(),
+                point: Box::new(move |k| {
+                    let known = function.values()[k].known();
+                    let size = known.map_or(f64::NAN, |(value, _)| value.norm());
+                    (frequencies[k] / TAU, size)
+                }),
+                marks: marks.collect(),
+            }
+        });
+        let chart = Chart {
+            heading: "Magnitude".to_owned(),
+            x: Axis::logarithmic("frequency", "Hz"),
+            y: Axis::logarithmic("|H|", unit),
+            series: series.collect(),
+            caption: "Rings: peaks, at their true places.".to_owned(),
+        };
+        chart.figure()
+    };
+    let charts: String = units.iter().map(chart).collect();
+    let mut body = format!("<div class=\"cards\">\n{charts}</div>\n");
+    if let Some(features) = report.features {
+        body += &table(&report.notable(features));
+        body += &remark(NOTABLE);
+    }
+    body
+}

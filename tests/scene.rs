@@ -683,7 +683,8 @@ fn everything() -> Value {
             {"name": "sum", "displacement": {"a": 1, "road": -1}, "velocity": {"p": 1}, "acceleration": {"b": 1}},
             {"name": "pull", "force": "right"},
         ],
-        "time": {"end": 10, "step": 1}
+        "time": {"end": 10, "step": 1},
+        "frequencies": {"from": 1, "to": 10, "count": 5, "spacing": "log"}
     })
 }
 

@@ -659,7 +659,6 @@ fn everything() -> Value {
         "damping": {"rayleigh": {"mass": 0.5, "stiffness": 0.5, "relative_to": "road"},
                     "modal": {"ratios": [0.5, 0.25], "relative_to": "road"}},
         "initial": {"a": {"displacement": 1, "velocity": 1}},
-        "frequencies": {"from": 1, "to": 2, "count": 3, "spacing": "linear"},
         "loads": [
             {"on": "a", "step": {"force": 1, "start": 0}},
             {"on": "p", "ramp": {"rate": 1, "start": 0}},

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What NumPy and SciPy take for the same work, on one thread: best of several runs, in microseconds.
 
-usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [lsim] [sweep] [eigsh]
+usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [lsim] [sweep] [eigsh] [frf]
 
 Prints a name and a time a line; all sections if none is named. `cargo bench --bench limits` reads it
 where PEERS_PYTHON names the Python to run it with. Chains between two walls: unit masses, springs
@@ -106,7 +106,24 @@ def eigsh():
         yield f"eigsh {n}", spent * 1e6
 
 
-SECTIONS = {section.__name__: section for section in (expm, eig, lsim, sweep, eigsh)}
+def frf():
+    for n in (50, 200):
+        random = np.random.default_rng(1)
+        joins = np.triu(random.random((n, n)), 1)
+        stiffness = np.diag(10 + (joins + joins.T).sum(0)) - joins - joins.T
+        joins = np.triu(0.05 * random.random((n, n)) * (random.random((n, n)) < 0.2), 1)
+        damping = np.diag((joins + joins.T).sum(0)) - joins - joins.T
+        mass, force = np.diag(0.5 + random.random(n)), np.eye(n)[:, 0]
+
+        def solve():
+            for omega in np.linspace(15 / 200, 15, 200):
+                np.linalg.solve(stiffness + 1j * omega * damping - omega**2 * mass, force)
+
+        # A tenth of the frequencies.
+        yield f"frf {n}, 2000 frequencies", 10 * best(solve)
+
+
+SECTIONS = {section.__name__: section for section in (expm, eig, lsim, sweep, eigsh, frf)}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or SECTIONS:

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use eigentone_modes::{ElementKind, Form, MatrixKind, Point, System};
-use eigentone_response::{Load, Problem, Quantity};
+use eigentone_response::{Channel, Load, Problem, Quantity};
 
 use crate::report::number;
 use crate::report::plot::{escape, shorten};
@@ -596,18 +596,27 @@ fn notes(body: &Body, problem: &Problem<'_>) -> Vec<Note> {
             let own = body.at == At::Coordinate(drive.coordinate);
             return own.then(|| note(&drive.load, unit::force(body.kind)));
         };
-        let Some(support) = channel.support else {
-            let acted = |point: &Point| point.form.coordinates == channel.directions[0];
-            let first = system.points().iter().position(acted).map(At::Point);
-            return (first == Some(body.at)).then(|| note(&drive.load, unit::force(body.kind)));
+        let quantity = match channel.integrals {
+            0 => Some(Quantity::Displacement),
+            1 => Some(Quantity::Velocity),
+            2 => Some(Quantity::Acceleration),
+            _ => None,
         };
-        let quantity = [
-            Quantity::Displacement,
-            Quantity::Velocity,
-            Quantity::Acceleration,
-        ][channel.integrals];
-        let own = body.at == At::Support(support);
-        own.then(|| note(&drive.load, unit::motion(body.kind, quantity)))
+        let (own, unit) = match (channel.support, channel.directions[0].as_slice()) {
+            (Some(support), _) => (
+                At::Support(support),
+                quantity.map(|quantity| unit::motion(body.kind, quantity)),
+            ),
+            (None, [(coordinate, 1.0)]) => (At::Coordinate(*coordinate), force(body, channel)),
+            (None, form) => {
+                let acted = |point: &Point| point.form.coordinates == form;
+                let first = system.points().iter().position(acted);
+                (At::Point(first?), force(body, channel))
+            }
+        };
+        // What is integrated more often is a power of time in a polynomial.
+        let power = || Note::new("polynomial of time", 1);
+        (own == body.at).then(|| unit.map_or_else(power, |unit| note(&drive.load, unit)))
     });
     let mut notes: Vec<Note> = acting.collect();
     if notes.len() > LOADS {
@@ -632,6 +641,11 @@ fn notes(body: &Body, problem: &Problem<'_>) -> Vec<Note> {
         notes.push(Note::new(&format!("starts at {}", starts.join(", ")), 0));
     }
     notes
+}
+
+/// The unit of a signal that is a force itself.
+fn force(body: &Body, channel: &Channel) -> Option<&'static str> {
+    (channel.integrals == 0).then(|| unit::force(body.kind))
 }
 
 /// What a signal in this unit does.

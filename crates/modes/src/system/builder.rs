@@ -10,7 +10,8 @@ use thiserror::Error;
 use super::System;
 use super::beams::{Beam, Continua, Rod};
 use super::damping::{ModalRatios, Rayleigh};
-use super::places::{self, GivenPoint, Joint, Places};
+use super::given::{GivenPoint, Joint};
+use super::places::{self, Places};
 use crate::model::{
     Added, CoordinateKind, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, Machine,
     MatrixKind, Model,

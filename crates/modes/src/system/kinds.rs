@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::places::Joint;
+use super::given::Joint;
 use crate::model::{CoordinateKind, GROUND, Point};
 
 /// What each of them measures; `None` where it cannot be told.

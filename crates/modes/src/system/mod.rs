@@ -4,6 +4,7 @@
 mod beams;
 mod builder;
 mod damping;
+mod given;
 mod kinds;
 mod parameter;
 mod places;

@@ -3,29 +3,12 @@
 use std::collections::{HashMap, HashSet};
 
 use super::BuildError;
+use super::given::{GivenPoint, Joint};
 use super::kinds::Kinds;
 use crate::model::{
     CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, Machine, MatrixKind, Node,
     Point, Square, Term,
 };
-
-/// A point as it was given.
-#[derive(Clone, Debug)]
-pub(super) struct GivenPoint {
-    pub(super) name: String,
-    pub(super) moves: Vec<(String, f64)>,
-    pub(super) mass: f64,
-    pub(super) kind: Option<CoordinateKind>,
-}
-
-/// A spring or a damper as it was given.
-#[derive(Clone, Debug)]
-pub(super) struct Joint {
-    pub(super) kind: ElementKind,
-    pub(super) ends: [String; 2],
-    pub(super) coefficient: f64,
-    pub(super) name: Option<String>,
-}
 
 /// Everything an element may end at.
 pub(super) struct Places<'a> {

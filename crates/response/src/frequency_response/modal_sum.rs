@@ -21,6 +21,7 @@ use crate::march::Basis;
 type Inverse = ([Complex<f64>; 4], [f64; 4]);
 
 /// Modes in doubles as an approximate inverse at every frequency.
+#[derive(Debug)]
 pub(super) struct ModalSum {
     /// U.
     pub(super) shapes: Mat<f64>,
@@ -39,6 +40,7 @@ pub(super) struct ModalSum {
 }
 
 /// One or two rows of Λ.
+#[derive(Debug)]
 pub(super) struct Block {
     pub(super) start: usize,
     /// By rows.

@@ -1,5 +1,7 @@
 //! What is asked of a frequency response: from where, to where, at which frequencies.
 
+use std::sync::{Arc, OnceLock};
+
 use eigentone_digits::ComplexDoubleDouble;
 use eigentone_modes::{
     Bounds, ElementKind, Form, GROUND, Precision, SparseDynamicStiffness, SparseError, System,
@@ -54,6 +56,8 @@ pub struct FrequencyResponse<'a> {
     quantity: Quantity,
     loss_factors: Vec<f64>,
     precision: Precision,
+    /// Found when first asked for; clones share them. `None` where they do not serve.
+    modes: Arc<OnceLock<Option<ModalSum>>>,
 }
 
 /// What is looked at.
@@ -153,6 +157,7 @@ impl<'a> FrequencyResponse<'a> {
             quantity: Quantity::Displacement,
             loss_factors: Vec::new(),
             precision: Precision::default(),
+            modes: Arc::default(),
         }
     }
 
@@ -221,7 +226,7 @@ impl<'a> FrequencyResponse<'a> {
             let asked: Vec<(&[Push], &[Reading])> = own()
                 .map(|i| (columns[i].pushes.as_slice(), columns[i].readings.as_slice()))
                 .collect();
-            let in_doubles = self.in_doubles(modes.as_ref(), &asked, frequencies);
+            let in_doubles = self.in_doubles(modes, &asked, frequencies);
             for (index, &frequency) in frequencies.iter().enumerate() {
                 if let Some(values) = in_doubles.get(index).and_then(Option::as_ref) {
                     let all = own().zip(values);
@@ -236,7 +241,7 @@ impl<'a> FrequencyResponse<'a> {
                 }
                 let found = enclose(&Question {
                     block,
-                    modes: modes.as_ref(),
+                    modes,
                     frequency: frequency.into(),
                     columns: &asked,
                     steepness: false,
@@ -340,7 +345,7 @@ impl<'a> FrequencyResponse<'a> {
                     let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
                     let found = enclose(&Question {
                         block: &blocks[column.block],
-                        modes: modes.as_ref(),
+                        modes,
                         frequency,
                         columns: &[asked],
                         steepness: true,
@@ -350,7 +355,7 @@ impl<'a> FrequencyResponse<'a> {
                         _ => None,
                     }
                 };
-                let in_doubles = modes.as_ref().and_then(|modes| {
+                let in_doubles = modes.and_then(|modes| {
                     InDoubles::of(modes, &column.pushes, std::slice::from_ref(reading))
                 });
                 let glance = in_doubles.as_ref();
@@ -363,7 +368,7 @@ impl<'a> FrequencyResponse<'a> {
     }
 
     /// The inputs, the parts of the system that they act on, and its modes where they are quicker than elimination.
-    fn parts(&self) -> Result<Parts, FrequencyError> {
+    fn parts(&self) -> Result<Parts<'_>, FrequencyError> {
         /// Up to so many coordinates elimination in balls is as quick.
         const SMALL: usize = 40;
         self.check_loss_factors()?;
@@ -381,8 +386,9 @@ impl<'a> FrequencyResponse<'a> {
         let blocks: Vec<Block> = groups.iter().map(|group| stiffness.block(group)).collect();
         let is_large = self.precision == Precision::Double
             || blocks.iter().any(|block| block.coordinates().len() > SMALL);
-        let modes = (is_large && self.loss_factors.iter().all(|factor| *factor == 0.0))
-            .then(|| ModalSum::of(self.system, &stiffness));
+        let has_modes = is_large && self.loss_factors.iter().all(|factor| *factor == 0.0);
+        let find = || ModalSum::of(self.system, &stiffness);
+        let modes = has_modes.then(|| self.modes.get_or_init(find).as_ref());
         Ok((columns, blocks, modes.flatten()))
     }
 
@@ -546,7 +552,7 @@ impl<'a> FrequencyResponse<'a> {
 }
 
 /// Inputs, blocks, and modes where they are quicker.
-type Parts = (Vec<Column>, Vec<Block>, Option<ModalSum>);
+type Parts<'a> = (Vec<Column>, Vec<Block>, Option<&'a ModalSum>);
 
 /// An input.
 struct Column {

@@ -699,7 +699,8 @@ fn everything() -> Value {
         ],
         "noise": [{"on": "p", "force": 1}, {"of": "road", "displacement": 1}, {"of": "road", "velocity": 1},
                   {"of": "road", "acceleration": 1}],
-        "time": {"end": 10, "step": 1}
+        "time": {"end": 10, "step": 1},
+        "frequencies": {"from": 1, "to": 10, "count": 5, "spacing": "log"}
     })
 }
 

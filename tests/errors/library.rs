@@ -11,8 +11,8 @@ use eigentone::modes::{
 };
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
-    Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Problem, Quantity, Response,
-    ResponseSpectrum, Samples, State, StateSpace, SteadyState, Step, Sum, Sweep, Versine,
+    Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Polynomial, Problem, Quantity,
+    Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState, Step, Sum, Sweep, Versine,
     WhiteNoise, expm, receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
@@ -226,6 +226,7 @@ fn build_errors(listing: &mut Listing) {
         point(&[]).build();
         point(&[("n", 1.0)]).build();
         point(&[("p", 1.0)]).build();
+        point(&[("q", 1.0)]).point("q", [("m", 1.0)], 0.0).build();
         point(&[("m", f64::NAN)]).build();
         point(&[("m", 1e-200)]).spring("p", GROUND, 1.0).build();
         one.clone().spring(GROUND, "m", 1.0).named("").build();
@@ -470,6 +471,8 @@ fn response_errors(listing: &mut Listing) {
         of_motion(&carried, Step::of(1.0).into());
         of_load(HalfSine::of(1.0, 0.0).into());
         of_load(Versine::of(1.0, 1.0).starting_at(-1.0).into());
+        of_load(Polynomial::of([0.0; 8]).into());
+        of_load(Polynomial::of([0.0, 1e306]).into());
         SteadyState::of(&drifts);
         FrequencyResponse::of(&quarter).at(&[1.0]);
         frf().to("wall").at(&[1.0]);

@@ -2,7 +2,7 @@
 //! twenty powers of ten apart. What is said of their roots holds against the exact determinant.
 
 use eigentone_check::Reference;
-use eigentone_modes::{Bounds, ElementKind, GROUND, Precision, System};
+use eigentone_modes::{Bounds, ElementKind, GROUND, ModesError, Precision, System};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -105,10 +105,9 @@ proptest! {
         for precision in [Precision::default(), Precision::Double] {
             let modes = match system.modes_to(precision) {
                 Ok(modes) => modes,
-                Err(error) => {
-                    println!("MACHINE {precision:?}: {error:?}");
-                    continue;
-                }
+                // Frequencies may lie too far apart for doubles.
+                Err(ModesError::OutOfRange { .. }) if precision == Precision::Double => continue,
+                Err(error) => return Err(TestCaseError::fail(error.to_string())),
             };
             if modes.bounds() == Bounds::Proven || precision == Precision::Double {
                 prop_assert_eq!(fault(&truth, &modes), None, "{}: {:?}", modes.plan(), modes.as_slice());

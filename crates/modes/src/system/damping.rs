@@ -160,11 +160,11 @@ impl ModalRatios {
         let zeta = |r: usize| self.ratios.get(r).copied().unwrap_or(last);
         let mut matrix: Rows = vec![vec![zero; massive.len()]; massive.len()];
         for (r, (&square, force)) in squares.iter().zip(&forces).enumerate() {
-            if r < rigid.len() {
-                continue;
-            }
             if square < zero {
                 return Err(no_modes("K is not positive semidefinite"));
+            }
+            if r < rigid.len() {
+                continue;
             }
             if let (Some(&next), Some(&largest)) = (squares.get(r + 1), squares.last())
                 && next - square <= largest.scale(-200)

@@ -178,7 +178,7 @@ fn derivative(row: &[DoubleDouble], w: &Normed<DoubleDouble>) -> Vec<DoubleDoubl
         .filter(|(_, factor)| !factor.is_zero())
     {
         for (sum, entry) in rate.iter_mut().zip(w.row(i)) {
-            *sum = *sum + *factor * *entry;
+            *sum += *factor * *entry;
         }
     }
     rate

@@ -425,7 +425,9 @@ impl Load {
                     return Err(LoadError::Coefficients { count });
                 }
                 let mut all = coefficients.iter().copied().enumerate();
-                if let Some((index, value)) = all.find(|(_, value)| !(value.abs() < LARGEST)) {
+                if let Some((index, value)) =
+                    all.find(|(_, value)| !(-LARGEST..LARGEST).contains(value))
+                {
                     return Err(LoadError::CoefficientNotFinite { index, value });
                 }
                 if *start < 0.0 {

@@ -1170,7 +1170,8 @@ fn root_mean_squares_have_the_shape_that_was_agreed_on() {
     let out = out.to_str().expect("a UTF-8 path");
     let json = printed(&["random", name, "--json", "--out", out]);
     let answer: Value = serde_json::from_str(&json).expect("JSON");
-    assert_keys(&json, &answer, &["bounds", "rms"]);
+    assert_keys(&json, &answer, &["bounds", "rms", "zero_crossings"]);
+    assert_eq!(answer["zero_crossings"]["m1"], Value::Null);
     assert_eq!(answer["bounds"], "proven");
     let rms = &answer["rms"];
     let quantities = ["displacement", "velocity", "acceleration", "outputs"];

@@ -313,7 +313,7 @@ fn bad_scenes() -> Vec<Bad> {
         bad(outputs(r#"{"name": "o", "force": "tyre"}, {"name": "o", "force": "tyre"}"#), "outputs[1].name", "must differ", ByReader),
         bad(outputs(r#"{"name": "", "force": "tyre"}"#), "outputs[0].name", "must not be empty", ByBoth),
         // Noise
-        bad(noise(r#"{"on": "body"}"#), "3:12: noise[0]", "the noise has no density: give it one of \"force\"", ByBoth),
+        bad(noise(r#"{"on": "body"}"#), "3:11: noise[0]", "the noise has no density: give it one of \"force\"", ByBoth),
         bad(noise(r#"{"on": "body", "force": 1, "velocity": 1}"#), "noise[0]", "give each a noise of its own", ByBoth),
         bad(noise(r#"{"of": "road", "force": 1}"#), "noise[0]", "a force is noise \"on\" a coordinate or point", ByBoth),
         bad(noise(r#"{"on": "body", "velocity": 1}"#), "noise[0]", "a motion is noise \"of\" a support", ByBoth),

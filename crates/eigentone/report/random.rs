@@ -1,4 +1,4 @@
-//! Root mean squares of stationary motions as a table, JSON and CSV.
+//! Root mean squares of stationary motions, and how often they pass through 0, as a table, JSON and CSV.
 
 use std::io::{self, Write};
 
@@ -20,8 +20,8 @@ pub struct RandomReport<'a> {
     pub motion: &'a StationaryMotion,
 }
 
-/// A root mean square: of what, which quantity of it, its unit.
-type Row<'a> = (&'a str, &'static str, &'static str, &'a Rms);
+/// A root mean square, or how often displacements pass through 0: of what, which quantity of it, its unit.
+type Row<'a> = (&'a str, &'static str, &'static str, Rms);
 
 impl<'a> RandomReport<'a> {
     fn rows(&self) -> Vec<Row<'a>> {
@@ -42,15 +42,18 @@ impl<'a> RandomReport<'a> {
         ];
         for (word, quantity, all) in motions {
             let unit = |name: &str| unit::motion(self.system.kind_at(name), quantity);
-            rows.extend(
-                all.iter()
-                    .map(|(name, rms)| (name.as_str(), word, unit(name), rms)),
-            );
+            let row =
+                |(name, rms): &'a (String, Rms)| (name.as_str(), word, unit(name), rms.clone());
+            rows.extend(all.iter().map(row));
         }
         let outputs = self.outputs.iter().zip(motion.outputs());
-        let unit = |output| unit::output(self.system, output);
+        rows.extend(outputs.map(|(output, (name, rms))| {
+            let unit = unit::output(self.system, output);
+            (name.as_str(), "output", unit, rms.clone())
+        }));
+        let crossings = motion.zero_crossings().into_iter();
         rows.extend(
-            outputs.map(|(output, (name, rms))| (name.as_str(), "output", unit(output), rms)),
+            crossings.filter_map(|(name, rate)| Some((name, "zero crossings", "Hz", rate?))),
         );
         rows
     }
@@ -72,7 +75,7 @@ impl<'a> RandomReport<'a> {
             .column("r.m.s.", Align::Point, number::told_column(known))
             .column("unit", Align::Left, rows.iter().map(|row| row.2))
             .column("proven within", Align::Right, bounds);
-        let reasons: Vec<String> = rows.iter().map(|row| reason(row.3)).collect();
+        let reasons: Vec<String> = rows.iter().map(|row| reason(&row.3)).collect();
         if reasons.iter().any(|reason| !reason.is_empty()) {
             table = table.column("why", Align::Left, &reasons);
         }
@@ -93,6 +96,7 @@ impl<'a> RandomReport<'a> {
                 acceleration: Map(motion.acceleration()),
                 outputs: Map(motion.outputs()),
             },
+            zero_crossings: Crossings(motion.zero_crossings()),
         };
         serde_json::to_writer(&mut out, &json)?;
         writeln!(out)
@@ -105,11 +109,11 @@ impl<'a> RandomReport<'a> {
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         csv::row(&mut out, ["of", "what", "unit", "rms", "bound", "reason"])?;
         for (of, what, unit, rms) in self.rows() {
-            let [value, bound] = match rms {
+            let [value, bound] = match &rms {
                 Rms::Finite { value, bound } => [csv::number(*value), csv::number(*bound)],
                 Rms::Infinite { .. } | Rms::Undecided { .. } => [String::new(), String::new()],
             };
-            let (of, reason) = (csv::text(of), reason(rms));
+            let (of, reason) = (csv::text(of), reason(&rms));
             csv::row(&mut out, [&of, what, unit, &value, &bound, &reason])?;
         }
         Ok(())
@@ -129,6 +133,7 @@ fn reason(rms: &Rms) -> String {
 struct Json<'a> {
     bounds: &'static str,
     rms: Quantities<'a>,
+    zero_crossings: Crossings<'a>,
 }
 
 #[derive(Serialize)]
@@ -149,22 +154,32 @@ struct Value {
     reason: String,
 }
 
+impl Value {
+    fn of(rms: &Rms) -> Value {
+        let (value, bound) = match rms {
+            Rms::Finite { value, bound } => (Some(*value), Some(*bound)),
+            Rms::Infinite { .. } | Rms::Undecided { .. } => (None, None),
+        };
+        let reason = reason(rms);
+        Value {
+            value,
+            bound,
+            reason,
+        }
+    }
+}
+
 impl Serialize for Map<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(name, rms)| {
-            let (value, bound) = match rms {
-                Rms::Finite { value, bound } => (Some(*value), Some(*bound)),
-                Rms::Infinite { .. } | Rms::Undecided { .. } => (None, None),
-            };
-            let reason = reason(rms);
-            (
-                name,
-                Value {
-                    value,
-                    bound,
-                    reason,
-                },
-            )
-        }))
+        serializer.collect_map(self.0.iter().map(|(name, rms)| (name, Value::of(rms))))
+    }
+}
+
+struct Crossings<'a>(Vec<(&'a str, Option<Rms>)>);
+
+impl Serialize for Crossings<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let all = self.0.iter();
+        serializer.collect_map(all.map(|(name, rate)| (name, rate.as_ref().map(Value::of))))
     }
 }

@@ -11,7 +11,7 @@ use faer::Mat;
 use super::asked::{Asked, word};
 use super::coordinates::{Coordinates, kept};
 use super::error::StateSpaceError;
-use super::ladder::{Found, Question, climb};
+use super::ladder::{Found, Question, affordable, climb};
 use super::model::{OF_DOUBLINGS, first_step, operations};
 use super::noise::{accumulated, comes_to_rest};
 use super::realisation::Realisation;
@@ -156,6 +156,8 @@ impl<'a> WhiteNoise<'a> {
             asked.output(output)?;
         }
         let form = FirstOrder::of(system)?;
+        let operations = OF_DOUBLINGS * operations(form.states(), 0.0);
+        affordable(form.states(), operations)?;
         comes_to_rest(system)?;
         let rides = rides(&asked)?;
         let question = Stationary {
@@ -165,7 +167,6 @@ impl<'a> WhiteNoise<'a> {
             density,
             rides,
         };
-        let operations = OF_DOUBLINGS * operations(form.states(), 0.0);
         let all = climb(&question, form.states(), operations)?;
         let mut all = asked.outputs.into_iter().zip(all);
         let motions = [(); 3].map(|()| all.by_ref().take(places.len()).collect());
@@ -188,6 +189,27 @@ impl StationaryMotion {
     /// Their accelerations.
     pub fn acceleration(&self) -> &[(String, Rms)] {
         &self.motions[2]
+    }
+
+    /// How often a second displacements pass through 0 upwards on average, σ_v/2πσ_x, in Hz, as far as both are finite and not
+    /// 0: Rice's formula (1944, *Bell Syst. Tech. J.* 23), for noise that is Gaussian.
+    pub fn zero_crossings(&self) -> Vec<(&str, Option<Rms>)> {
+        let both = self.displacement().iter().zip(self.velocity());
+        let rate = |displacement: &Rms, velocity: &Rms| {
+            let (&Rms::Finite { value: x, bound: a }, &Rms::Finite { value: v, bound: b }) =
+                (displacement, velocity)
+            else {
+                return None;
+            };
+            // (1 + ε)/(1 − δ) is within 2(ε + δ) of 1, and there are four roundings.
+            let value = v / x / std::f64::consts::TAU;
+            let off = 2.0 * (a / x + b / v) + 4.0 * f64::EPSILON;
+            let bound = (value * off).next_up();
+            let told = off <= 0.5 && value >= f64::MIN_POSITIVE / f64::EPSILON && bound.is_finite();
+            told.then_some(Rms::Finite { value, bound })
+        };
+        both.map(|((name, x), (_, v))| (name.as_str(), rate(x, v)))
+            .collect()
     }
 
     /// The outputs asked for, by their names.

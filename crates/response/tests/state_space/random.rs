@@ -87,6 +87,16 @@ fn one_mass_under_a_white_force() {
             4e-16,
         );
         is_infinite(of(motion.acceleration(), "m"), "m force");
+        // Twice a second times 2π, whatever the damping.
+        let crossings = motion.zero_crossings();
+        let Some(Rms::Finite { value, bound }) = crossings[0].1 else {
+            panic!("it swings")
+        };
+        let truth = std::f64::consts::FRAC_1_PI;
+        assert!(
+            (value - truth).abs() <= bound && bound < 2e-15,
+            "{value} ± {bound}"
+        );
         is(
             of(motion.outputs(), "relative"),
             (3.0 / (4.0 * c * 8.0)).sqrt(),

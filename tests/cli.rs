@@ -1153,6 +1153,60 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
     refused(&["export", file, "--hold", "zero", "--step", "-1"], 2);
 }
 
+/// Each quantity by names, with bounds or null and a reason; files; what is refused.
+#[test]
+fn root_mean_squares_have_the_shape_that_was_agreed_on() {
+    let directory = fresh("random");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("mast.json");
+    let text = r#"{"masses": [{"name": "m1", "mass": 2}], "supports": ["soil"],
+        "springs": [{"between": ["soil", "m1"], "stiffness": 8, "name": "mast"}],
+        "dampers": [{"between": ["soil", "m1"], "damping": 0.5}],
+        "outputs": [{"name": "sway", "displacement": {"m1": 1, "soil": -1}}, {"name": "pull", "force": "mast"}],
+        "noise": [{"of": "soil", "acceleration": 1}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let name = file.to_str().expect("a UTF-8 path");
+    let out = directory.join("out");
+    let out = out.to_str().expect("a UTF-8 path");
+    let json = printed(&["random", name, "--json", "--out", out]);
+    let answer: Value = serde_json::from_str(&json).expect("JSON");
+    assert_keys(&json, &answer, &["bounds", "rms", "zero_crossings"]);
+    assert_eq!(answer["zero_crossings"]["m1"], Value::Null);
+    assert_eq!(answer["bounds"], "proven");
+    let rms = &answer["rms"];
+    let quantities = ["displacement", "velocity", "acceleration", "outputs"];
+    assert_keys(&json, rms, &quantities);
+    // S m²/4ck and k² as much.
+    assert_eq!(number(&rms["outputs"]["sway"]["value"]), 0.5);
+    assert_eq!(number(&rms["outputs"]["pull"]["value"]), 4.0);
+    assert!(number(&rms["acceleration"]["m1"]["bound"]) < 1e-15);
+    let body = &rms["displacement"]["m1"];
+    assert_eq!(
+        (&body["value"], &body["bound"]),
+        (&Value::Null, &Value::Null)
+    );
+    let reason = "infinite under white noise: soil acceleration";
+    assert_eq!(body["reason"], reason);
+    let mut files = listed(Path::new(out));
+    files.sort();
+    assert_eq!(files, ["random.csv", "random.json"]);
+
+    let table = printed(&["random", name]);
+    assert!(table.contains("sway") && table.contains(reason), "{table}");
+    let undamped = text.replace("0.5", "0");
+    fs::write(&file, undamped).expect("it can be written");
+    let error = refused(&["random", name], 2);
+    assert!(
+        error.contains("an undamped mode does not come to rest"),
+        "{error}"
+    );
+    let (quiet, _) = text.split_once(r#""noise""#).expect("it has noise");
+    let quiet = format!(r#"{quiet}"title": "quiet"}}"#);
+    fs::write(&file, quiet).expect("it can be written");
+    let error = refused(&["random", name], 2);
+    assert!(error.contains("it has no `noise`"), "{error}");
+}
+
 /// Values, bounds and times of a record with a single pulse, at as many frequencies as were asked for; files; places of faults.
 #[test]
 fn spectra_have_the_shape_that_was_agreed_on() {

@@ -55,6 +55,10 @@ fn outputs(list: &str) -> String {
     road(&format!(r#""outputs": [{list}]"#))
 }
 
+fn noise(list: &str) -> String {
+    road(&format!(r#""noise": [{list}]"#))
+}
+
 /// Samples of a file as the motion of a support.
 fn record(file: &str) -> String {
     motions(&format!(
@@ -308,6 +312,16 @@ fn bad_scenes() -> Vec<Bad> {
         bad(outputs(r#"{"name": "o", "force": "body"}"#), "outputs[0].force", "is not the name of a spring or damper: known are \"spring\" and \"tyre\"", ByReader),
         bad(outputs(r#"{"name": "o", "force": "tyre"}, {"name": "o", "force": "tyre"}"#), "outputs[1].name", "must differ", ByReader),
         bad(outputs(r#"{"name": "", "force": "tyre"}"#), "outputs[0].name", "must not be empty", ByBoth),
+        // Noise
+        bad(noise(r#"{"on": "body"}"#), "3:11: noise[0]", "the noise has no density: give it one of \"force\"", ByBoth),
+        bad(noise(r#"{"on": "body", "force": 1, "velocity": 1}"#), "noise[0]", "give each a noise of its own", ByBoth),
+        bad(noise(r#"{"of": "road", "force": 1}"#), "noise[0]", "a force is noise \"on\" a coordinate or point", ByBoth),
+        bad(noise(r#"{"on": "body", "velocity": 1}"#), "noise[0]", "a motion is noise \"of\" a support", ByBoth),
+        bad(noise(r#"{"on": "body", "of": "road", "velocity": 1}"#), "noise[0]", "and no \"on\"", ByBoth),
+        bad(noise(r#"{"on": "road", "force": 1}"#), "noise[0].on", "name a coordinate or point", ByReader),
+        bad(noise(r#"{"of": "raod", "velocity": 1}"#), "noise[0].of", "did you mean \"road\"?", ByReader),
+        bad(noise(r#"{"of": "road", "velocity": -1}"#), "noise[0].velocity", "a density must be 0 or more", ByBoth),
+        bad(noise(r#"{"of": "road", "velocity": 1, "band": [1, 10]}"#), "noise[0].band", "leave out \"band\" for white noise", ByBoth),
         // Elements and damping
         bad(one_spring(r#"{"between": ["left", "right"], "stiffness": 1, "name": ""}"#), "springs[0].name", "must not be empty", ByBoth),
         bad(road(r#""dampers": [{"between": ["body", "wheel"], "damping": 1, "name": "tyre"}]"#), "3:66: dampers[0].name", "must differ", ByReader),
@@ -683,6 +697,8 @@ fn everything() -> Value {
             {"name": "sum", "displacement": {"a": 1, "road": -1}, "velocity": {"p": 1}, "acceleration": {"b": 1}},
             {"name": "pull", "force": "right"},
         ],
+        "noise": [{"on": "p", "force": 1}, {"of": "road", "displacement": 1}, {"of": "road", "velocity": 1},
+                  {"of": "road", "acceleration": 1}],
         "time": {"end": 10, "step": 1},
         "frequencies": {"from": 1, "to": 10, "count": 5, "spacing": "log"}
     })

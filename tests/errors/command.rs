@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 29] = [
+const CASES: [(&str, &str); 30] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -26,6 +26,7 @@ const CASES: [(&str, &str); 29] = [
     ("", "frf S --at 1,x"),
     ("StateSpace", "export S --from wall"),
     ("LossFactor", "export rubber.json"),
+    ("NoNoise", "random S"),
     ("HoldWithoutStep", "export S --step 0.1"),
     ("Record", "spectrum record.csv --step 0.01 --column ay"),
     (

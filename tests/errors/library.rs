@@ -13,7 +13,7 @@ use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
     Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Polynomial, Problem, Quantity,
     Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState, Step, Sum, Sweep, Versine,
-    expm, receptance,
+    WhiteNoise, expm, receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
@@ -435,6 +435,9 @@ fn response_errors(listing: &mut Listing) {
     let growth = growth.expect("a form");
     let undamped = StateSpace::of(&one).force("m0").build();
     let undamped = undamped.expect("a form");
+    let held = System::builder().mass("m", 1.0).support("road");
+    let held = held.spring("road", "m", 1.0).damper(GROUND, "m", 1.0);
+    let held = held.build().expect("a system");
     let record = |values: &[f64]| Samples {
         step: 0.1,
         values: values.to_vec(),
@@ -452,6 +455,8 @@ fn response_errors(listing: &mut Listing) {
         form.process_noise(0.1, mat![[1.0, 0.0]].as_ref());
         growth.discretise(100.0, Hold::Zero);
         undamped.stationary_covariance(mat![[1.0]].as_ref());
+        WhiteNoise::of(&held).force("m", -1.0).solve();
+        WhiteNoise::of(&held).motion("road", Quantity::Acceleration, 1.0).solve();
         spectrum(&[], 0.05, 1.0);
         spectrum(&[0.0, 1.0], -0.05, 1.0);
         spectrum(&[0.0, 1.0], 0.05, 0.0);

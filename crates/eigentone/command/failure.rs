@@ -65,6 +65,11 @@ pub enum Failure {
         scene.display()
     )]
     LossFactor { scene: PathBuf },
+    #[error(
+        "{}: it has no `noise`: add \"noise\": [{{\"on\": …, \"force\": …}}] or [{{\"of\": …, \"acceleration\": …}}]",
+        scene.display()
+    )]
+    NoNoise { scene: PathBuf },
     #[error("--hold and --step belong together: give both, as in --hold zero --step 0.01, or none")]
     HoldWithoutStep,
     #[error(transparent)]
@@ -154,6 +159,7 @@ impl Failure {
             | Failure::NoTime { .. }
             | Failure::ToleranceInDoubles
             | Failure::LossFactor { .. }
+            | Failure::NoNoise { .. }
             | Failure::HoldWithoutStep
             | Failure::Record(_)
             | Failure::Frequencies { .. }

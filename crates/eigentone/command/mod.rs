@@ -10,6 +10,7 @@ mod interrupt;
 mod memory;
 mod modes;
 mod progress;
+mod random;
 mod response;
 mod selection;
 mod spectrum;
@@ -40,6 +41,7 @@ enum Command {
     Modes(modes::Modes),
     Response(response::Response),
     Frf(frf::Frf),
+    Random(random::Random),
     Spectrum(spectrum::Spectrum),
     Export(export::Export),
     Check(check::Check),
@@ -56,6 +58,7 @@ impl Cli {
             Command::Modes(command) => command.run(),
             Command::Response(command) => command.run(),
             Command::Frf(command) => command.run(),
+            Command::Random(command) => command.run(),
             Command::Spectrum(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),

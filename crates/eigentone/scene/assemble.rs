@@ -54,6 +54,10 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         motions.push((of, quantity, course));
     }
     let outputs = outputs(layout.outputs.0, &names)?;
+    let mut noises = Vec::new();
+    for (i, Object(given)) in layout.noise.0.into_iter().enumerate() {
+        noises.push(noise(given, i, &names)?);
+    }
     let elastic = |spring: &Object<layout::Spring>| spring.0.loss_factor.0;
     let loss_factors: Vec<f64> = layout.springs.0.iter().map(elastic).collect();
     let lossy = loss_factors.iter().position(|factor| *factor != 0.0);
@@ -75,6 +79,7 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         loss_factors,
         time,
         frequencies: frequencies.transpose()?,
+        noises,
     };
     let problem = match scene.problem() {
         Some(problem) => problem.map(drop),
@@ -571,6 +576,65 @@ fn polynomial(Object(polynomial): Object<layout::Polynomial>) -> Load {
     Polynomial::of(coefficients.collect::<Vec<f64>>())
         .starting_at(polynomial.start.0)
         .into()
+}
+
+/// What white noise acts on, which motion it is if it is no force, and its density.
+fn noise(
+    given: layout::Noise,
+    index: usize,
+    names: &Names<'_>,
+) -> Result<(String, Option<Quantity>, f64), SceneError> {
+    let at = |path| names.source.place(path);
+    let place = || at(steps!["noise", index]);
+    let all = [
+        ("force", given.force.map(|density| (None, density))),
+        (
+            "displacement",
+            given
+                .displacement
+                .map(|density| (Some(Quantity::Displacement), density)),
+        ),
+        (
+            "velocity",
+            given
+                .velocity
+                .map(|density| (Some(Quantity::Velocity), density)),
+        ),
+        (
+            "acceleration",
+            given
+                .acceleration
+                .map(|density| (Some(Quantity::Acceleration), density)),
+        ),
+    ];
+    let (key, (quantity, density)) = only(all).map_err(|given| SceneError::Choice {
+        at: place(),
+        choice: Choice::Noise,
+        given,
+    })?;
+    let name = match (quantity, given.on, given.of) {
+        (None, Some(on), None) => {
+            names.of_load(&on.0, steps!["noise", index, "on"])?;
+            on.0
+        }
+        (Some(_), None, Some(of)) => {
+            names.of_motion(&of.0, steps!["noise", index, "of"])?;
+            of.0
+        }
+        _ => {
+            let (at, force) = (place(), quantity.is_none());
+            return Err(SceneError::NoisePlace { at, force });
+        }
+    };
+    if density.0 < 0.0 {
+        let at = at(steps!["noise", index, key]);
+        return Err(SceneError::NoiseDensity { at });
+    }
+    if given.band.is_some() {
+        let at = at(steps!["noise", index, "band"]);
+        return Err(SceneError::NoiseBand { at });
+    }
+    Ok((name, quantity, density.0))
 }
 
 fn harmonic(Object(harmonic): Object<layout::Harmonic>) -> Load {

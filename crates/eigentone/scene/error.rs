@@ -165,6 +165,31 @@ pub enum SceneError {
         /// What is wrong, and what would be right.
         problem: &'static str,
     },
+    /// A noise that acts nowhere, or where its quantity cannot.
+    #[error("{at}: {}", match force {
+        true => "a force is noise \"on\" a coordinate or point: give that, and no \"of\"",
+        false => "a motion is noise \"of\" a support: give that, and no \"on\"",
+    })]
+    NoisePlace {
+        /// The noise.
+        at: Place,
+        /// Whether it is a force.
+        force: bool,
+    },
+    /// A density below 0.
+    #[error("{at}: a density must be 0 or more")]
+    NoiseDensity {
+        /// The density.
+        at: Place,
+    },
+    /// A noise that is not white.
+    #[error(
+        "{at}: noise within a band is not computed: leave out \"band\" for white noise, which has no end"
+    )]
+    NoiseBand {
+        /// The band.
+        at: Place,
+    },
     /// A file with the values of samples is wrong.
     #[error("{at}: {source}")]
     Record {
@@ -277,6 +302,8 @@ pub enum Choice {
     Course,
     /// Sums or a force.
     Output,
+    /// The quantity that is noise.
+    Noise,
 }
 
 impl Choice {
@@ -304,6 +331,12 @@ impl Choice {
                 "says nothing",
                 &["displacement", "velocity", "acceleration"],
                 "give each a motion of its own",
+            ),
+            Choice::Noise => (
+                "the noise",
+                "has no density",
+                &["force", "displacement", "velocity", "acceleration"],
+                "give each a noise of its own",
             ),
             Choice::Course => (
                 "the motion",

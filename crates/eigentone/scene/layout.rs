@@ -41,6 +41,8 @@ pub(super) struct Scene {
     pub(super) time: Option<Object<Time>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) frequencies: Option<Object<Frequencies>>,
+    #[serde(default)]
+    pub(super) noise: List<Object<Noise>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -171,6 +173,24 @@ pub(super) struct Motion {
     pub(super) velocity: Option<Object<Course>>,
     #[serde(default, deserialize_with = "given")]
     pub(super) acceleration: Option<Object<Course>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Noise {
+    #[serde(default, deserialize_with = "given")]
+    pub(super) on: Option<Text>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) of: Option<Text>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) force: Option<Number>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) displacement: Option<Number>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) velocity: Option<Number>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) acceleration: Option<Number>,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) band: Option<List<Number>>,
 }
 
 #[derive(Debug, Deserialize)]

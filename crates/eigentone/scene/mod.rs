@@ -18,7 +18,7 @@ use std::path::Path;
 
 use eigentone_modes::System;
 use eigentone_response::{
-    Combination, Load, Problem, Quantity, Response, ResponseError, State, Sum,
+    Combination, Load, Problem, Quantity, Response, ResponseError, State, Sum, WhiteNoise,
 };
 
 pub use error::{MAX_BYTES, SceneError};
@@ -40,6 +40,8 @@ pub struct Scene {
     /// Step and end.
     time: Option<(f64, f64)>,
     frequencies: Option<Vec<f64>>,
+    /// What is white noise: a force on what, or which motion of which support; and its density.
+    noises: Vec<(String, Option<Quantity>, f64)>,
 }
 
 impl Scene {
@@ -100,6 +102,23 @@ impl Scene {
     /// The frequencies in rad/s that it asks for in frequency responses, rising; `None` if it names none.
     pub fn frequencies(&self) -> Option<&[f64]> {
         self.frequencies.as_deref()
+    }
+
+    /// The noise that drives it, asked for all its outputs; `None` if it has none.
+    pub fn noise(&self) -> Option<WhiteNoise<'_>> {
+        if self.noises.is_empty() {
+            return None;
+        }
+        let all = WhiteNoise::of(&self.system);
+        let all = self
+            .noises
+            .iter()
+            .fold(all, |all, (name, quantity, density)| match quantity {
+                None => all.force(name, *density),
+                Some(quantity) => all.motion(name, *quantity, *density),
+            });
+        let outputs = self.outputs.iter().cloned();
+        Some(outputs.fold(all, WhiteNoise::output))
     }
 
     /// The names of what loads act on, then of the supports that motions move, each once.

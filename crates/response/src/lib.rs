@@ -39,6 +39,7 @@
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | the largest motions of one-mass systems on a shaken base | [`ResponseSpectrum`] |
 //! | A, B, C, D for control and filters, also held, and their process noise | [`StateSpace`] |
+//! | root mean squares of motions under white noise | [`WhiteNoise`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
 //!
@@ -85,6 +86,7 @@ pub use response_spectrum::{
     BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,
 };
 pub use state_space::{
-    BoundedMatrix, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,
+    BoundedMatrix, Rms, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,
+    StationaryMotion, WhiteNoise,
 };
 pub use sweep::{Answer, Sweep, SweepError};

@@ -79,17 +79,11 @@ impl<T: Real> Coordinates<T> {
         // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
         let inexact = energy.defect + energy.defect;
         let a = enter.times(&form.a).times(&leave);
-        let norm = |entries: &dyn Fn(usize) -> Magnitude| {
-            let squares = (0..size).map(|k| entries(k) * entries(k));
-            squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
-        };
-        let entry =
-            |matrix: &BallMatrix<T>, i, j| matrix.middle(i, j).upper() + matrix.radius(i, j);
         Some(Coordinates {
             a_error: inexact * frobenius(&a.block(0, 0, own, own)),
             b: enter.times(&form.b).times(&scales),
-            rows: (0..size).map(|i| norm(&|j| entry(&leave, i, j))).collect(),
-            columns: (0..size).map(|j| norm(&|i| entry(&enter, i, j))).collect(),
+            rows: row_norms(&leave),
+            columns: row_norms(&transposed(&enter)),
             a,
             enter,
             leave,
@@ -106,7 +100,7 @@ impl<T: Real> Coordinates<T> {
     /// What a map of states into states in these coordinates is in those of the form.
     pub(super) fn map(&self, block: &BallMatrix<T>, error: Magnitude) -> BallMatrix<T> {
         let back = self.leave.times(block).times(&self.enter);
-        self.widened(back, block, error, |j| self.columns[j])
+        self.widened(back, block, error, |i| self.rows[i], |j| self.columns[j])
     }
 
     /// The same of a map of the inputs.
@@ -116,16 +110,25 @@ impl<T: Real> Coordinates<T> {
             scales.set(i, i, T::ONE.scale(*unit), Magnitude::ZERO);
         }
         let back = self.leave.times(block).times(&scales);
-        self.widened(back, block, error, |j| self.unit(j))
+        self.widened(back, block, error, |i| self.rows[i], |j| self.unit(j))
     }
 
-    /// The same of a covariance.
-    pub(super) fn covariance(&self, block: &BallMatrix<T>, error: Magnitude) -> BallMatrix<T> {
-        let back = self.leave.times(block).times(&transposed(&self.leave));
+    /// The covariance, of what `readings` make of the states of the form, and how large each reading of a state of size 1
+    /// here may be.
+    pub(super) fn covariance(
+        &self,
+        readings: &BallMatrix<T>,
+        block: &BallMatrix<T>,
+        error: Magnitude,
+    ) -> (BallMatrix<T>, Vec<Magnitude>) {
+        let leave = readings.times(&self.leave);
+        let rows = row_norms(&leave);
+        let back = leave.times(block).times(&transposed(&leave));
         // Both sides are inexact: (1 + ε)² − 1 ≤ 3ε.
         let twice = self.inexact + self.inexact;
         let more = twice * (frobenius(block) + error);
-        self.widened(back, block, error + more, |j| self.rows[j])
+        let back = self.widened(back, block, error + more, |i| rows[i], |j| rows[j]);
+        (back, rows)
     }
 
     /// Adds what an error of the block in the 2-norm, and Y in place of R⁻¹, make of each entry.
@@ -134,12 +137,13 @@ impl<T: Real> Coordinates<T> {
         mut back: BallMatrix<T>,
         block: &BallMatrix<T>,
         error: Magnitude,
+        left: impl Fn(usize) -> Magnitude,
         right: impl Fn(usize) -> Magnitude,
     ) -> BallMatrix<T> {
         let off = error + self.inexact * (frobenius(block) + error);
         for i in 0..back.rows() {
             for j in 0..back.columns() {
-                let radius = back.radius(i, j) + self.rows[i] * off * right(j);
+                let radius = back.radius(i, j) + left(i) * off * right(j);
                 let middle = back.middle(i, j);
                 back.set(i, j, middle, radius);
             }
@@ -151,7 +155,7 @@ impl<T: Real> Coordinates<T> {
         Magnitude::power_of_two(self.units[input])
     }
 
-    /// How large entries of a map of states, of inputs, and of a covariance of size 1 here may be there.
+    /// How large entries of a map of states and of inputs of size 1 here may be there.
     pub(super) fn scale(&self, i: usize, j: usize) -> Magnitude {
         self.rows[i] * self.columns[j]
     }
@@ -159,10 +163,16 @@ impl<T: Real> Coordinates<T> {
     pub(super) fn scale_of_input(&self, i: usize, input: usize) -> Magnitude {
         self.rows[i] * self.unit(input)
     }
+}
 
-    pub(super) fn scale_of_covariance(&self, i: usize, j: usize) -> Magnitude {
-        self.rows[i] * self.rows[j]
-    }
+/// Bounds of the 2-norms of the rows.
+fn row_norms<T: Real>(a: &BallMatrix<T>) -> Vec<Magnitude> {
+    let norm = |i: usize| {
+        let entries = (0..a.columns()).map(|j| a.middle(i, j).upper() + a.radius(i, j));
+        let squares = entries.map(|entry| entry * entry);
+        squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
+    };
+    (0..a.rows()).map(norm).collect()
 }
 
 pub(super) fn transposed<T: Real>(a: &BallMatrix<T>) -> BallMatrix<T> {

@@ -25,7 +25,7 @@ impl Question for Discrete<'_> {
     type Answer = [BoundedMatrix; 4];
 
     fn attempt<T: Real>(&self) -> Found<[BoundedMatrix; 4]> {
-        let Some(form) = Realisation::<T>::of(self.asked)? else {
+        let Some(form) = Realisation::<T>::of(self.asked) else {
             return Ok(None);
         };
         let Some(coordinates) = Coordinates::of(self.asked, &form, self.step) else {

@@ -66,9 +66,32 @@ pub enum StateSpaceError {
     },
     /// Under noise something goes farther and farther.
     #[error(
-        "white noise drives the state farther and farther: a rigid motion, an undamped mode, or the motion of a support that is integrated does not come to rest by itself"
+        "white noise drives the state farther and farther, as {what} does not come to rest by itself"
     )]
-    NotStationary,
+    NotStationary {
+        /// The rigid motion, the undamped modes or the support.
+        what: String,
+    },
+    /// A support wanders under noise and does not carry the whole system with it.
+    #[error(
+        "white noise in the {quantity} of support {support:?} makes it wander without end, and something holds the system back: springs and dampers must let the whole system ride along with it unstretched, exactly"
+    )]
+    Wanders {
+        /// The support.
+        support: String,
+        /// What of it is white noise.
+        quantity: &'static str,
+    },
+    /// The density of a noise is no number, or below 0.
+    #[error(
+        "the density of the noise on {name:?} is {density:?}: it must be a finite number, 0 or more"
+    )]
+    NoiseDensity {
+        /// What the noise acts on.
+        name: String,
+        /// The density given.
+        density: f64,
+    },
     /// An entry is beyond the largest double.
     #[error(
         "entry ({row}, {column}) of {matrix} is beyond the largest double: take a shorter step, or units that bring the numbers closer together"

@@ -19,6 +19,26 @@ type Attempt<Q> = fn(&Q) -> Found<<Q as Question>::Answer>;
 
 pub(super) type Found<A> = Result<Option<(A, bool)>, StateSpaceError>;
 
+/// What a multiplication costs with the fewest digits, in those of doubles.
+const LEAST_COST: f64 = 8.0;
+
+/// Refuses what not even the fewest digits can be afforded for.
+pub(super) fn affordable(states: usize, operations: f64) -> Result<(), StateSpaceError> {
+    afford(states, operations * LEAST_COST)
+}
+
+fn afford(states: usize, operations: f64) -> Result<(), StateSpaceError> {
+    let limit = LIMIT;
+    match operations > limit {
+        true => Err(StateSpaceError::TooMuchWork {
+            states,
+            operations,
+            limit,
+        }),
+        false => Ok(()),
+    }
+}
+
 /// The best answer for so many states, with so many operations.
 pub(super) fn climb<Q: Question>(
     question: &Q,
@@ -27,7 +47,7 @@ pub(super) fn climb<Q: Question>(
 ) -> Result<Q::Answer, StateSpaceError> {
     // What a multiplication costs, in those of doubles.
     let rungs: [(f64, Attempt<Q>); 6] = [
-        (8.0, Q::attempt::<DoubleDouble>),
+        (LEAST_COST, Q::attempt::<DoubleDouble>),
         (40.0, Q::attempt::<Wide<4>>),
         (100.0, Q::attempt::<Wide<8>>),
         (300.0, Q::attempt::<Wide<16>>),
@@ -37,13 +57,7 @@ pub(super) fn climb<Q: Question>(
     let mut best = None;
     let mut tried = false;
     for (cost, attempt) in rungs {
-        let operations = operations * cost;
-        if operations > LIMIT {
-            let error = StateSpaceError::TooMuchWork {
-                states,
-                operations,
-                limit: LIMIT,
-            };
+        if let Err(error) = afford(states, operations * cost) {
             return best.ok_or(if tried { StateSpaceError::Lost } else { error });
         }
         tried = true;

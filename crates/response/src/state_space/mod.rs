@@ -9,8 +9,10 @@ mod error;
 mod ladder;
 mod model;
 mod noise;
+mod random;
 mod realisation;
 
 pub use bounded::BoundedMatrix;
 pub use error::StateSpaceError;
 pub use model::{StateMatrices, StateSpace, StateSpaceBuilder};
+pub use random::{Rms, StationaryMotion, WhiteNoise};

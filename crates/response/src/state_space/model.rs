@@ -9,9 +9,9 @@ use super::bounded::BoundedMatrix;
 use super::discrete::Discrete;
 use super::error::StateSpaceError;
 use super::ladder::{Found, Question, climb};
-use super::noise::Noise;
+use super::noise::{Noise, comes_to_rest};
 use super::realisation::Realisation;
-use crate::problem::{Channel, Combination, Hold, Quantity, Sum};
+use crate::problem::{Combination, Hold, Quantity, Sum};
 
 /// A system as z′ = A z + B u, y = C z + D u, with named states, inputs and outputs.
 ///
@@ -247,18 +247,15 @@ impl<'a> StateSpace<'a> {
         density: MatRef<'_, f64>,
     ) -> Result<BoundedMatrix, StateSpaceError> {
         self.check(density)?;
-        let structure = self.asked.system.structure();
-        let driven = |channel: &Channel| channel.integrals > 0;
-        let integrated = self.asked.channels.iter().any(driven);
-        let free = structure.zero_roots().is_some_and(|count| count > 0);
-        let undamped = structure.undamped_modes().is_some_and(|count| count > 0);
-        if integrated || free || undamped {
-            return Err(StateSpaceError::NotStationary);
+        let driven = self.asked.channels.iter().zip(&self.asked.inputs);
+        let mut integrated = driven.filter(|(channel, _)| channel.integrals > 0);
+        if let Some((_, input)) = integrated.next() {
+            let what = format!("the support that the {input} moves");
+            return Err(StateSpaceError::NotStationary { what });
         }
-        let size = self.matrices.a.values.norm_max();
-        let step = if size > 0.0 { 1.0 / size } else { 1.0 };
-        // About as many doublings as digits and powers of ten between rates.
-        let operations = 9.0 * self.operations(step, 0)?;
+        comes_to_rest(self.asked.system)?;
+        let step = first_step(self.matrices.a.values.as_ref());
+        let operations = OF_DOUBLINGS * self.operations(step, 0)?;
         let asked = &self.asked;
         let question = Noise {
             asked,
@@ -291,11 +288,24 @@ impl<'a> StateSpace<'a> {
         if !(step.is_finite() && step > 0.0) {
             return Err(StateSpaceError::Step { step });
         }
-        let a = &self.matrices.a.values;
-        let squarings = (a.norm_max() * step).log2().max(0.0);
-        let size = (self.states.len() + more) as f64;
-        Ok(size.powi(3) * (30.0 + squarings))
+        let squarings = (self.matrices.a.values.norm_max() * step).log2();
+        Ok(operations(self.states.len() + more, squarings))
     }
+}
+
+/// How many exponentials the doublings of an integral over all the time count for: about as many as there are digits and
+/// powers of ten between rates.
+pub(super) const OF_DOUBLINGS: f64 = 9.0;
+
+/// How many multiplications an exponential of so many rows and squarings takes.
+pub(super) fn operations(size: usize, squarings: f64) -> f64 {
+    (size as f64).powi(3) * (30.0 + squarings.max(0.0))
+}
+
+/// The time with which an integral over all the time begins.
+pub(super) fn first_step(a: MatRef<'_, f64>) -> f64 {
+    let size = a.norm_max();
+    if size > 0.0 { 1.0 / size } else { 1.0 }
 }
 
 /// The continuous form itself.
@@ -307,9 +317,10 @@ impl Question for Continuous<'_> {
     type Answer = (Vec<String>, [BoundedMatrix; 4]);
 
     fn attempt<T: Real>(&self) -> Found<Self::Answer> {
-        let Some(form) = Realisation::<T>::of(self.asked)? else {
+        let Some(form) = Realisation::<T>::of(self.asked) else {
             return Ok(None);
         };
+        form.check_proper(self.asked)?;
         let matrices = [
             BoundedMatrix::by_itself(&form.a, "A")?,
             BoundedMatrix::by_itself(&form.b, "B")?,

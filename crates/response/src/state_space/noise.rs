@@ -5,11 +5,13 @@
 //! *SIAM J. Appl. Math.* 16): P − Q(t) = e^{At} P e^{Aᵀt}.
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
+use eigentone_modes::System;
 use faer::MatRef;
 
 use super::asked::Asked;
 use super::bounded::BoundedMatrix;
 use super::coordinates::{Coordinates, kept, transposed};
+use super::error::StateSpaceError;
 use super::ladder::{Found, Question};
 use super::realisation::Realisation;
 use crate::enclosed::{Normed, exponential};
@@ -29,59 +31,93 @@ impl Question for Noise<'_> {
     type Answer = BoundedMatrix;
 
     fn attempt<T: Real>(&self) -> Found<BoundedMatrix> {
-        let Some(form) = Realisation::<T>::of(self.asked)? else {
+        let Some(form) = Realisation::<T>::of(self.asked) else {
             return Ok(None);
         };
         let Some(coordinates) = Coordinates::of(self.asked, &form, self.step) else {
             return Ok(None);
         };
-        let (n, m) = (form.a.rows(), form.b.columns());
-        let mut density = BallMatrix::zeros(m, m);
-        for i in 0..m {
-            for j in 0..m {
-                density.set(i, j, T::from(self.density[(i, j)]), Magnitude::ZERO);
-            }
-        }
-        let b = coordinates.entered(&form.b);
-        let rate = b.times(&density).times(&transposed(&b));
-        let rate = Normed::of(&rate, n);
-        let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
-
-        // ‖W‖t ≤ ½.
-        let size = w.true_norm() * Magnitude::from(self.step);
-        if !size.is_finite() {
+        let kept_up = accumulated(&coordinates, &form, self.density, self.step, self.forever);
+        let Some(sum) = kept_up else {
             return Ok(None);
-        }
-        let halvings = (size.exponent() + 1).max(0);
-        let short = T::from(self.step).scale(-halvings);
-        let mut power = exponential(&w, short, Magnitude::ZERO);
-        let mut sum = series(&w, &rate, short);
-        let most = if self.forever { DOUBLINGS } else { halvings };
-        let mut left = None;
-        for _ in 0..most {
-            // What a longer time adds is less than what all the time does.
-            left = left_out(&power, &sum).filter(|left| *left <= sum.true_norm() * T::unit());
-            if left.is_some() {
-                break;
-            }
-            let carried = power.times(&sum).times(&transpose(&power));
-            sum = plus(&sum, &carried);
-            power = power.times(&power);
-            if !sum.error().is_finite() || !power.error().is_finite() {
-                return Ok(None);
-            }
-        }
-        match left {
-            Some(left) => sum = sum.with_more_error(left),
-            None if self.forever => return Ok(None),
-            None => {}
-        }
-        let exact = coordinates.covariance(&kept(&sum, 0, n, n), sum.error());
+        };
+        let n = form.a.rows();
+        let states = BallMatrix::identity(n);
+        let (exact, rows) = coordinates.covariance(&states, &kept(&sum, 0, n, n), sum.error());
         let exact = upper_half(exact);
         let norm = sum.true_norm();
-        let scale = |i, j| coordinates.scale_of_covariance(i, j) * norm;
-        BoundedMatrix::of(&exact, "Q", scale)
+        BoundedMatrix::of(&exact, "Q", |i, j| rows[i] * rows[j] * norm)
     }
+}
+
+/// Refuses a system of which a part is known not to come to rest by itself, and names it.
+pub(super) fn comes_to_rest(system: &System) -> Result<(), StateSpaceError> {
+    let structure = system.structure();
+    let counted = |count: Option<usize>| count.filter(|count| *count > 0);
+    let what = if counted(structure.zero_roots()).is_some() {
+        let groups = structure.spring_floating().iter().flatten();
+        let names: Vec<String> = groups
+            .map(|i| format!("{:?}", system.names()[*i]))
+            .collect();
+        match names.is_empty() {
+            true => "a rigid motion".to_owned(),
+            false => format!("the rigid motion of {}", names.join(", ")),
+        }
+    } else {
+        match counted(structure.undamped_modes()) {
+            None => return Ok(()),
+            Some(1) => "an undamped mode".to_owned(),
+            Some(count) => format!("each of {count} undamped modes"),
+        }
+    };
+    Err(StateSpaceError::NotStationary { what })
+}
+
+/// What noise on the inputs adds up to in these coordinates; `None` where the digits of T do not suffice, or where it is to
+/// end by itself and does not.
+pub(super) fn accumulated<T: Real>(
+    coordinates: &Coordinates<T>,
+    form: &Realisation<T>,
+    density: MatRef<'_, f64>,
+    step: f64,
+    forever: bool,
+) -> Option<Normed<T>> {
+    let (n, m) = (form.a.rows(), form.b.columns());
+    let mut intensity = BallMatrix::zeros(m, m);
+    for i in 0..m {
+        for j in 0..m {
+            intensity.set(i, j, T::from(density[(i, j)]), Magnitude::ZERO);
+        }
+    }
+    let b = coordinates.entered(&form.b);
+    let rate = b.times(&intensity).times(&transposed(&b));
+    let rate = Normed::of(&rate, n);
+    let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
+
+    // ‖W‖t ≤ ½.
+    let size = w.true_norm() * Magnitude::from(step);
+    if !size.is_finite() {
+        return None;
+    }
+    let halvings = (size.exponent() + 1).max(0);
+    let short = T::from(step).scale(-halvings);
+    let mut power = exponential(&w, short, Magnitude::ZERO);
+    let mut sum = series(&w, &rate, short);
+    let most = if forever { DOUBLINGS } else { halvings };
+    for _ in 0..most {
+        // What a longer time adds is less than what all the time does.
+        let left = left_out(&power, &sum).filter(|left| *left <= sum.true_norm() * T::unit());
+        if let Some(left) = left {
+            return Some(sum.with_more_error(left));
+        }
+        let carried = power.times(&sum).times(&transpose(&power));
+        sum = plus(&sum, &carried);
+        power = power.times(&power);
+        if !sum.error().is_finite() || !power.error().is_finite() {
+            return None;
+        }
+    }
+    (!forever).then_some(sum)
 }
 
 /// A bound of what the integral over all the time has beyond Q(t): ‖E‖²‖P‖ with ‖P‖ ≤ ‖Q‖/(1 − ‖E‖²); `None` unless

@@ -16,6 +16,8 @@ pub(super) struct Realisation<T> {
     pub(super) b: BallMatrix<T>,
     pub(super) c: BallMatrix<T>,
     pub(super) d: BallMatrix<T>,
+    /// What outputs follow of the first derivative of the inputs, and of higher ones.
+    pub(super) of_derivatives: Vec<BallMatrix<T>>,
     /// The first states are those of the system itself, in its own form.
     pub(super) form: EnclosedFirstOrder<T>,
     pub(super) states: Vec<String>,
@@ -40,11 +42,9 @@ impl<T: Real> Reading<T> {
 
 impl<T: Real> Realisation<T> {
     /// `None` where the digits of T do not suffice to divide by masses, dampers or springs.
-    pub(super) fn of(asked: &Asked<'_>) -> Result<Option<Realisation<T>>, StateSpaceError> {
+    pub(super) fn of(asked: &Asked<'_>) -> Option<Realisation<T>> {
         let system = asked.system;
-        let Ok(form) = EnclosedFirstOrder::<T>::of(system) else {
-            return Ok(None);
-        };
+        let form = EnclosedFirstOrder::<T>::of(system).ok()?;
         let (own, n, inputs) = (form.states(), system.len(), asked.channels.len());
         let integrals: usize = asked.channels.iter().map(|channel| channel.integrals).sum();
         let size = own + integrals;
@@ -147,24 +147,59 @@ impl<T: Real> Realisation<T> {
                     }
                 }
             }
-            let improper =
-                |input: &usize| of_inputs[1..].iter().any(|part| !part.is_zero(row, *input));
-            if let Some(input) = (0..inputs).find(improper) {
-                return Err(StateSpaceError::Improper {
-                    output: asked.outputs[row].clone(),
-                    input: asked.inputs[input].clone(),
-                });
-            }
         }
-        let d = of_inputs.swap_remove(0);
-        Ok(Some(Realisation {
+        let d = of_inputs.remove(0);
+        Some(Realisation {
             a,
             b,
             c,
             d,
+            of_derivatives: of_inputs,
             form,
             states,
-        }))
+        })
+    }
+
+    /// Refuses an output that follows a derivative of an input, or is not shown to follow none.
+    pub(super) fn check_proper(&self, asked: &Asked<'_>) -> Result<(), StateSpaceError> {
+        for (row, output) in asked.outputs.iter().enumerate() {
+            let follows = |input: &usize| {
+                let parts = &mut self.of_derivatives.iter();
+                parts.any(|part| !part.is_zero(row, *input))
+            };
+            if let Some(input) = (0..asked.inputs.len()).find(follows) {
+                return Err(StateSpaceError::Improper {
+                    output: output.clone(),
+                    input: asked.inputs[input].clone(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The motion beside that in which the system rides along with the supports that are integrals of inputs: `rides` says
+    /// for each input how far coordinates go with its support. Outputs are those of the whole motion if they are the same
+    /// wherever the supports have wandered.
+    pub(super) fn beside_rides(mut self, asked: &Asked<'_>, rides: &[Vec<f64>]) -> Realisation<T> {
+        let (own, inputs) = (self.form.states(), self.b.columns());
+        self.b = self.b.block(0, 0, own, inputs);
+        for (input, (channel, ride)) in asked.channels.iter().zip(rides).enumerate() {
+            let Some(last) = channel.integrals.checked_sub(1) else {
+                continue;
+            };
+            // The system rides with displacement u, velocity u′: what the input is added to is the last of them.
+            let mut along = BallMatrix::zeros(2 * ride.len(), 1);
+            for (i, share) in ride.iter().enumerate() {
+                along.set(last * ride.len() + i, 0, T::from(*share), Magnitude::ZERO);
+            }
+            let rest = self.form.initial().times(&along).negated();
+            let rest = self.b.block(0, input, own, 1).plus(&rest);
+            self.b.put(0, input, &rest);
+        }
+        self.a = self.a.block(0, 0, own, own);
+        self.c = self.c.block(0, 0, self.c.rows(), own);
+        self.states.truncate(own);
+        self
     }
 }
 

@@ -21,7 +21,7 @@ use proptest::prelude::*;
 
 use choices::Choices;
 use estimates::agree_with_estimates;
-use everything::{every_command, peaks_and_settling_hold};
+use everything::{every_command, every_quick_command, peaks_and_settling_hold};
 use examine::{Proven, examined};
 
 fn parse(text: &str) -> Result<Scene, SceneError> {
@@ -75,7 +75,7 @@ proptest! {
         match parse(&text) {
             Ok(scene) => {
                 drop(examined(&scene, Proven::Nothing));
-                every_command(&scene);
+                every_quick_command(&scene);
             }
             Err(error) => check_message(&error),
         }

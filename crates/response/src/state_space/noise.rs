@@ -110,8 +110,8 @@ pub(super) fn accumulated<T: Real>(
         if let Some(left) = left {
             return Some(sum.with_more_error(left));
         }
-        let carried = power.times(&sum).times(&transpose(&power));
-        sum = plus(&sum, &carried);
+        let carried = power.times(&sum).times(&power.transposed());
+        sum = sum.plus(&carried);
         power = power.times(&power);
         if !sum.error().is_finite() || !power.error().is_finite() {
             return None;
@@ -139,27 +139,13 @@ fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
     while !tail.is_zero() && T::unit() * first < tail {
         let once = w.times(&term);
         let factor = t / T::from(k + 1.0);
-        term = plus(&once, &transpose(&once)).times_scalar(factor, relative);
-        sum = plus(&sum, &term);
+        term = once.plus(&once.transposed()).times_scalar(factor, relative);
+        sum = sum.plus(&term);
         k += 1.0;
         // ‖term‖ ≤ first/k!, and the terms that follow are less than it together.
         tail = tail / Magnitude::from(k);
     }
     sum.with_more_error(tail)
-}
-
-fn transpose<T: Real>(a: &Normed<T>) -> Normed<T> {
-    let n = a.len();
-    let entries = (0..n * n).map(|at| a.row(at % n)[at / n]);
-    Normed::new(n, n, entries.collect(), a.error())
-}
-
-fn plus<T: Real>(a: &Normed<T>, b: &Normed<T>) -> Normed<T> {
-    let n = a.len();
-    let entries = a.entries().iter().zip(b.entries()).map(|(a, b)| *a + *b);
-    let sum = Normed::new(n, n, entries.collect(), a.error() + b.error());
-    let rounding = sum.frobenius() * T::unit();
-    sum.with_more_error(rounding)
 }
 
 /// The same with both halves alike, as they are in truth.

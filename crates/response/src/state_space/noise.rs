@@ -93,7 +93,29 @@ pub(super) fn accumulated<T: Real>(
     let rate = b.times(&intensity).times(&transposed(&b));
     let rate = Normed::of(&rate, n);
     let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
+    if !forever {
+        return doubled(&w, &rate, step, false);
+    }
+    let sum = doubled(&w, &rate, step, true)?;
+    // Of P + Δ the rest W(P + Δ) + (P + Δ)Wᵀ + rate is R, and |Δ| ≤ ‖R‖ ∫e^{Wt}e^{Wᵀt}dt.
+    let kept = symmetric(&sum);
+    let once = w.times(&kept);
+    let rest = once.plus(&once.transposed()).plus(&rate).true_norm();
+    let all = doubled(&w, &Normed::identity(n, n), step, true)?;
+    let error = rest * all.true_norm();
+    Some(match error < sum.error() {
+        true => kept.with_more_error(error),
+        false => sum,
+    })
+}
 
+/// ∫ e^{Wt} rate e^{Wᵀt} dt over a step, or all the time.
+fn doubled<T: Real>(
+    w: &Normed<T>,
+    rate: &Normed<T>,
+    step: f64,
+    forever: bool,
+) -> Option<Normed<T>> {
     // ‖W‖t ≤ ½.
     let size = w.true_norm() * Magnitude::from(step);
     if !size.is_finite() {
@@ -101,8 +123,8 @@ pub(super) fn accumulated<T: Real>(
     }
     let halvings = (size.exponent() + 1).max(0);
     let short = T::from(step).scale(-halvings);
-    let mut power = exponential(&w, short, Magnitude::ZERO);
-    let mut sum = series(&w, &rate, short);
+    let mut power = exponential(w, short, Magnitude::ZERO);
+    let mut sum = series(w, rate, short);
     let most = if forever { DOUBLINGS } else { halvings };
     for _ in 0..most {
         // What a longer time adds is less than what all the time does.
@@ -112,8 +134,10 @@ pub(super) fn accumulated<T: Real>(
         }
         let carried = power.times(&sum).times(&power.transposed());
         sum = sum.plus(&carried);
-        power = power.times(&power);
-        if !sum.error().is_finite() || !power.error().is_finite() {
+        // Motions that have died out long ago leave the range of T.
+        let (square, exponent) = power.times(&power).normalised();
+        power = square.scaled(exponent);
+        if !sum.error().is_finite() || power.error() >= Magnitude::from(1.0) {
             return None;
         }
     }
@@ -146,6 +170,16 @@ fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
         tail = tail / Magnitude::from(k);
     }
     sum.with_more_error(tail)
+}
+
+/// What is kept of the upper half, in both.
+fn symmetric<T: Real>(matrix: &Normed<T>) -> Normed<T> {
+    let n = matrix.len();
+    let entry = |at: usize| {
+        let (i, j) = (at / n, at % n);
+        matrix.row(i.min(j))[i.max(j)]
+    };
+    Normed::new(n, n, (0..n * n).map(entry).collect(), Magnitude::ZERO)
 }
 
 /// The same with both halves alike, as they are in truth.

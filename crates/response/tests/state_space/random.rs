@@ -490,3 +490,14 @@ fn expected_peaks_follow_davenport() {
     assert_eq!(top.expected_peak(2.0), None);
     assert_eq!(top.expected_peak(f64::INFINITY), None);
 }
+
+/// One decays by 1e26 powers of e while the other decays by one.
+#[test]
+fn damping_may_differ_by_many_powers_of_ten() {
+    let two = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let two = two.spring(GROUND, "a", 1.0).damper(GROUND, "a", 1e-26);
+    let two = system(two.spring(GROUND, "b", 1e4).damper(GROUND, "b", 200.0));
+    let motion = solved(RandomVibration::of(&two).force("a", 4.0).force("b", 4.0));
+    is(of(motion.displacement(), "a"), 1e13, 2e-16);
+    is(of(motion.displacement(), "b"), (1.0f64 / 2e6).sqrt(), 2e-16);
+}

@@ -19,8 +19,7 @@ const PIECES: usize = 4000;
 
 /// Φ for the band of angular frequencies; `None` where the digits of T do not suffice.
 pub(super) fn of_band<T: Real>(a: &Normed<T>, band: [Known<T>; 2]) -> Option<Normed<T>> {
-    let n = a.len();
-    let way = Way { a, n };
+    let way = Way { a };
     let [(low, below), (high, above)] = band;
     let half = T::from(0.5);
     let (middle, width) = ((low + high) * half, high - low);
@@ -28,7 +27,7 @@ pub(super) fn of_band<T: Real>(a: &Normed<T>, band: [Known<T>; 2]) -> Option<Nor
     let mut right = T::ZERO;
     // The piece along the band itself, or parallel to it at a distance at which X contracts.
     let along = loop {
-        if let Some(piece) = way.piece([right, middle], [T::ZERO, width * half]) {
+        if let Some(piece) = way.piece([right, middle], Half::Up(width * half)) {
             break piece;
         }
         right = match right.is_zero() {
@@ -44,37 +43,101 @@ pub(super) fn of_band<T: Real>(a: &Normed<T>, band: [Known<T>; 2]) -> Option<Nor
     if moved >= Magnitude::from(0.5) {
         return None;
     }
-    let along = along.integral.with_more_error(moved + moved);
-    let all = match right.is_zero() {
-        true => along,
-        false => {
-            let (there, back) = (way.leg(low, below, right)?, way.leg(high, above, right)?);
-            let back = back.times_scalar(T::from(-1.0), Magnitude::ZERO);
-            there.plus(&along).plus(&back)
-        }
-    };
+    let along = along.integral.im.with_more_error(moved + moved);
     // ∫ (iω − A)⁻¹ dω = −i ∫ (z − A)⁻¹ dz.
-    let entries = (0..n * n).map(|at| all.row(n + at / n)[at % n]);
-    Some(Normed::new(n, n, entries.collect(), all.error()))
+    if right.is_zero() {
+        return Some(along);
+    }
+    let (there, back) = (way.leg(low, below, right)?, way.leg(high, above, right)?);
+    Some(there.plus(&along).plus(&negated(&back)))
 }
 
-/// Matrices of complex numbers x + iy as [x −y; y x].
-struct Way<'a, T> {
-    a: &'a Normed<T>,
-    n: usize,
+/// A matrix of complex numbers.
+struct Complex<T> {
+    re: Normed<T>,
+    im: Normed<T>,
+}
+
+impl<T: Real> Complex<T> {
+    fn plus(&self, other: &Complex<T>) -> Complex<T> {
+        Complex {
+            re: self.re.plus(&other.re),
+            im: self.im.plus(&other.im),
+        }
+    }
+
+    /// Three real products (Karatsuba).
+    fn times(&self, other: &Complex<T>) -> Complex<T> {
+        let both = self.re.plus(&self.im).times(&other.re.plus(&other.im));
+        let (re, im) = (self.re.times(&other.re), negated(&self.im.times(&other.im)));
+        Complex {
+            im: both.plus(&negated(&re)).plus(&im),
+            re: re.plus(&im),
+        }
+    }
+
+    fn times_scalar(&self, factor: T, error: Magnitude) -> Complex<T> {
+        Complex {
+            re: self.re.times_scalar(factor, error),
+            im: self.im.times_scalar(factor, error),
+        }
+    }
+
+    /// i times it.
+    fn turned(self) -> Complex<T> {
+        Complex {
+            re: negated(&self.im),
+            im: self.re,
+        }
+    }
+
+    fn with_more_error(self, error: Magnitude) -> Complex<T> {
+        Complex {
+            re: self.re.with_more_error(error),
+            im: self.im.with_more_error(error),
+        }
+    }
+
+    /// A bound of the 2-norm, that of [re −im; im re].
+    fn norm(&self) -> Magnitude {
+        let n = self.re.len();
+        let entry = |at: usize| match (at / (2 * n), at % (2 * n)) {
+            (i, j) if (i < n) == (j < n) => self.re.row(i % n)[j % n],
+            (i, j) if i < n => -self.im.row(i)[j - n],
+            (i, j) => self.im.row(i - n)[j],
+        };
+        let entries = (0..4 * n * n).map(entry).collect();
+        let error = self.re.error() + self.im.error();
+        Normed::new(2 * n, 2 * n, entries, error).true_norm()
+    }
+}
+
+fn negated<T: Real>(matrix: &Normed<T>) -> Normed<T> {
+    matrix.times_scalar(T::from(-1.0), Magnitude::ZERO)
+}
+
+/// Half of the way between the ends of a piece: along the real axis, or along the imaginary one.
+enum Half<T> {
+    Right(T),
+    Up(T),
 }
 
 struct Piece<T> {
-    integral: Normed<T>,
+    integral: Complex<T>,
     /// A bound of the resolvent at both ends.
     ends: Magnitude,
 }
 
+struct Way<'a, T> {
+    a: &'a Normed<T>,
+}
+
 impl<T: Real> Way<'_, T> {
-    /// (m − A)⁻¹.
-    fn resolvent(&self, [re, im]: [T; 2]) -> Option<Normed<T>> {
-        let n = self.n;
+    /// (m − A)⁻¹, and a bound of its norm: with ρ = ‖I − Z(m − A)‖ < 1 it is within ‖Z‖ρ/(1 − ρ) of Z.
+    fn resolvent(&self, [re, im]: [T; 2]) -> Option<(Complex<T>, Magnitude)> {
+        let n = self.a.len();
         let mut shifted = BallMatrix::zeros(2 * n, 2 * n);
+        let mut entries = Vec::new();
         let mut rounding = Magnitude::ZERO;
         for i in 0..n {
             for j in 0..n {
@@ -84,71 +147,77 @@ impl<T: Real> Way<'_, T> {
                     let unit = entry.upper() * T::unit();
                     rounding = if rounding < unit { unit } else { rounding };
                 }
+                entries.push(entry);
                 shifted.set(i, j, entry, Magnitude::ZERO);
                 shifted.set(n + i, n + j, entry, Magnitude::ZERO);
             }
             shifted.set(i, n + i, -im, Magnitude::ZERO);
             shifted.set(n + i, i, im, Magnitude::ZERO);
         }
-        let inverse = shifted.solve(&BallMatrix::identity(2 * n))?;
-        let inverse = Normed::of(&inverse, 2 * n);
-        // ‖(B + E)⁻¹ − B⁻¹‖ ≤ ‖B⁻¹‖²‖E‖/(1 − ‖B⁻¹‖‖E‖).
-        let size = inverse.true_norm();
-        let off = size * (self.a.error() + rounding);
+        let real = Normed::new(n, n, entries, self.a.error() + rounding);
+        let inverse = shifted.approximate_inverse()?;
+        let part = |row: usize| Normed::of(&inverse.block(row, 0, n, n), n);
+        let inverse = Complex {
+            re: part(0),
+            im: part(n),
+        };
+        let by_real = Complex {
+            re: inverse.re.times(&real),
+            im: inverse.im.times(&real),
+        };
+        let by_both = Complex {
+            re: inverse.re.times_scalar(im, Magnitude::ZERO),
+            im: inverse.im.times_scalar(im, Magnitude::ZERO),
+        };
+        let product = by_real.plus(&by_both.turned());
+        let rest = negated(&Normed::identity(n, n)).plus(&product.re);
+        let off = rest.true_norm() + product.im.true_norm();
         let least = Magnitude::from(1.0).minus(off);
+        let size = inverse.norm();
         let error = size * off / least;
-        (!least.is_zero() && error.is_finite()).then(|| inverse.with_more_error(error))
+        let known = !least.is_zero() && error.is_finite();
+        known.then(|| (inverse.with_more_error(error), size + error))
     }
 
     /// The integral from m − h to m + h; `None` where X does not contract.
-    fn piece(&self, middle: [T; 2], [re, im]: [T; 2]) -> Option<Piece<T>> {
-        let resolvent = self.resolvent(middle)?;
-        let (size, n) = (resolvent.true_norm(), self.n);
-        let x = match im.is_zero() {
-            true => resolvent.times_scalar(re, Magnitude::ZERO),
-            false => {
-                let entry = |at: usize| match (at / (2 * n), at % (2 * n)) {
-                    (i, j) if i < n => -resolvent.row(n + i)[j],
-                    (i, j) => resolvent.row(i - n)[j],
-                };
-                let entries = (0..4 * n * n).map(entry).collect();
-                let turned = Normed::new(2 * n, 2 * n, entries, resolvent.error());
-                turned.times_scalar(im, Magnitude::ZERO)
-            }
+    fn piece(&self, middle: [T; 2], half: Half<T>) -> Option<Piece<T>> {
+        let (resolvent, size) = self.resolvent(middle)?;
+        let x = match half {
+            Half::Right(half) => resolvent.times_scalar(half, Magnitude::ZERO),
+            Half::Up(half) => resolvent.times_scalar(half, Magnitude::ZERO).turned(),
         };
-        let least = Magnitude::from(1.0).minus(x.true_norm());
-        let contracts = x.true_norm() <= Magnitude::from(CONTRACTION);
-        contracts.then(|| Piece {
-            integral: twice_artanh(&x),
+        let norm = x.norm();
+        let least = Magnitude::from(1.0).minus(norm);
+        (norm <= Magnitude::from(CONTRACTION)).then(|| Piece {
+            integral: twice_artanh(&x, norm),
             ends: size / least,
         })
     }
 
-    /// The integral from iω to iω + `right`, for an ω known to `off`.
+    /// The imaginary part of the integral from iω to iω + `right`, for an ω known to `off`.
     fn leg(&self, frequency: T, off: Magnitude, right: T) -> Option<Normed<T>> {
-        let start = self.resolvent([T::ZERO, frequency])?.true_norm();
+        let n = self.a.len();
+        let mut sum = Normed::new(n, n, vec![T::ZERO; n * n], Magnitude::ZERO);
+        if frequency.is_zero() && off.is_zero() {
+            return Some(sum);
+        }
+        let (_, start) = self.resolvent([T::ZERO, frequency])?;
         let half = T::from(0.5);
         let mut done = T::ZERO;
         let mut next = T::ONE.scale(-start.exponent());
-        let mut sum: Option<Normed<T>> = None;
         for _ in 0..PIECES {
             if right < next {
                 next = right;
             }
-            let ends = [(done + next) * half, (next - done) * half];
-            let Some(piece) = self.piece([ends[0], frequency], [ends[1], T::ZERO]) else {
+            let middle = [(done + next) * half, frequency];
+            let Some(piece) = self.piece(middle, Half::Right((next - done) * half)) else {
                 next = done + (next - done).scale(-1);
                 continue;
             };
-            sum = Some(match sum {
-                None => piece.integral,
-                Some(sum) => sum.plus(&piece.integral),
-            });
+            sum = sum.plus(&piece.integral.im);
             if next == right {
                 let least = Magnitude::from(1.0).minus(start * off);
-                return sum
-                    .filter(|_| !least.is_zero())
-                    .map(|sum| sum.with_more_error(start * off / least));
+                return (!least.is_zero()).then(|| sum.with_more_error(start * off / least));
             }
             (done, next) = (next, next.scale(2));
         }
@@ -156,36 +225,37 @@ impl<T: Real> Way<'_, T> {
     }
 }
 
-/// 2 artanh X = 2X(I + X²/3 + X⁴/5 + …) by blocks of powers (Paterson & Stockmeyer 1973, *SIAM J. Comput.* 2), ‖X‖ < 1.
-fn twice_artanh<T: Real>(x: &Normed<T>) -> Normed<T> {
-    let square = x.times(x);
-    let size = x.true_norm() * x.true_norm();
-    let size = if square.true_norm() < size {
-        square.true_norm()
-    } else {
-        size
-    };
+/// 2 artanh X = 2X(I + X²/3 + X⁴/5 + …) by blocks of powers (Paterson & Stockmeyer 1973, *SIAM J. Comput.* 2), for a bound
+/// of ‖X‖ below 1.
+fn twice_artanh<T: Real>(x: &Complex<T>, norm: Magnitude) -> Complex<T> {
+    let size = norm * norm;
     // Σ_{k ≥ count} yᵏ/(2k + 1) ≤ y^count/(1 − y).
     let count = match size.is_zero() {
         true => 1,
         false => (f64::from(T::UNIT_LOG2) / size.log2()).ceil().max(1.0) as usize,
     };
     let width = (count as f64).sqrt().ceil() as usize;
-    let n = x.len();
-    let mut powers = vec![Normed::identity(n, n), square];
+    let n = x.re.len();
+    let nothing = || Normed::new(n, n, vec![T::ZERO; n * n], Magnitude::ZERO);
+    let identity = Complex {
+        re: Normed::identity(n, n),
+        im: nothing(),
+    };
+    let mut powers = vec![identity, x.times(x)];
     while powers.len() <= width {
         let next = powers[powers.len() - 1].times(&powers[1]);
         powers.push(next);
     }
     let block = |first: usize| {
-        let terms = (first..count.min(first + width)).zip(&powers);
-        let of = |(k, power): (usize, &Normed<T>)| {
-            let coefficient = T::ONE / T::from((2 * k + 1) as f64);
-            power.times_scalar(coefficient, T::unit())
+        let start = Complex {
+            re: nothing(),
+            im: nothing(),
         };
-        let mut terms = terms.map(of);
-        let start = terms.next().unwrap_or_else(|| Normed::identity(n, n));
-        terms.fold(start, |sum, term| sum.plus(&term))
+        let terms = (first..count.min(first + width)).zip(&powers);
+        terms.fold(start, |sum, (k, power)| {
+            let coefficient = T::ONE / T::from((2 * k + 1) as f64);
+            sum.plus(&power.times_scalar(coefficient, T::unit()))
+        })
     };
     let mut firsts = (0..count).step_by(width).rev();
     let mut sum = block(firsts.next().unwrap_or(0));

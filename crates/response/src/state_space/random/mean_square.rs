@@ -20,7 +20,7 @@ use crate::state_space::noise::accumulated;
 use crate::state_space::realisation::Realisation;
 
 /// Digits of a variance that are to be right, and how small it may be beside what bounds it before they do not count.
-const RIGHT: i64 = -60;
+const RIGHT: i64 = -54;
 const NOTHING: i64 = -200;
 
 pub(super) struct MeanSquares<'a> {

@@ -419,3 +419,11 @@ fn critical_pairs_of_one_rate_are_proven() {
     let system = planted(&motions, &shears, true).expect("a system");
     examine(&system).expect("−3/4 four times");
 }
+
+/// Critical damping at three rates, mixed by shears.
+#[test]
+fn critical_pairs_of_three_rates_are_within_their_estimates() {
+    let motions = [[2.0, 4.0, 2.0], [1.0, 1.0, 0.25], [3.0, 1.5, 0.1875]];
+    let system = planted(&motions, &[(2, 0, 2), (1, 2, -1)], true).expect("a system");
+    examine(&system).expect("right within its bounds");
+}

@@ -504,7 +504,8 @@ impl Quadratic {
             let whole = error(value.norm());
             // That of c/m, as long as the roots stay complex.
             let [m, c] = [m, c].map(DoubleDouble::to_f64);
-            let quotient = ulp * re.abs() + (c_off + m_off * (c / m).abs()) / m;
+            let off = (c_off + m_off * (c / m).abs()) / m + coupling.unwrap_or(0.0);
+            let quotient = ulp * re.abs() + off;
             let real = if whole < im { quotient } else { whole };
             return vec![ScalarRoot {
                 value,

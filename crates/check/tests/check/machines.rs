@@ -155,3 +155,24 @@ fn a_slow_root_beside_a_stiff_spring_is_within_its_estimate() {
     };
     examine(&drawn).expect("right within its bounds");
 }
+
+/// A slow motion beside a free one and a fast one, which rounding mixes by 4e-8: its damping errs by the square of that.
+#[test]
+fn a_slow_shape_with_a_free_motion_in_it_is_within_its_estimate() {
+    let drawn = Drawn {
+        masses: vec![1.0, 0.0, 0.0, 1.0],
+        supports: 2,
+        points: vec![
+            (vec![(3, 1.0)], 0.0),
+            (vec![(2, 1.0), (6, 1.0)], 9.733209200902369),
+            (vec![(0, 1.0)], 0.0),
+            (vec![(7, 1.0), (6, -0.8009361761651769)], 0.1),
+        ],
+        elements: vec![
+            (true, 4, 7, 1.512221599523195e-8),
+            (false, 15, 29, 1.058943146109393e-8),
+            (true, 0, 9, 1.0),
+        ],
+    };
+    examine(&drawn).expect("right within its bounds");
+}

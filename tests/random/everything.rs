@@ -124,17 +124,13 @@ fn analyzed(scene: &Scene) {
         .as_ref()
         .zip(solved.as_ref())
         .and_then(|(problem, solved)| Energy::along(problem, &solved.1).map_err(said).ok());
-    if let Some((_, trajectory, ..)) = &solved {
-        let report = ResponseReport::new(trajectory, system.names());
-        let report = match &problem {
-            Some(problem) => report.with_units(problem),
-            None => report,
-        };
+    if let Some((problem, (_, trajectory, ..))) = problem.as_ref().zip(solved.as_ref()) {
+        let report = ResponseReport::new(trajectory, system.names()).with_units(problem);
         json(|out| report.json(out));
         written(|out| report.text(out));
         written(|out| report.csv(out));
         let extrema = solved.as_ref().and_then(|solved| solved.2.extrema());
-        let report = DemandReport::new(system, trajectory, extrema);
+        let report = DemandReport::new(problem, trajectory, extrema);
         written(|out| report.accelerations(out));
         written(|out| report.forces(out));
         written(|out| report.peaks(out));

@@ -153,7 +153,7 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
-        let report = DemandReport::new(system, trajectory, answer.summary.extrema());
+        let report = DemandReport::new(answer.problem, trajectory, answer.summary.extrema());
         files.write("accelerations.csv", |out| report.accelerations(out))?;
         files.write("forces.csv", |out| report.forces(out))?;
         files.write("peaks.csv", |out| report.peaks(out))?;

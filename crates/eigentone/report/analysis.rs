@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use eigentone_modes::{Bounds, CoordinateKind, Modes, Structure, System};
 use eigentone_response::{
-    Destination, Problem, Quantity, ResponsePlan, SteadyState, SteadyStateError, Summary,
+    Destination, Problem, Quantity, Reached, ResponsePlan, SteadyState, SteadyStateError, Summary,
     Trajectory,
 };
 
@@ -89,21 +89,23 @@ impl Analysis<'_> {
         both.collect()
     }
 
-    /// Each output against time, in their order: lines through the samples.
+    /// Each output against time, in their order: lines through the samples, the jumps and the extrema.
     pub fn output_plots(&self) -> Vec<Plot<'_>> {
         let Some(answer) = &self.response else {
             return Vec::new();
         };
-        let (trajectory, times) = (answer.trajectory, answer.trajectory.times());
+        let (trajectory, extrema) = (answer.trajectory, answer.summary.extrema());
         let plot = |(index, name)| {
             let values = trajectory.output(index);
+            let peaks = extrema.and_then(|extrema| extrema.output(index));
+            let outline = Outline::of_peaks(trajectory.times(), move |k| values[k], peaks);
             let combination = answer.problem.combinations().get(index);
             let unit = combination.map(|sum| unit::output(self.system, sum));
             Plot {
                 title: self.title.to_owned(),
                 x: Axis::linear("time", "s"),
                 y: Axis::linear(name, unit.unwrap_or_default()),
-                lines: vec![Line::new(name, times.len(), move |k| (times[k], values[k]))],
+                lines: vec![Line::new(name, outline.len(), move |k| outline.point(k))],
                 ring: None,
             }
         };
@@ -222,25 +224,29 @@ impl Answer<'_> {
         }
     }
 
-    /// The largest value of each output at a sample, and the largest bound; `None` without any.
+    /// The largest value of each output, at any time where that is known, and how far it may be off; `None` without any.
     pub(super) fn outputs(&self) -> Option<Table> {
         let trajectory = self.trajectory;
         let names: Vec<&str> = trajectory.outputs().collect();
-        let peak = |index: usize| {
+        let extrema = self.summary.extrema();
+        let between = |index: usize| Some(extrema?.output(index)?.largest());
+        let between: Option<Vec<Reached>> = (0..names.len()).map(between).collect();
+        let is_between = between.is_some();
+        let at_a_sample = |index: usize| {
             let values = trajectory.output(index).iter().copied().enumerate();
-            values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-        };
-        let peaks: Vec<Option<(usize, f64)>> = (0..names.len()).map(peak).collect();
-        let values = peaks.iter().map(|peak| peak.map(|(_, value)| value));
-        let times = peaks
-            .iter()
-            .map(|peak| peak.map(|(k, _)| trajectory.times()[k]));
-        let bounds = (0..names.len()).map(|index| {
+            let (k, value) = values.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
             let bounds = trajectory.output_bound(index).iter().copied();
-            bounds
-                .collect::<Option<Vec<f64>>>()
-                .map(|all| all.into_iter().fold(0.0, f64::max))
-        });
+            let bound = bounds.reduce(|a, b| Some(a?.max(b?)))?;
+            Some((value, trajectory.times()[k], bound))
+        };
+        let known = |peak: Reached| Some((peak.value, peak.time, Some(peak.bound)));
+        let peaks: Vec<Option<(f64, f64, Option<f64>)>> = match between {
+            Some(peaks) => peaks.into_iter().map(known).collect(),
+            None => (0..names.len()).map(at_a_sample).collect(),
+        };
+        let values = peaks.iter().map(|peak| peak.map(|(value, ..)| value));
+        let times = peaks.iter().map(|peak| peak.map(|(_, time, _)| time));
+        let bounds = peaks.iter().map(|peak| peak.and_then(|(.., bound)| bound));
         (!names.is_empty()).then(|| {
             let combinations = self.problem.combinations().iter();
             let unit = |combination| unit::output(self.problem.system(), combination);
@@ -254,10 +260,14 @@ impl Answer<'_> {
                 true => table.column("unit", Align::Left, units),
                 false => table,
             };
+            let (largest, bound) = match is_between {
+                true => ("largest at any time", "its error, estimated"),
+                false => ("largest at a sample", "bound of its error"),
+            };
             table
-                .column("largest at a sample", Align::Point, number::column(values))
+                .column(largest, Align::Point, number::column(values))
                 .column("at, s", Align::Point, number::column(times))
-                .column("bound of its error", Align::Point, number::column(bounds))
+                .column(bound, Align::Point, number::column(bounds))
         })
     }
 
@@ -337,5 +347,64 @@ fn section(text: &mut String, heading: &str, body: &str) {
     let _ = writeln!(text, "\n{heading}");
     for line in body.lines() {
         let _ = writeln!(text, "  {line}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_modes::GROUND;
+    use eigentone_response::{Response, State, Step};
+
+    use super::*;
+
+    /// v = −3 sin t, and under a force from 0.1 s on a jump of the acceleration: lines have what samples 2 s apart miss, and the
+    /// table has the largest value.
+    #[test]
+    fn outputs_show_what_lies_between_the_samples() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let ask = |response: Response<'_>| {
+            let problem = response
+                .sum("speed", [(Quantity::Velocity, "m", 1.0)])
+                .sum("comfort", [(Quantity::Acceleration, "m", 1.0)])
+                .every(2.0)
+                .until(6.0)
+                .problem()
+                .expect("a problem");
+            let plan = ResponsePlan::of(&problem).expect("a plan");
+            let trajectory = plan.run(&problem).expect("a motion");
+            let modes = system.modes().expect("modes");
+            let summary = Summary::of(&problem, &trajectory, &modes).expect("an instant");
+            let analysis = Analysis {
+                title: "one mass",
+                system: &system,
+                structure: system.structure(),
+                modes: &modes,
+                response: Some(Answer {
+                    problem: &problem,
+                    plan: &plan,
+                    trajectory: &trajectory,
+                    summary: &summary,
+                    steady_state: &SteadyState::of(&problem),
+                }),
+            };
+            let extrema = summary.extrema().expect("it is easily followed");
+            let points = |i| {
+                let peaks = extrema.output(i);
+                Outline::of_peaks(trajectory.times(), |_| 0.0, peaks).len()
+            };
+            assert_eq!(analysis.output_plots().len(), 2);
+            (analysis.text(), points(0), points(1))
+        };
+        let from = State::at_rest().displace("m", 3.0);
+        let (text, speed, _) = ask(Response::of(&system).from(from));
+        assert!(text.contains("largest at any time"), "{text}");
+        assert!(text.contains("−3.00000  1.57080"), "{text}");
+        // Four samples, the highest and the lowest.
+        assert_eq!(speed, 6);
+        let step = Step::of(1.0).starting_at(0.1);
+        let (_, _, comfort) = ask(Response::of(&system).load("m", step));
+        // Four samples, both sides of the jump, of which one is the highest, and the lowest.
+        assert_eq!(comfort, 7);
     }
 }

@@ -1,19 +1,21 @@
-//! What a motion demands of a machine: accelerations of coordinates and forces in springs and dampers, as CSV and plots.
+//! What a motion demands of a machine: accelerations of coordinates and forces in springs and dampers, as CSV and plots,
+//! and the peaks of these and of the outputs.
 
 use std::io::{self, Write};
 
 use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
-use eigentone_response::{Extrema, Peaks, Quantity, Reached, Trajectory};
+use eigentone_response::{Extrema, Peaks, Problem, Quantity, Reached, Trajectory};
 
 use super::axis::Axis;
 use super::csv;
+use super::outline::Outline;
 use super::plot::{Line, Plot};
 use super::unit;
 
 /// Prints accelerations and forces, those that a trajectory has.
 #[derive(Clone, Copy, Debug)]
 pub struct DemandReport<'a> {
-    system: &'a System,
+    problem: &'a Problem<'a>,
     trajectory: &'a Trajectory,
     extrema: Option<&'a Extrema>,
 }
@@ -28,15 +30,15 @@ struct Demand<'a> {
 }
 
 impl<'a> DemandReport<'a> {
-    /// A report of what `trajectory`, a motion of `system`, has beside displacements and velocities; `extrema` are those of
-    /// the same motion.
+    /// A report of what `trajectory`, the motion that `problem` asks for, has beside displacements and velocities; `extrema`
+    /// are those of the same motion.
     pub fn new(
-        system: &'a System,
+        problem: &'a Problem<'a>,
         trajectory: &'a Trajectory,
         extrema: Option<&'a Extrema>,
     ) -> DemandReport<'a> {
         DemandReport {
-            system,
+            problem,
             trajectory,
             extrema,
         }
@@ -65,7 +67,7 @@ impl<'a> DemandReport<'a> {
         self.csv(out, &all, &bounds.collect::<Vec<_>>())
     }
 
-    /// One row for each acceleration and force: its highest and its lowest value, at any time and on both sides of jumps,
+    /// One row for each acceleration, force and output: its highest and its lowest value, at any time and on both sides of jumps,
     /// when, and how far the value may be off.
     ///
     /// # Errors
@@ -75,7 +77,8 @@ impl<'a> DemandReport<'a> {
             "quantity", "unit", "highest", "time [s]", "bound", "lowest", "time [s]", "bound",
         ];
         csv::row(&mut out, header)?;
-        for one in self.of_coordinates().into_iter().chain(self.of_elements()) {
+        let all = self.of_coordinates().into_iter().chain(self.of_elements());
+        for one in all.chain(self.of_outputs()) {
             let Some(peaks) = one.peaks else { continue };
             let cells = |peak: &Reached| [peak.value, peak.time, peak.bound].map(csv::number);
             let label = [one.label, one.unit.to_owned()].into_iter();
@@ -103,15 +106,10 @@ impl<'a> DemandReport<'a> {
         let lines: Vec<Line<'a>> = all
             .into_iter()
             .map(|one| {
-                let times = self.trajectory.times();
-                let samples = times.iter().copied().zip(one.values.iter().copied());
-                let mut points: Vec<(f64, f64)> = samples.collect();
-                let peaks = one.peaks.map(|peaks| [peaks.highest, peaks.lowest]);
-                let between = peaks.into_iter().flatten();
-                let between = between.filter(|peak| !times.contains(&peak.time));
-                points.extend(between.map(|peak| (peak.time, peak.value)));
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                Line::new(&one.label, points.len(), move |k| points[k])
+                let values = one.values;
+                let sample = move |k: usize| values[k];
+                let outline = Outline::of_peaks(self.trajectory.times(), sample, one.peaks);
+                Line::new(&one.label, outline.len(), move |k| outline.point(k))
             })
             .collect();
         (!lines.is_empty()).then(|| Plot {
@@ -124,11 +122,12 @@ impl<'a> DemandReport<'a> {
     }
 
     fn of_coordinates(&self) -> Vec<Demand<'a>> {
-        let names = self.system.names().iter().enumerate();
+        let system = self.problem.system();
+        let names = system.names().iter().enumerate();
         let all = self.trajectory.acceleration().map(|values| {
             names.map(move |(i, name)| Demand {
                 label: format!("acceleration {name}"),
-                unit: unit::motion(Some(self.system.kind_of(i)), Quantity::Acceleration),
+                unit: unit::motion(Some(system.kind_of(i)), Quantity::Acceleration),
                 values: values.row(i).iter().copied().collect(),
                 bounds: self.trajectory.acceleration_bound(),
                 peaks: self.extrema.and_then(|extrema| extrema.acceleration(i)),
@@ -138,16 +137,17 @@ impl<'a> DemandReport<'a> {
     }
 
     fn of_elements(&self) -> Vec<Demand<'a>> {
+        let system = self.problem.system();
         let mut all = Vec::new();
         for kind in [ElementKind::Spring, ElementKind::Damper] {
-            for (index, element) in self.system.elements(kind).iter().enumerate() {
+            for (index, element) in system.elements(kind).iter().enumerate() {
                 let force = self.trajectory.force(kind, index);
                 let bounds = self.trajectory.force_bound(kind, index);
                 let Some((values, bounds)) = force.zip(bounds) else {
                     continue;
                 };
                 all.push(Demand {
-                    label: format!("{kind} {}", label(self.system, index, element)),
+                    label: format!("{kind} {}", label(system, index, element)),
                     unit: unit::force(element.kind),
                     values: values.to_vec(),
                     bounds,
@@ -156,6 +156,22 @@ impl<'a> DemandReport<'a> {
             }
         }
         all
+    }
+
+    fn of_outputs(&self) -> impl Iterator<Item = Demand<'a>> {
+        let DemandReport {
+            problem,
+            trajectory,
+            extrema,
+        } = *self;
+        let all = trajectory.outputs().zip(problem.combinations());
+        all.enumerate().map(move |(i, (name, combination))| Demand {
+            label: format!("output {name}"),
+            unit: unit::output(problem.system(), combination),
+            values: trajectory.output(i).to_vec(),
+            bounds: trajectory.output_bound(i),
+            peaks: extrema.and_then(|extrema| extrema.output(i)),
+        })
     }
 
     fn csv(

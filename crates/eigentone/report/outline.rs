@@ -1,8 +1,7 @@
 //! The points of a motion's line: its samples, and what they miss.
 
 use eigentone_modes::CoordinateKind;
-use eigentone_response::{Summary, Trajectory};
-use faer::MatRef;
+use eigentone_response::{Jump, Peaks, Summary, Trajectory};
 
 use super::axis::Axis;
 use super::unit;
@@ -35,56 +34,81 @@ impl Quantity {
     }
 }
 
-/// The samples of one coordinate and, where they are known, both sides of its jumps and its extrema in between, by time.
+/// The samples of one quantity and, where they are known, both sides of its jumps and its extrema in between, by time.
 pub(super) struct Outline<'a> {
     times: &'a [f64],
-    samples: MatRef<'a, f64>,
-    row: usize,
+    sample: Box<dyn Fn(usize) -> f64 + 'a>,
     /// What stands between the samples, and at which place of the line.
     between: Vec<(usize, (f64, f64))>,
 }
 
 impl<'a> Outline<'a> {
+    /// Of a coordinate.
     pub(super) fn of(
         quantity: Quantity,
         trajectory: &'a Trajectory,
         summary: &Summary,
         row: usize,
     ) -> Outline<'a> {
-        let times = trajectory.times();
-        let mut points: Vec<(f64, f64)> = Vec::new();
+        let (mut jumps, mut most) = (Vec::new(), Vec::new());
         if let Some(extrema) = summary.extrema() {
-            for jump in extrema.jumps(row) {
-                let sides = match quantity {
-                    Quantity::Displacement => jump.displacement,
-                    Quantity::Velocity => jump.velocity,
-                };
-                points.extend(sides.map(|side| (jump.time, side)));
-            }
+            let jump = |jump: &Jump| match quantity {
+                Quantity::Displacement => (jump.time, jump.displacement),
+                Quantity::Velocity => (jump.time, jump.velocity),
+            };
+            jumps.extend(extrema.jumps(row).iter().map(jump));
             let (high, low) = (extrema.highest()[row], extrema.lowest()[row]);
             let fastest = extrema.fastest()[row];
-            let most = match quantity {
-                Quantity::Displacement => [high, low].map(|x| (x.time, x.displacement)).to_vec(),
-                Quantity::Velocity => vec![(fastest.time, fastest.velocity)],
-            };
-            // One that a jump or a sample has already would turn the line back.
-            let new = |(time, _): &(f64, f64)| {
-                !times.contains(time) && points.iter().all(|(known, _)| known != time)
-            };
-            let most: Vec<(f64, f64)> = most.into_iter().filter(new).collect();
-            points.extend(most);
+            match quantity {
+                Quantity::Displacement => {
+                    most.extend([high, low].map(|x| (x.time, x.displacement)))
+                }
+                Quantity::Velocity => most.push((fastest.time, fastest.velocity)),
+            }
         }
+        let samples = match quantity {
+            Quantity::Displacement => trajectory.displacement(),
+            Quantity::Velocity => trajectory.velocity(),
+        };
+        let sample = move |k| samples[(row, k)];
+        Outline::through(trajectory.times(), sample, jumps, most)
+    }
+
+    /// Of what has these peaks.
+    pub(super) fn of_peaks(
+        times: &'a [f64],
+        sample: impl Fn(usize) -> f64 + 'a,
+        peaks: Option<&Peaks>,
+    ) -> Outline<'a> {
+        let (mut jumps, mut most) = (Vec::new(), Vec::new());
+        if let Some(peaks) = peaks {
+            jumps.extend(peaks.jumps.iter().map(|jump| (jump.time, jump.values)));
+            most.extend([peaks.highest, peaks.lowest].map(|peak| (peak.time, peak.value)));
+        }
+        Outline::through(times, sample, jumps, most)
+    }
+
+    fn through(
+        times: &'a [f64],
+        sample: impl Fn(usize) -> f64 + 'a,
+        jumps: Vec<(f64, [f64; 2])>,
+        most: Vec<(f64, f64)>,
+    ) -> Outline<'a> {
+        let sides = |(time, sides): (f64, [f64; 2])| sides.map(|side| (time, side));
+        let mut points: Vec<(f64, f64)> = jumps.into_iter().flat_map(sides).collect();
+        // One that a jump or a sample has already would turn the line back.
+        let new = |(time, _): &(f64, f64)| {
+            !times.contains(time) && points.iter().all(|(known, _)| known != time)
+        };
+        let most: Vec<(f64, f64)> = most.into_iter().filter(new).collect();
+        points.extend(most);
         // Stable, so that what is before a jump stays before what is after it.
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let earlier = |time: f64| times.partition_point(|sample| *sample < time);
         let between = points.into_iter().enumerate();
         Outline {
             times,
-            samples: match quantity {
-                Quantity::Displacement => trajectory.displacement(),
-                Quantity::Velocity => trajectory.velocity(),
-            },
-            row,
+            sample: Box::new(sample),
             between: between
                 .map(|(k, point)| (k + earlier(point.0), point))
                 .collect(),
@@ -95,13 +119,13 @@ impl<'a> Outline<'a> {
         self.times.len() + self.between.len()
     }
 
-    /// Time in s, and displacement in m or velocity in m/s.
+    /// Time in s, and the value then.
     pub(super) fn point(&self, k: usize) -> (f64, f64) {
         match self.between.binary_search_by_key(&k, |(place, _)| *place) {
             Ok(found) => self.between[found].1,
             Err(before) => {
                 let sample = k - before;
-                (self.times[sample], self.samples[(self.row, sample)])
+                (self.times[sample], (self.sample)(sample))
             }
         }
     }

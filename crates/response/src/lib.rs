@@ -79,8 +79,8 @@ pub use problem::{
     State, Step, Straight, Sum, TimeGrid, Timeline, Versine,
 };
 pub use quantity::{
-    CoordinateSummary, Destination, ElementForces, Energy, Extrema, Extremum, Fastest, Jump, Peaks,
-    Reached, Summary,
+    CoordinateSummary, Destination, Discontinuity, ElementForces, Energy, Extrema, Extremum,
+    Fastest, Jump, Peaks, Reached, Summary,
 };
 pub use response_spectrum::{
     BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,

@@ -3,7 +3,7 @@
 use eigentone_modes::{GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, Harmonic, History, Hold, Impulse, Load, Output, Problem,
-    Ramp, Response, ResponseError, ResponseMethod, Samples, State, Step, Trajectory,
+    Quantity, Ramp, Response, ResponseError, ResponseMethod, Samples, State, Step, Trajectory,
 };
 
 const OUTPUTS: [Output; 3] = [
@@ -158,6 +158,39 @@ fn modes_give_what_is_proven() {
             "{:?}",
             history.bound(1, 600)
         );
+    }
+}
+
+/// A road through a spring and a damper, whose samples do not begin at 0: the jump is an impulse, and slopes act too.
+#[test]
+fn roads_through_dampers_go_in_strides() {
+    let system = System::builder()
+        .mass("m1", 290.0)
+        .mass("m2", 59.0)
+        .mass("m3", 7.0)
+        .support("road")
+        .spring("m1", "m2", 16812.0)
+        .damper("m1", "m2", 1000.0)
+        .spring("m2", "m3", 9e3)
+        .damper("m2", "m3", 30.0)
+        .spring("m2", "road", 190_000.0)
+        .damper("m2", "road", 50.0)
+        .build()
+        .expect("a system");
+    for every in [1.0, 3.0] {
+        let problem = Response::of(&system)
+            .motion("road", Quantity::Displacement, samples(every, Hold::First))
+            .load("m1", Step::of(3.0))
+            .every(0.05)
+            .until(10.0)
+            .to(Precision::Double)
+            .problem()
+            .expect("well posed");
+        let history = History::of(&problem, &OUTPUTS).expect("well posed");
+        let operations = history.operations();
+        assert!(operations.steps < history.len() as u64, "{operations:?}");
+        let off = off_truth(&history, &problem);
+        assert!(off < 1e-13, "{every}: {off:e}");
     }
 }
 

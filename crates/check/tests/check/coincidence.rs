@@ -419,3 +419,57 @@ fn critical_pairs_of_one_rate_are_proven() {
     let system = planted(&motions, &shears, true).expect("a system");
     examine(&system).expect("−3/4 four times");
 }
+
+/// Damping that is critical or nearly so, mixed by shears: planted coincidences whose estimates were exceeded, by what
+/// Newton's method left, by pairs that stand for their mean, and by classical dampings that are mixed.
+#[test]
+fn planted_coincidences_keep_their_estimates() {
+    const NEAR: f64 = 1.0 / 17_592_186_044_416.0;
+    type Case<'a> = (&'a [[f64; 3]], &'a [(usize, usize, i8)], bool);
+    let cases: [Case<'_>; 6] = [
+        (
+            &[[2.0, 4.0, 2.0], [1.0, 1.0, 0.25], [3.0, 1.5, 0.1875]],
+            &[(2, 0, 2), (1, 2, -1)],
+            true,
+        ),
+        (
+            &[[3.0, 6.0, 3.0], [2.0, 2.0 - 3.0 * NEAR, 0.5]],
+            &[(2, 1, -1), (0, 1, -1), (1, 2, -2), (2, 1, 2)],
+            false,
+        ),
+        (
+            &[[2.0, 1.0 + NEAR, 0.125], [1.0, 2.0, 1.0]],
+            &[(1, 0, 2), (2, 1, 2)],
+            true,
+        ),
+        (
+            &[[1.0, 0.0, 0.0], [1.0, 1.0, 0.25 + 2.0 * NEAR]],
+            &[(1, 0, -2), (2, 1, 2), (1, 2, 2)],
+            true,
+        ),
+        (
+            &[
+                [1.0, 0.5, 0.0625 - NEAR],
+                [1.0, 0.5, 0.0625],
+                [1.0, 0.5 - NEAR, 0.0625],
+                [1.0, 0.25, 0.0],
+            ],
+            &[(2, 4, -2), (2, 1, -1), (4, 3, -1)],
+            true,
+        ),
+        (
+            &[
+                [3.0, 1.5, 0.1875],
+                [1.0, 0.25, 0.0],
+                [1.0, 1.5 - NEAR, 0.5625],
+                [3.0, 4.5, 1.6875],
+            ],
+            &[(3, 2, -2), (3, 1, -1), (2, 0, -1), (1, 0, 2), (2, 0, 2)],
+            true,
+        ),
+    ];
+    for (motions, shears, symmetric) in cases {
+        let system = planted(motions, shears, symmetric).expect("a system");
+        examine(&system).expect("right within its bounds");
+    }
+}

@@ -32,6 +32,8 @@ pub(crate) struct Resolved {
     pub(crate) x: Vec<Number>,
     /// Q′(λ)x.
     pub(crate) slope: Vec<Number>,
+    /// How far off λ may be: what its last step and rounding leave.
+    pub(crate) error: f64,
     terms: Vec<(f64, Place)>,
     factors: Factors,
 }
@@ -52,20 +54,21 @@ impl Resolved {
         let entry = |z: &Complex<f64>| Number::new(z.re, z.im);
         let mut root = entry(&lambda);
         let mut x: Vec<Number> = shape.iter().map(entry).collect();
-        let mut previous = 0.125;
+        let (mut previous, mut root_before) = (0.125, f64::INFINITY);
         for _ in 0..STEPS {
             let resolved = Resolved::at(terms, root, x, pivot)?;
             let (change, root_change) = resolved.solve(&resolved.residual());
             let size = step_size(&change, root_change, root);
             if previous <= NEAR {
                 // B is that of the last digits now: this step only tidies up.
-                return (size <= NEAR && resolved.factors.reciprocal_condition() >= SINGULAR)
-                    .then(|| resolved.moved(&change, root_change, pivot));
+                let is_near = size <= NEAR && resolved.factors.reciprocal_condition() >= SINGULAR;
+                let resolved = is_near.then(|| resolved.moved(&change, root_change, pivot))?;
+                return resolved.settled(root_before, root_change.norm());
             }
             if size > previous / 2.0 {
                 return None;
             }
-            previous = size;
+            (previous, root_before) = (size, root_change.norm());
             let moved = resolved.moved(&change, root_change, pivot);
             (root, x, terms) = (moved.lambda, moved.x, moved.terms);
         }
@@ -87,7 +90,7 @@ impl Resolved {
         for (value, place) in &terms {
             for (row, left) in place.left.parts() {
                 for (column, right) in place.right.parts() {
-                    let entry = powers[place.power] * (value * left * right);
+                    let entry = powers[place.power] * *value * *left * *right;
                     bordered[row * (n + 1) + column] += entry;
                     sizes[row * (n + 1) + column] += entry.norm();
                 }
@@ -107,8 +110,24 @@ impl Resolved {
             lambda,
             x,
             slope,
+            error: f64::INFINITY,
             terms,
         })
+    }
+
+    /// With its error, from the last two changes of λ. `None` where the steps neither shrink as those towards a simple root do
+    /// nor are what rounding leaves: near a multiple root each is half as long as the one before, or longer.
+    fn settled(mut self, before: f64, last: f64) -> Option<Resolved> {
+        /// Of λ; beyond all that a double holds.
+        const NEGLIGIBLE: f64 = 1e-22;
+        if self.lambda == Number::ZERO {
+            self.error = 0.0;
+            return Some(self);
+        }
+        let rounding = self.rounding(&self.left());
+        let least = NEGLIGIBLE * self.lambda.norm();
+        self.error = rounding + least + 2.0 * last * (last / before).min(1.0);
+        (last <= before / 4.0 || last <= least.max(4.0 * rounding)).then_some(self)
     }
 
     /// −Q(λ)x.
@@ -150,7 +169,7 @@ impl Resolved {
     }
 
     /// How far rounding in the terms of Q(λ)x may move λ: what y*Q(λ)x errs by, where y*Q′(λ)x = 1.
-    pub(crate) fn rounding(&self, y: &[Number]) -> f64 {
+    fn rounding(&self, y: &[Number]) -> f64 {
         /// Of each product and sum in a term, a few of 2^-104.
         const UNIT: f64 = 1e-30;
         let size = self.lambda.norm();

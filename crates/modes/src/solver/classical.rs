@@ -106,27 +106,39 @@ fn modal_roots(
     Ok(roots)
 }
 
-/// How far C still couples each shape to others of nearly its frequency, as a part of c/m.
+/// How far c/m of each shape may be off by what C couples it to others: those of nearly its frequency may be mixed in any
+/// way. Of another a part θ is in it, so that C couples them by θΔ and c/m is off by θ²Δ, Δ being the difference of theirs.
 fn couplings(system: &System, modes: &[ModalForms]) -> Vec<f64> {
     let square = |mode: &ModalForms| (mode.forms.k / mode.forms.m).to_f64();
     let near =
         |a: &ModalForms, b: &ModalForms| !a.rigid && !b.rigid && are_near(square(a), square(b));
-    let mut found = Vec::with_capacity(modes.len());
-    for group in modes.chunk_by(near) {
-        if group.len() == 1 {
-            found.push(0.0);
-            continue;
+    let groups = modes.chunk_by(near).enumerate();
+    let group: Vec<usize> = groups
+        .flat_map(|(number, group)| std::iter::repeat_n(number, group.len()))
+        .collect();
+    let unit = |mode: &ModalForms| -> Vec<f64> {
+        let size = mode.forms.m.to_f64().sqrt();
+        mode.shape.iter().map(|x| x / size).collect()
+    };
+    let shapes: Vec<Vec<f64>> = modes.iter().map(unit).collect();
+    let gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
+    let rate = |mode: &ModalForms| (mode.forms.c / mode.forms.m).to_f64();
+    let rates: Vec<f64> = modes.iter().map(rate).collect();
+    let off = |p: usize, q: usize| {
+        let coupled = gamma[(p, q)].abs();
+        let apart = (rates[p] - rates[q]).abs();
+        if group[p] == group[q] {
+            coupled
+        } else {
+            let turned = 2.0 * coupled / (apart + apart.hypot(2.0 * coupled)) * coupled;
+            // Neither couples nor differs: 0/0.
+            turned.min(apart)
         }
-        let unit = |mode: &ModalForms| -> Vec<f64> {
-            let size = mode.forms.m.to_f64().sqrt();
-            mode.shape.iter().map(|x| x / size).collect()
-        };
-        let shapes: Vec<Vec<f64>> = group.iter().map(unit).collect();
-        let gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
-        let others = |p: usize| (0..group.len()).filter(move |q| *q != p);
-        found.extend((0..group.len()).map(|p| others(p).map(|q| gamma[(p, q)].abs()).sum::<f64>()));
-    }
-    found
+    };
+    let others = |p: usize| (0..modes.len()).filter(move |q| *q != p);
+    (0..modes.len())
+        .map(|p| others(p).map(|q| off(p, q)).sum())
+        .collect()
 }
 
 fn complex(shape: &[f64]) -> Vec<Complex<f64>> {
@@ -504,7 +516,8 @@ impl Quadratic {
             let whole = error(value.norm());
             // That of c/m, as long as the roots stay complex.
             let [m, c] = [m, c].map(DoubleDouble::to_f64);
-            let quotient = ulp * re.abs() + (c_off + m_off * (c / m).abs()) / m;
+            let off = (c_off + m_off * (c / m).abs()) / m + coupling.unwrap_or(0.0);
+            let quotient = ulp * re.abs() + off;
             let real = if whole < im { quotient } else { whole };
             return vec![ScalarRoot {
                 value,

@@ -31,8 +31,13 @@ const SEARCHES: [(Search, f64); 2] = [
 pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root>) -> Vec<Root> {
     let pencil = Pencil::of(system);
     let states = found.len() as f64;
-    let radii = radii(&pencil, &found, states);
+    let firsts = first_order(&pencil, &found, states);
     let values: Vec<Complex<f64>> = found.iter().map(|root| root.value).collect();
+    let radius = |(first, value): (&f64, &Complex<f64>)| match first.is_finite() {
+        true => first.min(1e-2 * value.norm()),
+        false => value.norm(),
+    };
+    let radii: Vec<f64> = firsts.iter().zip(&values).map(radius).collect();
     let mut roots = Vec::new();
     let groups = if cluster::are_apart(&values, &radii) {
         Vec::new()
@@ -71,7 +76,7 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
         let spread = group
             .iter()
             .map(|i| (values[*i] - mean).norm() + radii[*i].min(scatter))
-            .fold(0.0, f64::max);
+            .fold(reach_of_all(&values, &firsts, &group, mean), f64::max);
         let mut root = Root {
             value: mean,
             count,
@@ -116,29 +121,55 @@ pub(crate) fn refine_simple(
     )
 }
 
-/// How far off each root may be, from its backward error and condition.
-fn radii(pencil: &Pencil, found: &[Root], states: f64) -> Vec<f64> {
+/// The radius about the mean of a group within which its roots stay when the product of all z − z_j changes by as much as moves
+/// one of them by its first-order error: there the product must be larger (Rouché's theorem).
+fn reach_of_all(
+    values: &[Complex<f64>],
+    firsts: &[f64],
+    group: &[usize],
+    mean: Complex<f64>,
+) -> f64 {
+    let size = mean.norm();
+    let change = |i: &usize| {
+        let others = group.iter().filter(|j| *j != i);
+        let gaps = others.map(|j| (values[*j] - values[*i]).norm() / size);
+        firsts[*i] / size * gaps.product::<f64>()
+    };
+    let change = group.iter().map(change).filter(|change| change.is_finite());
+    let change = change.fold(0.0, f64::max);
+    let distances = group.iter().map(|i| (values[*i] - mean).norm() / size);
+    let mut distances: Vec<f64> = distances.collect();
+    distances.sort_by(f64::total_cmp);
+    let farthest = distances.pop().unwrap_or(0.0);
+    let others = |beyond: f64| {
+        let each = distances.iter();
+        each.map(|distance| farthest + beyond - distance).product()
+    };
+    (farthest + moved_by(change, others, 1.0)) * size
+}
+
+/// How far off each root may be to first order, from its backward error and condition; ∞ where it has none.
+fn first_order(pencil: &Pencil, found: &[Root], states: f64) -> Vec<f64> {
     let upper: Vec<usize> = (0..found.len())
         .filter(|i| found[*i].value.im >= 0.0)
         .collect();
     let approximate: Vec<Approximate<'_>> = upper.iter().map(|i| found[*i].approximate()).collect();
-    let mut radii = vec![0.0; found.len()];
+    let mut firsts = vec![f64::INFINITY; found.len()];
     for (&i, quality) in upper.iter().zip(pencil.qualities(&approximate)) {
-        let size = found[i].value.norm();
         // Where a root is defective this is endless.
-        radii[i] = quality.condition.map_or(size, |condition| {
+        if let Some(condition) = quality.condition {
             let error = 8.0 * states * f64::EPSILON + 2.0 * quality.backward_error;
-            (error * condition).min(1e-2) * size
-        });
+            firsts[i] = error * condition * found[i].value.norm();
+        }
     }
     for i in 0..found.len() {
         if found[i].value.im < 0.0 {
             let conjugate = found[i].value.conj();
             let twin = upper.iter().find(|j| found[**j].value == conjugate);
-            radii[i] = twin.map_or(found[i].value.norm(), |j| radii[*j]);
+            firsts[i] = twin.map_or(f64::INFINITY, |j| firsts[*j]);
         }
     }
-    radii
+    firsts
 }
 
 /// |x*y|/(‖x‖‖y‖) of two shapes.

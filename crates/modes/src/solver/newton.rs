@@ -12,11 +12,8 @@ use super::roots::{Root, normalised};
 pub(crate) const FEW: usize = 16;
 
 /// The simple root within `reach` that Newton's method leads to, with its shapes, from the elements;
-/// `None` where it does not converge or B there is singular to 27 digits. Its last step left errors
-/// below 1e-12 squared, times the condition of B, which is below 1e27: more than a double holds,
-/// but for real parts that are all but nothing.
+/// `None` where it does not converge or B there is singular to 27 digits.
 pub(crate) fn resolved(system: &System, root: &Root, reach: f64) -> Option<Root> {
-    const BEYOND: f64 = 1e-22;
     let shape = normalised(&root.shape);
     let resolved = Resolved::of(system, root.value, &shape)?;
     let plain = |z: &ComplexDoubleDouble| Complex::new(z.re.to_f64(), z.im.to_f64());
@@ -25,8 +22,7 @@ pub(crate) fn resolved(system: &System, root: &Root, reach: f64) -> Option<Root>
         return None;
     }
     let left = resolved.left();
-    let beyond = BEYOND * value.norm() + resolved.rounding(&left);
-    let part = |part: f64| f64::EPSILON * part.abs() + beyond;
+    let part = |part: f64| f64::EPSILON * part.abs() + resolved.error;
     // On the real axis it is one of two, and no longer stands for a pair.
     if root.value.im != 0.0 && value.im <= part(value.re).hypot(part(value.im)) {
         return None;
@@ -94,6 +90,25 @@ mod tests {
         }
         // Further away than it may be.
         assert!(resolved(&system, &start, 0.99 * off).is_none());
+    }
+
+    /// Where two roots meet, each step is half as long as the one before: what is left is as long as the last.
+    #[test]
+    fn a_double_root_is_within_its_estimate_or_not_confirmed() {
+        let system = nearly_defective(0.0);
+        for power in 10..52 {
+            let off = 2f64.powi(-power);
+            let shape = |ratio: f64| [ratio, 1.0].map(Complex::from).to_vec();
+            let start = Root {
+                left: Some(shape(-0.5 + off)),
+                ..Root::simple(Complex::from(-1.0 - off), shape(-0.6 + off))
+            };
+            if let Some(found) = resolved(&system, &start, 1.0) {
+                let (error, _) = found.error.unwrap();
+                let off = (found.value + 1.0).norm();
+                assert!(off <= error, "{power}: {off:e} {error:e}");
+            }
+        }
     }
 
     #[test]

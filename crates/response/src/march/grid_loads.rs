@@ -2,7 +2,7 @@
 
 use crate::hold::{Laws, reduced_angle};
 use crate::problem::{
-    AppliedLoad, Channel, Harmonic, Hold, Instant, Load, Problem, SampleGrid, TimeGrid,
+    AppliedLoad, Channel, Harmonic, Hold, Instant, Load, Problem, SampleGrid, Samples, TimeGrid,
 };
 
 /// The loads of a problem as signals of which each step needs the values at its start and, where they run on,
@@ -45,6 +45,11 @@ enum Part<'a> {
         every: u64,
         hold: Hold,
     },
+    /// The slope of the line from sample to sample.
+    Slope {
+        values: &'a [f64],
+        every: u64,
+    },
     Sine(&'a Harmonic),
     Cosine(&'a Harmonic),
 }
@@ -52,7 +57,7 @@ enum Part<'a> {
 impl<'a> GridLoads<'a> {
     /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
     pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
-        let plain = |channel: &Channel| channel.orders().eq([0]) && channel.integrals == 0;
+        let plain = |channel: &Channel| channel.integrals == 0 && !channel.orders().any(|k| k > 1);
         if !problem.channels().iter().all(plain) {
             return None;
         }
@@ -60,10 +65,21 @@ impl<'a> GridLoads<'a> {
         let loads = problem.drives();
         // The input of a channel's signal itself.
         let input = |on: usize| on.checked_sub(n).map_or(on, |channel| n + 3 * channel);
+        // That of its slope, where this acts too.
+        let sloped = |on: usize| {
+            let channel = problem.channels().get(on.checked_sub(n)?)?;
+            channel
+                .orders()
+                .any(|order| order == 1)
+                .then(|| input(on) + 1)
+        };
         let lasting = loads
             .iter()
             .filter(|applied| !matches!(applied.load, Load::Impulse(_)));
-        let mut loaded: Vec<usize> = lasting.map(|applied| input(applied.coordinate)).collect();
+        let inputs = |on: usize| std::iter::once(input(on)).chain(sloped(on));
+        let mut loaded: Vec<usize> = lasting
+            .flat_map(|applied| inputs(applied.coordinate))
+            .collect();
         loaded.sort_unstable();
         loaded.dedup();
         let mut laws = Laws::default();
@@ -95,14 +111,17 @@ impl<'a> GridLoads<'a> {
             }
             Instant::event(grid, start).index()
         };
+        // Steps from sample to sample.
+        let every = |samples: &Samples| match SampleGrid::of(samples.step, grid.step()) {
+            Ok(SampleGrid::Multiple(every)) => Some(every),
+            _ => None,
+        };
         let mut blows = Vec::new();
         let mut signals: Vec<Signal<'a>> = Vec::new();
         for AppliedLoad { coordinate, load } in loads {
-            let place = |law: usize| {
-                let column = loaded.binary_search(&input(*coordinate)).unwrap_or(0);
-                law * loaded.len() + column
-            };
-            let mut add = |law: usize, runs: bool, part| {
+            let mut add_to = |on: usize, law: usize, runs: bool, part| {
+                let column = loaded.binary_search(&on).unwrap_or(0);
+                let place = |law: usize| law * loaded.len() + column;
                 let (value, rise) = (place(law), runs.then(|| place(law + 1)));
                 let same = |signal: &&mut Signal<'_>| (signal.value, signal.rise) == (value, rise);
                 match signals.iter_mut().find(same) {
@@ -114,6 +133,17 @@ impl<'a> GridLoads<'a> {
                     }),
                 }
             };
+            if let Some(slope) = sloped(*coordinate) {
+                // Any other jump would be an impulse on the way.
+                let Load::Samples(samples) = load else {
+                    return None;
+                };
+                let every = every(samples).filter(|_| samples.hold == Hold::First)?;
+                let values = &samples.values;
+                add_to(slope, 0, false, Part::Slope { values, every });
+                blows.push((slope, values[0]));
+            }
+            let mut add = |law, runs, part| add_to(input(*coordinate), law, runs, part);
             match load {
                 Load::Step(step) => {
                     let (force, from) = (step.force, begin(step.start)?);
@@ -125,14 +155,9 @@ impl<'a> GridLoads<'a> {
                     add(0, true, Part::Growing { rate, lead, from });
                 }
                 Load::Samples(samples) => {
-                    let SampleGrid::Multiple(every) =
-                        SampleGrid::of(samples.step, grid.step()).ok()?
-                    else {
-                        return None;
-                    };
                     let sampled = Part::Sampled {
                         values: &samples.values,
-                        every,
+                        every: every(samples)?,
                         hold: samples.hold,
                     };
                     add(0, samples.hold == Hold::First, sampled);
@@ -229,10 +254,9 @@ impl Part<'_> {
                 every,
                 hold,
             } => {
-                let last = values.len() - 1;
-                let at = |j: u64| values[usize::try_from(j).map_or(last, |j| j.min(last))];
                 for (k, value) in (first..).zip(out) {
                     let (j, rest) = (k / every, k % every);
+                    let at = |j| sample(values, j);
                     let sample = at(j);
                     *value += match hold {
                         Hold::Zero => sample,
@@ -240,10 +264,23 @@ impl Part<'_> {
                     };
                 }
             }
+            Part::Slope { values, every } => {
+                let length = every as f64 * grid.step();
+                for (k, value) in (first..).zip(out) {
+                    let j = k / every;
+                    *value += (sample(values, j + 1) - sample(values, j)) / length;
+                }
+            }
             Part::Sine(harmonic) => along(harmonic, grid, first, out, f64::sin),
             Part::Cosine(harmonic) => along(harmonic, grid, first, out, f64::cos),
         }
     }
+}
+
+/// The last one goes on for ever.
+fn sample(values: &[f64], j: u64) -> f64 {
+    let last = values.len() - 1;
+    values[usize::try_from(j).map_or(last, |j| j.min(last))]
 }
 
 /// Adds the amplitude times a function of the phase at each instant.

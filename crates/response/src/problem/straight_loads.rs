@@ -122,10 +122,13 @@ impl<T: Real> StraightLoads<T> {
 
 #[cfg(test)]
 mod tests {
-    use std::time::{Duration, Instant};
+    use std::cell::Cell;
 
+    use eigentone_digits::{DoubleDouble, Magnitude};
     use eigentone_modes::{GROUND, System};
 
+    use super::StraightLoads;
+    use crate::problem::Piece;
     use crate::{Problem, Ramp, Response, ResponsePlan, Step};
 
     /// Loads that begin every `spacing` s, in no order.
@@ -178,21 +181,29 @@ mod tests {
         }
     }
 
-    /// Many loads are answered with proof, in a time that grows as their number does.
+    /// Many loads are answered with proof, in as many times more operations as there are more loads, but for the depth of
+    /// the tree.
     #[test]
-    fn many_loads_take_little_more_time_each_than_few() {
+    fn many_loads_take_few_operations_each() {
         let system = oscillator();
-        let taken = |loads: usize| {
+        for loads in [500, 4_000] {
             let problem = problem(&system, loads, 1e-3, 1e-3);
-            let start = Instant::now();
+            let mut sums = StraightLoads::<DoubleDouble>::of(problem.drives());
+            let additions = Cell::new(0);
+            for law in problem.timeline().pieces().iter().flat_map(Piece::changes) {
+                sums.set(law, |from, to| {
+                    additions.set(additions.get() + 1);
+                    (to.elapsed(from, problem.grid()), Magnitude::ZERO)
+                });
+            }
+            let depth = loads.next_power_of_two().ilog2() as usize;
+            assert!(additions.get() <= loads * depth, "{additions:?}");
             let plan = ResponsePlan::of(&problem).expect("a plan");
             let motion = plan.run(&problem).expect("a motion");
             assert_eq!(motion.bounds(), eigentone_modes::Bounds::Proven);
-            start.elapsed()
-        };
-        let least = |loads| (0..3).map(|_| taken(loads)).min().unwrap_or(Duration::MAX);
-        let (few, many) = (least(4_000), least(32_000));
-        // 8 times as many: a quadratic time would be 64 times as long.
-        assert!(many < 30 * few, "{few:?} {many:?}");
+            let operations = motion.operations();
+            assert!(operations.steps <= 2 * loads as u64, "{operations:?}");
+            assert!(operations.exponentials <= 64, "{operations:?}");
+        }
     }
 }

@@ -51,13 +51,27 @@ struct Beside {
 }
 
 /// The highest and the lowest value of a quantity. At events both the value before and the one after count.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Peaks {
     /// The highest.
     pub highest: Reached,
     /// The lowest.
     pub lowest: Reached,
+    /// Where it changes at once after t = 0, in the order of time: the first thousand that show in nine digits.
+    pub jumps: Vec<Discontinuity>,
 }
+
+/// A value that changes at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Discontinuity {
+    /// When, in s.
+    pub time: f64,
+    /// Before and after it, in the unit of the quantity.
+    pub values: [f64; 2],
+}
+
+/// So many jumps of one quantity are noted.
+const MOST_JUMPS: usize = 1000;
 
 /// A value and when it is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +111,22 @@ impl Peaks {
                     bound: stretch.rounding(i) + 1e-12 * found.displacement.abs(),
                 };
             }
+        }
+    }
+
+    /// Compares the beginning of a stretch with the value at the end of the one before.
+    fn note_jump(&mut self, before: f64, stretch: &Stretch<'_>, i: usize) {
+        let after = stretch.left.x(i);
+        let size = before.abs().max(after.abs());
+        let size = size.max(self.highest.value).max(-self.lowest.value);
+        if after != before
+            && self.jumps.len() < MOST_JUMPS
+            && (after - before).abs() > INVISIBLE * size + stretch.rounding(i)
+        {
+            self.jumps.push(Discontinuity {
+                time: stretch.start,
+                values: [before, after],
+            });
         }
     }
 }
@@ -183,11 +213,13 @@ impl Extrema {
         let nothing = Peaks {
             highest: nothing,
             lowest: nothing,
+            jumps: Vec::new(),
         };
         let mut beside = vec![nothing; ranges.len() - n];
         let mut seen = false;
         // Displacement and velocity at the end of the stretch before.
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
+        let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
         follow(problem, 0, ranges.clone(), &mut |stretch| {
             if !seen {
                 // A node without mass does not begin where it is not told to.
@@ -219,8 +251,13 @@ impl Extrema {
                 hasten(stretch, i, &mut extrema.fastest[i]);
             }
             for ((i, range), peaks) in ranges.iter().enumerate().skip(n).zip(&mut beside) {
+                if let Some(value) = beside_before.get(i - n) {
+                    peaks.note_jump(*value, stretch, i);
+                }
                 peaks.widen(stretch, i, *range);
             }
+            beside_before.clear();
+            beside_before.extend((n..ranges.len()).map(|i| stretch.right.x(i)));
             if !before.is_empty() {
                 extrema.note_jumps(&before, stretch);
             }
@@ -285,7 +322,6 @@ impl Extrema {
 
     /// Compares the beginning of a stretch with the end of the one before.
     fn note_jumps(&mut self, before: &[[f64; 2]], stretch: &Stretch<'_>) {
-        const MOST: usize = 1000;
         let range = |i: usize| {
             let (high, low) = (self.highest[i].displacement, self.lowest[i].displacement);
             [high.abs().max(low.abs()), self.fastest[i].velocity.abs()]
@@ -293,7 +329,7 @@ impl Extrema {
         let mut all: Option<[f64; 2]> = None;
         for (i, x_v) in before.iter().enumerate() {
             let after = [stretch.left.x(i), stretch.left.v(i)];
-            if after == *x_v || self.jumps[i].len() == MOST {
+            if after == *x_v || self.jumps[i].len() == MOST_JUMPS {
                 continue;
             }
             let own = range(i);
@@ -458,7 +494,7 @@ pub(crate) fn last_outside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Impulse, Response, ResponsePlan, State, Step};
+    use crate::{Impulse, Quantity, Response, ResponsePlan, State, Step};
     use eigentone_modes::{GROUND, System};
 
     fn extrema(system: &System, ask: impl Fn(Response<'_>) -> Response<'_>) -> Extrema {
@@ -568,5 +604,42 @@ mod tests {
         let swing = 2.0 * 1f64.sin();
         assert!((found.highest()[0].displacement - swing).abs() < 1e-12);
         assert!((found.lowest()[0].displacement + swing).abs() < 1e-12);
+    }
+
+    /// A blow of −4 N·s after a second and a force of 6 N after two, on 2 kg held by 8 N/m.
+    #[test]
+    fn jumps_of_accelerations_outputs_and_forces_are_noted() {
+        let system = System::builder()
+            .mass("m", 2.0)
+            .spring(GROUND, "m", 8.0)
+            .damper(GROUND, "m", 0.5);
+        let found = extrema(&system.build().expect("a system"), |response| {
+            response
+                .load("m", Impulse::of(-4.0).at(1.0))
+                .load("m", Step::of(6.0).starting_at(2.0))
+                .sum("speed", [(Quantity::Velocity, "m", 1.0)])
+                .with_acceleration()
+                .with_forces()
+                .every(0.75)
+                .until(3.0)
+        });
+        let sizes = |peaks: Option<&Peaks>| -> Vec<(f64, f64)> {
+            let jumps = &peaks.expect("it was asked for").jumps;
+            let size = |jump: &Discontinuity| (jump.time, jump.values[1] - jump.values[0]);
+            jumps.iter().map(size).collect()
+        };
+        for (peaks, wanted) in [
+            (found.acceleration(0), &[(1.0, 0.5), (2.0, 3.0)][..]),
+            (found.output(0), &[(1.0, -2.0)]),
+            (found.force(ElementKind::Spring, 0), &[]),
+            (found.force(ElementKind::Damper, 0), &[(1.0, -1.0)]),
+        ] {
+            let sizes = sizes(peaks);
+            assert_eq!(sizes.len(), wanted.len(), "{sizes:?}");
+            for ((time, size), (then, change)) in sizes.iter().zip(wanted) {
+                assert_eq!(time, then);
+                assert!((size - change).abs() < 1e-12, "{sizes:?}");
+            }
+        }
     }
 }

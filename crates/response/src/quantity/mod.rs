@@ -9,5 +9,5 @@ mod summary;
 
 pub use element_force::ElementForces;
 pub use energy::Energy;
-pub use extrema::{Extrema, Extremum, Fastest, Jump, Peaks, Reached};
+pub use extrema::{Discontinuity, Extrema, Extremum, Fastest, Jump, Peaks, Reached};
 pub use summary::{CoordinateSummary, Destination, Summary};

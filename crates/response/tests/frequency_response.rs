@@ -388,3 +388,26 @@ fn long_chains_are_solved_by_a_sparse_factor() {
         }
     }
 }
+
+/// A wheel follows a road nearly rigidly: its peak rises above 1 by 1e-4 only, within a wide bracket.
+#[test]
+fn flat_turns_are_as_sharp_as_others() {
+    let car = System::builder()
+        .mass("body", 290.0)
+        .mass("wheel", 5.0)
+        .support("road")
+        .spring("wheel", "body", 100.0)
+        .damper("wheel", "body", 20.0)
+        .spring("road", "wheel", 400_000.0)
+        .build()
+        .expect("a system");
+    let asked = FrequencyResponse::of(&car).from("road").to("wheel");
+    let found = &asked.features(&[1.0]).expect("features")[0];
+    assert!(found.is_complete());
+    let flat = &found.peaks()[0];
+    let (gain, bound) = flat.gain().expect("damped");
+    assert!((1.0..1.01).contains(&gain), "{flat:?}");
+    assert!(bound <= 4.0 * f64::EPSILON, "{flat:?}");
+    let (frequency, bound) = flat.frequency();
+    assert!(bound <= f64::EPSILON * frequency, "{flat:?}");
+}

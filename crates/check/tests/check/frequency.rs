@@ -1,7 +1,9 @@
 //! Frequency responses of machines drawn at random, against the same equations solved in fractions.
 
 use eigentone_modes::{Bounds, GROUND, System};
-use eigentone_response::{Combination, FrequencyResponse, FrequencyValue, Quantity, Sum};
+use eigentone_response::{
+    Combination, FrequencyResponse, FrequencyValue, Quantity, StateSpace, Sum,
+};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
@@ -464,5 +466,89 @@ proptest! {
         if found.is_complete() {
             prop_assert_eq!(found.peaks().len() + found.dips().len(), truth, "{:?}", found);
         }
+    }
+}
+
+/// The columns of M⁻¹ times a real matrix, in fractions.
+fn by_masses(mass: &[Vec<BigRational>], of: &[Vec<BigRational>]) -> Option<Vec<Vec<BigRational>>> {
+    let n = mass.len();
+    let real = |value: &BigRational| [value.clone(), BigRational::zero()];
+    let columns = (0..n).map(|j| {
+        let rows = (0..n).map(|i| {
+            let row = mass[i].iter().map(real);
+            row.chain([real(&of[i][j])]).collect()
+        });
+        let column = solve(rows.collect(), n)?;
+        Some(column.into_iter().map(|[re, _]| re).collect())
+    });
+    columns.collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A, B, C and D of machines all of whose coordinates have masses, forces and accelerations.
+    #[test]
+    fn state_space_forms_are_those_of_fractions(mut drawn in machines()) {
+        for mass in drawn.masses.iter_mut().filter(|mass| **mass == 0.0) {
+            *mass = 0.3;
+        }
+        let Some(system) = drawn.system() else {
+            return Ok(());
+        };
+        let n = drawn.masses.len();
+        let part = |z: &[Vec<Exact>], k: usize| -> Vec<Vec<BigRational>> {
+            let row = |row: &Vec<Exact>| row[..n].iter().map(|entry| entry[k].clone()).collect();
+            z[..n].iter().map(row).collect()
+        };
+        let [still, moving] = [0.0, 1.0].map(|omega| stiffness(&drawn, &[], &exact(omega)));
+        let (stiffness, damping, rest) = (part(&still, 0), part(&moving, 1), part(&moving, 0));
+        let mass: Vec<Vec<BigRational>> = stiffness
+            .iter()
+            .zip(rest)
+            .map(|(k, z)| k.iter().zip(z).map(|(k, z)| k - z).collect())
+            .collect();
+        let unit = |i: usize| (0..n).map(|j| exact(if i == j { 1.0 } else { 0.0 })).collect();
+        let unit: Vec<Vec<BigRational>> = (0..n).map(unit).collect();
+        let truths = [&stiffness, &damping, &unit].map(|of| by_masses(&mass, of));
+        let [Some(stiff), Some(damped), Some(light)] = truths else {
+            return Ok(());
+        };
+        let names: Vec<String> = (0..n).map(|i| format!("m{i}")).collect();
+        let plant = names.iter().fold(StateSpace::of(&system), |plant, name| {
+            plant.force(name).output(name, Quantity::Acceleration)
+        });
+        let Ok(plant) = plant.build() else {
+            return Ok(());
+        };
+        let place = |i: usize, what: &str| {
+            let name = format!("m{i} {what}");
+            plant.states().iter().position(|state| *state == name)
+        };
+        let matrices = plant.matrices();
+        let mut compared = 0;
+        for i in 0..n {
+            let row = place(i, "velocity").expect("it has a mass");
+            for j in 0..n {
+                let to = ["displacement", "velocity"].map(|what| place(j, what).expect("a state"));
+                let entries = [
+                    (&matrices.a, row, to[0], -&stiff[j][i]),
+                    (&matrices.a, row, to[1], -&damped[j][i]),
+                    (&matrices.b, row, j, light[j][i].clone()),
+                    (&matrices.c, i, to[0], -&stiff[j][i]),
+                    (&matrices.c, i, to[1], -&damped[j][i]),
+                    (&matrices.d, i, j, light[j][i].clone()),
+                ];
+                for (matrix, row, column, truth) in entries {
+                    let (value, bound) = (matrix.values[(row, column)], matrix.bound[(row, column)]);
+                    let off = (&truth - exact(value)).abs();
+                    prop_assert!(off <= exact(bound), "{value:e} ± {bound:e}: {off}");
+                    let last = value.abs() * 2f64.powi(-53) * 1.001;
+                    prop_assert!(bound <= last.max(1e-26 * matrix.values.norm_max()), "{value:e} ± {bound:e}");
+                    compared += 1;
+                }
+            }
+        }
+        prop_assert_eq!(compared, 6 * n * n);
     }
 }

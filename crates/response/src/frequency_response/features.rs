@@ -210,11 +210,7 @@ impl Features {
         };
         for peak in &self.peaks {
             let frequency = peak.frequency.0;
-            let pole = || {
-                turns
-                    .is_pole(look, frequency)
-                    .then_some((f64::INFINITY, 0.0))
-            };
+            let pole = || is_pole(look, turns, frequency).then_some((f64::INFINITY, 0.0));
             add(frequency, peak.gain.or_else(pole)?);
         }
         if turns.rises_at_last {
@@ -227,6 +223,15 @@ impl Features {
         }
         largest
     }
+}
+
+/// Whether a peak is a pole: H, which is real, changes its sign in a bracket without a dip.
+fn is_pole(look: &Look<'_>, turns: &Turns, peak: f64) -> bool {
+    let mut brackets = turns.brackets.iter();
+    let own = brackets.find(|[low, high]| (*low..=*high).contains(&peak));
+    let value = |frequency: f64| look(frequency.into()).map(|value| value.value);
+    let signs = own.and_then(|[low, high]| Some((value(*low)?, value(*high)?)));
+    turns.is_real && signs.is_some_and(|(before, after)| (before * after.conj()).re < 0.0)
 }
 
 /// What is between two frequencies where the steepness has these signs: whether it is a peak, and where.
@@ -346,8 +351,11 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let zero = |low: DoubleDouble, high: DoubleDouble, before: f64, after: f64| {
         low + DoubleDouble::from((high - low).to_f64() * (before / (before - after)))
     };
-    while (high - low).to_f64() > high.to_f64() * 1e-22 {
+    for k in 0..MOST {
         let width = (high - low).to_f64();
+        if width <= high.to_f64() * 1e-22 {
+            break;
+        }
         let middle = zero(low, high, before, after);
         let narrower = [1e-6, 1e-4, 1e-2].into_iter().find_map(|narrow| {
             let near = DoubleDouble::from(width * narrow);
@@ -356,8 +364,15 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
             let fits = left? * before > 0.0 && right? * after > 0.0;
             fits.then_some((sides, [left?, right?]))
         });
-        match narrower {
-            Some((ends, rises)) => ([low, high], [before, after]) = (ends, rises),
+        if let Some((ends, rises)) = narrower {
+            ([low, high], [before, after]) = (ends, rises);
+            continue;
+        }
+        // A flat turn is not straight, however little the magnitude changes.
+        let middle = low + DoubleDouble::from(width * share(before, after, width, k));
+        match at(middle).as_ref().and_then(rise) {
+            Some(rise) if rise * before > 0.0 => (low, before) = (middle, rise),
+            Some(rise) => (high, after) = (middle, rise),
             None => break,
         }
     }

@@ -12,7 +12,6 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude};
 
 use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
-use super::features::Look;
 use super::orders::{Orders, Terms};
 use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, times};
 
@@ -25,20 +24,9 @@ pub(super) struct Turns {
     /// Whether it rises after the last of them, or is the same everywhere.
     pub(super) rises_at_last: bool,
     /// Whether H is real at all frequencies, or imaginary.
-    is_real: bool,
+    pub(super) is_real: bool,
     /// The limit for Ω → ∞ with its bound; infinite where that is proved, `None` where it is unknown.
     pub(super) limit: Option<(f64, f64)>,
-}
-
-impl Turns {
-    /// Whether a peak is a pole: H, which is real, changes its sign in a bracket without a dip.
-    pub(super) fn is_pole(&self, look: &Look<'_>, peak: f64) -> bool {
-        let mut brackets = self.brackets.iter();
-        let own = brackets.find(|[low, high]| (*low..=*high).contains(&peak));
-        let value = |frequency: f64| look(frequency.into()).map(|value| value.value);
-        let signs = own.and_then(|[low, high]| Some((value(*low)?, value(*high)?)));
-        self.is_real && signs.is_some_and(|(before, after)| (before * after.conj()).re < 0.0)
-    }
 }
 
 /// Series about the points of one input's axes.

@@ -1,4 +1,5 @@
-//! Frequency response functions: full matrices in doubles and proven, and a long chain.
+//! Frequency response functions: full matrices in doubles and proven, and a long chain; root mean squares of chains under
+//! white noise and within a band.
 //!
 //! `benches/peers.py frf` times SciPy on the same full matrices.
 
@@ -7,7 +8,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use eigentone::modes::{GROUND, Precision, System};
-use eigentone::response::FrequencyResponse;
+use eigentone::response::{FrequencyResponse, Noise, RandomVibration};
 
 /// Every coordinate is joined to every other.
 fn full(n: usize) -> System {
@@ -76,6 +77,19 @@ fn responses(c: &mut Criterion) {
         group.bench_function(format!("full {n}, 20 frequencies, proven"), |b| {
             b.iter(|| proven.at(black_box(&few)).expect("a response"));
         });
+    }
+    for n in [10, 30] {
+        let system = chain(n);
+        system.structure();
+        for (what, noise) in [
+            ("white", Noise::white(1.0)),
+            ("within a band", Noise::within(1.0, [0.2, 3.0])),
+        ] {
+            let asked = RandomVibration::of(&system).force("m0", noise);
+            group.bench_function(format!("chain {n}, noise {what}"), |b| {
+                b.iter(|| black_box(&asked).solve().expect("it comes to rest"));
+            });
+        }
     }
     let long = chain(100_000);
     let at = frequencies(4, 25.0);

@@ -1174,7 +1174,11 @@ fn root_mean_squares_have_the_shape_that_was_agreed_on() {
     let json = printed(&["random", name, "--json", "--out", out]);
     let answer: Value = serde_json::from_str(&json).expect("JSON");
     assert_keys(&json, &answer, &["bounds", "rms", "zero_crossings"]);
-    assert_eq!(answer["zero_crossings"]["m1"], Value::Null);
+    let crossings = &answer["zero_crossings"];
+    assert_eq!(crossings["displacement"]["m1"], Value::Null);
+    // σ_v/2πσ_x = ω₀/2π.
+    let rate = number(&crossings["outputs"]["sway"]["value"]);
+    assert!((rate - std::f64::consts::FRAC_1_PI).abs() < 1e-15, "{rate}");
     assert_eq!(answer["bounds"], "proven");
     let rms = &answer["rms"];
     let quantities = ["displacement", "velocity", "acceleration", "outputs"];
@@ -1188,14 +1192,38 @@ fn root_mean_squares_have_the_shape_that_was_agreed_on() {
         (&body["value"], &body["bound"]),
         (&Value::Null, &Value::Null)
     );
-    let reason = "infinite under white noise: soil acceleration";
+    let reason = "infinite under noise: soil acceleration";
     assert_eq!(body["reason"], reason);
     let mut files = listed(Path::new(out));
     files.sort();
-    assert_eq!(files, ["random.csv", "random.json"]);
+    assert_eq!(
+        files,
+        ["random.csv", "random.json", "spectra.csv", "spectra.svg"]
+    );
+    let spectra = fs::read_to_string(Path::new(out).join("spectra.csv")).expect("it is there");
+    assert!(
+        spectra.contains(",m1 acceleration [(m/s²)²/Hz],"),
+        "{spectra}"
+    );
+    assert!(
+        spectra.contains(",sway [m²/Hz],sway bound [m²/Hz],pull [N²/Hz],"),
+        "{spectra}"
+    );
 
     let table = printed(&["random", name]);
     assert!(table.contains("sway") && table.contains(reason), "{table}");
+    assert!(!table.contains("peak"), "{table}");
+    let json = printed(&["random", name, "--peak-in", "600", "--json"]);
+    let answer: Value = serde_json::from_str(&json).expect("JSON");
+    let peaks = &answer["expected_peak"];
+    assert_eq!(peaks["duration"], 600.0);
+    let peak = number(&peaks["outputs"]["sway"]["value"]);
+    let root = (2.0 * (1200.0 * rate).ln()).sqrt();
+    assert!(
+        (peak - 0.5 * (root + 0.577_215_664_9 / root)).abs() < 1e-10,
+        "{peak}"
+    );
+    refused(&["random", name, "--peak-in", "-1"], 2);
     let undamped = text.replace("0.5", "0");
     fs::write(&file, undamped).expect("it can be written");
     let error = refused(&["random", name], 2);

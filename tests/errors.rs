@@ -127,7 +127,7 @@ const SCENES: &[&str] = &[
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"noise\": [{\"of\": \"road\", \"force\": 1}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"noise\": [{\"on\": \"a\", \"velocity\": 1}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"noise\": [{\"of\": \"road\", \"velocity\": -1}]}",
-    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"noise\": [{\"on\": \"a\", \"force\": 1, \"band\": [1, 10]}]}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"supports\": [\"road\"], \"noise\": [{\"on\": \"a\", \"force\": 1, \"band\": [10, 1]}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"frequencies\": {\"from\": 0, \"to\": 10, \"count\": 5}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"frequencies\": {\"from\": 3, \"to\": 1, \"count\": 5}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": -1}]}",

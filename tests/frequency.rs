@@ -1,9 +1,11 @@
-//! `eigentone frf`: values against answers to 34 digits that another program gave, and what it refuses.
+//! `eigentone frf`: values against answers to 34 digits that another program gave, and what it refuses; root mean squares
+//! under noise against partial fractions.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
 use eigentone::gallery::Decimal;
+use eigentone::scene::Scene;
 use serde_json::Value;
 
 fn frf(arguments: &[&str]) -> Output {
@@ -165,5 +167,43 @@ fn wrong_questions_are_refused() {
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(error.contains(message), "{arguments:?}: {error}");
         assert!(output.stdout.is_empty());
+    }
+}
+
+/// Root mean squares of random systems under noise within bands, truths by partial fractions over eigenvalues of 1500 bits, and
+/// of the galleries under white noise, truths by linear equations of 4000 bits (FLINT for both), as the nearest doubles.
+#[test]
+fn root_mean_squares_are_right_to_the_last_digit() {
+    let cases = include_str!("frequency/noise.json");
+    let cases: Vec<Value> = serde_json::from_str(cases).expect("it is JSON");
+    assert!(cases.len() > 60);
+    for case in &cases {
+        let scene = Scene::parse(&case["scene"].to_string(), "scene.json".as_ref());
+        let scene = scene.expect("a scene");
+        let motion = scene.noise().expect("it has noise").solve();
+        let motion = motion.expect("it comes to rest");
+        let motions = [
+            ("displacement", motion.displacement()),
+            ("velocity", motion.velocity()),
+            ("acceleration", motion.acceleration()),
+        ];
+        for (key, all) in motions {
+            let Some(truths) = case["rms"][key].as_array() else {
+                assert_eq!(key, "acceleration", "{}", case["scene"]);
+                continue;
+            };
+            assert_eq!(truths.len(), all.len());
+            for (truth, of) in truths.iter().zip(all) {
+                let truth = truth.as_f64().expect("a number");
+                let (value, bound) = of.rms.finite().expect("within a band");
+                let (off, unit) = ((value - truth).abs(), truth * f64::EPSILON / 2.0);
+                assert!(
+                    off <= bound + unit,
+                    "{}: {value:e} ± {bound:e}, not {truth:e}",
+                    case["scene"]
+                );
+                assert!(bound <= 1.6 * unit, "{value:e} ± {bound:e}");
+            }
+        }
     }
 }

@@ -321,7 +321,9 @@ fn bad_scenes() -> Vec<Bad> {
         bad(noise(r#"{"on": "road", "force": 1}"#), "noise[0].on", "name a coordinate or point", ByReader),
         bad(noise(r#"{"of": "raod", "velocity": 1}"#), "noise[0].of", "did you mean \"road\"?", ByReader),
         bad(noise(r#"{"of": "road", "velocity": -1}"#), "noise[0].velocity", "a density must be 0 or more", ByBoth),
-        bad(noise(r#"{"of": "road", "velocity": 1, "band": [1, 10]}"#), "noise[0].band", "leave out \"band\" for white noise", ByBoth),
+        bad(noise(r#"{"of": "road", "velocity": 1, "band": [10, 1]}"#), "noise[0].band", "leave out \"band\" for white noise", ByReader),
+        bad(noise(r#"{"of": "road", "velocity": 1, "band": [-1, 10]}"#), "noise[0].band", "the first 0 or more", ByBoth),
+        bad(noise(r#"{"of": "road", "velocity": 1, "band": [1, 2, 3]}"#), "noise[0].band", "a band is two frequencies in Hz", ByBoth),
         // Elements and damping
         bad(one_spring(r#"{"between": ["left", "right"], "stiffness": 1, "name": ""}"#), "springs[0].name", "must not be empty", ByBoth),
         bad(road(r#""dampers": [{"between": ["body", "wheel"], "damping": 1, "name": "tyre"}]"#), "3:66: dampers[0].name", "must differ", ByReader),
@@ -698,7 +700,7 @@ fn everything() -> Value {
             {"name": "pull", "force": "right"},
         ],
         "noise": [{"on": "p", "force": 1}, {"of": "road", "displacement": 1}, {"of": "road", "velocity": 1},
-                  {"of": "road", "acceleration": 1}],
+                  {"of": "road", "acceleration": 1, "band": [0, 10]}],
         "time": {"end": 10, "step": 1},
         "frequencies": {"from": 1, "to": 10, "count": 5, "spacing": "log"}
     })

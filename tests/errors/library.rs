@@ -11,9 +11,9 @@ use eigentone::modes::{
 };
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
-    Harmonic, Hold, Impulse, Load, ModalTruncation, Output, Pade13, Polynomial, Problem, Quantity,
-    Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState, Step, Sum, Sweep, Versine,
-    WhiteNoise, expm, receptance,
+    Harmonic, Hold, Impulse, Load, ModalTruncation, Noise, Output, Pade13, Polynomial, Problem,
+    Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState,
+    Step, Sum, Sweep, Versine, expm, receptance,
 };
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
@@ -455,8 +455,9 @@ fn response_errors(listing: &mut Listing) {
         form.process_noise(0.1, mat![[1.0, 0.0]].as_ref());
         growth.discretise(100.0, Hold::Zero);
         undamped.stationary_covariance(mat![[1.0]].as_ref());
-        WhiteNoise::of(&held).force("m", -1.0).solve();
-        WhiteNoise::of(&held).motion("road", Quantity::Acceleration, 1.0).solve();
+        RandomVibration::of(&growing).force("m0", 1.0).solve();
+        RandomVibration::of(&held).force("m", -1.0).solve();
+        RandomVibration::of(&held).force("m", Noise::within(1.0, [10.0, 1.0])).solve();
         spectrum(&[], 0.05, 1.0);
         spectrum(&[0.0, 1.0], -0.05, 1.0);
         spectrum(&[0.0, 1.0], 0.05, 0.0);

@@ -233,7 +233,7 @@ impl<T: Real> BallMatrix<T> {
         if diagonal {
             return self.divide(right);
         }
-        let inverse = approximate_inverse(self)?;
+        let inverse = self.approximate_inverse()?;
         let residual = BallMatrix::identity(n).plus(&inverse.times(self).negated());
         let contraction = residual.row_norm().to_f64();
         if contraction.is_nan() || contraction > 0.5 {
@@ -256,6 +256,46 @@ impl<T: Real> BallMatrix<T> {
             }
         }
         Some(solution)
+    }
+
+    /// X ≈ A⁻¹ from the middles, by Gauss–Jordan elimination with row pivoting; nothing is claimed of
+    /// its error. `None` where a pivot is 0, or entries leave the range of T.
+    pub fn approximate_inverse(&self) -> Option<BallMatrix<T>> {
+        let n = self.rows;
+        let mut left = self.middle.clone();
+        let mut inverse = BallMatrix::<T>::identity(n);
+        for k in 0..n {
+            let size = |i: usize| left[i * n + k].magnitude();
+            let pivot = (k..n).fold(k, |best, i| if size(best) < size(i) { i } else { best });
+            if left[pivot * n + k].is_zero() || !left[pivot * n + k].is_finite() {
+                return None;
+            }
+            for j in 0..n {
+                left.swap(k * n + j, pivot * n + j);
+                inverse.middle.swap(k * n + j, pivot * n + j);
+            }
+            let divisor = left[k * n + k];
+            for j in 0..n {
+                left[k * n + j] = left[k * n + j] / divisor;
+                inverse.middle[k * n + j] = inverse.middle[k * n + j] / divisor;
+            }
+            let row = k * n..(k + 1) * n;
+            let pivot = [left[row.clone()].to_vec(), inverse.middle[row].to_vec()];
+            for i in (0..n).filter(|i| *i != k) {
+                let factor = left[i * n + k];
+                if factor.is_zero() {
+                    continue;
+                }
+                let row = i * n..(i + 1) * n;
+                T::add_multiple(&mut left[row.clone()], -factor, &pivot[0]);
+                T::add_multiple(&mut inverse.middle[row], -factor, &pivot[1]);
+            }
+        }
+        inverse
+            .middle
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(inverse)
     }
 
     /// Each row of `right` divided by the diagonal entry of this matrix.
@@ -284,46 +324,6 @@ impl<T: Real> BallMatrix<T> {
 
 fn largest(a: Magnitude, b: Magnitude) -> Magnitude {
     if a < b { b } else { a }
-}
-
-/// X ≈ A⁻¹ from the middles, by Gauss–Jordan elimination with row pivoting; nothing is claimed of
-/// its error.
-fn approximate_inverse<T: Real>(a: &BallMatrix<T>) -> Option<BallMatrix<T>> {
-    let n = a.rows;
-    let mut left = a.middle.clone();
-    let mut inverse = BallMatrix::<T>::identity(n);
-    for k in 0..n {
-        let size = |i: usize| left[i * n + k].magnitude();
-        let pivot = (k..n).fold(k, |best, i| if size(best) < size(i) { i } else { best });
-        if left[pivot * n + k].is_zero() || !left[pivot * n + k].is_finite() {
-            return None;
-        }
-        for j in 0..n {
-            left.swap(k * n + j, pivot * n + j);
-            inverse.middle.swap(k * n + j, pivot * n + j);
-        }
-        let divisor = left[k * n + k];
-        for j in 0..n {
-            left[k * n + j] = left[k * n + j] / divisor;
-            inverse.middle[k * n + j] = inverse.middle[k * n + j] / divisor;
-        }
-        let row = k * n..(k + 1) * n;
-        let pivot = [left[row.clone()].to_vec(), inverse.middle[row].to_vec()];
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = left[i * n + k];
-            if factor.is_zero() {
-                continue;
-            }
-            let row = i * n..(i + 1) * n;
-            T::add_multiple(&mut left[row.clone()], -factor, &pivot[0]);
-            T::add_multiple(&mut inverse.middle[row], -factor, &pivot[1]);
-        }
-    }
-    inverse
-        .middle
-        .iter()
-        .all(|x| x.is_finite())
-        .then_some(inverse)
 }
 
 #[cfg(test)]

@@ -1,15 +1,16 @@
-//! `eigentone random SCENE [--json] [--out DIR]`.
+//! `eigentone random SCENE [--peak-in T] [--json] [--out DIR]`.
 
 use std::path::PathBuf;
 
 use clap::Args;
 use eigentone::report::RandomReport;
+use eigentone::response::peak_grid;
 
 use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, Question, print};
 
-/// Prints root mean squares of the stationary motion under the scene's white noise
+/// Prints root mean squares of the stationary motion under the scene's noise
 #[derive(Debug, Args)]
 pub struct Random {
     #[command(flatten)]
@@ -17,7 +18,10 @@ pub struct Random {
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
-    /// Write the root mean squares into this directory, as JSON and CSV
+    /// Largest magnitudes to be expected within this time, in s [default: the end of the scene's time]
+    #[arg(long, value_name = "T", value_parser = duration)]
+    peak_in: Option<f64>,
+    /// Write the root mean squares into this directory, as JSON and CSV, and spectral densities, as CSV and SVG
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -40,21 +44,52 @@ impl Random {
             scene: file.clone(),
             error,
         })?;
-        drop(progress);
+        let name = self.question.name();
         let report = RandomReport {
+            title: scene.title().unwrap_or(&name),
             system: scene.system(),
             outputs: scene.outputs(),
             motion: &motion,
+            duration: self.peak_in.or(scene.end().filter(|end| *end > 0.0)),
         };
         if let Some(directory) = &self.out {
+            progress.say("spectral densities");
+            let modes = scene.system().modes_to(self.question.precision());
+            let modes = modes.map_err(Failure::modes(file))?;
+            let mut frequencies = match scene.frequencies() {
+                Some(given) => given.to_vec(),
+                None => peak_grid(scene.system(), &modes, scene.loss_factors()),
+            };
+            frequencies.extend(noise.ends());
+            frequencies.sort_by(f64::total_cmp);
+            frequencies.dedup();
+            let densities = noise
+                .densities(&frequencies)
+                .map_err(|error| Failure::Frequency {
+                    scene: file.clone(),
+                    error,
+                })?;
             let mut files = Files::into(directory)?.beside(file);
             files.write("random.json", |out| report.json(out))?;
             files.write("random.csv", |out| report.csv(out))?;
+            files.write("spectra.csv", |out| {
+                report.densities_csv(out, &frequencies, &densities)
+            })?;
+            let plot = report.plot(&frequencies, &densities).svg();
+            files.write("spectra.svg", |out| out.write_all(plot.as_bytes()))?;
             files.keep()?;
         }
+        drop(progress);
         print(|out| match self.json {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),
         })
+    }
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(duration) if duration > 0.0 && f64::is_finite(duration) => Ok(duration),
+        _ => Err("it must be a finite number of seconds greater than 0".to_owned()),
     }
 }

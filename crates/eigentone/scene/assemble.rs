@@ -7,7 +7,7 @@ use eigentone_modes::{
     SystemBuilder,
 };
 use eigentone_response::{
-    Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Polynomial, Quantity, Ramp,
+    Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Noise, Polynomial, Quantity, Ramp,
     ResponseError, Samples, State, Step, Sum, Versine,
 };
 use faer::Mat;
@@ -578,12 +578,12 @@ fn polynomial(Object(polynomial): Object<layout::Polynomial>) -> Load {
         .into()
 }
 
-/// What white noise acts on, which motion it is if it is no force, and its density.
+/// What noise acts on, and which motion it is if it is no force.
 fn noise(
     given: layout::Noise,
     index: usize,
     names: &Names<'_>,
-) -> Result<(String, Option<Quantity>, f64), SceneError> {
+) -> Result<(String, Option<Quantity>, Noise), SceneError> {
     let at = |path| names.source.place(path);
     let place = || at(steps!["noise", index]);
     let all = [
@@ -630,11 +630,16 @@ fn noise(
         let at = at(steps!["noise", index, key]);
         return Err(SceneError::NoiseDensity { at });
     }
-    if given.band.is_some() {
-        let at = at(steps!["noise", index, "band"]);
-        return Err(SceneError::NoiseBand { at });
-    }
-    Ok((name, quantity, density.0))
+    let band = match given.band.as_ref().map(|band| band.0.as_slice()) {
+        None => None,
+        Some([low, high]) if low.0 >= 0.0 && low.0 < high.0 => Some([low.0, high.0]),
+        Some(_) => {
+            let at = at(steps!["noise", index, "band"]);
+            return Err(SceneError::NoiseBand { at });
+        }
+    };
+    let density = density.0;
+    Ok((name, quantity, Noise { density, band }))
 }
 
 fn harmonic(Object(harmonic): Object<layout::Harmonic>) -> Load {

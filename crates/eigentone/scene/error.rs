@@ -182,9 +182,9 @@ pub enum SceneError {
         /// The density.
         at: Place,
     },
-    /// A noise that is not white.
+    /// The band of a noise is none.
     #[error(
-        "{at}: noise within a band is not computed: leave out \"band\" for white noise, which has no end"
+        "{at}: a band is two frequencies in Hz, the first 0 or more and below the second: leave out \"band\" for white noise"
     )]
     NoiseBand {
         /// The band.

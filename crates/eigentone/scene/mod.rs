@@ -18,7 +18,8 @@ use std::path::Path;
 
 use eigentone_modes::System;
 use eigentone_response::{
-    Combination, Load, Problem, Quantity, Response, ResponseError, State, Sum, WhiteNoise,
+    Combination, Load, Noise, Problem, Quantity, RandomVibration, Response, ResponseError, State,
+    Sum,
 };
 
 pub use error::{MAX_BYTES, SceneError};
@@ -40,8 +41,8 @@ pub struct Scene {
     /// Step and end.
     time: Option<(f64, f64)>,
     frequencies: Option<Vec<f64>>,
-    /// What is white noise: a force on what, or which motion of which support; and its density.
-    noises: Vec<(String, Option<Quantity>, f64)>,
+    /// What is noise: a force on what, or which motion of which support.
+    noises: Vec<(String, Option<Quantity>, Noise)>,
 }
 
 impl Scene {
@@ -104,21 +105,26 @@ impl Scene {
         self.frequencies.as_deref()
     }
 
+    /// The end of its time in s; `None` if it has none.
+    pub fn end(&self) -> Option<f64> {
+        self.time.map(|(_, end)| end)
+    }
+
     /// The noise that drives it, asked for all its outputs; `None` if it has none.
-    pub fn noise(&self) -> Option<WhiteNoise<'_>> {
+    pub fn noise(&self) -> Option<RandomVibration<'_>> {
         if self.noises.is_empty() {
             return None;
         }
-        let all = WhiteNoise::of(&self.system);
+        let all = RandomVibration::of(&self.system);
         let all = self
             .noises
             .iter()
-            .fold(all, |all, (name, quantity, density)| match quantity {
-                None => all.force(name, *density),
-                Some(quantity) => all.motion(name, *quantity, *density),
+            .fold(all, |all, (name, quantity, noise)| match quantity {
+                None => all.force(name, *noise),
+                Some(quantity) => all.motion(name, *quantity, *noise),
             });
         let outputs = self.outputs.iter().cloned();
-        Some(outputs.fold(all, WhiteNoise::output))
+        Some(outputs.fold(all, RandomVibration::output))
     }
 
     /// The names of what loads act on, then of the supports that motions move, each once.

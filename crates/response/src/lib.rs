@@ -87,7 +87,7 @@ pub use response_spectrum::{
     BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,
 };
 pub use state_space::{
-    BoundedMatrix, Rms, StateMatrices, StateSpace, StateSpaceBuilder, StateSpaceError,
-    StationaryMotion, WhiteNoise,
+    BoundedMatrix, Noise, RandomVibration, Rms, SpectralDensity, StateMatrices, StateSpace,
+    StateSpaceBuilder, StateSpaceError, StationaryMotion, Statistics,
 };
 pub use sweep::{Answer, Sweep, SweepError};

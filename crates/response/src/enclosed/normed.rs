@@ -87,6 +87,21 @@ impl<T: Real> Normed<T> {
         self
     }
 
+    pub(crate) fn transposed(&self) -> Normed<T> {
+        let n = self.n;
+        let entries = (0..n * n).map(|at| self.entries[at % n * n + at / n]);
+        Normed::new(n, n, entries.collect(), self.error)
+    }
+
+    pub(crate) fn plus(&self, other: &Normed<T>) -> Normed<T> {
+        let pairs = self.entries.iter().zip(&other.entries);
+        let entries = pairs.map(|(a, b)| *a + *b).collect();
+        let lead = self.lead.min(other.lead);
+        let sum = Normed::new(self.n, lead, entries, self.error + other.error);
+        let rounding = sum.frobenius * T::unit();
+        sum.with_more_error(rounding)
+    }
+
     /// 2^power times the matrix.
     pub(crate) fn scaled(&self, power: i64) -> Normed<T> {
         let factor = Magnitude::power_of_two(power);

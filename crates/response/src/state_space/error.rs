@@ -69,19 +69,14 @@ pub enum StateSpaceError {
         "white noise drives the state farther and farther, as {what} does not come to rest by itself"
     )]
     NotStationary {
-        /// The rigid motion, the undamped modes or the support.
+        /// The rigid motion or the undamped modes.
         what: String,
     },
-    /// A support wanders under noise and does not carry the whole system with it.
+    /// Something grows, or decays so little that no digits in reach tell.
     #[error(
-        "white noise in the {quantity} of support {support:?} makes it wander without end, and something holds the system back: springs and dampers must let the whole system ride along with it unstretched, exactly"
+        "no number of digits in reach shows that the motion comes to rest by itself: something grows under noise, or decays next to not at all"
     )]
-    Wanders {
-        /// The support.
-        support: String,
-        /// What of it is white noise.
-        quantity: &'static str,
-    },
+    NotShownStationary,
     /// The density of a noise is no number, or below 0.
     #[error(
         "the density of the noise on {name:?} is {density:?}: it must be a finite number, 0 or more"
@@ -91,6 +86,18 @@ pub enum StateSpaceError {
         name: String,
         /// The density given.
         density: f64,
+    },
+    /// The band of a noise is none.
+    #[error(
+        "the band of the noise on {name:?} is from {low:?} to {high:?} Hz: both must be finite numbers, the first 0 or more and below the second"
+    )]
+    NoiseBand {
+        /// What the noise acts on.
+        name: String,
+        /// Its lower end, in Hz.
+        low: f64,
+        /// Its upper end.
+        high: f64,
     },
     /// An entry is beyond the largest double.
     #[error(

@@ -1,5 +1,5 @@
 //! State-space forms z′ = A z + B u, y = C z + D u, their exact discrete forms and covariances, every entry with a proven
-//! bound. It knows `problem` and `enclosed`.
+//! bound. It knows `problem`, `enclosed` and `frequency_response`.
 
 mod asked;
 mod bounded;
@@ -15,4 +15,4 @@ mod realisation;
 pub use bounded::BoundedMatrix;
 pub use error::StateSpaceError;
 pub use model::{StateMatrices, StateSpace, StateSpaceBuilder};
-pub use random::{Rms, StationaryMotion, WhiteNoise};
+pub use random::{Noise, RandomVibration, Rms, SpectralDensity, StationaryMotion, Statistics};

@@ -73,6 +73,14 @@ pub(super) fn comes_to_rest(system: &System) -> Result<(), StateSpaceError> {
     Err(StateSpaceError::NotStationary { what })
 }
 
+/// The same of an integral over all the time, of which it is the end that digits do not show.
+pub(super) fn not_shown(error: StateSpaceError) -> StateSpaceError {
+    match error {
+        StateSpaceError::Lost => StateSpaceError::NotShownStationary,
+        error => error,
+    }
+}
+
 /// What noise on the inputs adds up to in these coordinates; `None` where the digits of T do not suffice, or where it is to
 /// end by itself and does not.
 pub(super) fn accumulated<T: Real>(
@@ -93,7 +101,29 @@ pub(super) fn accumulated<T: Real>(
     let rate = b.times(&intensity).times(&transposed(&b));
     let rate = Normed::of(&rate, n);
     let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
+    if !forever {
+        return doubled(&w, &rate, step, false);
+    }
+    let sum = doubled(&w, &rate, step, true)?;
+    // Of P + Δ the rest W(P + Δ) + (P + Δ)Wᵀ + rate is R, and |Δ| ≤ ‖R‖ ∫e^{Wt}e^{Wᵀt}dt.
+    let kept = symmetric(&sum);
+    let once = w.times(&kept);
+    let rest = once.plus(&once.transposed()).plus(&rate).true_norm();
+    let all = doubled(&w, &Normed::identity(n, n), step, true)?;
+    let error = rest * all.true_norm();
+    Some(match error < sum.error() {
+        true => kept.with_more_error(error),
+        false => sum,
+    })
+}
 
+/// ∫ e^{Wt} rate e^{Wᵀt} dt over a step, or all the time.
+fn doubled<T: Real>(
+    w: &Normed<T>,
+    rate: &Normed<T>,
+    step: f64,
+    forever: bool,
+) -> Option<Normed<T>> {
     // ‖W‖t ≤ ½.
     let size = w.true_norm() * Magnitude::from(step);
     if !size.is_finite() {
@@ -101,8 +131,8 @@ pub(super) fn accumulated<T: Real>(
     }
     let halvings = (size.exponent() + 1).max(0);
     let short = T::from(step).scale(-halvings);
-    let mut power = exponential(&w, short, Magnitude::ZERO);
-    let mut sum = series(&w, &rate, short);
+    let mut power = exponential(w, short, Magnitude::ZERO);
+    let mut sum = series(w, rate, short);
     let most = if forever { DOUBLINGS } else { halvings };
     for _ in 0..most {
         // What a longer time adds is less than what all the time does.
@@ -110,10 +140,12 @@ pub(super) fn accumulated<T: Real>(
         if let Some(left) = left {
             return Some(sum.with_more_error(left));
         }
-        let carried = power.times(&sum).times(&transpose(&power));
-        sum = plus(&sum, &carried);
-        power = power.times(&power);
-        if !sum.error().is_finite() || !power.error().is_finite() {
+        let carried = power.times(&sum).times(&power.transposed());
+        sum = sum.plus(&carried);
+        // Motions that have died out long ago leave the range of T.
+        let (square, exponent) = power.times(&power).normalised();
+        power = square.scaled(exponent);
+        if !sum.error().is_finite() || power.error() >= Magnitude::from(1.0) {
             return None;
         }
     }
@@ -139,8 +171,8 @@ fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
     while !tail.is_zero() && T::unit() * first < tail {
         let once = w.times(&term);
         let factor = t / T::from(k + 1.0);
-        term = plus(&once, &transpose(&once)).times_scalar(factor, relative);
-        sum = plus(&sum, &term);
+        term = once.plus(&once.transposed()).times_scalar(factor, relative);
+        sum = sum.plus(&term);
         k += 1.0;
         // ‖term‖ ≤ first/k!, and the terms that follow are less than it together.
         tail = tail / Magnitude::from(k);
@@ -148,18 +180,14 @@ fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
     sum.with_more_error(tail)
 }
 
-fn transpose<T: Real>(a: &Normed<T>) -> Normed<T> {
-    let n = a.len();
-    let entries = (0..n * n).map(|at| a.row(at % n)[at / n]);
-    Normed::new(n, n, entries.collect(), a.error())
-}
-
-fn plus<T: Real>(a: &Normed<T>, b: &Normed<T>) -> Normed<T> {
-    let n = a.len();
-    let entries = a.entries().iter().zip(b.entries()).map(|(a, b)| *a + *b);
-    let sum = Normed::new(n, n, entries.collect(), a.error() + b.error());
-    let rounding = sum.frobenius() * T::unit();
-    sum.with_more_error(rounding)
+/// What is kept of the upper half, in both.
+fn symmetric<T: Real>(matrix: &Normed<T>) -> Normed<T> {
+    let n = matrix.len();
+    let entry = |at: usize| {
+        let (i, j) = (at / n, at % n);
+        matrix.row(i.min(j))[i.max(j)]
+    };
+    Normed::new(n, n, (0..n * n).map(entry).collect(), Magnitude::ZERO)
 }
 
 /// The same with both halves alike, as they are in truth.

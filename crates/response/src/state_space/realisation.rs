@@ -177,29 +177,59 @@ impl<T: Real> Realisation<T> {
         Ok(())
     }
 
-    /// The motion beside that in which the system rides along with the supports that are integrals of inputs: `rides` says
-    /// for each input how far coordinates go with its support. Outputs are those of the whole motion if they are the same
-    /// wherever the supports have wandered.
-    pub(super) fn beside_rides(mut self, asked: &Asked<'_>, rides: &[Vec<f64>]) -> Realisation<T> {
-        let (own, inputs) = (self.form.states(), self.b.columns());
-        self.b = self.b.block(0, 0, own, inputs);
-        for (input, (channel, ride)) in asked.channels.iter().zip(rides).enumerate() {
-            let Some(last) = channel.integrals.checked_sub(1) else {
-                continue;
-            };
-            // The system rides with displacement u, velocity u′: what the input is added to is the last of them.
-            let mut along = BallMatrix::zeros(2 * ride.len(), 1);
-            for (i, share) in ride.iter().enumerate() {
-                along.set(last * ride.len() + i, 0, T::from(*share), Magnitude::ZERO);
-            }
-            let rest = self.form.initial().times(&along).negated();
-            let rest = self.b.block(0, input, own, 1).plus(&rest);
-            self.b.put(0, input, &rest);
+    /// With the rates of change of all outputs after them.
+    pub(super) fn with_rates(mut self) -> Realisation<T> {
+        let (count, inputs) = (self.c.rows(), self.b.columns());
+        let stacked = |above: &BallMatrix<T>, below: &BallMatrix<T>| {
+            let mut both = BallMatrix::zeros(2 * count, above.columns());
+            both.put(0, 0, above);
+            both.put(count, 0, below);
+            both
+        };
+        let mut of_inputs = vec![self.d];
+        of_inputs.append(&mut self.of_derivatives);
+        of_inputs.push(BallMatrix::zeros(count, inputs));
+        let mut of_rates = self.c.times(&self.b);
+        for part in &mut of_inputs {
+            let both = stacked(part, &of_rates);
+            of_rates = std::mem::replace(part, both);
         }
-        self.a = self.a.block(0, 0, own, own);
-        self.c = self.c.block(0, 0, self.c.rows(), own);
-        self.states.truncate(own);
+        self.d = of_inputs.remove(0);
+        self.of_derivatives = of_inputs;
+        self.c = stacked(&self.c, &self.c.times(&self.a));
         self
+    }
+
+    /// The states of the system itself beside the integrals u/s and u/s² of the inputs, from
+    /// (s − A)⁻¹s⁻¹ = A⁻¹((s − A)⁻¹ − s⁻¹): the form without them, and what outputs follow of u/s² and of u/s. `None` where the
+    /// digits do not tell A from a singular matrix.
+    pub(super) fn beside_integrals(
+        mut self,
+        asked: &Asked<'_>,
+    ) -> Option<(Realisation<T>, [BallMatrix<T>; 2])> {
+        let (own, rows, inputs) = (self.form.states(), self.c.rows(), self.b.columns());
+        let a = self.a.block(0, 0, own, own);
+        let c = self.c.block(0, 0, rows, own);
+        let mut b = self.b.block(0, 0, own, inputs);
+        let mut follows = [(); 2].map(|()| BallMatrix::zeros(rows, inputs));
+        let mut first = own;
+        for (input, channel) in asked.channels.iter().enumerate() {
+            let count = channel.integrals;
+            // The states u/s², u/s, or the latter alone.
+            let mut steady = BallMatrix::zeros(own, 1);
+            for at in 0..count {
+                let pushed = self.a.block(0, first + at, own, 1).plus(&steady);
+                steady = a.solve(&pushed)?;
+                let direct = self.c.block(0, first + at, rows, 1);
+                let follows = &mut follows[2 - count + at];
+                follows.put(0, input, &direct.plus(&c.times(&steady).negated()));
+            }
+            b.put(0, input, &b.block(0, input, own, 1).plus(&steady));
+            first += count;
+        }
+        (self.a, self.b, self.c) = (a, b, c);
+        self.states.truncate(own);
+        Some((self, follows))
     }
 }
 

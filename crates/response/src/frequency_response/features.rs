@@ -144,7 +144,13 @@ impl Features {
                 let rises = [steep(ends[0])?, steep(ends[1])?];
                 found(look, glance, *ends, rises)
             });
-            found.collect::<Option<Vec<(bool, Peak)>>>()
+            let found = found.collect::<Option<Vec<(bool, Peak)>>>()?;
+            // As many as there are, if no two are the same.
+            let apart = found.windows(2).all(|pair| {
+                let [(low, below), (high, above)] = [0, 1].map(|k| pair[k].1.frequency);
+                low + below < high - above
+            });
+            apart.then_some(found)
         });
         let mut features = Features {
             peaks: Vec::new(),

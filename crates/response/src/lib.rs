@@ -39,7 +39,7 @@
 //! | where the energy goes (docs/theory.md, (33)) | [`Energy`] |
 //! | the largest motions of one-mass systems on a shaken base | [`ResponseSpectrum`] |
 //! | A, B, C, D for control and filters, also held, and their process noise | [`StateSpace`] |
-//! | root mean squares of motions under white noise | [`WhiteNoise`] |
+//! | root mean squares and spectral densities of motions under noise | [`RandomVibration`] |
 //! | forces in springs and dampers | [`ElementForces`] |
 //! | e^A of any matrix | [`expm`], [`expm_bounded`], and its condition |
 //!

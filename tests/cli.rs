@@ -1151,6 +1151,9 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
     let error = refused(&["export", file, "--hold", "zero"], 2);
     assert!(error.contains("belong together"), "{error}");
     refused(&["export", file, "--hold", "zero", "--step", "-1"], 2);
+    // Its entries have all digits anyway.
+    let error = refused(&["export", file, "--precision", "double"], 2);
+    assert!(error.contains("unexpected argument"), "{error}");
 }
 
 /// Each quantity by names, with bounds or null and a reason; files; what is refused.

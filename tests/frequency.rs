@@ -170,13 +170,13 @@ fn wrong_questions_are_refused() {
     }
 }
 
-/// Root mean squares under noise within bands, of random systems: truths by partial fractions over eigenvalues of 1500 bits
-/// (FLINT), as the nearest doubles.
+/// Root mean squares of random systems under noise within bands, truths by partial fractions over eigenvalues of 1500 bits, and
+/// of the galleries under white noise, truths by linear equations of 4000 bits (FLINT for both), as the nearest doubles.
 #[test]
 fn root_mean_squares_are_right_to_the_last_digit() {
     let cases = include_str!("frequency/noise.json");
     let cases: Vec<Value> = serde_json::from_str(cases).expect("it is JSON");
-    assert!(cases.len() > 30);
+    assert!(cases.len() > 60);
     for case in &cases {
         let scene = Scene::parse(&case["scene"].to_string(), "scene.json".as_ref());
         let scene = scene.expect("a scene");
@@ -188,7 +188,10 @@ fn root_mean_squares_are_right_to_the_last_digit() {
             ("acceleration", motion.acceleration()),
         ];
         for (key, all) in motions {
-            let truths = case["rms"][key].as_array().expect("a list");
+            let Some(truths) = case["rms"][key].as_array() else {
+                assert_eq!(key, "acceleration", "{}", case["scene"]);
+                continue;
+            };
             assert_eq!(truths.len(), all.len());
             for (truth, of) in truths.iter().zip(all) {
                 let truth = truth.as_f64().expect("a number");
@@ -199,7 +202,7 @@ fn root_mean_squares_are_right_to_the_last_digit() {
                     "{}: {value:e} ± {bound:e}, not {truth:e}",
                     case["scene"]
                 );
-                assert!(bound <= 1.001 * unit, "{value:e} ± {bound:e}");
+                assert!(bound <= 1.6 * unit, "{value:e} ± {bound:e}");
             }
         }
     }

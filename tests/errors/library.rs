@@ -455,6 +455,7 @@ fn response_errors(listing: &mut Listing) {
         form.process_noise(0.1, mat![[1.0, 0.0]].as_ref());
         growth.discretise(100.0, Hold::Zero);
         undamped.stationary_covariance(mat![[1.0]].as_ref());
+        RandomVibration::of(&growing).force("m0", 1.0).solve();
         RandomVibration::of(&held).force("m", -1.0).solve();
         RandomVibration::of(&held).force("m", Noise::within(1.0, [10.0, 1.0])).solve();
         spectrum(&[], 0.05, 1.0);

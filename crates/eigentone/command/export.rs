@@ -10,13 +10,16 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Hold, Question, positive, print};
+use super::{Failure, Hold, memory, positive, print};
 
 /// Prints the state-space matrices A, B, C and D, continuous or held
 #[derive(Debug, Args)]
 pub struct Export {
+    // All entries are rounded once: there is no precision to ask for.
+    /// The scene file
+    scene: PathBuf,
     #[command(flatten)]
-    question: Question,
+    memory: memory::Limit,
     /// An input: the force on this mass or point, or the motion of this support; may be repeated [default: what the scene
     /// drives, else its supports, else each mass]
     #[arg(long, value_name = "NAME")]
@@ -44,13 +47,13 @@ impl Export {
         if self.hold.is_some() != self.step.is_some() {
             return Err(Failure::HoldWithoutStep);
         }
-        let scene = self.question.scene()?;
-        let file = &self.question.scene;
+        let scene = Scene::read(&self.scene)?;
+        let file = &self.scene;
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();
             return Err(Failure::LossFactor { scene });
         }
-        self.question.admit_modes(&scene)?;
+        self.memory.admit_modes(file, &scene)?;
         let progress = Progress::of("state space");
         let failure = |error| Failure::StateSpace {
             scene: file.clone(),
@@ -114,7 +117,7 @@ impl Export {
             } else {
                 "acceleration"
             };
-            let file = self.question.scene.display();
+            let file = self.scene.display();
             // Nothing is left to tell it to if standard error is closed.
             let _ = writeln!(
                 io::stderr(),

@@ -32,6 +32,14 @@ impl Limit {
             allowed,
         })
     }
+
+    /// The same for all modes; systems that are too large for dense matrices are recognised later.
+    pub fn admit_modes(&self, file: &Path, scene: &Scene) -> Result<(), Failure> {
+        match scene.system().is_large() {
+            true => Ok(()),
+            false => self.admit(file, of_modes(scene.system())),
+        }
+    }
 }
 
 /// The most bytes that all modes of a system take: up to 64 matrices of its order at a time, measured with general

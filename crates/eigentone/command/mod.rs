@@ -143,12 +143,9 @@ impl Question {
         self.memory.admit(&self.scene, bytes)
     }
 
-    /// The same for all modes; systems that are too large for dense matrices are recognised later.
+    /// The same for all modes.
     fn admit_modes(&self, scene: &Scene) -> Result<(), Failure> {
-        match scene.system().is_large() {
-            true => Ok(()),
-            false => self.admit(memory::of_modes(scene.system())),
-        }
+        self.memory.admit_modes(&self.scene, scene)
     }
 
     /// Says on standard error that modes know of no loss factors.

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use eigentone_modes::{Bounds, System};
 use eigentone_response::{
-    Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue, Peak,
-    Quantity,
+    Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue,
+    LargestGain, Peak, Quantity,
 };
 use num_complex::Complex;
 use serde::Serialize;
@@ -47,7 +47,8 @@ impl<'a> FrequencyReport<'a> {
                 let infinite = |peak: &Peak| peak.gain().is_none();
                 let endless = features.iter().any(|one| one.peaks().iter().any(infinite));
                 let more = if endless { INFINITE } else { "" };
-                format!("{}{NOTABLE}\n{more}", self.notable(features).text())
+                let table = self.notable(features).text();
+                format!("{table}{NOTABLE}\n{}\n{more}", self.completeness(features))
             }
             None if self.functions.frequencies().len() * self.functions.functions().len()
                 > MANY =>
@@ -115,6 +116,35 @@ impl<'a> FrequencyReport<'a> {
             text += "?: cannot be told from a natural frequency without damping\n";
         }
         text
+    }
+
+    /// Whether a peak is among the frequencies of the functions.
+    pub(super) fn shows(&self, peak: &Peak) -> bool {
+        let frequencies = self.functions.frequencies();
+        let ends = frequencies.first().zip(frequencies.last());
+        ends.is_some_and(|(first, last)| (*first..=*last).contains(&peak.frequency().0))
+    }
+
+    /// Of which functions the list of peaks and dips is proved to be complete, and the largest magnitude of these.
+    pub(super) fn completeness(&self, features: &[Features]) -> String {
+        let functions = self.functions.functions().iter().zip(features);
+        let open: Vec<String> = functions
+            .filter(|(_, features)| !features.is_complete())
+            .map(|(function, _)| self.name(function))
+            .collect();
+        match open.as_slice() {
+            [] => {
+                "complete by proof: no function has another peak or dip at any frequency".to_owned()
+            }
+            open if open.len() == features.len() => {
+                "not proved to be complete: peaks and dips were sought between many frequencies"
+                    .to_owned()
+            }
+            open => format!(
+                "complete by proof, but for {}: there peaks and dips were sought between many frequencies",
+                open.join(", ")
+            ),
+        }
     }
 
     /// Peaks, dips and asymptotes.
@@ -206,6 +236,8 @@ impl<'a> FrequencyReport<'a> {
                 bound: known().map(|known| known?.1).collect(),
                 peaks: features.map(|features| extremes(features.peaks())),
                 dips: features.map(|features| extremes(features.dips())),
+                complete: features.map(Features::is_complete),
+                largest: features.map(|features| features.largest_gain().map(LargestJson::of)),
             }
         });
         let json = Json {
@@ -264,6 +296,7 @@ impl<'a> FrequencyReport<'a> {
             .flatten()
             .flat_map(Features::peaks);
         let peaks: Vec<(f64, f64)> = peaks
+            .filter(|peak| self.shows(peak))
             .filter_map(|peak| Some((peak.frequency().0 / std::f64::consts::TAU, peak.gain()?.0)))
             .collect();
         if !peaks.is_empty() {
@@ -420,6 +453,37 @@ struct FunctionJson<'a> {
     peaks: Option<Vec<PeakJson>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dips: Option<Vec<PeakJson>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    complete: Option<bool>,
+    /// null where it is not proved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    largest: Option<Option<LargestJson>>,
+}
+
+/// The largest magnitude: the frequency is null for Ω → ∞, gain and bound where it grows beyond all bounds.
+#[derive(Serialize)]
+struct LargestJson {
+    frequency: Option<f64>,
+    gain: Option<f64>,
+    bound: Option<f64>,
+}
+
+impl LargestJson {
+    fn of(largest: LargestGain) -> LargestJson {
+        let (frequency, known) = match largest {
+            LargestGain::Finite {
+                frequency,
+                gain,
+                bound,
+            } => (frequency, Some((gain, bound))),
+            LargestGain::Unbounded { frequency } => (frequency, None),
+        };
+        LargestJson {
+            frequency: Some(frequency).filter(|frequency| frequency.is_finite()),
+            gain: known.map(|(gain, _)| gain),
+            bound: known.map(|(_, bound)| bound),
+        }
+    }
 }
 
 #[derive(Serialize)]

@@ -154,14 +154,20 @@ impl<'a> SpectrumReport<'a> {
                 format!("{name} [{unit}]"),
                 format!("{name} bound [{unit}]"),
                 format!("{name} time [s]"),
+                format!("{name} time bound [s]"),
             ]
         });
         let first = ["frequency [Hz]".to_owned()];
         csv::row(&mut out, first.into_iter().chain(headers))?;
         for (k, frequency) in self.spectrum.frequencies().iter().enumerate() {
             let values = self.quantities().into_iter().flat_map(|(_, peaks)| {
-                let SpectralPeak { value, bound, time } = peaks[k];
-                [value, bound, time].map(csv::number)
+                let SpectralPeak {
+                    value,
+                    bound,
+                    time,
+                    time_bound,
+                } = peaks[k];
+                [Some(value), Some(bound), Some(time), time_bound].map(csv::optional)
             });
             csv::row(
                 &mut out,
@@ -288,6 +294,7 @@ struct PeaksJson {
     value: Vec<f64>,
     bound: Vec<f64>,
     time: Vec<f64>,
+    time_bound: Vec<Option<f64>>,
 }
 
 impl PeaksJson {
@@ -297,6 +304,7 @@ impl PeaksJson {
             value: each(|peak| peak.value),
             bound: each(|peak| peak.bound),
             time: each(|peak| peak.time),
+            time_bound: peaks.iter().map(|peak| peak.time_bound).collect(),
         }
     }
 }

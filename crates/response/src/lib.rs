@@ -69,7 +69,8 @@ pub use exponential::{
 };
 pub use frequency_response::{
     Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions, FrequencyResponse,
-    FrequencyValue, HarmonicMotion, Peak, SteadyState, SteadyStateError, peak_grid, receptance,
+    FrequencyValue, HarmonicMotion, LargestGain, Peak, SteadyState, SteadyStateError, peak_grid,
+    receptance,
 };
 pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};

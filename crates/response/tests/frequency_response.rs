@@ -2,7 +2,7 @@
 
 use eigentone_modes::{GROUND, Precision, System};
 use eigentone_response::{
-    Combination, Features, FrequencyResponse, FrequencyValue, Quantity, Sum, peak_grid,
+    Combination, Features, FrequencyResponse, FrequencyValue, LargestGain, Quantity, Sum, peak_grid,
 };
 use num_complex::Complex;
 
@@ -12,6 +12,11 @@ fn features(system: &System, from: &str, to: &str) -> Features {
     let asked = FrequencyResponse::of(system).from(from).to(to);
     let mut features = asked.features(&grid).expect("features");
     assert_eq!(features.len(), 1);
+    // Full matrices take longer than that.
+    assert!(
+        features[0].is_complete() || system.len() > 40,
+        "{features:?}"
+    );
     features.remove(0)
 }
 
@@ -218,6 +223,93 @@ fn doubles_lie_within_their_bounds_of_the_certified() {
     }
 }
 
+/// Between two frequencies that lie below and above all of them.
+#[test]
+fn peaks_need_no_grid() {
+    let system = absorber(0.05, 0.01);
+    let asked = FrequencyResponse::of(&system).from("machine").to("machine");
+    let found = &asked.features(&[1e-3, 10.0]).expect("features")[0];
+    assert!(found.is_complete());
+    assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
+    let known = features(&system, "machine", "machine");
+    assert_eq!(found.largest_gain(), known.largest_gain());
+    let largest = known.largest().expect("damped");
+    let LargestGain::Finite {
+        frequency, gain, ..
+    } = known.largest_gain().expect("proven")
+    else {
+        panic!("{known:?}")
+    };
+    assert_eq!(frequency, largest.frequency().0);
+    assert_eq!(gain, largest.gain().expect("damped").0);
+    // Without a frequency too.
+    let found = &asked.features(&[]).expect("features")[0];
+    assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
+}
+
+#[test]
+fn the_largest_gain_may_be_at_an_end() {
+    let gain = |damping: f64, quantity: Quantity| {
+        let system = System::builder()
+            .mass("m", 2.0)
+            .support("road")
+            .spring("road", "m", 8.0)
+            .damper(GROUND, "m", damping)
+            .build()
+            .expect("a system");
+        let asked = FrequencyResponse::of(&system).from("m").to("m");
+        let found = asked.quantity(quantity).features(&[1.0]).expect("features");
+        assert!(found[0].is_complete());
+        found[0].largest_gain().expect("proven")
+    };
+    let finite = |found| match found {
+        LargestGain::Finite {
+            frequency,
+            gain,
+            bound,
+        } => (frequency, gain, bound),
+        LargestGain::Unbounded { frequency } => panic!("{frequency}"),
+    };
+    // Overdamped: the static value, and the inverse of the mass.
+    let (frequency, value, bound) = finite(gain(40.0, Quantity::Displacement));
+    assert!(frequency == 0.0 && (value - 0.125).abs() <= bound && bound < 1e-16);
+    let (frequency, value, bound) = finite(gain(40.0, Quantity::Acceleration));
+    assert!(frequency == f64::INFINITY && (value - 0.5).abs() <= bound && bound < 1e-15);
+    // |iΩ/(8 − 2Ω² + icΩ)| is largest at Ω = 2, and 1/c there.
+    let (frequency, value, bound) = finite(gain(40.0, Quantity::Velocity));
+    assert!((frequency - 2.0).abs() < 1e-15 && (value - 0.025).abs() <= bound);
+    let unbounded = gain(0.0, Quantity::Displacement);
+    let LargestGain::Unbounded { frequency } = unbounded else {
+        panic!("{unbounded:?}")
+    };
+    assert_near(frequency, 2.0, 1e-15);
+}
+
+/// A suspension's travel is 0 on a road at rest, as springs and dampers follow it: no rounding hides that.
+#[test]
+fn what_vanishes_at_rest_hides_no_peak() {
+    let car = System::builder()
+        .mass("body", 290.0)
+        .mass("wheel", 59.0)
+        .support("road")
+        .spring("wheel", "body", 16_812.0)
+        .damper("wheel", "body", 1_000.0)
+        .spring("road", "wheel", 190_000.0)
+        .build()
+        .expect("a system");
+    let travel = Combination {
+        name: "travel".to_owned(),
+        of: Sum::Motions(vec![
+            (Quantity::Displacement, "body".to_owned(), 1.0),
+            (Quantity::Displacement, "wheel".to_owned(), -1.0),
+        ]),
+    };
+    let asked = FrequencyResponse::of(&car).from("road").output(travel);
+    let found = &asked.features(&[1.0]).expect("features")[0];
+    assert!(found.is_complete());
+    assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
+}
+
 #[test]
 fn peaks_of_many_masses_are_proven_too() {
     let system = full(45, true);
@@ -295,4 +387,27 @@ fn long_chains_are_solved_by_a_sparse_factor() {
             );
         }
     }
+}
+
+/// A wheel follows a road nearly rigidly: its peak rises above 1 by 1e-4 only, within a wide bracket.
+#[test]
+fn flat_turns_are_as_sharp_as_others() {
+    let car = System::builder()
+        .mass("body", 290.0)
+        .mass("wheel", 5.0)
+        .support("road")
+        .spring("wheel", "body", 100.0)
+        .damper("wheel", "body", 20.0)
+        .spring("road", "wheel", 400_000.0)
+        .build()
+        .expect("a system");
+    let asked = FrequencyResponse::of(&car).from("road").to("wheel");
+    let found = &asked.features(&[1.0]).expect("features")[0];
+    assert!(found.is_complete());
+    let flat = &found.peaks()[0];
+    let (gain, bound) = flat.gain().expect("damped");
+    assert!((1.0..1.01).contains(&gain), "{flat:?}");
+    assert!(bound <= 4.0 * f64::EPSILON, "{flat:?}");
+    let (frequency, bound) = flat.frequency();
+    assert!(bound <= f64::EPSILON * frequency, "{flat:?}");
 }

@@ -1,7 +1,9 @@
 //! Frequency responses of machines drawn at random, against the same equations solved in fractions.
 
-use eigentone_modes::Bounds;
-use eigentone_response::{Combination, FrequencyResponse, FrequencyValue, Quantity, Sum};
+use eigentone_modes::{Bounds, GROUND, System};
+use eigentone_response::{
+    Combination, FrequencyResponse, FrequencyValue, Quantity, StateSpace, Sum,
+};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
@@ -146,6 +148,12 @@ fn joined(z: &[Vec<Exact>], n: usize, from: &[BigRational], right: &[Exact]) -> 
     joined
 }
 
+/// How many frequencies each machine is asked for.
+fn frequencies() -> usize {
+    let asked = std::env::var("EIGENTONE_FREQUENCIES").ok();
+    asked.map_or(5, |asked| asked.parse().expect("a number of frequencies"))
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         failure_persistence: None,
@@ -160,7 +168,7 @@ proptest! {
         input in 0..16usize,
         order in 0..3usize,
         near in prop_oneof![Just(1.0), Just(1.0 + 1e-13), 0.5..2.0f64],
-        powers in vec(-3.0..6.0f64, 2),
+        powers in vec(-3.0..6.0f64, frequencies()),
     ) {
         let Some(system) = drawn.system() else {
             return Ok(());
@@ -195,13 +203,15 @@ proptest! {
         let modes = system.modes_to(eigentone_modes::Precision::Double);
         let natural = modes.iter().flat_map(|modes| modes.iter());
         let natural = natural.map(|mode| mode.eigenvalue().value.norm());
-        let natural = natural.filter(|size| (1e-100..1e100).contains(size)).take(3);
-        let mut frequencies: Vec<f64> = natural.map(|size| size * near).collect();
-        frequencies.extend(powers.iter().map(|power| 10f64.powf(*power)));
-        let answer = asked.at(&frequencies).expect("in range");
+        let natural = natural.filter(|size| (1e-100..1e100).contains(size));
+        let natural = natural.take(frequencies() * 3 / 5);
+        let mut asked_at: Vec<f64> = natural.map(|size| size * near).collect();
+        let others = powers.iter().map(|power| 10f64.powf(*power));
+        asked_at.extend(others.take(frequencies() - asked_at.len()));
+        let answer = asked.at(&asked_at).expect("in range");
         prop_assert_eq!(answer.bounds(), Bounds::Proven);
         let forms = forms(&drawn);
-        for (k, &frequency) in frequencies.iter().enumerate() {
+        for (k, &frequency) in asked_at.iter().enumerate() {
             let omega = exact(frequency);
             let z = stiffness(&drawn, &losses, &omega);
             let is_support = (n..moving).contains(&input);
@@ -260,5 +270,285 @@ proptest! {
                 prop_assert!(bound <= enough || bound <= 1e-28 * largest.max(size(&x[0])), "{bound:e} for {truth:?}");
             }
         }
+    }
+}
+
+/// A polynomial with rational coefficients, the constant first.
+type Rational = Vec<BigRational>;
+
+fn trimmed(mut p: Rational) -> Rational {
+    while p.last().is_some_and(Zero::is_zero) {
+        p.pop();
+    }
+    p
+}
+
+fn product(a: &Rational, b: &Rational) -> Rational {
+    let mut p = vec![BigRational::zero(); (a.len() + b.len()).saturating_sub(1)];
+    for (i, a) in a.iter().enumerate() {
+        for (j, b) in b.iter().enumerate() {
+            p[i + j] += a * b;
+        }
+    }
+    trimmed(p)
+}
+
+fn difference(a: &Rational, b: &Rational) -> Rational {
+    let mut p = a.clone();
+    p.resize(a.len().max(b.len()), BigRational::zero());
+    for (p, b) in p.iter_mut().zip(b) {
+        *p -= b;
+    }
+    trimmed(p)
+}
+
+/// Quotient and remainder.
+fn divided(a: &Rational, b: &Rational) -> (Rational, Rational) {
+    let (mut rest, mut quotient) = (a.clone(), Vec::new());
+    let lead = b.last().expect("not 0");
+    while rest.len() >= b.len() {
+        let factor = rest.last().expect("not 0") / lead;
+        let start = rest.len() - b.len();
+        for (rest, b) in rest[start..].iter_mut().zip(b) {
+            *rest -= &factor * b;
+        }
+        rest.pop();
+        quotient.push(factor);
+    }
+    quotient.reverse();
+    (quotient, trimmed(rest))
+}
+
+fn derivative(p: &Rational) -> Rational {
+    let terms = p.iter().enumerate().skip(1);
+    let whole = |k: usize| BigRational::from(BigInt::from(k));
+    trimmed(terms.map(|(k, a)| whole(k) * a).collect())
+}
+
+fn common(a: &Rational, b: &Rational) -> Rational {
+    let (mut a, mut b) = (a.clone(), b.clone());
+    while !b.is_empty() {
+        let (_, rest) = divided(&a, &b);
+        (a, b) = (b, rest);
+    }
+    a
+}
+
+/// How many different roots are positive (Sturm).
+fn positive_roots(p: &Rational) -> usize {
+    let first = p.iter().position(|a| !a.is_zero()).unwrap_or(0);
+    let p = p[first..].to_vec();
+    let mut chain = vec![p.clone(), derivative(&p)];
+    while let [.., a, b] = chain.as_slice()
+        && !b.is_empty()
+    {
+        let (_, rest) = divided(a, b);
+        chain.push(rest.into_iter().map(|a| -a).collect());
+    }
+    let changes = |sign: &dyn Fn(&Rational) -> Option<bool>| {
+        let signs: Vec<bool> = chain.iter().filter_map(sign).collect();
+        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    };
+    let positive = |a: Option<&BigRational>| a.filter(|a| !a.is_zero()).map(Signed::is_positive);
+    let at_zero = changes(&|p| positive(p.first()));
+    let at_end = changes(&|p| positive(p.last()));
+    at_zero - at_end
+}
+
+/// The determinant of a matrix of polynomials in iΩ with real coefficients, by its first row.
+fn determinant(rows: &[Vec<Rational>]) -> Rational {
+    let Some((first, others)) = rows.split_first() else {
+        return vec![BigRational::from(BigInt::from(1))];
+    };
+    let mut sum = Vec::new();
+    for (j, entry) in first
+        .iter()
+        .enumerate()
+        .filter(|(_, entry)| !entry.is_empty())
+    {
+        let minor: Vec<Vec<Rational>> = others
+            .iter()
+            .map(|row| [&row[..j], &row[j + 1..]].concat())
+            .collect();
+        let mut term = product(entry, &determinant(&minor));
+        if j % 2 == 0 {
+            term.iter_mut().for_each(|a| *a = -&*a);
+        }
+        sum = difference(&sum, &term);
+    }
+    sum
+}
+
+/// |p(iΩ)|² as a polynomial in Ω².
+fn square(p: &Rational) -> Rational {
+    let reflected: Rational = p
+        .iter()
+        .enumerate()
+        .map(|(k, a)| if k % 2 == 0 { a.clone() } else { -a })
+        .collect();
+    let even = product(p, &reflected).into_iter().step_by(2).enumerate();
+    trimmed(even.map(|(k, a)| if k % 2 == 0 { a } else { -a }).collect())
+}
+
+/// How often |p(iΩ)/q(iΩ)| turns at frequencies above 0.
+fn turns(p: &Rational, q: &Rational) -> usize {
+    let (p, q) = (square(p), square(q));
+    let shared = common(&p, &q);
+    let [p, q] = [p, q].map(|square| divided(&square, &shared).0);
+    let left = product(&derivative(&p), &q);
+    positive_roots(&difference(&left, &product(&p, &derivative(&q))))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_peak_is_missing_where_none_is_said_to_be(
+        masses in vec(1u8..9, 1..4),
+        springs in vec((0..4usize, 0..4usize, 1u8..100), 1..6),
+        dampers in vec((0..4usize, 0..4usize, 1u8..20), 0..3),
+        [input, output] in [0..3usize, 0..3usize],
+        order in 0..3usize,
+        only in proptest::option::of(0..3usize),
+    ) {
+        let n = masses.len();
+        let name = |i: usize| if i >= n { GROUND.to_owned() } else { format!("m{i}") };
+        let mut builder = System::builder();
+        for (i, mass) in masses.iter().enumerate() {
+            builder = builder.mass(name(i), (*mass).into());
+        }
+        let mut matrix = vec![vec![vec![BigRational::zero(); 3]; n]; n];
+        let whole = |value: u8, over: u8| BigRational::new(value.into(), over.into());
+        for (i, mass) in masses.iter().enumerate() {
+            matrix[i][i][2] += whole(*mass, 1);
+        }
+        let all = springs.iter().map(|element| (element, 0));
+        for (&(a, b, value), power) in all.chain(dampers.iter().map(|element| (element, 1))) {
+            let [a, b] = [a, b].map(|end| end.min(n));
+            if a == b {
+                continue;
+            }
+            builder = match power {
+                0 => builder.spring(name(a), name(b), value.into()),
+                _ => builder.damper(name(a), name(b), f64::from(value) / 64.0),
+            };
+            let value = whole(value, if power == 0 { 1 } else { 64 });
+            for (i, j, sign) in [(a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)] {
+                if i < n && j < n {
+                    matrix[i][j][power] += &value * BigRational::from(BigInt::from(sign));
+                }
+            }
+        }
+        let Ok(system) = builder.build() else {
+            return Ok(());
+        };
+        for entry in matrix.iter_mut().flatten() {
+            *entry = trimmed(std::mem::take(entry));
+        }
+        let (input, output) = (input % n, output % n);
+        let minor: Vec<Vec<Rational>> = (0..n)
+            .filter(|i| *i != input)
+            .map(|i| (0..n).filter(|j| *j != output).map(|j| matrix[i][j].clone()).collect())
+            .collect();
+        let mut power = vec![BigRational::zero(); order];
+        power.push(whole(1, 1));
+        let truth = turns(&product(&power, &determinant(&minor)), &determinant(&matrix));
+        let quantities = [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration];
+        let asked = FrequencyResponse::of(&system).from(name(input)).to(name(output));
+        // Even a single frequency shows all of them.
+        let modes = system.modes().expect("modes");
+        let grid = match only {
+            Some(_) => vec![1.0],
+            None => eigentone_response::peak_grid(&system, &modes, &[]),
+        };
+        let found = asked.quantity(quantities[order]).features(&grid).expect("features");
+        let found = &found[0];
+        if found.is_complete() {
+            prop_assert_eq!(found.peaks().len() + found.dips().len(), truth, "{:?}", found);
+        }
+    }
+}
+
+/// The columns of M⁻¹ times a real matrix, in fractions.
+fn by_masses(mass: &[Vec<BigRational>], of: &[Vec<BigRational>]) -> Option<Vec<Vec<BigRational>>> {
+    let n = mass.len();
+    let real = |value: &BigRational| [value.clone(), BigRational::zero()];
+    let columns = (0..n).map(|j| {
+        let rows = (0..n).map(|i| {
+            let row = mass[i].iter().map(real);
+            row.chain([real(&of[i][j])]).collect()
+        });
+        let column = solve(rows.collect(), n)?;
+        Some(column.into_iter().map(|[re, _]| re).collect())
+    });
+    columns.collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// A, B, C and D of machines all of whose coordinates have masses, forces and accelerations.
+    #[test]
+    fn state_space_forms_are_those_of_fractions(mut drawn in machines()) {
+        for mass in drawn.masses.iter_mut().filter(|mass| **mass == 0.0) {
+            *mass = 0.3;
+        }
+        let Some(system) = drawn.system() else {
+            return Ok(());
+        };
+        let n = drawn.masses.len();
+        let part = |z: &[Vec<Exact>], k: usize| -> Vec<Vec<BigRational>> {
+            let row = |row: &Vec<Exact>| row[..n].iter().map(|entry| entry[k].clone()).collect();
+            z[..n].iter().map(row).collect()
+        };
+        let [still, moving] = [0.0, 1.0].map(|omega| stiffness(&drawn, &[], &exact(omega)));
+        let (stiffness, damping, rest) = (part(&still, 0), part(&moving, 1), part(&moving, 0));
+        let mass: Vec<Vec<BigRational>> = stiffness
+            .iter()
+            .zip(rest)
+            .map(|(k, z)| k.iter().zip(z).map(|(k, z)| k - z).collect())
+            .collect();
+        let unit = |i: usize| (0..n).map(|j| exact(if i == j { 1.0 } else { 0.0 })).collect();
+        let unit: Vec<Vec<BigRational>> = (0..n).map(unit).collect();
+        let truths = [&stiffness, &damping, &unit].map(|of| by_masses(&mass, of));
+        let [Some(stiff), Some(damped), Some(light)] = truths else {
+            return Ok(());
+        };
+        let names: Vec<String> = (0..n).map(|i| format!("m{i}")).collect();
+        let plant = names.iter().fold(StateSpace::of(&system), |plant, name| {
+            plant.force(name).output(name, Quantity::Acceleration)
+        });
+        let Ok(plant) = plant.build() else {
+            return Ok(());
+        };
+        let place = |i: usize, what: &str| {
+            let name = format!("m{i} {what}");
+            plant.states().iter().position(|state| *state == name)
+        };
+        let matrices = plant.matrices();
+        let mut compared = 0;
+        for i in 0..n {
+            let row = place(i, "velocity").expect("it has a mass");
+            for j in 0..n {
+                let to = ["displacement", "velocity"].map(|what| place(j, what).expect("a state"));
+                let entries = [
+                    (&matrices.a, row, to[0], -&stiff[j][i]),
+                    (&matrices.a, row, to[1], -&damped[j][i]),
+                    (&matrices.b, row, j, light[j][i].clone()),
+                    (&matrices.c, i, to[0], -&stiff[j][i]),
+                    (&matrices.c, i, to[1], -&damped[j][i]),
+                    (&matrices.d, i, j, light[j][i].clone()),
+                ];
+                for (matrix, row, column, truth) in entries {
+                    let (value, bound) = (matrix.values[(row, column)], matrix.bound[(row, column)]);
+                    let off = (&truth - exact(value)).abs();
+                    prop_assert!(off <= exact(bound), "{value:e} ± {bound:e}: {off}");
+                    let last = value.abs() * 2f64.powi(-53) * 1.001;
+                    prop_assert!(bound <= last.max(1e-26 * matrix.values.norm_max()), "{value:e} ± {bound:e}");
+                    compared += 1;
+                }
+            }
+        }
+        prop_assert_eq!(compared, 6 * n * n);
     }
 }

@@ -26,7 +26,9 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
         let series = own.take(LINES).map(|(index, function)| {
             let features = report.features.and_then(|features| features.get(index));
             let peaks = features.into_iter().flat_map(|features| features.peaks());
-            let marks = peaks.filter_map(|peak| Some((peak.frequency().0 / TAU, peak.gain()?.0)));
+            let marks = peaks
+                .filter(|peak| report.shows(peak))
+                .filter_map(|peak| Some((peak.frequency().0 / TAU, peak.gain()?.0)));
             Series {
                 name: report.name(function),
                 len: frequencies.len(),
@@ -52,6 +54,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
     if let Some(features) = report.features {
         body += &table(&report.notable(features));
         body += &remark(NOTABLE);
+        body += &remark(&report.completeness(features));
     }
     body
 }

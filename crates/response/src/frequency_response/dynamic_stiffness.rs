@@ -99,6 +99,23 @@ impl Part {
         })
     }
 
+    /// The power of Ω, and what it is multiplied by.
+    pub(super) fn coefficient<T: Real>(&self) -> (i32, Ball<T>) {
+        let factors = self.factors.iter().filter(|factor| **factor != 1.0);
+        let product = factors.fold(real::<T>(1.0), |product, factor| product * *factor);
+        let turns = (i32::from(self.turns) + self.power).rem_euclid(4);
+        (self.power, turned(product, turns as u8))
+    }
+
+    /// Power and factor, where there is no loss and the product is a double.
+    pub(super) fn exact(&self) -> Option<(i32, f64)> {
+        let [a, b, ..] = self.factors;
+        let product = DoubleDouble::product(a, b);
+        let is_whole = product.low() == 0.0 && product.high().abs() > 1e-200;
+        let known = self.turns == 0 && self.factors[2..] == [1.0; 2] && is_whole;
+        known.then(|| (self.power, product.high()))
+    }
+
     /// Power and factor, where there is no loss.
     pub(super) fn real(&self) -> Option<(i32, f64)> {
         (self.turns == 0).then(|| (self.power, self.factors.iter().product()))
@@ -258,6 +275,32 @@ impl Block {
         &self.coordinates
     }
 
+    /// Whether springs in it have loss factors.
+    pub(super) fn has_losses(&self) -> bool {
+        self.entries
+            .iter()
+            .any(|(_, terms)| !terms.losses.is_empty())
+    }
+
+    /// Its entries as sums of doubles by powers of iΩ, where there are no losses.
+    pub(super) fn terms(&self) -> impl Iterator<Item = (usize, usize, [Vec<f64>; 3])> {
+        let entries = self.entries.iter();
+        entries.map(|((row, column), terms)| (*row, *column, terms.sums.clone()))
+    }
+
+    /// Its entries as polynomials in Ω: row, column, coefficients.
+    pub(super) fn polynomials<T: Real>(&self) -> Vec<(usize, usize, [Ball<T>; 3])> {
+        let entries = self.entries.iter().map(|((row, column), terms)| {
+            let mut parts =
+                [0, 1, 2].map(|power| turned(sum::<T>(&terms.sums[usize::from(power)]), power));
+            for factors in &terms.losses {
+                parts[0] = parts[0] + Part::loss(*factors).coefficient().1;
+            }
+            (*row, *column, parts)
+        });
+        entries.collect()
+    }
+
     /// Its rows in the precision of T, and the powers of two by which row and column are divided so
     /// that the largest entry of each is about 1.
     pub(super) fn rows<T: Real>(&self, frequency: Frequency) -> (Vec<Row<T>>, Vec<i64>) {
@@ -343,6 +386,19 @@ fn sum<T: Real>(terms: &[f64]) -> Ball<T> {
     terms.fold(Ball::ZERO, |sum, term| sum + term)
 }
 
+/// The sum of doubles, where it is a double.
+pub(super) fn exact_sum(terms: &[f64]) -> Option<f64> {
+    let ball = sum::<DoubleDouble>(terms);
+    let nearest = ball.middle().re.to_f64();
+    let parts = terms.iter().copied().filter(|term| *term != 0.0);
+    let Some(grain) = parts.map(last_bit).min() else {
+        return Some(0.0);
+    };
+    // Two multiples of a grain that differ by less are the same.
+    let off = (ball - real(nearest)).upper() < Magnitude::power_of_two(grain);
+    (off && (nearest == 0.0 || last_bit(nearest) >= grain)).then_some(nearest)
+}
+
 /// A double, exactly.
 fn real<T: Real>(value: f64) -> Ball<T> {
     Ball::from(WideComplex {
@@ -367,7 +423,17 @@ fn last_bit(value: f64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::last_bit;
+    use super::{exact_sum, last_bit};
+
+    #[test]
+    fn sums_that_are_doubles() {
+        assert_eq!(exact_sum(&[]), Some(0.0));
+        assert_eq!(exact_sum(&[0.1, -0.1]), Some(0.0));
+        assert_eq!(exact_sum(&[16_812.0, 190_000.0, 0.5]), Some(206_812.5));
+        assert_eq!(exact_sum(&[0.1, 0.2]), None);
+        assert_eq!(exact_sum(&[1.0, 1e-40]), None);
+        assert_eq!(exact_sum(&[1e300, 1.0, -1e300]), None);
+    }
 
     #[test]
     fn the_last_bit_of_a_double() {

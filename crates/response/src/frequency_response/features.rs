@@ -5,6 +5,7 @@ use eigentone_digits::DoubleDouble;
 
 use super::dynamic_stiffness::Frequency;
 use super::enclosure::Value;
+use super::turns::Turns;
 
 /// A frequency at which a magnitude is largest, or least, among those around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +50,36 @@ pub struct Asymptote {
     pub power: i32,
 }
 
+/// The largest magnitude at all frequencies: the norm of a function in H∞.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LargestGain {
+    /// It is reached, or approached as Ω → ∞.
+    Finite {
+        /// Ω in rad/s: 0, that of a peak, or ∞.
+        frequency: f64,
+        /// The magnitude.
+        gain: f64,
+        /// A proven bound of its error.
+        bound: f64,
+    },
+    /// There is none: the magnitude grows beyond all bounds, at a pole without damping or as Ω → ∞.
+    Unbounded {
+        /// Ω in rad/s: that of the pole, or ∞.
+        frequency: f64,
+    },
+}
+
 /// What is notable in a frequency response function.
 ///
-/// Peaks and dips are zeros of d|H|²/dΩ, each enclosed by proven signs on both sides. They are sought between frequencies
+/// Peaks and dips are zeros of d|H|²/dΩ, each enclosed by proven signs on both sides. Where it is
+/// [`complete`](Self::is_complete), there are no others at any frequency. Elsewhere they are sought between frequencies
 /// given: two that lie between the same neighbours are not seen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Features {
     peaks: Vec<Peak>,
     dips: Vec<Peak>,
+    complete: bool,
+    largest_gain: Option<LargestGain>,
     low: Option<Asymptote>,
     high: Option<Asymptote>,
 }
@@ -70,6 +93,20 @@ impl Features {
     /// Where it is least: antiresonances, and what lies between two peaks, by rising frequency.
     pub fn dips(&self) -> &[Peak] {
         &self.dips
+    }
+
+    /// Whether it is proved that there is no other peak or dip at any frequency between 0 and ∞.
+    ///
+    /// It is not where poles on the axis coincide, or are not seen by the function, where two rigid motions or more are
+    /// free, or the mass matrix stays singular without its empty rows and columns, and where the proof takes too long, as it
+    /// may from a hundred coordinates on.
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// The largest magnitude at all frequencies from 0 to ∞; `None` where it is not proved.
+    pub fn largest_gain(&self) -> Option<LargestGain> {
+        self.largest_gain
     }
 
     /// The largest magnitude of all peaks; `None` where there are none, or one is infinite.
@@ -89,51 +126,135 @@ impl Features {
         self.high
     }
 
-    /// By looks at single frequencies and their neighbourhood, between those of the grid, which rises; the steepness
-    /// at a glance, without a bound, saves looks where there is one.
-    pub(super) fn of(look: &Look<'_>, glance: Option<&Glance<'_>>, grid: &[f64]) -> Features {
-        let mut features = Features {
-            peaks: Vec::new(),
-            dips: Vec::new(),
-            low: None,
-            high: None,
-        };
+    /// By looks at single frequencies and their neighbourhood, between those of the grid, which rises, or in brackets with one
+    /// turn each where all are known; the steepness at a glance, without a bound, saves looks where there is one.
+    pub(super) fn of(
+        look: &Look<'_>,
+        glance: Option<&Glance<'_>>,
+        grid: &[f64],
+        turns: Option<&Turns>,
+    ) -> Features {
         let steep = |frequency: f64| match glance.and_then(|glance| glance(frequency)) {
             Some(rise) => Some(rise),
             None => look(frequency.into()).and_then(|value| rise(&value)),
         };
         let known = grid.iter().filter(|frequency| **frequency > 0.0);
-        let known: Vec<(f64, f64)> = known
-            .filter_map(|&frequency| Some((frequency, steep(frequency)?)))
-            .collect();
-        for pair in known.windows(2) {
-            let ends = [pair[0].0, pair[1].0];
-            let rises = [pair[0].1, pair[1].1];
-            let found = match rises {
-                [before, after] if before > 0.0 && after < 0.0 => &mut features.peaks,
-                [before, after] if before < 0.0 && after > 0.0 => &mut features.dips,
-                _ => continue,
-            };
-            let near = glance.and_then(|glance| near(look, glance, ends, rises));
-            let certain = || certain(look, ends, rises[0]);
-            found.extend(
-                near.or_else(certain)
-                    .map(|(ends, rises)| turn(look, ends, rises)),
-            );
+        let complete = turns.and_then(|turns| {
+            let found = turns.brackets.iter().map(|ends| {
+                let rises = [steep(ends[0])?, steep(ends[1])?];
+                found(look, glance, *ends, rises)
+            });
+            let found = found.collect::<Option<Vec<(bool, Peak)>>>()?;
+            // As many as there are, if no two are the same.
+            let apart = found.windows(2).all(|pair| {
+                let [(low, below), (high, above)] = [0, 1].map(|k| pair[k].1.frequency);
+                low + below < high - above
+            });
+            apart.then_some(found)
+        });
+        let mut features = Features {
+            peaks: Vec::new(),
+            dips: Vec::new(),
+            complete: complete.is_some(),
+            largest_gain: None,
+            low: None,
+            high: None,
+        };
+        let found = complete.unwrap_or_else(|| {
+            let known = known.clone();
+            let known: Vec<(f64, f64)> = known
+                .filter_map(|&frequency| Some((frequency, steep(frequency)?)))
+                .collect();
+            let pairs = known.windows(2);
+            let found = pairs.filter_map(|pair| {
+                found(look, glance, [pair[0].0, pair[1].0], [pair[0].1, pair[1].1])
+            });
+            found.collect()
+        });
+        for (is_peak, turn) in found {
+            match is_peak {
+                true => features.peaks.push(turn),
+                false => features.dips.push(turn),
+            }
         }
-        let (Some(first), Some(last)) = (known.first(), known.last()) else {
+        features.largest_gain = turns.and_then(|turns| features.largest_of_all(look, turns));
+        let (Some(&first), Some(&last)) = (known.clone().next(), known.clone().next_back()) else {
             return features;
         };
         for peak in &mut features.peaks {
-            let ends = [first.0, last.0];
             peak.half_power = peak.gain.and_then(|(gain, _)| {
+                let ends = [first.min(peak.frequency.0), last.max(peak.frequency.0)];
                 half_power(look, peak.frequency.0, gain, &features.dips, ends)
             });
         }
-        features.low = asymptote(look, first.0 * FAR.recip());
-        features.high = asymptote(look, last.0 * FAR);
+        features.low = asymptote(look, first * FAR.recip());
+        features.high = asymptote(look, last * FAR);
         features
     }
+
+    /// The largest of all peaks and of the limits at 0 and ∞.
+    fn largest_of_all(&self, look: &Look<'_>, turns: &Turns) -> Option<LargestGain> {
+        if !self.complete {
+            return None;
+        }
+        let mut largest = None;
+        let mut add = |frequency: f64, (gain, bound): (f64, f64)| {
+            let known = match largest {
+                Some(LargestGain::Finite { gain, .. }) => gain,
+                Some(LargestGain::Unbounded { .. }) => return,
+                None => f64::NEG_INFINITY,
+            };
+            if gain == f64::INFINITY {
+                largest = Some(LargestGain::Unbounded { frequency });
+            } else if gain > known {
+                largest = Some(LargestGain::Finite {
+                    frequency,
+                    gain,
+                    bound,
+                });
+            }
+        };
+        for peak in &self.peaks {
+            let frequency = peak.frequency.0;
+            let pole = || is_pole(look, turns, frequency).then_some((f64::INFINITY, 0.0));
+            add(frequency, peak.gain.or_else(pole)?);
+        }
+        if turns.rises_at_last {
+            add(f64::INFINITY, turns.limit?);
+        }
+        if turns.falls_at_first {
+            let value = look(0.0.into())?;
+            let size = value.value.norm();
+            add(0.0, (size, value.bound + size * f64::EPSILON));
+        }
+        largest
+    }
+}
+
+/// Whether a peak is a pole: H, which is real, changes its sign in a bracket without a dip.
+fn is_pole(look: &Look<'_>, turns: &Turns, peak: f64) -> bool {
+    let mut brackets = turns.brackets.iter();
+    let own = brackets.find(|[low, high]| (*low..=*high).contains(&peak));
+    let value = |frequency: f64| look(frequency.into()).map(|value| value.value);
+    let signs = own.and_then(|[low, high]| Some((value(*low)?, value(*high)?)));
+    turns.is_real && signs.is_some_and(|(before, after)| (before * after.conj()).re < 0.0)
+}
+
+/// What is between two frequencies where the steepness has these signs: whether it is a peak, and where.
+fn found(
+    look: &Look<'_>,
+    glance: Option<&Glance<'_>>,
+    ends: [f64; 2],
+    rises: [f64; 2],
+) -> Option<(bool, Peak)> {
+    let is_peak = match rises {
+        [before, after] if before > 0.0 && after < 0.0 => true,
+        [before, after] if before < 0.0 && after > 0.0 => false,
+        _ => return None,
+    };
+    let near = glance.and_then(|glance| near(look, glance, ends, rises));
+    let bracket = near.or_else(|| certain(look, ends, rises[0]))?;
+    Some((is_peak, turn(look, bracket.0, bracket.1)))
 }
 
 /// The value at a frequency; `None` at a pole.
@@ -236,8 +357,11 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let zero = |low: DoubleDouble, high: DoubleDouble, before: f64, after: f64| {
         low + DoubleDouble::from((high - low).to_f64() * (before / (before - after)))
     };
-    while (high - low).to_f64() > high.to_f64() * 1e-22 {
+    for k in 0..MOST {
         let width = (high - low).to_f64();
+        if width <= high.to_f64() * 1e-22 {
+            break;
+        }
         let middle = zero(low, high, before, after);
         let narrower = [1e-6, 1e-4, 1e-2].into_iter().find_map(|narrow| {
             let near = DoubleDouble::from(width * narrow);
@@ -246,8 +370,15 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
             let fits = left? * before > 0.0 && right? * after > 0.0;
             fits.then_some((sides, [left?, right?]))
         });
-        match narrower {
-            Some((ends, rises)) => ([low, high], [before, after]) = (ends, rises),
+        if let Some((ends, rises)) = narrower {
+            ([low, high], [before, after]) = (ends, rises);
+            continue;
+        }
+        // A flat turn is not straight, however little the magnitude changes.
+        let middle = low + DoubleDouble::from(width * share(before, after, width, k));
+        match at(middle).as_ref().and_then(rise) {
+            Some(rise) if rise * before > 0.0 => (low, before) = (middle, rise),
+            Some(rise) => (high, after) = (middle, rise),
             None => break,
         }
     }

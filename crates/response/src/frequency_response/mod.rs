@@ -10,12 +10,15 @@ mod grid;
 mod harmonic_motion;
 mod in_doubles;
 mod modal_sum;
+mod orders;
 mod phasor;
+mod power_series;
 mod question;
 mod receptance;
 mod steady_state;
+mod turns;
 
-pub use features::{Asymptote, Features, Peak};
+pub use features::{Asymptote, Features, LargestGain, Peak};
 pub use function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
 pub use grid::peak_grid;
 pub use harmonic_motion::{HarmonicMotion, SteadyStateError};

@@ -16,6 +16,7 @@ use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
 use super::in_doubles::{self, InDoubles};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
+use super::turns::{Centers, turns};
 use crate::problem::{Combination, Quantity, Source, Sum};
 
 /// The frequency response functions of a system: what swings where, for each unit of what acts.
@@ -321,8 +322,9 @@ impl<'a> FrequencyResponse<'a> {
         each.collect()
     }
 
-    /// What is notable in each function, in the order of [`at`](Self::at): peaks, dips and asymptotes, sought between these
-    /// frequencies in rad/s, such as [`peak_grid`](super::peak_grid) gives.
+    /// What is notable in each function, in the order of [`at`](Self::at): peaks, dips, the largest gain and asymptotes. Where
+    /// it takes too long to prove that peaks and dips are all there are, those between these frequencies in rad/s are
+    /// given, such as [`peak_grid`](super::peak_grid) names.
     ///
     /// # Errors
     /// As [`at`](Self::at).
@@ -339,8 +341,12 @@ impl<'a> FrequencyResponse<'a> {
         }
         grid.sort_by(f64::total_cmp);
         grid.dedup();
+        let last = grid.iter().copied().rfind(|last| *last > 0.0);
+        let middle = f64::exp2(last.map_or(0.0, |last| last.log2().round().clamp(-500.0, 500.0)));
         let functions = columns.iter().flat_map(|column| {
-            column.readings.iter().map(|reading| {
+            let (grid, blocks) = (&grid, &blocks);
+            let mut centers = Centers::default();
+            column.readings.iter().map(move |reading| {
                 let look = |frequency| {
                     let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
                     let found = enclose(&Question {
@@ -361,7 +367,9 @@ impl<'a> FrequencyResponse<'a> {
                 let glance = in_doubles.as_ref();
                 let glance = glance.map(|known| |frequency: f64| known.steepness(frequency));
                 let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
-                Features::of(&look, glance, &grid)
+                let block = &blocks[column.block];
+                let turns = turns(block, &column.pushes, reading, middle, &mut centers);
+                Features::of(&look, glance, grid, turns.as_ref())
             })
         });
         Ok(functions.collect())

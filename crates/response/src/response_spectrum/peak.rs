@@ -71,14 +71,11 @@ impl<T: Real> Form<T> {
         let rise = (last - first).to_f64();
         let sizes = d0.abs() + d1.abs() + rise.abs();
         // What is left of slopes of which the parts cancel.
-        let speed = [from, to].map(|(z, x)| {
-            let parts = z.iter().chain(x).map(|part| part.to_f64().abs());
-            parts.sum::<f64>()
-        });
-        let lost = T::unit().to_f64() * 16.0 * self.norm * (of.norm + 1.0) * length;
-        let within = self.fourth(of, length, from) * length.powi(4) / 384.0
+        let lost = T::unit().to_f64() * 16.0 * length;
+        let [_, fourth] = self.higher(of, length, from);
+        let within = fourth * length.powi(4) / 384.0
             + SLACK * sizes
-            + lost * (speed[0] + speed[1]);
+            + lost * (self.grain(of, from) + self.grain(of, to));
         let above = [1.0, -1.0].map(|sign: f64| {
             let most = cubic_maximum(sign * rise, sign * d0, sign * d1);
             T::from(sign) * first + T::from(most)
@@ -89,8 +86,8 @@ impl<T: Real> Form<T> {
         larger(ends, if least.is_finite() { least } else { apart })
     }
 
-    /// A bound of the fourth derivative: of free motions derivatives do not grow either.
-    fn fourth(&self, of: &Oscillator, length: f64, (z, x): &Place<T>) -> f64 {
+    /// Bounds of the third and fourth derivative: of free motions derivatives do not grow either.
+    pub(super) fn higher(&self, of: &Oscillator, length: f64, (z, x): &Place<T>) -> [f64; 2] {
         let [p, v] = z.map(T::to_f64);
         let [a, b, c] = x.map(T::to_f64);
         let (w, drag) = (of.w, 2.0 * of.ratio * of.w);
@@ -101,7 +98,14 @@ impl<T: Real> Form<T> {
         let (second, third) = (of.turn.powi(2) * radius, of.turn.powi(3) * radius);
         let sizes = of.norm * (of.norm * (p.abs() + v.abs()) + a.abs()) + rate.abs();
         let most = along.hypot(later) + length * second + SLACK * sizes;
-        self.norm * (of.norm * (of.norm * most + second) + third) * (1.0 + SLACK)
+        let cubed = of.norm * most + second;
+        [cubed, of.norm * cubed + third].map(|size| self.norm * size * (1.0 + SLACK))
+    }
+
+    /// What roundings may leave of a slope or curvature here, per unit of the digits.
+    pub(super) fn grain(&self, of: &Oscillator, (z, x): &Place<T>) -> f64 {
+        let parts = z.iter().chain(x).map(|part| part.to_f64().abs());
+        self.norm * (of.norm + 1.0) * parts.sum::<f64>()
     }
 
     /// A bound from the motion that would go on evenly and what is free beside it, which does not grow.

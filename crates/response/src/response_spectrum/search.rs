@@ -50,6 +50,52 @@ pub(super) struct Largest<T> {
     pub(super) lower: T,
     pub(super) upper: T,
     pub(super) time: f64,
+    turn: Turn,
+    /// An interval, in s.
+    unit: f64,
+}
+
+/// What is known of the slope near the largest value: in intervals.
+struct Turn {
+    slope: f64,
+    curvature: f64,
+    third: f64,
+    /// The norm of the generator.
+    speed: f64,
+    /// What roundings may leave of slope and curvature.
+    rounding: f64,
+    /// How far it is to the root of the slope, about, and how far the law of the motion holds on both sides.
+    later: f64,
+    room: f64,
+}
+
+impl<T> Largest<T> {
+    /// How far from the time given the slope vanishes, for states of which the form may be off by `error`; `None` where that
+    /// is not proved, as at a corner.
+    pub(super) fn time_bound(&self, error: f64) -> Option<f64> {
+        let Turn {
+            slope,
+            curvature,
+            third,
+            speed,
+            rounding,
+            later,
+            room,
+        } = self.turn;
+        // A little before, free motions are larger: less than twice as large.
+        let third = 2.0 * third;
+        let off = (error * speed + rounding) * (1.0 + 1e-9);
+        let bent = off * (speed + 1.0);
+        let least = curvature.abs() - bent - third * later.abs();
+        let missed = (slope + curvature * later).abs() + 4.0 * f64::EPSILON * slope.abs();
+        let rest = missed + off + later.abs() * (bent + 0.5 * third * later.abs());
+        // Within twice what a straight slope would need, it changes its sign if it bends no more than that.
+        let bound = 2.0 * rest / least * (1.0 + 1e-9);
+        let near = speed * (later.abs() + bound) < 0.5;
+        let proved = near && least > 0.0 && third * bound < 0.5 * least && bound < room;
+        let bound = bound * self.unit + 4.0 * f64::EPSILON * self.time.abs();
+        (proved && bound.is_finite()).then_some(bound)
+    }
 }
 
 pub(super) struct Search<'a, T> {
@@ -162,10 +208,29 @@ impl<'a, T: Real> Search<'a, T> {
         // A peak at the end of an interval, or of what is straight there, has no root beside it.
         let reach = ((0.5 * f64::from(digits)).exp2() * 64.0 / self.oscillator.norm).min(0.5);
         let later = if later.abs() <= reach { later } else { 0.0 };
+        let place = &self.place;
+        let ends = if place.1.iter().all(|part| part.is_zero()) {
+            f64::INFINITY
+        } else {
+            1.0
+        };
+        let at = self.offset + later;
+        let [third, _] = self.form.higher(self.oscillator, 1.0, place);
+        let digits = T::unit().to_f64().max(f64::EPSILON);
         Largest {
             lower: self.best,
             upper,
-            time: self.interval + (self.offset + later) * self.unit,
+            time: self.interval + at * self.unit,
+            unit: self.unit,
+            turn: Turn {
+                slope,
+                curvature: self.form.curvature(self.oscillator, place),
+                third,
+                speed: self.oscillator.norm,
+                rounding: 64.0 * digits * self.form.grain(self.oscillator, place),
+                later,
+                room: at.min(ends - at),
+            },
         }
     }
 }

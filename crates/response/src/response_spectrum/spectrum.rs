@@ -21,6 +21,9 @@ pub struct SpectralPeak {
     pub bound: f64,
     /// When, in s.
     pub time: f64,
+    /// How far from that the motion turns, proven; `None` where it does not turn but has a corner, as some accelerations at
+    /// samples, or where digits do not tell.
+    pub time_bound: Option<f64>,
 }
 
 /// The largest motions of one-mass systems of one damping ratio on a base that is shaken, from rest on: at any time, between
@@ -192,8 +195,12 @@ impl<'a, T: Real> Shaken<'a, T> {
         let error = 4.0 * steps * (single * size + floor) * (1.0 + SLACK);
         let (rate, relative) = self.oscillator.rate;
         let told = |largest: &Largest<T>, form: &Form<T>, power: i32| {
-            let error = Magnitude::from(error * form.norm());
-            told(largest, error, rate, relative, power)
+            let error = error * form.norm();
+            let time_bound = largest.time_bound(error);
+            SpectralPeak {
+                time_bound,
+                ..told(largest, error.into(), rate, relative, power)
+            }
         };
         let [y, a] = &found[..] else {
             return None;
@@ -392,5 +399,6 @@ fn told<T: Real>(
         value,
         bound: bound.to_f64(),
         time: largest.time,
+        time_bound: None,
     }
 }

@@ -72,6 +72,11 @@ pub enum StateSpaceError {
         /// The rigid motion or the undamped modes.
         what: String,
     },
+    /// Something grows, or decays so little that no digits in reach tell.
+    #[error(
+        "no number of digits in reach shows that the motion comes to rest by itself: something grows under noise, or decays next to not at all"
+    )]
+    NotShownStationary,
     /// The density of a noise is no number, or below 0.
     #[error(
         "the density of the noise on {name:?} is {density:?}: it must be a finite number, 0 or more"

@@ -9,7 +9,7 @@ use super::bounded::BoundedMatrix;
 use super::discrete::Discrete;
 use super::error::StateSpaceError;
 use super::ladder::{Found, Question, climb};
-use super::noise::{Noise, comes_to_rest};
+use super::noise::{Noise, comes_to_rest, not_shown};
 use super::realisation::Realisation;
 use crate::problem::{Combination, Hold, Quantity, Sum};
 
@@ -240,7 +240,7 @@ impl<'a> StateSpace<'a> {
     ///
     /// # Errors
     /// [`StateSpaceError::NotStationary`] where something does not come to rest by itself: rigid motions, undamped modes, and the
-    /// displacement of a support that is an integral of an input; [`StateSpaceError::Lost`] for what grows. Else as for
+    /// displacement of a support that is an integral of an input; [`StateSpaceError::NotShownStationary`] for what grows. Else as for
     /// [`process_noise`](Self::process_noise).
     pub fn stationary_covariance(
         &self,
@@ -263,7 +263,7 @@ impl<'a> StateSpace<'a> {
             forever: true,
             density,
         };
-        climb(&question, self.states.len(), operations)
+        climb(&question, self.states.len(), operations).map_err(not_shown)
     }
 
     /// Refuses a density that is none.

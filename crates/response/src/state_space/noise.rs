@@ -73,6 +73,14 @@ pub(super) fn comes_to_rest(system: &System) -> Result<(), StateSpaceError> {
     Err(StateSpaceError::NotStationary { what })
 }
 
+/// The same of an integral over all the time, of which it is the end that digits do not show.
+pub(super) fn not_shown(error: StateSpaceError) -> StateSpaceError {
+    match error {
+        StateSpaceError::Lost => StateSpaceError::NotShownStationary,
+        error => error,
+    }
+}
+
 /// What noise on the inputs adds up to in these coordinates; `None` where the digits of T do not suffice, or where it is to
 /// end by itself and does not.
 pub(super) fn accumulated<T: Real>(

@@ -16,7 +16,7 @@ use super::asked::Asked;
 use super::error::StateSpaceError;
 use super::ladder::{affordable, climb};
 use super::model::{OF_DOUBLINGS, first_step, operations};
-use super::noise::comes_to_rest;
+use super::noise::{comes_to_rest, not_shown};
 use crate::problem::{Combination, Quantity, Sum};
 
 const QUANTITIES: [Quantity; 3] = [
@@ -149,7 +149,7 @@ impl<'a> RandomVibration<'a> {
     ///
     /// # Errors
     /// [`StateSpaceError`]: names that are not there, densities and bands that are none; [`StateSpaceError::NotStationary`] for
-    /// rigid motions and undamped modes, and [`StateSpaceError::Lost`] for what grows.
+    /// rigid motions and undamped modes, and [`StateSpaceError::NotShownStationary`] for what grows.
     pub fn solve(&self) -> Result<StationaryMotion, StateSpaceError> {
         let system = self.system;
         let mut asked = Asked::of(system);
@@ -195,7 +195,7 @@ impl<'a> RandomVibration<'a> {
             settled: settled(&asked),
             noises,
         };
-        let all = climb(&question, form.states(), operations)?;
+        let all = climb(&question, form.states(), operations).map_err(not_shown)?;
         let (values, rates) = all.split_at(asked.outputs.len());
         let both = values.iter().zip(rates);
         let mut all = asked

@@ -33,8 +33,8 @@ impl Rms {
         } else {
             let root = variance.sqrt();
             let value = root.to_f64();
-            // |√t − √v| ≤ |t − v|/√v, and √v is at least half of what is computed for it.
-            let least = (root * T::from(0.5)).upper();
+            // |√t − √v| ≤ |t − v|/√v, and √v is within four quotients' errors of what is computed for it.
+            let least = (root * T::from(0.99)).upper();
             let rounding = root.upper() * T::unit() * Magnitude::from(4.0) + T::floor();
             let off = radius / least + rounding + (root - T::from(value)).upper();
             [value, off.to_f64()]

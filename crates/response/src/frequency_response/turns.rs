@@ -1,0 +1,589 @@
+//! All frequencies between 0 and ∞ at which a magnitude turns, each in an interval of its own.
+//!
+//! |H|² is covered by power series about points of the axis: of H, or of 1/H beside poles that are nearly on the axis, in Ω
+//! and, beyond all poles, in 1/Ω. With a(t) = |h|² of a series h, its slope has the sign of a polynomial g(t) with bounds for
+//! the coefficients and for the rest. An interval is decided where g has one sign, or where g′ has one and g is known at both
+//! ends; others are divided. Where one stays undecided, or the work is not worth it, nothing is said.
+
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+
+use eigentone_digits::{Ball, DoubleDouble, Magnitude};
+
+use super::dynamic_stiffness::{Block, Part};
+use super::enclosure::{Push, Reading};
+use super::orders::{Orders, Terms};
+use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, times};
+
+/// What is known of a magnitude at all frequencies.
+pub(super) struct Turns {
+    /// Intervals that follow each other, with one turn in each, and none elsewhere.
+    pub(super) brackets: Vec<[f64; 2]>,
+    /// Whether it falls before the first of them.
+    pub(super) falls_at_first: bool,
+    /// Whether it rises after the last of them, or is the same everywhere.
+    pub(super) rises_at_last: bool,
+    /// Whether H is real at all frequencies, or imaginary.
+    pub(super) is_real: bool,
+    /// The limit for Ω → ∞ with its bound; infinite where that is proved, `None` where it is unknown.
+    pub(super) limit: Option<(f64, f64)>,
+}
+
+/// Series about the points of one input's axes.
+#[derive(Default)]
+pub(super) struct Centers {
+    known: HashMap<(bool, u64, u64), Option<Rc<Center>>>,
+    work: u64,
+}
+
+/// Products of balls that may be spent on one input.
+const MOST_WORK: u64 = 20_000_000;
+
+/// The farthest that is looked at about a point, in ρ.
+const REACH: f64 = 0.4;
+
+/// One function, in Ω or in 1/Ω.
+struct Axis {
+    /// In 1/Ω.
+    backward: bool,
+    /// Whether |h|² is a function of x².
+    even: bool,
+    /// Whether h is real, or imaginary.
+    is_real: bool,
+    /// The number of coordinates; the equations have one more row and column, for output and input.
+    n: usize,
+    entries: Vec<Entry>,
+    /// h is H times so many powers of x.
+    power: i32,
+    /// The powers that rows were divided by in Ω, or multiplied by in 1/Ω, without and with the row of the output.
+    shifts: [usize; 2],
+    orders: Rc<Orders>,
+}
+
+/// The turns of what one input does to one output; `None` where they are not proved to be all. The axes meet at `middle`.
+pub(super) fn turns(
+    block: &Block,
+    pushes: &[Push],
+    reading: &Reading,
+    middle: f64,
+    centers: &mut Centers,
+) -> Option<Turns> {
+    let [forward, backward] = Axis::both(block, pushes, reading)?;
+    let low = forward.cover(middle, centers)?;
+    let high = backward.cover(middle.recip(), centers)?;
+    let mut brackets = low.brackets;
+    let beyond = high.brackets.into_iter().rev();
+    brackets.extend(beyond.map(|[near, far]| [far.recip(), near.recip()]));
+    Some(Turns {
+        brackets,
+        falls_at_first: !low.rises_at_zero,
+        rises_at_last: !high.rises_at_zero,
+        is_real: forward.is_real,
+        limit: backward.at_zero(centers),
+    })
+}
+
+/// What is known of one axis.
+struct Cover {
+    brackets: Vec<[f64; 2]>,
+    /// With x, from x = 0.
+    rises_at_zero: bool,
+}
+
+impl Axis {
+    /// In Ω, and in 1/Ω; `None` for powers that no quantity has.
+    fn both(block: &Block, pushes: &[Push], reading: &Reading) -> Option<[Axis; 2]> {
+        let coordinates = block.coordinates();
+        let place = |coordinate: usize| coordinates.binary_search(&coordinate).ok();
+        let own = reading.of.iter();
+        let own = own.filter_map(|(coordinate, part)| Some((place(*coordinate)?, part)));
+        let own: Vec<(usize, &Part)> = own.collect();
+        // What moves with its support alone has no equations.
+        let (n, own, pushes) = match own.is_empty() || pushes.is_empty() {
+            true => (0, Vec::new(), &[][..]),
+            false => (coordinates.len(), own, pushes),
+        };
+        let mut entries: BTreeMap<(usize, usize), Polynomial> = BTreeMap::new();
+        if n > 0 {
+            let all = block.polynomials().into_iter();
+            entries.extend(all.map(|(row, column, polynomial)| ((row, column), polynomial)));
+        }
+        let mut put = |at: (usize, usize), part: &Part, sign: f64| {
+            let (power, value) = part.coefficient();
+            let entry = entries.entry(at).or_insert([Number::ZERO; 3]);
+            let slot = entry.get_mut(usize::try_from(power).ok()?)?;
+            let value = value * sign;
+            *slot = match slot.upper().is_zero() {
+                true => value,
+                false => *slot + value,
+            };
+            Some(())
+        };
+        for push in pushes {
+            put((place(push.coordinate)?, n), &push.part, 1.0)?;
+        }
+        for &(column, part) in &own {
+            put((n, column), part, 1.0)?;
+        }
+        for part in &reading.more {
+            put((n, n), part, -1.0)?;
+        }
+        let parts = pushes.iter().map(|push| &push.part);
+        let parts: Vec<&Part> = parts
+            .chain(own.iter().map(|(_, part)| *part))
+            .chain(&reading.more)
+            .collect();
+        let lossless = !block.has_losses() && parts.iter().all(|part| part.real().is_some());
+        let exact = || -> Option<Vec<Terms>> {
+            let mut terms: Vec<Terms> = block.terms().collect();
+            let own = own.iter().map(|(column, part)| ((n, *column), *part, 1.0));
+            let acts = pushes.iter().map(|push| (push.coordinate, &push.part));
+            let acts = acts.filter_map(|(at, part)| Some(((place(at)?, n), part, 1.0)));
+            let more = reading.more.iter().map(|part| ((n, n), part, -1.0));
+            for ((row, column), part, sign) in own.chain(acts).chain(more) {
+                let (power, value) = part.exact()?;
+                let at = terms
+                    .iter()
+                    .position(|term| (term.0, term.1) == (row, column));
+                let at = at.unwrap_or_else(|| {
+                    terms.push((row, column, Default::default()));
+                    terms.len() - 1
+                });
+                terms[at].2[usize::try_from(power).ok()?].push(sign * value);
+            }
+            Some(terms)
+        };
+        let exact = if lossless && n > 0 { exact() } else { None };
+        let orders = Rc::new(Orders::of(n, exact));
+        // The least and the largest power in each row.
+        let powers = |polynomial: &Polynomial| {
+            let known = polynomial.each_ref().map(|part| !part.upper().is_zero());
+            (0..3usize).filter(move |power| known[*power])
+        };
+        let mut spans: Vec<Option<(usize, usize)>> = vec![None; n + 1];
+        for ((row, _), polynomial) in &entries {
+            for power in powers(polynomial) {
+                let (least, most) = spans[*row].unwrap_or((power, power));
+                spans[*row] = Some((least.min(power), most.max(power)));
+            }
+        }
+        let spans: Vec<(usize, usize)> = spans.into_iter().map(Option::unwrap_or_default).collect();
+        // Without dampers all is a function of Ω² too, if all powers of a row are even or all odd.
+        let undamped = (0..=n).all(|row| {
+            let own = entries.range((row, 0)..(row + 1, 0));
+            let mut kinds =
+                own.flat_map(|(_, polynomial)| powers(polynomial).map(|power| power % 2));
+            let first = kinds.next();
+            kinds.all(|kind| Some(kind) == first)
+        });
+        let axis = |backward: bool| {
+            // Without the powers that all of a row have.
+            let turned = |row: usize, polynomial: &Polynomial| {
+                let (least, most) = spans[row];
+                let mut turned = [Number::ZERO; 3];
+                let own = polynomial.iter().enumerate().take(most + 1);
+                for (power, part) in own.skip(least) {
+                    turned[if backward {
+                        most - power
+                    } else {
+                        power - least
+                    }] = *part;
+                }
+                turned
+            };
+            let entries = entries
+                .iter()
+                .map(|(&(row, column), polynomial)| (row, column, turned(row, polynomial)));
+            Axis {
+                backward,
+                even: lossless || undamped,
+                is_real: lossless && undamped,
+                n,
+                entries: entries.collect(),
+                power: match backward {
+                    true => spans[n].1 as i32,
+                    false => -(spans[n].0 as i32),
+                },
+                shifts: [n, n + 1].map(|rows| {
+                    let powers = spans[..rows].iter();
+                    powers
+                        .map(|span| if backward { span.1 } else { span.0 })
+                        .sum()
+                }),
+                orders: orders.clone(),
+            }
+        };
+        Some([axis(false), axis(true)])
+    }
+
+    /// From 0 to `end`.
+    fn cover(&self, end: f64, centers: &mut Centers) -> Option<Cover> {
+        /// What is narrower than this share of its place stays undecided.
+        const NARROW: f64 = 1e-13;
+        /// So near to 0 there is no use in looking.
+        const NEAR: f64 = 1e-24;
+        /// Where intervals are divided: no place of its own.
+        const SHARE: f64 = 0.487_139;
+        let mut cover = Cover {
+            brackets: Vec::new(),
+            rises_at_zero: false,
+        };
+        let mut open = vec![[0.0, end]];
+        while let Some([low, high]) = open.pop() {
+            if let Some(decided) = self.decide(low, high, centers) {
+                if low == 0.0 {
+                    cover.rises_at_zero = decided.rises_at_zero;
+                }
+                cover.brackets.extend(decided.brackets);
+                continue;
+            }
+            let hopeless = high - low < NARROW * high || high < NEAR * end;
+            if hopeless || centers.work > MOST_WORK {
+                return None;
+            }
+            let between = low + SHARE * (high - low);
+            open.push([between, high]);
+            open.push([low, between]);
+        }
+        Some(cover)
+    }
+
+    /// One interval.
+    fn decide(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
+        /// Poles so near to the axis are not stepped around.
+        const SHARP: f64 = 0.02;
+        let direct = self.direct(low, high, centers);
+        if let Some(center) = direct
+            && let Some(cover) = self.by_series(&center, false, low, high, centers)
+        {
+            return Some(cover);
+        }
+        if low > 0.0 && high - low > SHARP * high {
+            return None;
+        }
+        let (x, least) = about(low, high);
+        let (center, work) = Center::of(self.n + 1, &self.entries, x, least);
+        centers.work += work;
+        self.by_series(&center?, true, low, high, centers)
+    }
+
+    /// The equations of the system alone, which all outputs share.
+    fn direct(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Rc<Center>> {
+        let key = (self.backward, low.to_bits(), high.to_bits());
+        if let Some(known) = centers.known.get(&key) {
+            return known.clone();
+        }
+        let own = self.entries.iter();
+        let own: Vec<Entry> = own
+            .filter(|(row, column, _)| *row < self.n && *column < self.n)
+            .copied()
+            .collect();
+        let (x, least) = about(low, high);
+        let (center, work) = Center::of(self.n, &own, x, least);
+        centers.work += work;
+        let center = center.map(Rc::new);
+        centers.known.insert(key, center.clone());
+        center
+    }
+
+    /// h, or 1/h up to its sign.
+    fn series(&self, center: &Center, inverse: bool, count: usize) -> PowerSeries {
+        let n = self.n;
+        if inverse {
+            let one = [real(1.0), Number::ZERO, Number::ZERO];
+            return center.series(&[(n, one)], &[(n, one)], &[Number::ZERO; 3], count);
+        }
+        let own = self.entries.iter();
+        let right: Vec<(usize, Polynomial)> = own
+            .clone()
+            .filter(|(row, column, _)| *column == n && *row < n)
+            .map(|(row, _, polynomial)| (*row, *polynomial))
+            .collect();
+        let output: Vec<(usize, Polynomial)> = own
+            .clone()
+            .filter(|(row, column, _)| *row == n && *column < n)
+            .map(|(_, column, polynomial)| (*column, *polynomial))
+            .collect();
+        let direct = own
+            .clone()
+            .find(|(row, column, _)| *row == n && *column == n);
+        let direct = direct.map_or([Number::ZERO; 3], |entry| entry.2.map(|part| -part));
+        center.series(&right, &output, &direct, count)
+    }
+
+    /// One interval, by a series of h or 1/h.
+    fn by_series(
+        &self,
+        center: &Center,
+        inverse: bool,
+        low: f64,
+        high: f64,
+        centers: &mut Centers,
+    ) -> Option<Cover> {
+        /// At 0 the first powers may be missing, four for each mass on the way.
+        const COUNTS: [usize; 4] = [20, 40, 80, 160];
+        let counts = if low == 0.0 {
+            &COUNTS[..]
+        } else {
+            &COUNTS[..1]
+        };
+        let (x, radius) = center.place();
+        for &count in counts {
+            centers.work += (count * self.entries.len() * 2 + count * count) as u64;
+            let mut series = self.series(center, inverse, count);
+            if x == 0.0 {
+                self.clear(&mut series, inverse);
+            }
+            let slope = Slope::of(&series, self, inverse, x, radius)?;
+            // |h|² is a ratio of polynomials of degree 4n + 4 or less: it is constant if it is for so many coefficients.
+            if slope.is_zero() && count < 8 * self.n + 20 {
+                continue;
+            }
+            let ends = [low, high].map(|end| (end - x) / radius);
+            // What the ends were rounded by.
+            let spare = |end: f64| end.abs() * 1e-14;
+            let low_end = if low == 0.0 {
+                0.0
+            } else {
+                ends[0] - spare(ends[0])
+            };
+            let high_end = ends[1] + spare(ends[1]);
+            let Some(found) = slope.turns(low_end, high_end) else {
+                if 2 * slope.coefficients.len() > count {
+                    return None;
+                }
+                continue;
+            };
+            let place = |t: f64| match t {
+                _ if t <= low_end => low,
+                _ if t >= high_end => high,
+                _ => (x + radius * t).clamp(low, high),
+            };
+            return Some(Cover {
+                brackets: found.into_iter().map(|ends| ends.map(place)).collect(),
+                rises_at_zero: slope.rises_at_zero() != inverse,
+            });
+        }
+        None
+    }
+
+    /// Makes the first coefficients at 0 what they are exactly, where they might be 0.
+    fn clear(&self, series: &mut PowerSeries, inverse: bool) {
+        let mut known = series.coefficients.iter();
+        let first = known.find(|coefficient| !coefficient.upper().is_zero());
+        if first.is_none_or(|coefficient| !coefficient.contains_zero()) {
+            return;
+        }
+        // The divisor is regular, or there would be no series.
+        let at = usize::from(!inverse);
+        let Some(order) = self.orders.get()[at] else {
+            return;
+        };
+        let zeros = match self.backward {
+            true => self.shifts[at].saturating_sub(order.most),
+            false => order.least.saturating_sub(self.shifts[at]),
+        };
+        let count = series.coefficients.len();
+        series.coefficients[..zeros.min(count)].fill(Number::ZERO);
+    }
+
+    /// The limit of |H| for x → 0.
+    fn at_zero(&self, centers: &mut Centers) -> Option<(f64, f64)> {
+        let found = centers.known.iter();
+        let found = found.filter(|((backward, low, _), _)| *backward == self.backward && *low == 0);
+        let center = found.filter_map(|(_, center)| center.clone()).next()?;
+        let power = usize::try_from(self.power).ok()?;
+        let mut series = self.series(&center, false, power + 1);
+        self.clear(&mut series, false);
+        let (before, own) = series.coefficients.split_at(power);
+        if before
+            .iter()
+            .any(|coefficient| !coefficient.upper().is_zero())
+        {
+            return None;
+        }
+        let size = own.first()?.middle().norm();
+        let (_, radius) = center.place();
+        let unit = radius.powi(self.power);
+        let (value, off) = (size / unit, own.first()?.radius().to_f64() / unit);
+        let bound = off + value * 4.0 * f64::EPSILON;
+        (value.is_finite() && bound.is_finite()).then_some((value, bound))
+    }
+}
+
+/// The point about which an interval is looked at, and the least ρ.
+fn about(low: f64, high: f64) -> (f64, f64) {
+    let x = if low == 0.0 {
+        0.0
+    } else {
+        f64::midpoint(low, high)
+    };
+    (x, (high - x) / REACH)
+}
+
+/// A polynomial with the sign of d|h|²/dt, or of what it is for powers of x times h.
+struct Slope {
+    /// Coefficients with bounds, from the first that is not 0.
+    coefficients: Vec<(f64, f64)>,
+    /// A bound of the coefficient that follows the last; those beyond grow at most by (1 + 1/N)² each.
+    next: f64,
+    /// N.
+    count: f64,
+}
+
+impl Slope {
+    /// With a = |h|²: (x₀/ρ + t) a′ ∓ 2P a, as |H|² is a divided by 2P powers of x.
+    fn of(series: &PowerSeries, axis: &Axis, inverse: bool, x: f64, radius: f64) -> Option<Slope> {
+        let down = series.largest.exponent();
+        let sized = |value: Number| super::elimination::scaled(value, -down);
+        let h: Vec<Number> = series.coefficients.iter().copied().map(sized).collect();
+        let conj = |value: Number| Ball::new(value.middle().conj(), value.radius());
+        let count = h.len();
+        let square = |k: usize| {
+            let pairs = (0..=k).filter(|i| !h[*i].upper().is_zero() && !h[k - i].upper().is_zero());
+            pairs.fold(Number::ZERO, |sum, i| sum + h[i] * conj(h[k - i]))
+        };
+        let squares: Vec<Number> = (0..count)
+            .map(|k| match axis.even && x == 0.0 && k % 2 == 1 {
+                true => Number::ZERO,
+                false => square(k),
+            })
+            .collect();
+        let power = f64::from(if inverse { -axis.power } else { axis.power });
+        let far = x / radius;
+        let slope = (0..count - 1).map(|k| {
+            let at = k as f64;
+            let own = times(squares[k], at - 2.0 * power);
+            match far == 0.0 {
+                true => own,
+                false => own + times(squares[k + 1], (at + 1.0) * far),
+            }
+        });
+        let slope: Vec<Number> = slope.collect();
+        let first = slope.iter().position(|value| !value.upper().is_zero());
+        // Powers of t divide it where t ≥ 0.
+        let first = if x == 0.0 { first } else { first.map(|_| 0) };
+        let double = |value: &Number| {
+            let middle: DoubleDouble = value.middle().re;
+            let value_of = middle.to_f64();
+            (
+                value_of,
+                value.radius().to_f64() + value_of.abs() * f64::EPSILON,
+            )
+        };
+        let coefficients: Vec<(f64, f64)> = slope[first.unwrap_or(slope.len())..]
+            .iter()
+            .map(double)
+            .collect();
+        let count = (count - 1) as f64;
+        // The square of the bound holds for what |h|² is at complex t too.
+        let largest = series.largest * Magnitude::power_of_two(-down);
+        let largest = largest.to_f64() * largest.to_f64() * (1.0 + 1e-9);
+        let next = largest * (far.abs() * (count + 1.0) + count + 2.0 * power.abs());
+        let known = coefficients
+            .iter()
+            .all(|(value, off)| value.is_finite() && off.is_finite());
+        (known && next.is_finite()).then_some(Slope {
+            coefficients,
+            next,
+            count,
+        })
+    }
+
+    /// Whether all that is known of it is 0.
+    fn is_zero(&self) -> bool {
+        self.coefficients.is_empty()
+    }
+
+    /// Its sign at 0, if it was decided there.
+    fn rises_at_zero(&self) -> bool {
+        self.coefficients
+            .first()
+            .is_some_and(|(value, _)| *value > 0.0)
+    }
+
+    /// Bounds of the rest and of its derivative within |t| ≤ `reach`.
+    fn rest(&self, reach: f64) -> [f64; 2] {
+        let terms = self.coefficients.len() as i32;
+        let grows = 1.0 + 1.0 / self.count;
+        let sum = self.next / (1.0 - reach * grows * grows) * (1.0 + 1e-9);
+        [
+            sum * reach.powi(terms),
+            sum * self.count * reach.powi(terms - 1),
+        ]
+    }
+
+    /// Coefficients about another point, with bounds, rounding included.
+    fn shifted(&self, to: f64) -> Vec<(f64, f64)> {
+        let count = self.coefficients.len();
+        let rounding = 4.0 * (count + 2) as f64 * f64::EPSILON;
+        let mut shifted = self.coefficients.clone();
+        for (value, off) in &mut shifted {
+            *off += value.abs() * rounding;
+        }
+        for start in 0..count {
+            for k in (start..count - 1).rev() {
+                shifted[k].0 += to * shifted[k + 1].0;
+                shifted[k].1 += to.abs() * shifted[k + 1].1;
+            }
+        }
+        shifted
+    }
+
+    /// Its sign at a point.
+    fn sign(&self, at: f64) -> Option<bool> {
+        let (value, off) = *self.shifted(at).first()?;
+        let off = (off + self.rest(at.abs())[0]) * (1.0 + 1e-9);
+        (value.abs() > off).then_some(value > 0.0)
+    }
+
+    /// Intervals with one turn each, and none elsewhere between the ends; `None` where that is not decided.
+    fn turns(&self, low: f64, high: f64) -> Option<Vec<[f64; 2]>> {
+        /// How narrow a part may become.
+        const NARROW: f64 = 1e-3;
+        /// No place of its own.
+        const SHARE: f64 = 0.513_872;
+        let least = NARROW * (high - low);
+        if self.is_zero() {
+            return Some(Vec::new());
+        }
+        let mut found = Vec::new();
+        let mut open = vec![[low, high]];
+        while let Some([low, high]) = open.pop() {
+            let middle = f64::midpoint(low, high);
+            let width = (high - middle).max(middle - low);
+            let shifted = self.shifted(middle);
+            let [rest, change_rest] = self.rest(low.abs().max(high.abs()));
+            let (mut off, mut change_off, mut power) = (rest, change_rest, 1.0);
+            for (j, (value, error)) in shifted.iter().enumerate() {
+                let size = if j == 0 { *error } else { value.abs() + error };
+                let change = if j == 1 { *error } else { value.abs() + error };
+                if j > 0 {
+                    change_off += j as f64 * change * power;
+                    power *= width;
+                }
+                off += size * power;
+            }
+            let above = 1.0 + 1e-9;
+            if shifted.first()?.0.abs() > off * above {
+                continue;
+            }
+            let change = shifted.get(1).map_or(0.0, |(change, _)| change.abs());
+            // At 0 it is not what a look says there.
+            if change > change_off * above && low != 0.0 {
+                match (self.sign(low)?, self.sign(high)?) {
+                    (before, after) if before != after => found.push([low, high]),
+                    _ => {}
+                }
+                continue;
+            }
+            if high - low < least {
+                return None;
+            }
+            let between = low + SHARE * (high - low);
+            open.push([between, high]);
+            open.push([low, between]);
+        }
+        Some(found)
+    }
+}

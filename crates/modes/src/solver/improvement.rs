@@ -130,6 +130,9 @@ fn reach_of_all(
     mean: Complex<f64>,
 ) -> f64 {
     let size = mean.norm();
+    if size == 0.0 {
+        return 0.0;
+    }
     let change = |i: &usize| {
         let others = group.iter().filter(|j| *j != i);
         let gaps = others.map(|j| (values[*j] - values[*i]).norm() / size);

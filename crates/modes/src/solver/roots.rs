@@ -231,7 +231,8 @@ fn is_small((error, _): (f64, f64), value: Complex<f64>) -> bool {
 /// change (Rouché's theorem). Given the other factors' product at least at a distance from the root, up to an end.
 pub(crate) fn moved_by(change: f64, others: impl Fn(f64) -> f64, end: f64) -> f64 {
     const STEP: f64 = 1.125;
-    let mut reach = change;
+    // From 0 it would not grow.
+    let mut reach = change.max(f64::MIN_POSITIVE);
     while reach < end {
         if reach * others(reach) >= change {
             break;
@@ -348,6 +349,14 @@ mod tests {
     use super::super::StateMatrix;
     use super::*;
     use crate::model::GROUND;
+
+    /// Without a change, and beside roots whose distance is not known.
+    #[test]
+    fn how_far_a_root_moves_is_always_told() {
+        assert!(moved_by(0.0, |_| 1.0, 1.0) <= f64::MIN_POSITIVE);
+        assert!(moved_by(0.0, |_| f64::NAN, 1.0) >= 1.0);
+        assert!(moved_by(1e-6, |_| f64::NAN, 1.0) >= 1.0);
+    }
 
     /// Large errors are no estimates, but they are bounds.
     #[test]

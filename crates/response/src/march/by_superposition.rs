@@ -113,8 +113,11 @@ impl Superposition {
 fn integrates(problem: &Problem<'_>) -> Option<String> {
     let mut channels = problem.channels().iter();
     let integrated = channels.any(|channel| channel.integrals > 0);
-    integrated
-        .then(|| "the motion of a support is given by its velocity or acceleration".to_owned())
+    integrated.then(|| {
+        "the motion of a support is given by its velocity or acceleration, whose integrals are no modes; \
+         the exponential takes it"
+            .to_owned()
+    })
 }
 
 /// Independent blocks of one or two states. Each is carried on in double-double, so that rounding

@@ -66,3 +66,16 @@ pub enum SwitchingError {
     #[error("no number of digits in reach tells a matrix to be divided by from a singular one")]
     Stuck,
 }
+
+impl SwitchingError {
+    /// The switch that it is about, by its place among those given.
+    pub fn switch(&self) -> Option<usize> {
+        match self {
+            SwitchingError::Switch { switch, .. }
+            | SwitchingError::Undecided { switch, .. }
+            | SwitchingError::Dependent { switch, .. }
+            | SwitchingError::Endless { switch, .. } => Some(*switch),
+            _ => None,
+        }
+    }
+}

@@ -140,9 +140,17 @@ impl Switch {
         }
     }
 
+    /// Whether it makes sense in a system.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self, system: &System) -> Result<(), SwitchFault> {
+        self.forms(system).map(drop)
+    }
+
     /// The stretch x_b − x_a and the displacement of b.
     pub(crate) fn forms(&self, system: &System) -> Result<[Form; 2], SwitchFault> {
-        self.check()?;
+        self.check_numbers()?;
         let [first, second] = self.between();
         let form = |name: &String| {
             let known = if name == GROUND {
@@ -177,7 +185,7 @@ impl Switch {
         Ok([stretch, b])
     }
 
-    fn check(&self) -> Result<(), SwitchFault> {
+    fn check_numbers(&self) -> Result<(), SwitchFault> {
         let at_least =
             |what, value: f64, least: f64, range| match value.is_finite() && value >= least {
                 true => Ok(()),

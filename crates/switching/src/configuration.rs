@@ -38,8 +38,10 @@ pub(crate) struct Configuration<T> {
     pub(crate) rounded: Vec<f64>,
     /// The step h in s: the series of one step converges quickly.
     pub(crate) step: f64,
-    /// A bound of ‖ |W|·h ‖.
+    /// A bound of ‖ D|W|D⁻¹·h ‖.
     pub(crate) reach: f64,
+    /// The diagonal of D.
+    pub(crate) scales: Vec<f64>,
     /// A bound of the error of W·h in the 2-norm.
     pub(crate) error: f64,
     pub(crate) guards: Vec<Guard<T>>,
@@ -146,7 +148,11 @@ impl<T: Real> Configuration<T> {
         }
         let radii = (0..n * n).map(|at| whole.radius(at / n, at % n).to_f64());
         error = (error + length(&radii.collect::<Vec<f64>>())) * SLACK;
-        let entry = |i: usize, j: usize| whole.middle(i, j).to_f64().abs();
+        let sizes: Vec<f64> = (0..n * n)
+            .map(|at| whole.middle(at / n, at % n).to_f64().abs())
+            .collect();
+        let scales = balance(n, &sizes);
+        let entry = |i: usize, j: usize| sizes[i * n + j] * scales[i] / scales[j];
         let sums = (0..n).map(|i| {
             let across: f64 = (0..n).map(|j| entry(i, j)).sum();
             let down: f64 = (0..n).map(|j| entry(j, i)).sum();
@@ -195,10 +201,18 @@ impl<T: Real> Configuration<T> {
             rounded,
             step,
             reach: norm * step,
+            scales,
             error: error * step * SLACK,
             guards,
             held: gains,
         })
+    }
+
+    /// A bound of the 2-norm of a row times D⁻¹.
+    pub(crate) fn norm_of(&self, row: &Row<T>) -> f64 {
+        let scaled = row.rounded.iter().zip(&self.scales);
+        let scaled: Vec<f64> = scaled.map(|(entry, scale)| entry / scale).collect();
+        length(&scaled) * SLACK + row.error
     }
 
     /// W ζ h.
@@ -209,6 +223,38 @@ impl<T: Real> Configuration<T> {
         });
         entries.collect()
     }
+}
+
+/// Powers of two by which rows and columns of a matrix come to about the same size (Osborne, J. ACM 7, 1960).
+fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
+    let mut scales = vec![1.0f64; n];
+    for _ in 0..20 {
+        let mut done = true;
+        for i in 0..n {
+            let others = (0..n).filter(|j| *j != i);
+            let across: f64 = others
+                .clone()
+                .map(|j| sizes[i * n + j] * scales[i] / scales[j])
+                .sum();
+            let down: f64 = others
+                .map(|j| sizes[j * n + i] * scales[j] / scales[i])
+                .sum();
+            if across > 0.0 && down > 0.0 {
+                let factor = 2f64.powi((down / across).log2().div_euclid(2.0) as i32);
+                if factor != 1.0 {
+                    scales[i] *= factor;
+                    done = false;
+                }
+            } else if across > 0.0 {
+                // Nothing depends on it: it is made small beside what it depends on.
+                scales[i] *= 2f64.powi(-across.log2().floor() as i32);
+            }
+        }
+        if done {
+            break;
+        }
+    }
+    scales
 }
 
 fn whole_size<T: Real>(whole: &BallMatrix<T>) -> f64 {

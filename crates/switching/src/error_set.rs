@@ -27,6 +27,12 @@ impl ErrorSet {
         (row.iter().map(|entry| entry.abs()).sum::<f64>() + self.rest[i]) * SLACK
     }
 
+    /// A bound of ‖D e‖, of a diagonal D.
+    pub(crate) fn size_in(&self, scales: &[f64]) -> f64 {
+        let extents: Vec<f64> = (0..self.n).map(|i| self.extent(i) * scales[i]).collect();
+        length(&extents) * SLACK
+    }
+
     /// A bound of ‖e‖.
     pub(crate) fn size(&self) -> f64 {
         let extents: Vec<f64> = (0..self.n).map(|i| self.extent(i)).collect();

@@ -282,6 +282,29 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         Halt::Failed(SwitchingError::Switch { switch, fault })
     }
 
+    /// What is not known of a function of the state, but for rounding of its own. Doubles decide by what they are, whatever
+    /// has become of earlier errors.
+    pub(crate) fn vague(&self, row: &Row<T>) -> f64 {
+        match bits::<T>() > 60 {
+            true => self.errors.along(&row.rounded),
+            false => row.own_error(self.size()),
+        }
+    }
+
+    /// What is not known of the state, in the scales of a configuration.
+    pub(crate) fn vague_in(&self, configuration: &Configuration<T>) -> f64 {
+        match bits::<T>() > 60 {
+            true => self.errors.size_in(&configuration.scales),
+            false => {
+                let scaled = self.zeta.iter().zip(&configuration.scales);
+                let scaled: Vec<f64> = scaled
+                    .map(|(entry, scale)| entry.to_f64() * scale)
+                    .collect();
+                8.0 * unit::<T>() * length(&scaled)
+            }
+        }
+    }
+
     /// The length of ζ.
     pub(crate) fn size(&self) -> f64 {
         length_of(&self.zeta)
@@ -498,7 +521,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
     ) -> Result<(Vec<Root<T>>, Option<(f64, usize)>), Halt> {
         let mut found: Vec<Root<T>> = Vec::new();
         let mut hidden: Option<(f64, usize)> = None;
-        let off = self.errors.size();
+        let off = self.vague_in(&self.current);
         let far = reach.mul_f64(BEYOND);
         let short = far.to_f64();
         for (at, guard) in self.current.guards.iter().enumerate() {
@@ -524,9 +547,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 .map(|k| match k {
                     0 => {
                         self.errors.along(&guard.row.rounded)
-                            + series.coefficient_error(&guard.row, 0.0, 0, sizes[0])
+                            + series.coefficient_error(&self.current, &guard.row, 0.0, 0, sizes[0])
                     }
-                    k => series.coefficient_error(&guard.row, off, k, sizes[k]),
+                    k => series.coefficient_error(&self.current, &guard.row, off, k, sizes[k]),
                 })
                 .collect();
             let mut power = 1.0;
@@ -636,9 +659,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let guard = &old.guards[roots[0].guard].row;
         // How the time of the event follows the error of the state, in steps.
         let fall = guard.at(&before).to_f64();
-        let off = self.errors.size();
+        let off = self.errors.size_in(&old.scales);
         let residual = guard.at(&self.zeta).to_f64().abs() + 2.0 * guard.own_error(self.size());
-        let size = self.size();
         let mut due: Vec<usize> = roots
             .iter()
             .map(|root| old.guards[root.guard].switch)
@@ -688,12 +710,31 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                     .collect::<Vec<f64>>(),
             );
             self.errors.add_each(&rest);
-            let shifted = guard.norm * off / -fall + late;
-            let quick = old.reach + new.reach * ratio;
-            let curved = shifted * shifted * quick * quick * size * 2.0 + shifted * quick * off;
-            // Doubles estimate: to first order.
+            // Doubles estimate, to first order.
             if bits::<T>() > 60 {
-                self.errors.add(curved);
+                let shifted = errors.along(&guard.rounded) / -fall + late;
+                let first: f64 = old.reach + new.reach * ratio;
+                let curved = shifted * shifted * first * first;
+                let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
+                let scaled = |scales: &[f64]| {
+                    let scaled: Vec<f64> = sizes
+                        .clone()
+                        .zip(scales)
+                        .map(|(size, scale)| size * scale)
+                        .collect();
+                    length(&scaled)
+                };
+                let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
+                let spread = shifted * first;
+                let rest: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
+                        let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
+                            / new.scales[i];
+                        2.0 * (old + new)
+                    })
+                    .collect();
+                self.errors.add_each(&rest);
             }
         } else {
             self.errors.add(leap * bound / old.step);

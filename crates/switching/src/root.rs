@@ -17,9 +17,16 @@ pub(crate) enum First {
 /// By the coefficients of Bernstein's basis, of which the polynomial is a convex combination, and whose changes of sign
 /// count its roots from above (Farouki, Computer Aided Geometric Design 29, 2012, sections 3 and 6).
 pub(crate) fn first<T: Real>(coefficients: &[T], margin: f64) -> First {
-    let count = coefficients.len();
     let sizes = coefficients[1..].iter().map(|entry| entry.to_f64().abs());
     let rest: f64 = sizes.sum();
+    // The last terms count as errors.
+    let negligible = 0.25 * margin.max(rest * f64::MIN_POSITIVE);
+    let (mut count, mut left) = (coefficients.len(), 0.0);
+    while count > 2 && left + coefficients[count - 1].to_f64().abs() <= negligible {
+        left += coefficients[count - 1].to_f64().abs();
+        count -= 1;
+    }
+    let (coefficients, margin) = (&coefficients[..count], margin + left);
     if coefficients[0].to_f64() > (rest + margin) * (1.0 + 1e-12) {
         return First::None;
     }
@@ -143,12 +150,11 @@ pub(crate) fn refine<T: Real>(coefficients: &[T], from: f64, to: f64) -> T {
         let next = theta - step;
         let size = step.to_f64().abs();
         let inside = next > low && next < high && slope < T::ZERO;
-        if inside && size <= 2f64.powi(T::UNIT_LOG2) * 4.0 {
-            return next;
-        }
         // Newton's steps end where rounding does not let them shrink.
-        if inside && size >= last && size < 1e-6 {
-            return next;
+        let small = size <= 2f64.powi(T::UNIT_LOG2 / 4 * 3);
+        let still = size <= 2f64.powi(T::UNIT_LOG2) * 4.0 || size >= last || !inside;
+        if small && still {
+            return if inside { next } else { theta };
         }
         last = if inside { size } else { f64::INFINITY };
         theta = if inside { next } else { (low + high).scale(-1) };

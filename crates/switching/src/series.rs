@@ -15,8 +15,8 @@ pub(crate) struct Series<T> {
     rounded: Vec<Vec<f64>>,
     /// How far each entry of each term may be off by rounding.
     roundings: Vec<Vec<f64>>,
-    /// What is not known of all terms together but for rounding, in the 2-norm.
-    rest: f64,
+    /// What is not known of each entry of all terms together but for rounding.
+    rest: Vec<f64>,
     /// A bound of the length of ζ.
     pub(crate) size: f64,
     reach: f64,
@@ -31,10 +31,17 @@ impl<T: Real> Series<T> {
                 .collect::<Vec<f64>>()
         };
         let first = round(zeta);
-        let start = length(&first) * SLACK;
+        let scales = &configuration.scales;
+        let scaled: Vec<f64> = first
+            .iter()
+            .zip(scales)
+            .map(|(entry, scale)| entry * scale)
+            .collect();
+        let start = length(&scaled) * SLACK;
         // Bounds of the sizes of the terms' entries, as sums of sizes.
         let mut bound: Vec<f64> = first.iter().map(|entry| entry.abs() * SLACK).collect();
         let mut roundings = vec![vec![0.0; zeta.len()]];
+        let mut sizes = bound.clone();
         let mut terms = vec![zeta.to_vec()];
         let mut rounded = vec![first];
         let unit = unit::<T>();
@@ -52,6 +59,10 @@ impl<T: Real> Series<T> {
                 sum / k * SLACK
             });
             bound = sums.collect();
+            sizes
+                .iter_mut()
+                .zip(&bound)
+                .for_each(|(sum, size)| *sum += size * BEYOND.powf(k));
             roundings.push(
                 bound
                     .iter()
@@ -69,13 +80,18 @@ impl<T: Real> Series<T> {
             terms.push(next);
         }
         let all = reach.exp() * SLACK;
-        let rest = (2.0 * left + configuration.error * BEYOND) * all * start * SLACK;
+        let plain = length(&sizes) * SLACK;
+        let rest = scales.iter().map(|scale| {
+            let cut = 2.0 * left * all * start / scale;
+            (cut + configuration.error * BEYOND * all * plain) * SLACK
+        });
+        let rest: Vec<f64> = rest.collect();
         Series {
+            size: plain + length(&rest),
             terms,
             rounded,
             roundings,
             rest,
-            size: all * start,
             reach,
         }
     }
@@ -93,8 +109,7 @@ impl<T: Real> Series<T> {
 
     /// How far each entry of ζ at θ may be off, apart from what is not known of ζ at 0.
     pub(crate) fn error_at(&self, theta: f64) -> Vec<f64> {
-        let n = self.rounded[0].len();
-        let mut errors = vec![self.rest * theta.min(1.0); n];
+        let mut errors: Vec<f64> = self.rest.iter().map(|rest| rest * theta.min(1.0)).collect();
         let mut power = 1.0;
         for (k, (roundings, term)) in self.roundings.iter().zip(&self.rounded).enumerate() {
             let sum = 2.0 * unit::<T>() * (k + 2) as f64;
@@ -122,8 +137,16 @@ impl<T: Real> Series<T> {
         self.rounded.iter().map(entry).unzip()
     }
 
-    /// A bound of the error of the k-th coefficient of a function of ζ whose terms have this size, where ζ(t) is known to `off`.
-    pub(crate) fn coefficient_error(&self, row: &Row<T>, off: f64, k: usize, size: f64) -> f64 {
+    /// A bound of the error of the k-th coefficient of a function of ζ whose terms have this size, where ζ(t) times the
+    /// scales of the configuration is known to `off`.
+    pub(crate) fn coefficient_error(
+        &self,
+        configuration: &Configuration<T>,
+        row: &Row<T>,
+        off: f64,
+        k: usize,
+        size: f64,
+    ) -> f64 {
         let factor = (1..=k).fold(1.0, |factor, i| factor * self.reach / i as f64);
         let roundings = row.rounded.iter().zip(&self.roundings[k]);
         let rounding: f64 = roundings
@@ -132,7 +155,15 @@ impl<T: Real> Series<T> {
         let sum = unit::<T>() * (row.entries.len() + 2) as f64 * size;
         let own = row.error * self.size * factor;
         // What is left out begins with the first power of θ.
-        let rest = if k == 1 { row.norm * self.rest } else { 0.0 };
-        (row.norm * off * factor + rounding + sum + own + rest) * SLACK
+        let rest: f64 = match k {
+            1 => row
+                .rounded
+                .iter()
+                .zip(&self.rest)
+                .map(|(entry, rest)| entry.abs() * rest)
+                .sum(),
+            _ => 0.0,
+        };
+        (configuration.norm_of(row) * off * factor + rounding + sum + own + rest) * SLACK
     }
 }

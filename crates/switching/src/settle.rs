@@ -45,7 +45,7 @@ impl<T: Real> March<'_, '_, T> {
 
     /// A function of the state, and its error.
     fn value(&self, row: &Row<T>) -> (T, f64) {
-        let error = self.errors.along(&row.rounded) + row.own_error(self.size());
+        let error = self.vague(row) + row.own_error(self.size());
         (row.at(&self.zeta), error * SLACK)
     }
 
@@ -341,7 +341,7 @@ impl<T: Real> March<'_, '_, T> {
             for k in 1..ORDERS {
                 factor[k] = factor[k - 1] * configuration.reach / k as f64;
             }
-            let off = self.errors.size();
+            let off = self.vague_in(&configuration);
             let size = self.size();
             self.orders = vec![usize::MAX; configuration.guards.len()];
             let mut wrong = None;
@@ -362,8 +362,8 @@ impl<T: Real> March<'_, '_, T> {
                     let own =
                         row.own_error(size) + row.norm * configuration.error * size * k as f64;
                     let error = match k {
-                        0 => self.errors.along(&row.rounded) + own,
-                        _ => (row.norm * off + own) * factor[k].max(1e-3),
+                        0 => self.vague(row) + own,
+                        _ => (configuration.norm_of(row) * off + own) * factor[k].max(1e-3),
                     };
                     sign = self.sign(guard.switch, row.at(derivative), error * SLACK, is_due)?;
                     if sign != 0 {
@@ -421,9 +421,11 @@ impl<T: Real> March<'_, '_, T> {
             };
             // What stood aside may be needed now.
             for (other, phase) in phases.iter_mut().enumerate() {
-                if other != switch && *phase == Phase::Idle(0) {
-                    *phase = Phase::Stick;
-                }
+                *phase = match *phase {
+                    Phase::Idle(0) if other != switch => Phase::Stick,
+                    Phase::Idle(side) if other != switch => Phase::Slip(side),
+                    phase => phase,
+                };
             }
         }
         let switch = due.first().copied().unwrap_or(0);

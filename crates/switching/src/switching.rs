@@ -84,7 +84,11 @@ impl<'a, 'b> Switching<'a, 'b> {
         let tolerance = match self.problem.precision() {
             Precision::Certified { tolerance } => tolerance,
             Precision::Double => {
-                return match march::<f64, DoubleDouble>(self, f64::INFINITY, true) {
+                let answer = march::<f64, DoubleDouble>(self, f64::INFINITY, true);
+                // Where doubles find no way on, more digits may.
+                let answer =
+                    answer.or_else(|_| march::<DoubleDouble, Wide<4>>(self, f64::INFINITY, true));
+                return match answer {
                     Ok(answer) => Ok(found(answer, None)),
                     Err(halt) => Err(halt.into()),
                 };

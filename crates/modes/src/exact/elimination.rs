@@ -108,34 +108,45 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     }
 }
 
-/// A⁻¹B for an n × n matrix and n rows of any length (Gauss and Jordan); `None` if A is singular.
+/// A⁻¹B for an n × n matrix and n rows of any length, by elimination and substitution backwards; `None` if A is singular.
 pub(crate) fn solve(
     field: &PrimeField,
-    a: Vec<Vec<Residue>>,
-    b: Vec<Vec<Residue>>,
+    mut a: Vec<Vec<Residue>>,
+    mut b: Vec<Vec<Residue>>,
 ) -> Option<Vec<Vec<Residue>>> {
-    let mut rows: Vec<Vec<Residue>> = a.into_iter().zip(b).map(|(a, b)| [a, b].concat()).collect();
-    for column in 0..rows.len() {
-        let pivot = (column..rows.len()).find(|&i| !rows[i][column].is_zero())?;
-        rows.swap(column, pivot);
-        let (above, rest) = rows.split_at_mut(column);
-        let (pivot, below) = rest.split_first_mut()?;
-        let scale = field.inverse(pivot[column]);
-        for value in &mut pivot[column..] {
+    let add = |to: &mut [Residue], factor: Residue, from: &[Residue]| {
+        for (value, &other) in to.iter_mut().zip(from) {
+            *value = field.sum(*value, field.product(factor, other));
+        }
+    };
+    for column in 0..a.len() {
+        let pivot = (column..a.len()).find(|&i| !a[i][column].is_zero())?;
+        a.swap(column, pivot);
+        b.swap(column, pivot);
+        let ((head, below), (right, others)) = a[column..]
+            .split_first_mut()
+            .zip(b[column..].split_first_mut())?;
+        let scale = field.inverse(head[column]);
+        for value in head[column..].iter_mut().chain(&mut *right) {
             *value = field.product(*value, scale);
         }
-        for row in above.iter_mut().chain(below) {
-            if row[column].is_zero() {
-                continue;
-            }
-            let factor = field.negative(row[column]);
-            for (value, &other) in row[column..].iter_mut().zip(&pivot[column..]) {
-                *value = field.sum(*value, field.product(factor, other));
+        for (row, other) in below.iter_mut().zip(others) {
+            if !row[column].is_zero() {
+                let factor = field.negative(row[column]);
+                add(&mut row[column..], factor, &head[column..]);
+                add(other, factor, right);
             }
         }
     }
-    let n = rows.len();
-    Some(rows.into_iter().map(|row| row[n..].to_vec()).collect())
+    for column in (1..b.len()).rev() {
+        let (above, rest) = b.split_at_mut(column);
+        for (row, other) in a.iter().zip(above) {
+            if !row[column].is_zero() {
+                add(other, field.negative(row[column]), &rest[0]);
+            }
+        }
+    }
+    Some(b)
 }
 
 /// Whether a permutation of 0 … n − 1 is odd.

@@ -108,45 +108,47 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     }
 }
 
-/// A⁻¹B for an n × n matrix and n rows of any length, by elimination and substitution backwards; `None` if A is singular.
+/// A⁻¹B for an n × n matrix and n rows of any length; `None` if A is singular. A = LU with ones on the diagonal of U,
+/// entry by entry (Crout), so that most of it are long sums of products, and substitution backwards.
 pub(crate) fn solve(
     field: &PrimeField,
     mut a: Vec<Vec<Residue>>,
     mut b: Vec<Vec<Residue>>,
 ) -> Option<Vec<Vec<Residue>>> {
-    let add = |to: &mut [Residue], factor: Residue, from: &[Residue]| {
-        for (value, &other) in to.iter_mut().zip(from) {
-            *value = field.sum(*value, field.product(factor, other));
+    let n = a.len();
+    let width = b.first().map_or(0, Vec::len);
+    // Rows of L, in place of those of A, and columns of U and of L⁻¹B.
+    let mut upper: Vec<Vec<Residue>> = vec![Vec::with_capacity(n); n + width];
+    for column in 0..n {
+        for row in &mut a[column..] {
+            let sum = field.dot(&row[..column], &upper[column]);
+            row[column] = field.difference(row[column], sum);
         }
-    };
-    for column in 0..a.len() {
-        let pivot = (column..a.len()).find(|&i| !a[i][column].is_zero())?;
+        let pivot = (column..n).find(|&i| !a[i][column].is_zero())?;
         a.swap(column, pivot);
         b.swap(column, pivot);
-        let ((head, below), (right, others)) = a[column..]
-            .split_first_mut()
-            .zip(b[column..].split_first_mut())?;
-        let scale = field.inverse(head[column]);
-        for value in head[column..].iter_mut().chain(&mut *right) {
-            *value = field.product(*value, scale);
-        }
-        for (row, other) in below.iter_mut().zip(others) {
-            if !row[column].is_zero() {
-                let factor = field.negative(row[column]);
-                add(&mut row[column..], factor, &head[column..]);
-                add(other, factor, right);
-            }
+        let lower = &a[column];
+        let scale = field.inverse(lower[column]);
+        let entries = lower[column + 1..].iter().chain(&b[column]);
+        let later = upper[column + 1..n + width].iter_mut();
+        for (above, &entry) in later.zip(entries) {
+            let left = field.difference(entry, field.dot(&lower[..column], above));
+            above.push(field.product(left, scale));
         }
     }
-    for column in (1..b.len()).rev() {
-        let (above, rest) = b.split_at_mut(column);
-        for (row, other) in a.iter().zip(above) {
-            if !row[column].is_zero() {
-                add(other, field.negative(row[column]), &rest[0]);
-            }
+    let (upper, found) = upper.split_at_mut(n);
+    let row = |i: usize| -> Vec<Residue> { upper[i + 1..].iter().map(|above| above[i]).collect() };
+    for i in (0..n).rev() {
+        let row = row(i);
+        for x in found.iter_mut() {
+            x[i] = field.difference(x[i], field.dot(&row, &x[i + 1..]));
         }
     }
-    Some(b)
+    Some(
+        (0..n)
+            .map(|i| found.iter().map(|x| x[i]).collect())
+            .collect(),
+    )
 }
 
 /// Whether a permutation of 0 … n − 1 is odd.

@@ -115,11 +115,11 @@ impl Flow for Dense {
     fn together(&self) -> usize {
         /// Below, a step is so short that products save nothing.
         const MANY_STATES: usize = 48;
-        const TOGETHER: usize = 512;
-        if self.a.nrows() < MANY_STATES {
-            1
-        } else {
-            TOGETHER
+        /// So many entries of states are held at a time, which lets products have many columns.
+        const ENTRIES: usize = 1 << 19;
+        match self.a.nrows() {
+            0..MANY_STATES => 1,
+            states => (ENTRIES / states).clamp(256, 4096),
         }
     }
 

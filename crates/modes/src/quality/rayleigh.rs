@@ -133,12 +133,12 @@ impl Forms<f64> {
             let matrix = system.added(kind).filter(|_| whole)?;
             Some(applied(matrix, shapes))
         });
-        let form = |(at, (y, x)): (usize, (&Vec<Complex<f64>>, &&[Complex<f64>]))| {
+        let form = |at: usize| {
             let products = by_kind.each_ref();
             let products = products.map(|all| all.as_ref().map(|all| all[at].as_slice()));
-            Forms::given(system, y, x, products)
+            Forms::given(system, &left[at], shapes[at], products)
         };
-        left.iter().zip(shapes).enumerate().map(form).collect()
+        (0..shapes.len()).map(form).collect()
     }
 }
 

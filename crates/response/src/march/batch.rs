@@ -250,8 +250,8 @@ mod tests {
                     z = next;
                 }
                 let size = z.iter().fold(0.0f64, |top, z| top.max(z.abs()));
-                for i in 0..N {
-                    let off = (together.displacement()[(i, k as usize)] - z[i]).abs();
+                for (i, z) in z[..N].iter().enumerate() {
+                    let off = (together.displacement()[(i, k as usize)] - z).abs();
                     assert!(off <= 1e-13 * size, "{free} {growth} step {k}: {off:e}");
                 }
             }

@@ -15,7 +15,7 @@ use crate::event::Event;
 use crate::outputs::{Moment, Outputs, combinations};
 use crate::phase::Phase;
 use crate::root::{First, first, refine};
-use crate::rows::{Row, SLACK, bits, dot, length, unit, upper};
+use crate::rows::{Row, SLACK, dot, length, unit, upper};
 use crate::series::{BEYOND, Series};
 use crate::switch::{DamperLaw, Switch, SwitchFault};
 
@@ -235,10 +235,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         else {
             return Err(Halt::Undecided(SwitchingError::Stuck));
         };
-        let invisible = match bits::<T>() {
-            0..64 => 2f64.powi(-26),
-            _ => (tolerance.min(1e-3) * 2f64.powi(-24)).sqrt(),
-        };
+        let invisible = (tolerance.min(1e-15) * 2f64.powi(-24)).sqrt();
         Ok(March {
             question,
             driven,
@@ -302,27 +299,14 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         Halt::Failed(SwitchingError::Switch { switch, fault })
     }
 
-    /// What is not known of a function of the state, but for rounding of its own. Doubles decide by what they are, whatever
-    /// has become of earlier errors.
+    /// What is not known of a function of the state, but for rounding of its own.
     pub(crate) fn vague(&self, row: &Row<T>) -> f64 {
-        match bits::<T>() > 60 {
-            true => self.errors.along(&row.rounded),
-            false => row.own_error(self.size()),
-        }
+        self.errors.along(&row.rounded)
     }
 
     /// What is not known of the state, in the scales of a configuration.
     pub(crate) fn vague_in(&self, configuration: &Configuration<T>) -> f64 {
-        match bits::<T>() > 60 {
-            true => self.errors.size_in(&configuration.scales),
-            false => {
-                let scaled = self.zeta.iter().zip(&configuration.scales);
-                let scaled: Vec<f64> = scaled
-                    .map(|(entry, scale)| entry.to_f64() * scale)
-                    .collect();
-                8.0 * unit::<T>() * length(&scaled)
-            }
-        }
+        self.errors.size_in(&configuration.scales)
     }
 
     /// The length of ζ.
@@ -723,32 +707,29 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                     .collect::<Vec<f64>>(),
             );
             self.errors.add_each(&rest);
-            // Doubles estimate, to first order.
-            if bits::<T>() > 60 {
-                let shifted = errors.along(&guard.rounded) / -fall + late;
-                let first: f64 = old.reach + new.reach * ratio;
-                let curved = shifted * shifted * first * first;
-                let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
-                let scaled = |scales: &[f64]| {
-                    let scaled: Vec<f64> = sizes
-                        .clone()
-                        .zip(scales)
-                        .map(|(size, scale)| size * scale)
-                        .collect();
-                    length(&scaled)
-                };
-                let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
-                let spread = shifted * first;
-                let rest: Vec<f64> = (0..n)
-                    .map(|i| {
-                        let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
-                        let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
-                            / new.scales[i];
-                        2.0 * (old + new)
-                    })
+            let shifted = errors.along(&guard.rounded) / -fall + late;
+            let first: f64 = old.reach + new.reach * ratio;
+            let curved = shifted * shifted * first * first;
+            let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
+            let scaled = |scales: &[f64]| {
+                let scaled: Vec<f64> = sizes
+                    .clone()
+                    .zip(scales)
+                    .map(|(size, scale)| size * scale)
                     .collect();
-                self.errors.add_each(&rest);
-            }
+                length(&scaled)
+            };
+            let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
+            let spread = shifted * first;
+            let rest: Vec<f64> = (0..n)
+                .map(|i| {
+                    let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
+                    let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
+                        / new.scales[i];
+                    2.0 * (old + new)
+                })
+                .collect();
+            self.errors.add_each(&rest);
         } else {
             self.errors.add(leap * bound / old.step);
         }

@@ -144,7 +144,7 @@ impl<T: Real> Outputs<T> {
                     2 => of_rate(&rows[1], moment),
                     _ => of_state(&rows[kind], moment),
                 };
-                let (value, off) = rounded(exact, error);
+                let (value, off) = rounded(exact, error, self.tolerance.is_finite());
                 top = top.max(value.abs());
                 worst = worst.max(error);
                 bound = bound.max(off);
@@ -174,7 +174,7 @@ impl<T: Real> Outputs<T> {
                     error += off;
                 }
             }
-            let (value, off) = rounded(sum, error * SLACK);
+            let (value, off) = rounded(sum, error * SLACK, self.tolerance.is_finite());
             values.push(value);
             bounds.push(off);
         }
@@ -236,9 +236,9 @@ fn of_rate<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
 }
 
 /// The nearest double, or 0 where the error hides it, and how far it may be off.
-fn rounded<T: Real>(exact: T, error: f64) -> (f64, f64) {
+fn rounded<T: Real>(exact: T, error: f64, proven: bool) -> (f64, f64) {
     let value = exact.to_f64();
-    if value.abs() <= error {
+    if proven && value.abs() <= error {
         return (0.0, (error + value.abs()) * SLACK);
     }
     (

@@ -15,7 +15,7 @@ use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Halt, March};
 use crate::phase::Phase;
-use crate::rows::{Row, SLACK, bits, dot, length, unit};
+use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
 
 /// How many derivatives decide a sign.
@@ -212,8 +212,7 @@ impl<T: Real> March<'_, '_, T> {
             return None;
         }
         let left = restitution * speed;
-        let visible = left > self.invisible * largest;
-        if restitution >= 1.0 || visible && bits::<T>() > 60 {
+        if restitution >= 1.0 || left > self.invisible * largest {
             return None;
         }
         let mut phases = self.phases.clone();
@@ -224,10 +223,7 @@ impl<T: Real> March<'_, '_, T> {
         let again = configuration.apply(&moved);
         let acceleration = rate.at(&moved).to_f64() / step;
         let jerk = rate.at(&again).to_f64() / (step * step);
-        // Doubles see no bounce lower than what is not known of the place.
-        let height = left * left / (2.0 * acceleration);
-        let blurred = 64.0 * self.errors.along(&self.places[switch].stretch.rounded);
-        if acceleration <= 0.0 || visible && height > blurred {
+        if acceleration <= 0.0 {
             return None;
         }
         let delay = 2.0 * left / (acceleration * (1.0 - restitution));
@@ -425,8 +421,8 @@ impl<T: Real> March<'_, '_, T> {
                 (Phase::Idle(side), _) => Phase::Idle(side),
             };
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
-            let gives = matches!(phases[switch], Phase::Slip(_) | Phase::Idle(_));
-            let slides = matches!(phases[switch], Phase::Slip(_));
+            let slides = matches!(phases[switch], Phase::Slip(_) | Phase::Free);
+            let gives = slides || matches!(phases[switch], Phase::Idle(_));
             for (other, phase) in phases.iter_mut().enumerate() {
                 *phase = match *phase {
                     Phase::Idle(0) if other != switch && gives => Phase::Stick,
@@ -455,6 +451,11 @@ impl<T: Real> March<'_, '_, T> {
         loop {
             if let Ok(configuration) = self.configuration(phases) {
                 return Ok(configuration);
+            }
+            // What a friction carries beside a contact that holds the same is not unique, and decides what follows.
+            let shares = |phase: &Phase| matches!(phase, Phase::Contact | Phase::Hold { .. });
+            if phases.iter().any(shares) {
+                self.configuration(phases)?;
             }
             // The last that makes the relations dependent.
             let mut partial: Vec<Phase> = phases

@@ -57,45 +57,34 @@ impl<'a, 'b> Switching<'a, 'b> {
 
     /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
     /// tolerance and the events ask for, and all bounds are proven; what 77 digits cannot tell from a coincidence is taken as
-    /// one, as two events at one time are. With [`Precision::Double`] the same is done in doubles, and where they
-    /// cannot tell, a coincidence is assumed: then bounds are estimates.
+    /// one, as two events at one time are. With [`Precision::Double`] the digits that decide the events do, and bounds are
+    /// given as estimates.
     ///
     /// # Errors
     /// [`SwitchingError`].
     pub fn run(&self) -> Result<SwitchedMotion, SwitchingError> {
         type Run = fn(&Question<'_, '_>, f64, bool) -> Result<Found, Halt>;
-        let found = |found: Found, digits: Option<usize>| SwitchedMotion {
-            trajectory: match digits {
-                Some(digits) => found.trajectory.proven(digits),
-                None => found.trajectory,
+        const UNIT: f64 = f64::EPSILON / 2.0;
+        let (relative, proven) = match self.question.problem.precision() {
+            Precision::Certified { tolerance } => ((tolerance - UNIT).max(UNIT / 1024.0), true),
+            Precision::Double => (f64::INFINITY, false),
+        };
+        let found = |found: Found, digits: usize| SwitchedMotion {
+            trajectory: match proven {
+                true => found.trajectory.proven(digits),
+                false => found.trajectory,
             },
             events: found.events,
-        };
-        let tolerance = match self.question.problem.precision() {
-            Precision::Certified { tolerance } => tolerance,
-            Precision::Double => {
-                let answer = march::<f64, DoubleDouble>(&self.question, f64::INFINITY, true);
-                // Where doubles find no way on, more digits may.
-                let answer = answer.or_else(|_| {
-                    march::<DoubleDouble, Wide<4>>(&self.question, f64::INFINITY, true)
-                });
-                return match answer {
-                    Ok(answer) => Ok(found(answer, None)),
-                    Err(halt) => Err(halt.into()),
-                };
-            }
         };
         let rungs: [(Run, usize, bool); 3] = [
             (march::<DoubleDouble, Wide<4>>, 32, false),
             (march::<Wide<4>, Wide<4>>, 77, true),
             (march::<Wide<8>, Wide<8>>, 154, true),
         ];
-        const UNIT: f64 = f64::EPSILON / 2.0;
-        let relative = (tolerance - UNIT).max(UNIT / 1024.0);
         for (at, (run, digits, ties)) in rungs.into_iter().enumerate() {
             let last = at + 1 == rungs.len();
             match run(&self.question, relative, ties) {
-                Ok(answer) if answer.good || last => return Ok(found(answer, Some(digits))),
+                Ok(answer) if answer.good || last => return Ok(found(answer, digits)),
                 Err(halt) if last || !halt.is_undecided() => return Err(halt.into()),
                 _ => {}
             }

@@ -249,6 +249,12 @@ fn chain() -> impl Strategy<Value = Chain> {
             prop::collection::vec(switch, 1..4),
         )
             .prop_map(|(masses, springs, dampers, start, load, mut switches)| {
+                // What several dampers share out at v_b = 0 is not unique.
+                let mut controlled = 0;
+                switches.retain(|given| {
+                    controlled += usize::from(matches!(given, Given::Damper(..)));
+                    !matches!(given, Given::Damper(..)) || controlled < 2
+                });
                 // The scheme cannot tell in which order several static limits are reached.
                 let frictions = switches
                     .iter()

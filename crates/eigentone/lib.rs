@@ -39,6 +39,7 @@
 //!   [`Extrema`](response::Extrema), [`Energy`](response::Energy) and
 //!   [`ElementForces`](response::ElementForces); the [`SteadyState`](response::SteadyState) under harmonic
 //!   loads, and receptances.
+//! - [`switching`]: friction, stops, impacts and switched dampers; the exact motion through their events.
 //! - [`check`]: closed forms and numerical integrators to compare with, an independent reference with
 //!   any number of digits, and tables of error against run time.
 //! - [`scene`]: the scene file.
@@ -73,6 +74,7 @@ pub mod tables;
 pub use eigentone_check as check;
 pub use eigentone_modes as modes;
 pub use eigentone_response as response;
+pub use eigentone_switching as switching;
 
 // The snippets of the pages are tests.
 #[cfg(doctest)]

@@ -5,17 +5,19 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::modes::{Modes, Participation};
 use eigentone::report::{
-    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, ModeReport, Page, ResponseReport,
+    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, ModeReport, Page,
+    ResponseReport, SwitchedReport, events_csv,
 };
 use eigentone::response::{
     Energy, Features, FrequencyFunctions, Problem, ResponseError, ResponsePlan, SteadyState,
     SteadyStateError, Summary, Trajectory, peak_grid,
 };
 use eigentone::scene::Scene;
+use eigentone::switching::Switching;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, frf, memory, print};
+use super::{Failure, Question, frf, memory, print, tell_switches};
 
 /// Prints structure, plan, modes, response and error bounds
 #[derive(Debug, Args)]
@@ -41,7 +43,9 @@ impl Analyze {
         let modes = system
             .modes_to(self.question.precision())
             .map_err(Failure::modes(file))?;
-        let solved = match scene.problem() {
+        let switches = scene.switch_places();
+        let linear = scene.problem().filter(|_| switches.is_empty());
+        let solved = match linear {
             None => None,
             Some(problem) => Some(
                 problem
@@ -64,7 +68,30 @@ impl Analyze {
             summary: &solved.summary,
             steady_state: &solved.steady_state,
         });
+        let asked = match scene.problem() {
+            Some(problem) if !switches.is_empty() => {
+                let problem = problem.map_err(Failure::response(file))?;
+                Some(problem.to(self.question.precision()))
+            }
+            _ => None,
+        };
+        let switched = match &asked {
+            None => None,
+            Some(problem) => {
+                progress.say("response");
+                let motion = Switching::new(problem, scene.switches());
+                let motion = motion.and_then(|switching| switching.run());
+                Some(motion.map_err(Failure::switching(file, switches.clone()))?)
+            }
+        };
         let name = self.question.name();
+        let switched = asked.as_ref().zip(switched.as_ref());
+        let switched = switched.map(|(problem, motion)| SwitchedReport {
+            title: scene.title().unwrap_or(&name),
+            problem,
+            motion,
+            switches: &switches,
+        });
         let analysis = Analysis {
             title: scene.title().unwrap_or(&name),
             system,
@@ -74,10 +101,18 @@ impl Analyze {
         };
         if let Some(directory) = &self.out {
             progress.say("report");
-            write(&analysis, &scene, Files::into(directory)?.beside(file))?;
+            let files = Files::into(directory)?.beside(file);
+            write(&analysis, switched.as_ref(), &scene, files)?;
         }
         drop(progress);
-        print(|out| out.write_all(analysis.text().as_bytes()))?;
+        tell_switches(&self.question.scene, &scene);
+        print(|out| {
+            out.write_all(analysis.text().as_bytes())?;
+            match &switched {
+                Some(report) => write!(out, "\n{}", report.text()),
+                None => Ok(()),
+            }
+        })?;
         self.question.tell_loss_factors(&scene);
         self.question.tell_doubts(&modes);
         if let Some(answer) = &analysis.response {
@@ -137,7 +172,12 @@ fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunction
     Some((asked.at(&grid).ok()?, features.ok()?))
 }
 
-fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
+fn write(
+    analysis: &Analysis<'_>,
+    switched: Option<&SwitchedReport<'_>>,
+    scene: &Scene,
+    mut files: Files,
+) -> Result<(), Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, system.names());
     // Without symmetric matrices there is no energy to speak of.
@@ -170,6 +210,18 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
         if let Some(energy) = &energy {
             let report = EnergyReport::new(energy, trajectory);
             files.write("energy.csv", |out| report.csv(out))?;
+        }
+    }
+    if let Some(report) = switched {
+        let events = report.motion.events();
+        let response = ResponseReport::new(report.motion.trajectory(), system.names())
+            .with_units(report.problem)
+            .with_events(events, report.switches);
+        files.write("response.json", |out| response.json(out))?;
+        files.write("response.csv", |out| response.csv(out))?;
+        files.write("events.csv", |out| events_csv(events, report.switches, out))?;
+        for (name, plot) in report.plots() {
+            files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
     }
     for (what, plot) in analysis.motion_plots() {

@@ -11,7 +11,7 @@ use eigentone::response::methods;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, memory, print};
+use super::{Failure, Question, memory, print, refuse_switches};
 
 /// Compares every solver and method that applies: error, run time, work
 #[derive(Debug, Args)]
@@ -27,6 +27,7 @@ impl Check {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
+        refuse_switches(&self.question.scene, &scene, "check")?;
         self.question.admit_modes(&scene)?;
         let motion = memory::of_motion(&scene, memory::instants(&scene));
         self.question.admit(motion)?;

@@ -10,7 +10,7 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Hold, memory, positive, print};
+use super::{Failure, Hold, memory, positive, print, tell_switches};
 
 /// Prints the state-space matrices A, B, C and D, continuous or held
 #[derive(Debug, Args)]
@@ -49,6 +49,7 @@ impl Export {
         }
         let scene = Scene::read(&self.scene)?;
         let file = &self.scene;
+        tell_switches(file, &scene);
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();
             return Err(Failure::LossFactor { scene });

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use eigentone::modes::{ModesError, SparseError};
 use eigentone::response::{FrequencyError, ResponseError, SpectrumError, StateSpaceError};
 use eigentone::scene::{RecordError, SceneError};
+use eigentone::switching::SwitchingError;
 use eigentone::tables::TableError;
 use thiserror::Error;
 
@@ -49,6 +50,22 @@ pub enum Failure {
     Response {
         scene: PathBuf,
         error: ResponseError,
+    },
+    #[error("{}: {}", scene.display(), named(error, switches))]
+    Switching {
+        scene: PathBuf,
+        error: SwitchingError,
+        /// What each switch is in the scene.
+        switches: Vec<String>,
+    },
+    #[error(
+        "{}: it has {first}, and {what} is for linear motions alone: leave the frictions, stops, impacts and controlled dampers out, or take `eigentone response`",
+        scene.display()
+    )]
+    Switches {
+        scene: PathBuf,
+        first: String,
+        what: &'static str,
     },
     #[error("{}: {}", scene.display(), frequency(error))]
     Frequency {
@@ -103,6 +120,18 @@ fn frequency(error: &FrequencyError) -> String {
     }
 }
 
+/// What goes wrong with switches, by their names.
+fn named(error: &SwitchingError, switches: &[String]) -> String {
+    let text = error.to_string();
+    match error
+        .switch()
+        .and_then(|switch| switches.get(switch).map(|name| (switch, name)))
+    {
+        Some((switch, name)) => text.replacen(&format!("switch {switch}"), name, 1),
+        None => text,
+    }
+}
+
 /// To a digit after the point, or what there is of it.
 fn gigabytes(size: f64) -> String {
     match size {
@@ -147,6 +176,21 @@ impl Failure {
         }
     }
 
+    pub fn switching(
+        scene: &Path,
+        switches: Vec<String>,
+    ) -> impl FnOnce(SwitchingError) -> Failure {
+        let scene = scene.to_owned();
+        |error| match error {
+            SwitchingError::Response(error) => Failure::response(&scene)(error),
+            error => Failure::Switching {
+                scene,
+                error,
+                switches,
+            },
+        }
+    }
+
     pub fn table(scene: &Path) -> impl FnOnce(TableError) -> Failure {
         let scene = scene.to_owned();
         |error| Failure::Table { scene, error }
@@ -160,6 +204,7 @@ impl Failure {
             | Failure::ToleranceInDoubles
             | Failure::LossFactor { .. }
             | Failure::NoNoise { .. }
+            | Failure::Switches { .. }
             | Failure::HoldWithoutStep
             | Failure::Record(_)
             | Failure::Frequencies { .. }
@@ -198,6 +243,12 @@ impl Failure {
             | Failure::Frequency { .. }
             | Failure::StateSpace { .. }
             | Failure::Spectrum { .. } => 2,
+            Failure::Switching { error, .. } => match error {
+                SwitchingError::Switch { .. }
+                | SwitchingError::Dependent { .. }
+                | SwitchingError::TooLong { .. } => 2,
+                _ => 1,
+            },
             Failure::Modes { .. }
             | Failure::Table { .. }
             | Failure::Write { .. }

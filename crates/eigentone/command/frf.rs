@@ -10,7 +10,7 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, print};
+use super::{Failure, Question, print, tell_switches};
 
 /// Prints frequency response functions, their peaks and their dips
 #[derive(Debug, Args)]
@@ -58,6 +58,7 @@ const INPUTS: usize = 8;
 impl Frf {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
+        tell_switches(&self.question.scene, &scene);
         let file = &self.question.scene;
         let failure = |error| Failure::Frequency {
             scene: file.clone(),

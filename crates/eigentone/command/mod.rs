@@ -18,7 +18,7 @@ mod stability;
 mod tables;
 
 use std::io::{self, BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use eigentone::modes::{Bounds, Modes};
@@ -212,6 +212,29 @@ impl Question {
     fn name(&self) -> String {
         let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
         name.to_string_lossy().into_owned()
+    }
+}
+
+/// Refuses a scene with switches.
+fn refuse_switches(file: &Path, scene: &Scene, what: &'static str) -> Result<(), Failure> {
+    match scene.switch_places().into_iter().next() {
+        None => Ok(()),
+        Some(first) => Err(Failure::Switches {
+            scene: file.to_owned(),
+            first,
+            what,
+        }),
+    }
+}
+
+/// Says on standard error that an answer leaves switches out.
+fn tell_switches(file: &Path, scene: &Scene) {
+    if !scene.switches().is_empty() {
+        let _ = writeln!(
+            io::stderr(),
+            "note: {}: modes, frequencies and noise are of the scene without its frictions, stops, impacts and controlled dampers",
+            file.display()
+        );
     }
 }
 

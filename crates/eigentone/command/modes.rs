@@ -6,7 +6,7 @@ use eigentone::report::ModeReport;
 
 use super::progress::Progress;
 use super::selection::Selection;
-use super::{Failure, Question, print};
+use super::{Failure, Question, print, tell_switches};
 
 /// Prints the mode table
 #[derive(Debug, Args)]
@@ -23,6 +23,7 @@ pub struct Modes {
 impl Modes {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
+        tell_switches(&self.question.scene, &scene);
         let progress = Progress::of("modes");
         let file = &self.question.scene;
         let names = scene.system().names();

@@ -3,9 +3,10 @@
 use clap::Args;
 use eigentone::report::ResponseReport;
 use eigentone::response::{ModalTruncation, ResponsePlan, SteadyState};
+use eigentone::switching::Switching;
 
 use super::progress::Progress;
-use super::{Failure, Question, index, memory, print};
+use super::{Failure, Question, index, memory, print, refuse_switches};
 
 /// Prints the motion at every sample instant
 #[derive(Debug, Args)]
@@ -28,6 +29,10 @@ impl Response {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
+        let switches = scene.switch_places();
+        if self.modes.is_some() {
+            refuse_switches(&self.question.scene, &scene, "--modes")?;
+        }
         if self.modes.is_none() {
             self.question.admit_modes(&scene)?;
         }
@@ -39,6 +44,27 @@ impl Response {
         let no_time = || Failure::NoTime {
             scene: file.clone(),
         };
+        if !switches.is_empty() {
+            let mut problem = scene.problem().ok_or_else(no_time)?;
+            if let Some(steps) = &self.steps {
+                problem = problem.and_then(|problem| problem.at(steps));
+            }
+            let problem = problem.map_err(Failure::response(file))?;
+            let problem = problem.to(self.question.precision());
+            let motion = {
+                let _progress = Progress::of("response");
+                let switching = Switching::new(&problem, scene.switches());
+                let motion = switching.and_then(|switching| switching.run());
+                motion.map_err(Failure::switching(file, switches.clone()))?
+            };
+            let report = ResponseReport::new(motion.trajectory(), scene.system().names())
+                .with_units(&problem)
+                .with_events(motion.events(), &switches);
+            return print(|out| match self.json {
+                true => report.json(out),
+                false => report.text(out),
+            });
+        }
         let solve = || {
             let mut problem = scene.problem().ok_or_else(no_time)?;
             if let Some(steps) = &self.steps {

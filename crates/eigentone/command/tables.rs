@@ -9,7 +9,7 @@ use eigentone::tables::SceneTables;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, index, memory};
+use super::{Failure, index, memory, refuse_switches};
 
 /// Writes reference tables: modes and motion to 15 digits that are all right
 #[derive(Debug, Args)]
@@ -40,6 +40,7 @@ impl Tables {
         match &self.scene {
             Some(file) => {
                 let scene = Scene::read(file)?;
+                refuse_switches(file, &scene, "tables")?;
                 let name = file.file_stem().unwrap_or(file.as_os_str());
                 let name = name.to_string_lossy().into_owned();
                 let instants = match &self.steps {

@@ -9,6 +9,7 @@ mod check;
 pub(crate) mod csv;
 mod demands;
 mod energy;
+mod events;
 mod frequency;
 mod heat_map;
 mod modes;
@@ -22,6 +23,7 @@ mod spectrum;
 mod stability;
 mod state_space;
 mod steady_state;
+mod switched;
 pub(crate) mod table;
 mod thinned;
 pub(crate) mod unit;
@@ -33,6 +35,7 @@ pub use axis::{Axis, Scale};
 pub use check::CheckReport;
 pub use demands::DemandReport;
 pub use energy::EnergyReport;
+pub use events::events_csv;
 pub use frequency::FrequencyReport;
 pub use modes::ModeReport;
 pub use page::Page;
@@ -42,6 +45,7 @@ pub use response::ResponseReport;
 pub use spectrum::SpectrumReport;
 pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
+pub use switched::SwitchedReport;
 
 /// What bounds are worth, as JSON says it.
 fn worth(bounds: Bounds) -> &'static str {

@@ -4,6 +4,7 @@
 use std::io::{self, Write};
 
 use eigentone_response::{Problem, Quantity, SteadyState, Trajectory};
+use eigentone_switching::Event;
 use faer::MatRef;
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
@@ -22,6 +23,8 @@ pub struct ResponseReport<'a> {
     steady_state: Option<&'a SteadyState>,
     /// What says which coordinates are rotations, and what outputs are.
     problem: Option<&'a Problem<'a>>,
+    /// With the places of the switches.
+    events: Option<(&'a [Event], &'a [String])>,
 }
 
 impl<'a> ResponseReport<'a> {
@@ -32,6 +35,7 @@ impl<'a> ResponseReport<'a> {
             names,
             steady_state: None,
             problem: None,
+            events: None,
         }
     }
 
@@ -60,6 +64,14 @@ impl<'a> ResponseReport<'a> {
             });
             (name, unit.unwrap_or_default())
         })
+    }
+
+    /// The same with events, and what each switch is called: a list in JSON, lines under the table.
+    pub fn with_events(self, events: &'a [Event], switches: &'a [String]) -> ResponseReport<'a> {
+        ResponseReport {
+            events: Some((events, switches)),
+            ..self
+        }
     }
 
     /// The same with the steady state under the harmonic loads, which JSON carries unless there are
@@ -116,11 +128,16 @@ impl<'a> ResponseReport<'a> {
             };
             writeln!(out, "{mark}")?;
         }
-        match doubts(self.trajectory) {
-            Some(doubts) => writeln!(
+        if let Some(doubts) = doubts(self.trajectory) {
+            writeln!(
                 out,
                 "?: {doubts}: no bound is known for them, and what is printed may be far from the motion"
-            ),
+            )?;
+        }
+        match self.events {
+            Some((events, switches)) => {
+                out.write_all(super::events::text(events, switches).as_bytes())
+            }
             None => Ok(()),
         }
     }
@@ -129,6 +146,7 @@ impl<'a> ResponseReport<'a> {
     /// name, and absolute bounds over all coordinates for each instant. Numbers are in the
     /// shortest form that reads back to the same double; a bound that cannot be given is null.
     /// Where outputs were asked for, the keys `outputs` and `output_bound` list their values and absolute bounds by name.
+    /// Where events were given, the key `events` lists their instants in s, bounds of these, switches, and what happens.
     /// Where a steady state was given, the key `steady_state` lists the real and imaginary part of
     /// the amplitude of each coordinate in m, with its proven bound, for each frequency in rad/s.
     ///
@@ -147,6 +165,9 @@ impl<'a> ResponseReport<'a> {
             velocity_bound: trajectory.velocity_bound(),
             outputs: outputs.then_some(Outputs(trajectory, Trajectory::output)),
             output_bound: outputs.then_some(Outputs(trajectory, Trajectory::output_bound)),
+            events: self
+                .events
+                .map(|(events, switches)| super::events::listed(events, switches)),
             steady_state: self.steady_state.map(|steady_state| SteadyStateReport {
                 steady_state,
                 names: self.names,
@@ -236,6 +257,8 @@ struct Json<'a> {
     outputs: Option<Outputs<'a, f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output_bound: Option<Outputs<'a, Option<f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    events: Option<Vec<super::events::Listed<'a>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     steady_state: Option<SteadyStateReport<'a>>,
 }

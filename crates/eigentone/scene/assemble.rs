@@ -10,6 +10,9 @@ use eigentone_response::{
     Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Noise, Polynomial, Quantity, Ramp,
     ResponseError, Samples, State, Step, Sum, Versine,
 };
+use eigentone_switching::{
+    ControlledDamper, DamperLaw, Friction, Impact, Stop, Switch, SwitchFault,
+};
 use faer::Mat;
 
 use super::Scene;
@@ -18,7 +21,7 @@ use super::layout;
 use super::matrix_market;
 use super::place::{self, steps};
 use super::record;
-use super::shape::{ByName, List, Matrix, Number, Object, Ratios, Text, Values};
+use super::shape::{ByName, List, Matrix, Number, Object, Ratios, Text, Two, Values};
 use super::text::Source;
 use super::words::{excerpt, hint};
 
@@ -58,6 +61,29 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
     for (i, Object(given)) in layout.noise.0.into_iter().enumerate() {
         noises.push(noise(given, i, &names)?);
     }
+    let frictions = layout.frictions.0.into_iter();
+    let frictions = frictions.map(|Object(given)| friction(given)).enumerate();
+    let stops = layout.stops.0.into_iter();
+    let stops = stops.map(|Object(given)| stop(given)).enumerate();
+    let impacts = layout.impacts.0.into_iter();
+    let impacts = impacts.map(|Object(given)| impact(given)).enumerate();
+    let mut switches: Vec<(&'static str, usize, Switch)> = Vec::new();
+    switches.extend(frictions.map(|(i, switch)| ("frictions", i, switch)));
+    switches.extend(stops.map(|(i, switch)| ("stops", i, switch)));
+    switches.extend(impacts.map(|(i, switch)| ("impacts", i, switch)));
+    for (i, Object(given)) in layout.controlled_dampers.0.into_iter().enumerate() {
+        let switch = controlled_damper(given, i, source)?;
+        switches.push(("controlled_dampers", i, switch));
+    }
+    for (key, i, switch) in &switches {
+        for (end, name) in switch.between().iter().enumerate() {
+            names.of_output(name, steps![*key, *i, "between", end])?;
+        }
+        switch.check(&system).map_err(|fault| SceneError::Switch {
+            at: source.place(switch_path(key, *i, &fault)),
+            source: Box::new(fault),
+        })?;
+    }
     let elastic = |spring: &Object<layout::Spring>| spring.0.loss_factor.0;
     let loss_factors: Vec<f64> = layout.springs.0.iter().map(elastic).collect();
     let lossy = loss_factors.iter().position(|factor| *factor != 0.0);
@@ -80,6 +106,7 @@ pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene,
         time,
         frequencies: frequencies.transpose()?,
         noises,
+        switches,
     };
     let problem = match scene.problem() {
         Some(problem) => problem.map(drop),
@@ -640,6 +667,67 @@ fn noise(
     };
     let density = density.0;
     Ok((name, quantity, Noise { density, band }))
+}
+
+fn ends(Two([first, second]): Two<Text>) -> [String; 2] {
+    [first.0, second.0]
+}
+
+fn friction(given: layout::Friction) -> Switch {
+    Switch::Friction(Friction {
+        between: ends(given.between),
+        force: given.force.0,
+        static_force: given.static_force.unwrap_or(given.force).0,
+    })
+}
+
+fn stop(given: layout::Stop) -> Switch {
+    Switch::Stop(Stop {
+        between: ends(given.between),
+        gap: given.gap.0,
+        stiffness: given.stiffness.0,
+        damping: given.damping.0,
+    })
+}
+
+fn impact(given: layout::Impact) -> Switch {
+    Switch::Impact(Impact {
+        between: ends(given.between),
+        gap: given.gap.0,
+        restitution: given.restitution.0,
+    })
+}
+
+fn controlled_damper(
+    given: layout::ControlledDamper,
+    index: usize,
+    source: &Source<'_>,
+) -> Result<Switch, SceneError> {
+    let law = match (given.law.0, given.sky) {
+        (true, Some(sky)) => DamperLaw::ClippedSkyhook { sky: sky.0 },
+        (false, None) => DamperLaw::OnOffSkyhook,
+        (clipped, _) => {
+            let at = source.place(steps!["controlled_dampers", index]);
+            return Err(SceneError::Sky { at, clipped });
+        }
+    };
+    Ok(Switch::ControlledDamper(ControlledDamper {
+        between: ends(given.between),
+        low: given.low.0,
+        high: given.high.0,
+        law,
+    }))
+}
+
+/// Where what is wrong with a switch stands.
+fn switch_path(key: &'static str, index: usize, fault: &SwitchFault) -> Vec<place::Step> {
+    match fault {
+        SwitchFault::Number { what, .. } => {
+            let what = what.split(' ').next().unwrap_or(what);
+            steps![key, index, what]
+        }
+        _ => steps![key, index],
+    }
 }
 
 fn harmonic(Object(harmonic): Object<layout::Harmonic>) -> Load {

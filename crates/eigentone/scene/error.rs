@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use eigentone_modes::{BuildError, MatrixKind};
 use eigentone_response::ResponseError;
+use eigentone_switching::SwitchFault;
 use thiserror::Error;
 
 use super::matrix_market::MatrixMarketError;
@@ -189,6 +190,25 @@ pub enum SceneError {
     NoiseBand {
         /// The band.
         at: Place,
+    },
+    /// A friction, stop, impact or controlled damper is wrong.
+    #[error("{at}: {source}")]
+    Switch {
+        /// Where.
+        at: Place,
+        /// What is wrong.
+        source: Box<SwitchFault>,
+    },
+    /// A controlled damper has a damper to the sky that its law does not ask for, or none that it does.
+    #[error("{at}: {}", match clipped {
+        true => "the law \"clipped skyhook\" needs \"sky\", the damping in N·s/m between b and the sky: give it",
+        false => "only the law \"clipped skyhook\" has \"sky\": leave it out, or take that law",
+    })]
+    Sky {
+        /// The damper.
+        at: Place,
+        /// Whether its law is the clipped one.
+        clipped: bool,
     },
     /// A file with the values of samples is wrong.
     #[error("{at}: {source}")]

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use super::shape::{
-    BeamEnd, ByName, Column, Count, Hold, List, MassKind, Matrix, Number, Object, OneOrMore,
-    Ratios, RodEnd, Spacing, Text, Two, Unit, Values, given,
+    BeamEnd, ByName, Column, Count, DamperLaw, Hold, List, MassKind, Matrix, Number, Object,
+    OneOrMore, Ratios, RodEnd, Spacing, Text, Two, Unit, Values, given,
 };
 
 #[derive(Debug, Deserialize)]
@@ -43,6 +43,48 @@ pub(super) struct Scene {
     pub(super) frequencies: Option<Object<Frequencies>>,
     #[serde(default)]
     pub(super) noise: List<Object<Noise>>,
+    #[serde(default)]
+    pub(super) frictions: List<Object<Friction>>,
+    #[serde(default)]
+    pub(super) stops: List<Object<Stop>>,
+    #[serde(default)]
+    pub(super) impacts: List<Object<Impact>>,
+    #[serde(default)]
+    pub(super) controlled_dampers: List<Object<ControlledDamper>>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Friction {
+    pub(super) between: Two<Text>,
+    pub(super) force: Number,
+    #[serde(rename = "static", default, deserialize_with = "given")]
+    pub(super) static_force: Option<Number>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Stop {
+    pub(super) between: Two<Text>,
+    pub(super) gap: Number,
+    pub(super) stiffness: Number,
+    #[serde(default)]
+    pub(super) damping: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Impact {
+    pub(super) between: Two<Text>,
+    pub(super) gap: Number,
+    pub(super) restitution: Number,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ControlledDamper {
+    pub(super) between: Two<Text>,
+    pub(super) law: DamperLaw,
+    pub(super) low: Number,
+    pub(super) high: Number,
+    #[serde(default, deserialize_with = "given")]
+    pub(super) sky: Option<Number>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -22,6 +22,8 @@ use eigentone_response::{
     Sum,
 };
 
+use eigentone_switching::Switch;
+
 pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
@@ -43,6 +45,8 @@ pub struct Scene {
     frequencies: Option<Vec<f64>>,
     /// What is noise: a force on what, or which motion of which support.
     noises: Vec<(String, Option<Quantity>, Noise)>,
+    /// Each with the key of its list, and its place there.
+    switches: Vec<(&'static str, usize, Switch)>,
 }
 
 impl Scene {
@@ -110,6 +114,20 @@ impl Scene {
         self.time.map(|(_, end)| end)
     }
 
+    /// Its frictions, stops, impacts and controlled dampers, in this order: neither its [`system`](Self::system) nor its
+    /// [`problem`](Self::problem) has them.
+    pub fn switches(&self) -> Vec<Switch> {
+        let switches = self.switches.iter();
+        switches.map(|(.., switch)| switch.clone()).collect()
+    }
+
+    /// What each switch is in the file, as `frictions[0]`.
+    pub fn switch_places(&self) -> Vec<String> {
+        let switches = self.switches.iter();
+        let places = switches.map(|(key, index, _)| format!("{key}[{index}]"));
+        places.collect()
+    }
+
     /// The noise that drives it, asked for all its outputs; `None` if it has none.
     pub fn noise(&self) -> Option<RandomVibration<'_>> {
         if self.noises.is_empty() {
@@ -146,7 +164,7 @@ impl Scene {
         motions.map(|(of, quantity, _)| (of.as_str(), *quantity))
     }
 
-    /// The response it asks for, or `None` if it has no `time`.
+    /// The response it asks for, of its system without switches; `None` if it has no `time`.
     ///
     /// # Errors
     /// None after [`read`](Scene::read), which checks the same; the type is the library's.

@@ -242,6 +242,9 @@ words! {
     #[derive(Default)]
     MassKind(bool): "\"consistent\" or \"lumped\"",
         "consistent" => false, "lumped" => true;
+    /// Whether a controlled damper follows the clipped law.
+    DamperLaw(bool): "\"on-off skyhook\" or \"clipped skyhook\"",
+        "on-off skyhook" => false, "clipped skyhook" => true;
     /// How an end of a beam is held.
     BeamEnd(modes::BeamEnd): "\"clamped\", \"pinned\", \"guided\" or \"free\"",
         "clamped" => modes::BeamEnd::Clamped, "pinned" => modes::BeamEnd::Pinned,

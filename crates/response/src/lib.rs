@@ -62,7 +62,7 @@ mod state_space;
 mod sweep;
 
 pub use answer::{History, Operations, Output, ResponseMethod, Trajectory};
-pub use certified::ByCertifiedExponential;
+pub use certified::{ByCertifiedExponential, Driven, KnownVector};
 pub use exponential::{
     BoundedExponential, ExpmError, Exponential, Pade13, SecondOrder, Taylor, energy_condition,
     expm, expm_bounded, expm_condition,

@@ -88,7 +88,8 @@ impl Trajectory {
         }
     }
 
-    pub(super) fn with_acceleration_bound(self, acceleration: Vec<Option<f64>>) -> Trajectory {
+    /// The same with bounds of the accelerations, one for each instant.
+    pub fn with_acceleration_bound(self, acceleration: Vec<Option<f64>>) -> Trajectory {
         Trajectory {
             acceleration_bound: acceleration,
             ..self
@@ -129,6 +130,17 @@ impl Trajectory {
         }
     }
 
+    /// The same with named combinations of motions: of each the values at the instants, and their bounds.
+    pub fn with_outputs<N: Into<String>>(
+        self,
+        outputs: impl IntoIterator<Item = (N, Vec<f64>, Vec<Option<f64>>)>,
+    ) -> Trajectory {
+        let outputs = outputs.into_iter();
+        let outputs =
+            outputs.map(|(name, values, bounds)| (name.into(), Combined { values, bounds }));
+        self.with_combined(outputs.collect())
+    }
+
     pub(super) fn with_combined(self, combined: Vec<(String, Combined)>) -> Trajectory {
         Trajectory { combined, ..self }
     }
@@ -163,7 +175,7 @@ impl Trajectory {
     }
 
     /// The same with bounds that are proven, computed with so many decimal digits.
-    pub(crate) fn proven(self, digits: usize) -> Trajectory {
+    pub fn proven(self, digits: usize) -> Trajectory {
         Trajectory {
             bounds: Bounds::Proven,
             digits,

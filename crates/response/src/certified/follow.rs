@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 use pulp::Arch;
 
+use super::driven::Driven;
 use super::generator::Generator;
 use super::march::Walker;
 use crate::enclosed::{Halves, Normed};
@@ -334,9 +335,9 @@ pub(crate) fn follow(
     if 64.0 * states.powi(3) > MOST_AT_ONCE {
         return None;
     }
-    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem)?;
+    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem, &[])?;
     if (generator.w.error() * Magnitude::from(end)).to_f64() > ROUNDING {
-        generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem)?;
+        generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem, &[])?;
     }
     let w = generator.w.clone();
     let displacements = problem.system().len();
@@ -351,7 +352,7 @@ pub(crate) fn follow(
         seen: 0,
         end,
     };
-    let mut walker = Walker::new(problem, generator);
+    let mut walker = Walker::new(Driven::new(problem, generator, 0));
     let way = |make| Way {
         outputs: Arc::clone(&outputs),
         halves: Vec::new(),

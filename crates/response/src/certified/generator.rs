@@ -4,7 +4,7 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
 use crate::enclosed::{Energy, Normed, add_multiple, cos_sin, frobenius};
-use crate::problem::{Known, Piece, Problem, Pulse, Rate, StraightLoad};
+use crate::problem::{Known, Piece, Problem, Pulse, Rate, Source, StraightLoad};
 
 /// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
 /// frequency, and of each pulse; the force on each coordinate, or the signal of each channel, with a straight load; its
@@ -67,7 +67,8 @@ impl<T: Real> Generator<T> {
     /// `None` where the digits do not suffice to divide by the masses, or to change coordinates: those of G, in which W
     /// is computed before it is rounded to T. Where matrices are ill-conditioned, dividing by the masses and changing
     /// coordinates costs digits, and the exponential costs none.
-    pub(crate) fn of<G: Real>(problem: &Problem<'_>) -> Option<Generator<T>> {
+    /// Sources in `more` are combinations beside those of the problem.
+    pub(crate) fn of<G: Real>(problem: &Problem<'_>, more: &[Source]) -> Option<Generator<T>> {
         let system = problem.system();
         let form = EnclosedFirstOrder::<G>::of(system).ok()?;
         let end = problem.grid().time(problem.grid().last());
@@ -244,8 +245,9 @@ impl<T: Real> Generator<T> {
         }
         let velocity = position.times(&own_motion);
         let acceleration = velocity.times(&own_motion);
-        let mut combined = BallMatrix::<G>::zeros(problem.sources().len(), size);
-        for (row, source) in problem.sources().iter().enumerate() {
+        let sources = || problem.sources().iter().chain(more);
+        let mut combined = BallMatrix::<G>::zeros(sources().count(), size);
+        for (row, source) in sources().enumerate() {
             for (terms, map) in source
                 .terms
                 .iter()
@@ -501,7 +503,7 @@ mod tests {
             .load("b", Impulse::of(0.3));
         let problem = asked.every(0.1).until(1.0).problem().expect("well posed");
         let generator =
-            Generator::<DoubleDouble>::of::<DoubleDouble>(&problem).expect("a generator");
+            Generator::<DoubleDouble>::of::<DoubleDouble>(&problem, &[]).expect("a generator");
         let given = [0.1, 0.7, 0.3, -0.9].map(Exact::from);
         let n = generator.states;
 

@@ -4,14 +4,12 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::attempt::Attempt;
 use super::drift::Drift;
+use super::driven::Driven;
 use super::generator::{Generator, Output};
 use super::judge::Judge;
 use crate::answer::{Collector, Operations, Wanted};
-use crate::enclosed::{Normed, cos_sin, counted, growth, squarings};
-use crate::problem::{
-    Base, Fraction, Instant, Known, Leg, Piece, Problem, ResponseError, StraightLoad,
-    StraightLoads, Walk, sum,
-};
+use crate::enclosed::{Normed, counted, growth, squarings};
+use crate::problem::{Base, Fraction, Instant, Leg, Problem, ResponseError, Walk};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in
 /// that of G. Unless this is the `last` attempt, it ends at the first instant that misses the tolerance, or at once where
@@ -29,7 +27,7 @@ pub(crate) fn march<T: Real, G: Real>(
     last: bool,
 ) -> Result<Attempt, ResponseError> {
     let end = Magnitude::from(problem.grid().time(problem.grid().last()));
-    match Generator::<T>::of::<G>(problem) {
+    match Generator::<T>::of::<G>(problem, &[]) {
         None => Ok(Attempt::Stuck),
         Some(generator) if !last && generator.w.error() * end > Magnitude::from(tolerance) => {
             Ok(Attempt::Missed {
@@ -37,15 +35,9 @@ pub(crate) fn march<T: Real, G: Real>(
             })
         }
         Some(generator) => {
-            let pieces = 0..problem.timeline().pieces().len();
-            for piece in pieces {
-                let momenta = problem.momenta(piece).into_iter();
-                let mut momenta = momenta.filter(|(_, momentum)| *momentum != 0.0);
-                if let Some((on, _)) = momenta.find(|(on, _)| generator.gives_way[*on]) {
-                    return Err(problem.unresisted(on, piece));
-                }
-            }
-            Walker::new(problem, generator).walk(wanted, method, tolerance, last)
+            let driven = Driven::new(problem, generator, 0);
+            driven.check_momenta()?;
+            Walker::new(driven).walk(wanted, method, tolerance, last)
         }
     }
 }
@@ -65,16 +57,13 @@ pub(super) enum Moment {
 
 /// A state on its way.
 pub(super) struct Walker<'a, 'b, T> {
-    problem: &'a Problem<'b>,
-    generator: Generator<T>,
-    clock: Clock,
+    driven: Driven<'a, 'b, T>,
     /// Φ^{2^j} of the unit step, as far as needed.
     powers: Vec<Normed<T>>,
     zeta: Vec<T>,
     next: Vec<T>,
     /// The error of the states and of sines and cosines, in the 2-norm.
     drift: Drift,
-    straight: StraightLoads<T>,
     /// The error of the straight loads in ζ.
     straight_error: Magnitude,
     /// The state in its own coordinates where it is known without any motion: at the start, and at
@@ -84,20 +73,17 @@ pub(super) struct Walker<'a, 'b, T> {
 }
 
 impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
-    pub(super) fn new(problem: &'a Problem<'b>, generator: Generator<T>) -> Walker<'a, 'b, T> {
-        let (zeta, error) = generator.start(problem);
+    pub(super) fn new(driven: Driven<'a, 'b, T>) -> Walker<'a, 'b, T> {
+        let (zeta, error) = driven.start();
         Walker {
-            problem,
-            clock: Clock::of(problem),
             powers: Vec::new(),
             next: zeta.clone(),
             zeta,
             drift: Drift::new(error),
-            straight: StraightLoads::of(problem.drives()),
             straight_error: Magnitude::ZERO,
-            fresh: Some(generator.given(problem)),
+            fresh: Some(driven.generator.given(driven.problem)),
             operations: Operations::default(),
-            generator,
+            driven,
         }
     }
 
@@ -108,10 +94,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         tolerance: f64,
         last: bool,
     ) -> Result<Attempt, ResponseError> {
-        let mut collector = Collector::new(self.problem, wanted)?;
-        let problem = self.problem;
+        let mut collector = Collector::new(self.driven.problem, wanted)?;
+        let problem = self.driven.problem;
         let end = problem.grid().time(problem.grid().last());
-        let mut judge = Judge::new(tolerance, end, self.generator.fastest());
+        let mut judge = Judge::new(tolerance, end, self.driven.generator.fastest());
         let mut walk = Walk::of(problem);
         self.begin(0);
         self.prepare_all(&wanted);
@@ -119,13 +105,16 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             while let Some(leg) = walk.towards(&target) {
                 match leg {
                     Leg::Pass { from, to } => {
-                        self.go(self.clock.moment(&from), self.clock.moment(&to));
+                        self.go(
+                            self.driven.clock.moment(&from),
+                            self.driven.clock.moment(&to),
+                        );
                     }
                     Leg::Begin => self.begin(walk.index()),
                 }
             }
             if !self.record(&mut collector, &mut judge, &target, last)? && !last {
-                let halvings = squarings(&self.generator.w, problem.grid().step());
+                let halvings = squarings(&self.driven.generator.w, problem.grid().step());
                 return Ok(Attempt::Missed { halvings });
             }
         }
@@ -140,77 +129,37 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     /// Where an instant is.
     pub(super) fn moment(&self, instant: &Instant) -> Moment {
-        self.clock.moment(instant)
+        self.driven.clock.moment(instant)
     }
 
     /// From one moment to another, and a bound of the error.
     pub(super) fn seconds(&self, from: Moment, to: Moment) -> (T, Magnitude) {
-        self.clock.seconds(from, to)
+        self.driven.clock.seconds(from, to)
     }
 
     /// The impulses and new laws at the start of a piece.
     pub(super) fn begin(&mut self, index: usize) {
-        let problem = self.problem;
-        let piece = &problem.timeline().pieces()[index];
         if self.fresh.is_none() && self.is_at_rest() {
-            self.fresh = Some(self.generator.rest());
+            self.fresh = Some(self.driven.generator.rest());
         }
-        let signals = self.signals(piece);
-        for law in piece.changes() {
-            let clock = &self.clock;
-            self.straight.set(law, |from, to| {
-                clock.seconds(clock.moment(from), clock.moment(to))
-            });
-        }
-        let later = self.signals(piece);
-        let first = problem.system().len();
-        let jump = |channel: usize| {
-            let [before, after] = [&signals, &later].map(|all| all[channel - first]);
-            let known = |(value, error): Known<T>| (-value, error);
-            let value = sum(after.value, known(before.value));
-            [value, sum(after.slope, known(before.slope))]
-        };
-        let momenta = problem.momenta_known(index, jump, cos_sin::<T>);
+        let begun = self.driven.set(index, &mut self.zeta);
+        let generator = &self.driven.generator;
         self.fresh = self
             .fresh
             .take()
-            .map(|state| self.generator.after_momenta(&state, &momenta));
-        for (coordinate, momentum) in momenta {
-            let error = self
-                .generator
-                .add_momentum(&mut self.zeta, coordinate, momentum);
-            let total = self.drift.total() + error;
+            .map(|state| generator.after_momenta(&state, &begun.momenta));
+        if !begun.momenta.is_empty() {
+            let total = self.drift.total() + begun.error;
             self.drift.restart(total);
         }
-        let pulses = problem.timeline().pulses();
-        self.generator.set_pulses(&mut self.zeta, pulses, piece);
-        if !piece.changes().is_empty() {
-            self.set_straight(self.clock.moment(&piece.start));
+        if let Some(error) = begun.straight {
+            self.straight_error = error;
         }
-    }
-
-    /// The straight part of each channel's signal at the start of a piece.
-    fn signals(&self, piece: &Piece) -> Vec<StraightLoad<T>> {
-        let (clock, now) = (&self.clock, self.clock.moment(&piece.start));
-        let elapsed = |since: &Instant| clock.seconds(clock.moment(since), now);
-        let first = self.problem.system().len();
-        let channels = (first..).zip(self.problem.channels());
-        let signals = channels.map(|(channel, _)| self.straight.of_one(channel, elapsed));
-        signals.map(Option::unwrap_or_default).collect()
     }
 
     fn is_at_rest(&mut self) -> bool {
-        let states = &self.zeta[..self.generator.states];
+        let states = &self.zeta[..self.driven.generator.states];
         states.iter().all(|entry| entry.is_zero()) && self.drift.total().is_zero()
-    }
-
-    /// Sets the straight loads to their values at `now`.
-    fn set_straight(&mut self, now: Moment) {
-        let clock = &self.clock;
-        let loads = self
-            .straight
-            .now(|since| clock.seconds(clock.moment(since), now));
-        self.straight_error = self.generator.set_straight(&mut self.zeta, loads);
     }
 
     /// From one moment to a later one.
@@ -226,7 +175,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 self.prepare(j);
                 let error = apply(
                     &self.powers[j],
-                    &self.generator,
+                    &self.driven.generator,
                     &mut self.zeta,
                     &mut self.next,
                     self.straight_error,
@@ -237,13 +186,13 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 self.follow_slopes(Moment::Units(at));
             }
         } else {
-            let (time, error) = self.clock.seconds::<T>(now, end);
+            let (time, error) = self.driven.clock.seconds::<T>(now, end);
             let relative = (error + error) / time.magnitude();
             let hop = self.exponential(time, relative);
             self.operations.steps += 1;
             let error = apply(
                 &hop,
-                &self.generator,
+                &self.driven.generator,
                 &mut self.zeta,
                 &mut self.next,
                 self.straight_error,
@@ -255,13 +204,13 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     fn follow_slopes(&mut self, now: Moment) {
-        if self.straight.are_sloped() {
-            self.set_straight(now);
+        if self.driven.straight.are_sloped() {
+            self.straight_error = self.driven.set_straight_at(now, &mut self.zeta);
         }
     }
 
     fn exponential(&mut self, time: T, relative: Magnitude) -> Normed<T> {
-        let (power, products) = counted(&self.generator.w, time, relative);
+        let (power, products) = counted(&self.driven.generator.w, time, relative);
         self.operations.exponentials += 1;
         self.operations.products += products as f64;
         power
@@ -276,7 +225,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                     last.times(last)
                 }
                 None => {
-                    let (time, error) = self.clock.seconds(Moment::Units(0), Moment::Units(1));
+                    let (time, error) = self
+                        .driven
+                        .clock
+                        .seconds(Moment::Units(0), Moment::Units(1));
                     self.exponential(time, (error + error) / time.magnitude())
                 }
             };
@@ -287,8 +239,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 
     /// The powers whose norms tell how errors fade, where they cost little beside the march.
     fn prepare_all(&mut self, wanted: &Wanted<'_>) {
-        let instants = wanted.count(self.problem.grid());
-        let steps = self.problem.grid().last() * self.clock.division;
+        let instants = wanted.count(self.driven.problem.grid());
+        let steps = self.driven.problem.grid().last() * self.driven.clock.division;
         if steps == 0 {
             return;
         }
@@ -307,25 +259,26 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         last: bool,
     ) -> Result<bool, ResponseError> {
         let column = collector.column();
-        let step = self.problem.grid().step();
+        let step = self.driven.problem.grid().step();
         let index = now.index().unwrap_or((now.time().to_f64() / step) as u64);
         let outset = self.fresh.as_ref().map(|state| {
-            self.generator
+            self.driven
+                .generator
                 .outset(state, &self.zeta, self.straight_error)
         });
         let mut good = true;
         let drift = self.drift.total();
-        for row in 0..self.generator.combinations.len() {
+        for row in 0..self.driven.generator.combinations.len() {
             let (exact, error) = match &outset {
                 Some(outset) => (outset[3].middle(row, 0), outset[3].radius(row, 0)),
-                None => self.evaluate(&self.generator.combinations[row], drift)[0],
+                None => self.evaluate(&self.driven.generator.combinations[row], drift)[0],
             };
             let (value, bound) = rounded(exact, error);
             if !value.is_finite() && error.is_finite() {
                 return Err(ResponseError::Overflow { index });
             }
             // Loads are in units of what they make of the states in all the time.
-            let parts = self.generator.combinations[row].parts.iter();
+            let parts = self.driven.generator.combinations[row].parts.iter();
             let norm = parts.fold(Magnitude::ZERO, |sum, part| sum + part.norm);
             let made_of = norm * length(&self.zeta);
             good &= judge.judge_combination(row, value.abs(), made_of, error);
@@ -373,13 +326,13 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
     fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
         let drift = self.drift.total();
-        self.evaluate(&self.generator.outputs[kind], drift)
+        self.evaluate(&self.driven.generator.outputs[kind], drift)
     }
 
     /// The values of an output, and a bound of the error of any.
     fn evaluate(&self, output: &Output<T>, drift: Magnitude) -> Vec<(T, Magnitude)> {
-        let (states, loads) = self.zeta.split_at(self.generator.states);
-        let of_loads = if self.generator.straight > self.generator.states {
+        let (states, loads) = self.zeta.split_at(self.driven.generator.states);
+        let of_loads = if self.driven.generator.straight > self.driven.generator.states {
             drift + self.straight_error
         } else {
             self.straight_error
@@ -469,7 +422,7 @@ fn length<T: Real>(vector: &[T]) -> Magnitude {
 
 /// Exact times: whole multiples of a unit, of which a step of the grid has a whole number, and
 /// what lies between them.
-struct Clock {
+pub(super) struct Clock {
     step: f64,
     division: u64,
 }
@@ -477,7 +430,7 @@ struct Clock {
 impl Clock {
     /// The coarsest unit of which every instant that samples add is a multiple, but for those that
     /// would make it too fine to be counted.
-    fn of(problem: &Problem<'_>) -> Clock {
+    pub(super) fn of(problem: &Problem<'_>) -> Clock {
         let steps = problem.grid().last().max(1);
         let pieces = problem.timeline().pieces().iter();
         let fractions = pieces.filter_map(|piece| piece.start_instant().fraction());
@@ -492,7 +445,7 @@ impl Clock {
         }
     }
 
-    fn moment(&self, instant: &Instant) -> Moment {
+    pub(super) fn moment(&self, instant: &Instant) -> Moment {
         match instant.fraction() {
             Some(fraction) if self.division.is_multiple_of(fraction.denominator) => {
                 Moment::Units(fraction.numerator * (self.division / fraction.denominator))
@@ -526,7 +479,7 @@ impl Clock {
     }
 
     /// From one moment to another, and a bound of the error.
-    fn seconds<T: Real>(&self, from: Moment, to: Moment) -> (T, Magnitude) {
+    pub(super) fn seconds<T: Real>(&self, from: Moment, to: Moment) -> (T, Magnitude) {
         if let (Moment::Units(from), Moment::Units(to)) = (from, to) {
             return self.part(to.saturating_sub(from), self.division);
         }

@@ -5,6 +5,7 @@
 mod agreement;
 mod attempt;
 mod drift;
+mod driven;
 pub(crate) mod follow;
 mod generator;
 mod judge;
@@ -17,6 +18,7 @@ use eigentone_modes::{FirstOrder, Precision};
 use crate::answer::{ResponseMethod, Trajectory, Wanted};
 use crate::problem::{Problem, ResponseError};
 use attempt::Attempt;
+pub use driven::{Driven, KnownVector};
 use march::march;
 use work::{MOST_MORE, MOST_WORK, work};
 

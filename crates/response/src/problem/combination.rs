@@ -84,7 +84,7 @@ impl Source {
         usize::from(kind == ElementKind::Damper)
     }
 
-    fn add(&mut self, system: &System, order: usize, form: &Form, factor: f64) {
+    pub(crate) fn add(&mut self, system: &System, order: usize, form: &Form, factor: f64) {
         let supports = form.supports.iter().map(|&(s, b)| (system.len() + s, b));
         let places = form.coordinates.iter().copied().chain(supports);
         self.terms[order].extend(places.map(|(i, a)| (i, [a, factor])));

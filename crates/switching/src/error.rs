@@ -1,0 +1,81 @@
+//! Why there is no motion.
+
+use eigentone_response::ResponseError;
+use thiserror::Error;
+
+use crate::switch::SwitchFault;
+
+/// Why there is no motion with switches.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SwitchingError {
+    /// A switch is wrong by itself.
+    #[error("switch {switch}: {fault}")]
+    Switch {
+        /// Its place among those given.
+        switch: usize,
+        /// What is wrong.
+        fault: SwitchFault,
+    },
+    /// The motion between events cannot be had.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// What happens next is not decided by the numbers given.
+    #[error("at t = {time:?} s it cannot be told what switch {switch} does next: {reason}")]
+    Undecided {
+        /// In s.
+        time: f64,
+        /// Its place among those given.
+        switch: usize,
+        /// Why.
+        reason: &'static str,
+    },
+    /// Contacts hold the same motion, so that their forces are not unique.
+    #[error(
+        "at t = {time:?} s switch {switch} holds what others hold already, so that its force is not determined: leave one of them out"
+    )]
+    Dependent {
+        /// In s.
+        time: f64,
+        /// Its place among those given.
+        switch: usize,
+    },
+    /// Events come ever more quickly.
+    #[error(
+        "{events} events came before t = {time:?} s, and more come without end: the last was of switch {switch}"
+    )]
+    Endless {
+        /// How many.
+        events: usize,
+        /// In s.
+        time: f64,
+        /// Its place among those given.
+        switch: usize,
+    },
+    /// The motion is too quick beside the time asked for.
+    #[error(
+        "it would take about {steps:.0e} short steps, as the quickest motion is of {rate:.1e} rad/s: ask for less time or take softer springs"
+    )]
+    TooLong {
+        /// How many.
+        steps: f64,
+        /// In rad/s.
+        rate: f64,
+    },
+    /// The digits do not suffice to divide by the masses.
+    #[error("no number of digits in reach tells a matrix to be divided by from a singular one")]
+    Stuck,
+}
+
+impl SwitchingError {
+    /// The switch that it is about, by its place among those given.
+    pub fn switch(&self) -> Option<usize> {
+        match self {
+            SwitchingError::Switch { switch, .. }
+            | SwitchingError::Undecided { switch, .. }
+            | SwitchingError::Dependent { switch, .. }
+            | SwitchingError::Endless { switch, .. } => Some(*switch),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,801 @@
+//! From event to event.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use eigentone_digits::Real;
+use eigentone_response::{Driven, Instant, ResponseError};
+
+use crate::configuration::{Configuration, Place, exponential, length_of};
+use crate::error::SwitchingError;
+use crate::error_set::ErrorSet;
+use crate::event::Event;
+use crate::outputs::{Moment, Outputs, combinations};
+use crate::phase::Phase;
+use crate::root::{First, first, refine};
+use crate::rows::{Row, SLACK, length, unit, upper};
+use crate::series::{BEYOND, Series};
+use crate::settle::Change;
+use crate::switch::{Switch, SwitchFault};
+use crate::switching::{Found, Switching, bits};
+
+/// Why a march ended early.
+pub(crate) enum Halt {
+    /// More digits may tell.
+    Undecided(SwitchingError),
+    Failed(SwitchingError),
+}
+
+impl Halt {
+    pub(crate) fn is_undecided(&self) -> bool {
+        matches!(self, Halt::Undecided(_))
+    }
+}
+
+impl From<Halt> for SwitchingError {
+    fn from(halt: Halt) -> SwitchingError {
+        match halt {
+            Halt::Undecided(error) | Halt::Failed(error) => error,
+        }
+    }
+}
+
+impl From<ResponseError> for Halt {
+    fn from(error: ResponseError) -> Halt {
+        Halt::Failed(error.into())
+    }
+}
+
+/// A state on its way through events.
+pub(crate) struct March<'a, 'b, T> {
+    question: &'a Switching<'a, 'b>,
+    driven: Driven<'a, 'b, T>,
+    /// W without switches, with the constant.
+    w: Vec<T>,
+    w_error: f64,
+    /// The last entry of ζ, which stands for 1.
+    pub(crate) constant: T,
+    /// The longest step, in s.
+    longest: f64,
+    pub(crate) places: Vec<Place<T>>,
+    pub(crate) phases: Vec<Phase>,
+    known: HashMap<Vec<Phase>, Option<Rc<Configuration<T>>>>,
+    pub(crate) current: Rc<Configuration<T>>,
+    /// Of each guard, how many derivatives are 0 at the start of the step; none of those of `usize::MAX` leaves 0.
+    pub(crate) orders: Vec<usize>,
+    pub(crate) zeta: Vec<T>,
+    pub(crate) errors: ErrorSet,
+    pub(crate) now: T,
+    /// What is told from 0 by its error alone is taken as 0.
+    pub(crate) ties: bool,
+    /// Whether the motion has begun.
+    pub(crate) started: bool,
+    /// Whether velocities jumped at this instant.
+    pub(crate) jumped: bool,
+    /// Of each switch, whether it has just bounced.
+    pub(crate) bounced: Vec<bool>,
+    /// Of each switch, the largest speed at an impact.
+    pub(crate) largest: Vec<f64>,
+    /// Beside that, bounces of this speed are not seen.
+    pub(crate) invisible: f64,
+    /// Until when, in s, bounces go on that are left out, and what they may do to ζ.
+    pub(crate) hidden: (f64, f64),
+    /// Of each switch, how many seconds later its contact begins, and how well that is known.
+    pub(crate) delays: Vec<Option<(f64, f64)>>,
+    /// What settling has added to the errors at this instant.
+    pub(crate) added: Vec<f64>,
+    /// How many steps in a row ended before what could not be told.
+    approach: usize,
+    /// How many steps in a row passed what could not be told.
+    passes: i32,
+    events: Vec<Event>,
+}
+
+/// A root of a guard within a step.
+struct Root<T> {
+    guard: usize,
+    theta: T,
+    /// How far it may be off.
+    bound: f64,
+}
+
+/// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
+/// one.
+pub(crate) fn march<T: Real, G: Real>(
+    question: &Switching<'_, '_>,
+    tolerance: f64,
+    ties: bool,
+) -> Result<Found, Halt> {
+    let problem = question.problem;
+    let mut forms: Vec<_> = question.forms.iter().flatten().cloned().collect();
+    let parts = combinations(problem, &mut forms);
+    let Some(driven) = Driven::<T>::of::<G>(problem, &forms)? else {
+        return Err(Halt::Undecided(SwitchingError::Stuck));
+    };
+    let outputs = Outputs::of(problem, &driven, &parts, tolerance);
+    March::new(question, driven, ties, tolerance)?.run(outputs)
+}
+
+impl<'a, 'b, T: Real> March<'a, 'b, T> {
+    fn new(
+        question: &'a Switching<'a, 'b>,
+        driven: Driven<'a, 'b, T>,
+        ties: bool,
+        tolerance: f64,
+    ) -> Result<March<'a, 'b, T>, Halt> {
+        let n = driven.len();
+        let grid = question.problem.grid();
+        let end = grid.time(grid.last());
+        let longest = if end > 0.0 { end } else { 1.0 };
+        let pushes: Vec<(Vec<T>, f64)> = question
+            .forms
+            .iter()
+            .map(|[stretch, _]| {
+                let (mut push, error) = driven.push(stretch);
+                push.push(T::ZERO);
+                (push, upper(error))
+            })
+            .collect();
+        // The constant is about as long as what its forces do to the state.
+        let strengths = question
+            .switches
+            .iter()
+            .zip(&pushes)
+            .map(|(switch, (push, _))| {
+                let force = match switch {
+                    Switch::Friction(friction) => friction.static_force,
+                    Switch::Stop(stop) => stop.stiffness * stop.gap.abs(),
+                    Switch::Impact(_) | Switch::ControlledDamper(_) => 0.0,
+                };
+                force * length_of(push) * longest
+            });
+        let strength = strengths.fold(0.0f64, f64::max);
+        let power = if strength > 0.0 {
+            strength.log2().floor() as i64
+        } else {
+            0
+        };
+        let constant = T::ONE.scale(power.clamp(-300, 300));
+        let mut places = Vec::with_capacity(question.switches.len());
+        for (index, (switch, (push, push_error))) in
+            question.switches.iter().zip(pushes).enumerate()
+        {
+            let row = |known| Row::with_constant(known, T::ZERO);
+            let [stretch, rate] = driven.form(2 * index).map(row);
+            let [_, body] = driven.form(2 * index + 1).map(row);
+            let reply = crate::rows::dot(&rate.entries, &push).to_f64();
+            let moved = crate::rows::dot(&stretch.entries, &push).to_f64().abs();
+            let certain = rate.norm * length_of(&push);
+            if driven.gives_way(&question.forms[index][0])
+                || reply <= 1e-12 * certain
+                || moved > 1e-12 * certain * longest
+            {
+                let [first, second] = switch.between().clone();
+                let fault = SwitchFault::Massless { first, second };
+                return Err(Halt::Failed(SwitchingError::Switch {
+                    switch: index,
+                    fault,
+                }));
+            }
+            places.push(Place {
+                switch: switch.clone(),
+                stretch,
+                rate,
+                body,
+                push,
+                push_error,
+            });
+        }
+        let (given, w_error) = driven.matrix();
+        let mut w = vec![T::ZERO; (n + 1) * (n + 1)];
+        for i in 0..n {
+            w[i * (n + 1)..i * (n + 1) + n].copy_from_slice(&given[i * n..(i + 1) * n]);
+        }
+        let (mut zeta, error) = driven.start();
+        zeta.push(constant);
+        let phases: Vec<Phase> = places
+            .iter()
+            .map(|place| match &place.switch {
+                Switch::Friction(_) => Phase::Slip(1),
+                Switch::Stop(_) => Phase::Open,
+                Switch::Impact(_) => Phase::Free,
+                Switch::ControlledDamper(damper) => match damper.law {
+                    crate::switch::DamperLaw::OnOffSkyhook => Phase::OnOff { body: 1, rate: 1 },
+                    crate::switch::DamperLaw::ClippedSkyhook { .. } => Phase::Clipped {
+                        low: 1,
+                        high: -1,
+                        rate: 1,
+                    },
+                },
+            })
+            .collect();
+        let count = places.len();
+        let w_error = upper(w_error);
+        let Some(current) = Configuration::of(&w, w_error, &places, &phases, constant, longest)
+        else {
+            return Err(Halt::Undecided(SwitchingError::Stuck));
+        };
+        let invisible = match bits::<T>() {
+            0..64 => 2f64.powi(-26),
+            _ => (tolerance.min(1e-3) * 2f64.powi(-24)).sqrt(),
+        };
+        Ok(March {
+            question,
+            driven,
+            w,
+            w_error,
+            constant,
+            longest,
+            places,
+            phases,
+            known: HashMap::new(),
+            current: Rc::new(current),
+            orders: Vec::new(),
+            errors: ErrorSet::new(n + 1, upper(error)),
+            zeta,
+            now: T::ZERO,
+            ties,
+            started: false,
+            jumped: true,
+            bounced: vec![false; count],
+            largest: vec![0.0; count],
+            invisible,
+            hidden: (0.0, 0.0),
+            delays: vec![None; count],
+            added: vec![0.0; n + 1],
+            approach: 0,
+            passes: 0,
+            events: Vec::new(),
+        })
+    }
+
+    /// The system of some phases.
+    pub(crate) fn configuration(&mut self, phases: &[Phase]) -> Result<Rc<Configuration<T>>, Halt> {
+        let (w, w_error, places) = (&self.w, self.w_error, &self.places);
+        let (constant, longest) = (self.constant, self.longest);
+        let make = || Configuration::of(w, w_error, places, phases, constant, longest).map(Rc::new);
+        let known = self.known.entry(phases.to_vec()).or_insert_with(make);
+        let switch = phases.iter().rposition(|phase| phase.holds()).unwrap_or(0);
+        let time = self.now.to_f64();
+        known
+            .clone()
+            .ok_or(Halt::Failed(SwitchingError::Dependent { time, switch }))
+    }
+
+    pub(crate) fn undecided(&self, switch: usize) -> Halt {
+        Halt::Undecided(SwitchingError::Undecided {
+            time: self.now.to_f64(),
+            switch,
+            reason: "it lies on a limit as far as all digits tell",
+        })
+    }
+
+    pub(crate) fn beyond_gap(&self, switch: usize) -> Halt {
+        let Switch::Impact(impact) = &self.places[switch].switch else {
+            return self.undecided(switch);
+        };
+        let stretch = self.places[switch].stretch.at(&self.zeta).to_f64();
+        let fault = SwitchFault::BeyondGap {
+            stretch,
+            gap: impact.gap,
+        };
+        Halt::Failed(SwitchingError::Switch { switch, fault })
+    }
+
+    /// What is not known of a function of the state, but for rounding of its own. Doubles decide by what they are, whatever
+    /// has become of earlier errors.
+    pub(crate) fn vague(&self, row: &Row<T>) -> f64 {
+        match bits::<T>() > 60 {
+            true => self.errors.along(&row.rounded),
+            false => row.own_error(self.size()),
+        }
+    }
+
+    /// What is not known of the state, in the scales of a configuration.
+    pub(crate) fn vague_in(&self, configuration: &Configuration<T>) -> f64 {
+        match bits::<T>() > 60 {
+            true => self.errors.size_in(&configuration.scales),
+            false => {
+                let scaled = self.zeta.iter().zip(&configuration.scales);
+                let scaled: Vec<f64> = scaled
+                    .map(|(entry, scale)| entry.to_f64() * scale)
+                    .collect();
+                8.0 * unit::<T>() * length(&scaled)
+            }
+        }
+    }
+
+    /// The length of ζ.
+    pub(crate) fn size(&self) -> f64 {
+        length_of(&self.zeta)
+    }
+
+    fn run(mut self, mut outputs: Outputs<T>) -> Result<Found, Halt> {
+        let problem = self.question.problem;
+        let grid = problem.grid();
+        let pieces = problem.timeline().pieces();
+        let origin = Instant::on_grid(grid, 0);
+        // The indices asked for, by time.
+        let asked: Vec<u64> = match problem.instants() {
+            Some(instants) => instants.to_vec(),
+            None => (0..=grid.last()).collect(),
+        };
+        let mut ascending = asked.clone();
+        ascending.sort_unstable();
+        ascending.dedup();
+        let mut samples = ascending
+            .iter()
+            .map(|index| Instant::on_grid(grid, *index))
+            .peekable();
+        let last = Instant::on_grid(grid, grid.last());
+        for piece in 0..pieces.len() {
+            let own = self.driven.len();
+            let added = self.driven.begin(piece, &mut self.zeta[..own]);
+            self.errors.add(upper(added));
+            self.jumped = true;
+            let change = self.settle(&[])?;
+            self.note(change, 0.0);
+            self.started = true;
+            let end = pieces
+                .get(piece + 1)
+                .map_or(last, |next| next.start_instant());
+            let (until, uncertain) = self.driven.seconds(&origin, &end);
+            let uncertain = upper(uncertain);
+            while self.now < until {
+                let mut record =
+                    |march: &March<'_, 'b, T>, series: &Series<T>, from: T, to: T, whole: bool| {
+                        while let Some(instant) = samples.peek() {
+                            let (time, off) = march.driven.seconds(&origin, instant);
+                            if !whole && time >= to {
+                                break;
+                            }
+                            let theta = (time - from) / T::from(march.current.step);
+                            let theta = if theta < T::ZERO { T::ZERO } else { theta };
+                            march.record(&mut outputs, series, theta, upper(off));
+                            samples.next();
+                        }
+                    };
+                self.step(until, uncertain, &mut record)?;
+            }
+        }
+        // The end itself, after all that happens there.
+        if samples.peek().is_some() {
+            let series = Series::of(&self.current, &self.zeta);
+            self.record(&mut outputs, &series, T::ZERO, 0.0);
+        }
+        let picked: Vec<usize> = asked
+            .iter()
+            .map(|index| ascending.binary_search(index).expect("it is one of them"))
+            .collect();
+        self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        Ok(Found {
+            good: outputs.is_good(),
+            trajectory: outputs.trajectory(problem, asked, &picked),
+            events: self.events,
+        })
+    }
+
+    fn record(&self, outputs: &mut Outputs<T>, series: &Series<T>, theta: T, off: f64) {
+        let zeta = series.at(theta);
+        let step = self.current.step;
+        let rate = match outputs.need_rate() {
+            true => {
+                let rate = self.current.apply(&zeta);
+                rate.into_iter()
+                    .map(|entry| entry / T::from(step))
+                    .collect()
+            }
+            false => Vec::new(),
+        };
+        let n = zeta.len();
+        let mut errors = self.errors.clone();
+        if theta > T::ZERO {
+            errors.map(&exponential(n, &self.current.rounded, theta.to_f64()));
+        }
+        let speed = self.current.reach / step * series.size;
+        let time_error = off + unit::<T>() * 4.0 * self.now.to_f64().abs();
+        errors.add_each(&series.error_at(theta.to_f64()));
+        let late = moved(&self.current, &zeta);
+        errors.add_each(
+            &late
+                .iter()
+                .map(|entry| entry.abs() / step * time_error)
+                .collect::<Vec<f64>>(),
+        );
+        if self.now.to_f64() + theta.to_f64() * step <= self.hidden.0 {
+            errors.add(self.hidden.1);
+        }
+        outputs.record(&Moment {
+            zeta: &zeta,
+            rate: &rate,
+            along: &|row| errors.along(row),
+            rate_error: (errors.size() * self.current.reach / step
+                + self.current.error / step * series.size
+                + unit::<T>() * (n + 3) as f64 * speed)
+                * SLACK,
+            rate_size: speed,
+            size: series.size,
+        });
+    }
+
+    /// One step, to its end, the end of the piece, or an event.
+    fn step(
+        &mut self,
+        until: T,
+        uncertain: f64,
+        record: &mut dyn FnMut(&March<'a, 'b, T>, &Series<T>, T, T, bool),
+    ) -> Result<(), Halt> {
+        let current = self.current.clone();
+        let step = T::from(current.step);
+        let series = Series::of(&current, &self.zeta);
+        let rest = (until - self.now) / step;
+        let reach = if rest > T::ONE { T::ONE } else { rest };
+        let (end, roots) = self.look(&series, reach)?;
+        let from = self.now;
+        let at_end = end == rest;
+        let to = if at_end { until } else { from + end * step };
+        let bound = roots.iter().map(|root| root.bound).fold(0.0, f64::max) * current.step;
+        record(self, &series, from, to - T::from(bound), false);
+        // The state there.
+        self.zeta = series.at(end);
+        let n = self.zeta.len();
+        match end == T::ONE {
+            true => self.errors.map(&current.power),
+            false => self
+                .errors
+                .map(&exponential(n, &current.rounded, end.to_f64())),
+        }
+        let clock = unit::<T>() * 4.0 * (to.to_f64().abs() + current.step)
+            + if at_end { uncertain } else { 0.0 };
+        self.errors.add_each(&series.error_at(end.to_f64()));
+        let moved = moved(&current, &self.zeta);
+        let late: Vec<f64> = moved
+            .iter()
+            .map(|entry| entry.abs() / current.step * clock)
+            .collect();
+        self.errors.add_each(&late);
+        self.now = to;
+        self.orders
+            .iter_mut()
+            .filter(|order| **order != usize::MAX)
+            .for_each(|order| *order = 0);
+        self.jumped = false;
+        if !roots.is_empty() {
+            self.happen(&current, &roots, bound)?;
+        }
+        self.check_length(until)
+    }
+
+    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends before
+    /// that, and the next ones are shorter and shorter; what all digits cannot tell is passed.
+    fn look(&mut self, series: &Series<T>, reach: T) -> Result<(T, Vec<Root<T>>), Halt> {
+        const MOST: usize = 40;
+        let (mut part, mut exact) = (reach, self.approach > MOST);
+        for shorter in 0.. {
+            let (roots, hidden) = self.roots(series, part, exact)?;
+            let Some((place, switch)) = hidden else {
+                let Some(first) = roots.first() else {
+                    if part == reach {
+                        (self.approach, self.passes) = (0, 0);
+                    }
+                    return Ok((part, Vec::new()));
+                };
+                self.approach = 0;
+                let end = if first.theta > reach {
+                    reach
+                } else {
+                    first.theta
+                };
+                return Ok((end, roots));
+            };
+            let far = place > part.to_f64() / 64.0;
+            if exact {
+                if !self.ties {
+                    return Err(self.undecided(switch));
+                }
+                let far = 2f64.powi((self.passes - 40).min(-6));
+                self.passes += 1;
+                let past = T::from(place + far);
+                return Ok((if past < reach { past } else { reach }, Vec::new()));
+            } else if far && self.approach <= MOST {
+                self.approach += 1;
+                return Ok((T::from(0.75 * place), Vec::new()));
+            } else if shorter < MOST {
+                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
+                part = part.mul_f64(factor);
+            } else {
+                exact = true;
+            }
+        }
+        unreachable!("the loop ends with the exact look")
+    }
+
+    /// Where guards end within the step, all that may be the first; and before that, where one comes too near to 0 to tell,
+    /// with its switch.
+    #[allow(clippy::type_complexity)]
+    fn roots(
+        &self,
+        series: &Series<T>,
+        reach: T,
+        look_exactly: bool,
+    ) -> Result<(Vec<Root<T>>, Option<(f64, usize)>), Halt> {
+        let mut found: Vec<Root<T>> = Vec::new();
+        let mut hidden: Option<(f64, usize)> = None;
+        let off = self.vague_in(&self.current);
+        let far = reach.mul_f64(BEYOND);
+        let short = far.to_f64();
+        for (at, guard) in self.current.guards.iter().enumerate() {
+            let order = self.orders.get(at).copied().unwrap_or(0);
+            if order == usize::MAX {
+                continue;
+            }
+            let (coefficients, sizes) = series.of_row_rounded(&guard.row);
+            if coefficients.len() <= order {
+                continue;
+            }
+            // A little beyond the reach, in units of that.
+            let scaled = |values: &[f64]| {
+                let mut power = 1.0;
+                let scaled = values[order..].iter().map(|value| {
+                    let own = value * power;
+                    power *= short;
+                    own
+                });
+                scaled.collect::<Vec<f64>>()
+            };
+            let errors: Vec<f64> = (order..coefficients.len())
+                .map(|k| match k {
+                    0 => {
+                        self.errors.along(&guard.row.rounded)
+                            + series.coefficient_error(&self.current, &guard.row, 0.0, 0, sizes[0])
+                    }
+                    k => series.coefficient_error(&self.current, &guard.row, off, k, sizes[k]),
+                })
+                .collect();
+            let mut power = 1.0;
+            let margin: f64 = errors
+                .iter()
+                .map(|error| {
+                    let own = error * power;
+                    power *= short;
+                    own
+                })
+                .sum();
+            let width = (guard.row.entries.len() + 4) as f64;
+            let rounding: f64 = scaled(&sizes).iter().sum::<f64>() * f64::EPSILON * width;
+            let exact = || {
+                let mut power = T::ONE;
+                let all = series.of_row(&guard.row);
+                let scaled = all[order..].iter().map(|value| {
+                    let own = *value * power;
+                    power = power * far;
+                    own
+                });
+                scaled.collect::<Vec<T>>()
+            };
+            let mut answer = first(&scaled(&coefficients), margin + rounding);
+            if let First::Hidden(_) = answer
+                && look_exactly
+            {
+                answer = first(&exact(), margin);
+            }
+            match answer {
+                First::None => {}
+                First::Between(from, to) => {
+                    let exact = exact();
+                    let theta = refine(&exact, from, to);
+                    let slope = self.slope(&exact, theta.to_f64());
+                    let bound = match slope < 0.0 {
+                        true => 1.5 * margin / -slope,
+                        false => 1.0,
+                    };
+                    let bound = (bound + unit::<T>() * 8.0) * short;
+                    let theta = theta * far;
+                    if (theta - reach).to_f64() > bound {
+                        continue;
+                    }
+                    found.push(Root {
+                        guard: at,
+                        theta,
+                        bound,
+                    });
+                }
+                First::Hidden(place) if place * BEYOND > 1.0 => {}
+                First::Hidden(place) => {
+                    let place = place * short;
+                    if hidden.is_none_or(|(known, _)| place < known) {
+                        hidden = Some((place, guard.switch));
+                    }
+                }
+            }
+        }
+        let Some(earliest) = found
+            .iter()
+            .map(|root| root.theta)
+            .reduce(|a, b| if a < b { a } else { b })
+        else {
+            return Ok((found, hidden));
+        };
+        let bound = found
+            .iter()
+            .filter(|root| root.theta == earliest)
+            .map(|root| root.bound)
+            .fold(0.0, f64::max);
+        found.retain(|root| (root.theta - earliest).to_f64() <= root.bound + bound);
+        found.sort_by(|a, b| a.theta.partial_cmp(&b.theta).expect("numbers"));
+        if let Some((place, _)) = hidden
+            && place < earliest.to_f64() + bound
+        {
+            return Ok((Vec::new(), hidden));
+        }
+        let switches = found
+            .iter()
+            .map(|root| self.current.guards[root.guard].switch);
+        if switches.clone().min() != switches.max() && !self.ties {
+            return Err(self.undecided(self.current.guards[found[0].guard].switch));
+        }
+        Ok((found, None))
+    }
+
+    /// The slope of a polynomial.
+    fn slope(&self, coefficients: &[T], theta: f64) -> f64 {
+        let (mut sum, mut slope) = (0.0, 0.0);
+        for entry in coefficients.iter().rev() {
+            slope = slope * theta + sum;
+            sum = sum * theta + entry.to_f64();
+        }
+        slope
+    }
+
+    /// What happens where guards end.
+    fn happen(
+        &mut self,
+        old: &Rc<Configuration<T>>,
+        roots: &[Root<T>],
+        bound: f64,
+    ) -> Result<(), Halt> {
+        let n = self.zeta.len();
+        let before = old.apply(&self.zeta);
+        let guard = &old.guards[roots[0].guard].row;
+        // How the time of the event follows the error of the state, in steps.
+        let fall = guard.at(&before).to_f64();
+        let off = self.errors.size_in(&old.scales);
+        let residual = guard.at(&self.zeta).to_f64().abs() + 2.0 * guard.own_error(self.size());
+        let mut due: Vec<usize> = roots
+            .iter()
+            .map(|root| old.guards[root.guard].switch)
+            .collect();
+        due.dedup();
+        let errors = self.errors.clone();
+        let time_bound = bound;
+        let change = self.settle(&due)?;
+        let new = self.current.clone();
+        // W′ζ after, in the old step's unit, less what becomes of Wζ.
+        let ratio = old.step / new.step;
+        let after = new.apply(&self.zeta);
+        let before: Vec<f64> = before.iter().map(|entry| entry.to_f64()).collect();
+        let carried = match &change.map {
+            None => before.clone(),
+            Some(map) => (0..n)
+                .map(|i| (0..n).map(|j| map[i * n + j] * before[j]).sum())
+                .collect(),
+        };
+        let jump: Vec<f64> = carried
+            .iter()
+            .zip(&after)
+            .map(|(a, b)| a - b.to_f64() * ratio)
+            .collect();
+        let leap = length(&jump);
+        if leap > 1e-14 * length(&before) {
+            if fall >= 0.0 {
+                return Err(self.undecided(due[0]));
+            }
+            // e ← e − jump·(guard·e₀)/fall, with e₀ the error before.
+            let mut shift = vec![0.0; n * n];
+            for i in 0..n {
+                for j in 0..n {
+                    shift[i * n + j] = -jump[i] * guard.rounded[j] / fall;
+                }
+            }
+            let added = errors.mapped_with(&shift, change.map.as_deref());
+            let late = residual / -fall;
+            let rest: Vec<f64> = jump.iter().map(|entry| entry.abs() * late).collect();
+            self.errors = added;
+            let grown = change.map.as_deref().map_or(1.0, length);
+            self.errors.add_each(
+                &self
+                    .added
+                    .iter()
+                    .map(|added| added * grown)
+                    .collect::<Vec<f64>>(),
+            );
+            self.errors.add_each(&rest);
+            // Doubles estimate, to first order.
+            if bits::<T>() > 60 {
+                let shifted = errors.along(&guard.rounded) / -fall + late;
+                let first: f64 = old.reach + new.reach * ratio;
+                let curved = shifted * shifted * first * first;
+                let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
+                let scaled = |scales: &[f64]| {
+                    let scaled: Vec<f64> = sizes
+                        .clone()
+                        .zip(scales)
+                        .map(|(size, scale)| size * scale)
+                        .collect();
+                    length(&scaled)
+                };
+                let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
+                let spread = shifted * first;
+                let rest: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
+                        let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
+                            / new.scales[i];
+                        2.0 * (old + new)
+                    })
+                    .collect();
+                self.errors.add_each(&rest);
+            }
+        } else {
+            self.errors.add(leap * bound / old.step);
+        }
+        self.note(change, time_bound);
+        Ok(())
+    }
+
+    /// Keeps what happened.
+    fn note(&mut self, change: Change, bound: f64) {
+        let now = self.now;
+        let time = now.to_f64();
+        let rounding = (now - T::from(time)).to_f64().abs() + unit::<T>() * 4.0 * time.abs();
+        for (switch, kind, delay, off) in change.happened {
+            let late = (now + T::from(delay)).to_f64();
+            let more = if delay > 0.0 {
+                late.abs() * f64::EPSILON
+            } else {
+                rounding
+            };
+            self.events.push(Event {
+                time: late,
+                bound: (bound + more + off) * SLACK,
+                switch,
+                kind,
+            });
+        }
+    }
+
+    /// Ends what would take too long.
+    fn check_length(&self, until: T) -> Result<(), Halt> {
+        const MOST_EVENTS: usize = 5_000_000;
+        const MOST_STEPS: f64 = 3e7;
+        const WINDOW: usize = 20_000;
+        let steps = (until - self.now).to_f64() / self.current.step;
+        if steps > MOST_STEPS {
+            let rate = self.current.reach / self.current.step;
+            return Err(Halt::Failed(SwitchingError::TooLong { steps, rate }));
+        }
+        let count = self.events.len();
+        let crowded = count > WINDOW && {
+            let since = self.events[count - WINDOW].time;
+            self.now.to_f64() - since < 1e-9 * self.longest
+        };
+        match self.events.last() {
+            Some(last) if crowded || count > MOST_EVENTS => {
+                Err(Halt::Failed(SwitchingError::Endless {
+                    events: count,
+                    time: self.now.to_f64(),
+                    switch: last.switch,
+                }))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Wζ·h, about.
+fn moved<T: Real>(configuration: &Configuration<T>, zeta: &[T]) -> Vec<f64> {
+    let n = zeta.len();
+    let zeta: Vec<f64> = zeta.iter().map(|entry| entry.to_f64()).collect();
+    let row = |i: usize| configuration.rounded[i * n..(i + 1) * n].iter().zip(&zeta);
+    (0..n).map(|i| row(i).map(|(a, b)| a * b).sum()).collect()
+}

@@ -1,0 +1,248 @@
+//! What is read off the state at the instants asked for.
+
+use eigentone_digits::Real;
+use eigentone_modes::{ElementKind, Form};
+use eigentone_response::{Driven, Problem, Quantity, Sum, Trajectory};
+use faer::Mat;
+
+use crate::rows::{Row, SLACK};
+
+/// A combination of motions by forms: which derivative, which form, and what it is multiplied by.
+pub(crate) type Parts = Vec<(Quantity, usize, f64)>;
+
+/// The combinations that a problem asks for, of forms that are added to `forms`.
+pub(crate) fn combinations(problem: &Problem<'_>, forms: &mut Vec<Form>) -> Vec<Parts> {
+    let system = problem.system();
+    let mut place = |form: Form| {
+        forms.push(form);
+        forms.len() - 1
+    };
+    let parts = |combination: &eigentone_response::Combination| match &combination.of {
+        Sum::Motions(motions) => {
+            let each = motions.iter().map(|(quantity, name, factor)| {
+                let form = system.form(name).expect("checked with the problem");
+                (*quantity, place(form), *factor)
+            });
+            each.collect()
+        }
+        Sum::Pull(name) => {
+            let (kind, index) = system.element_of(name).expect("checked with the problem");
+            let element = &system.elements(kind)[index];
+            let quantity = match kind {
+                ElementKind::Damper => Quantity::Velocity,
+                _ => Quantity::Displacement,
+            };
+            vec![(
+                quantity,
+                place(element.stretch.clone()),
+                element.coefficient,
+            )]
+        }
+    };
+    problem.combinations().iter().map(parts).collect()
+}
+
+/// A value of the motion: a function of ζ, and one of ζ′ beside it.
+struct Value<T> {
+    of_state: Option<Row<T>>,
+    of_rate: Option<Row<T>>,
+}
+
+/// All that is recorded, and what has been.
+pub(crate) struct Outputs<T> {
+    coordinates: Vec<[Row<T>; 2]>,
+    combined: Vec<Value<T>>,
+    /// Displacement, velocity, acceleration: by instant and coordinate.
+    values: [Vec<Vec<f64>>; 3],
+    bounds: [Vec<f64>; 3],
+    combinations: Vec<(Vec<f64>, Vec<f64>)>,
+    accelerates: bool,
+    /// Of displacements and of velocities.
+    largest: [f64; 2],
+    /// The largest error of any that misses the tolerance.
+    missed: [f64; 2],
+    tolerance: f64,
+    /// In s.
+    end: f64,
+}
+
+/// The state at an instant, and what is not known of it.
+pub(crate) struct Moment<'m, T> {
+    pub(crate) zeta: &'m [T],
+    /// ζ′.
+    pub(crate) rate: &'m [T],
+    /// A bound of |row·e|.
+    pub(crate) along: &'m dyn Fn(&[f64]) -> f64,
+    /// A bound of the error of ζ′, and of its length.
+    pub(crate) rate_error: f64,
+    pub(crate) rate_size: f64,
+    pub(crate) size: f64,
+}
+
+impl<T: Real> Outputs<T> {
+    pub(crate) fn of(
+        problem: &Problem<'_>,
+        driven: &Driven<'_, '_, T>,
+        parts: &[Parts],
+        tolerance: f64,
+    ) -> Outputs<T> {
+        let row = |known| Row::with_constant(known, T::ZERO);
+        let combined = parts.iter().map(|parts| {
+            let rows: Vec<(Quantity, f64, Row<T>)> = parts
+                .iter()
+                .map(|(quantity, form, factor)| {
+                    let [stretch, rate] = driven.form(*form);
+                    let own = match quantity {
+                        Quantity::Displacement => row(stretch),
+                        _ => row(rate),
+                    };
+                    (*quantity, *factor, own)
+                })
+                .collect();
+            let sum = |accelerates: bool| {
+                let own = rows
+                    .iter()
+                    .filter(|(quantity, ..)| (*quantity == Quantity::Acceleration) == accelerates);
+                let own: Vec<(f64, &Row<T>)> = own.map(|(_, factor, row)| (*factor, row)).collect();
+                (!own.is_empty()).then(|| Row::sum(&own))
+            };
+            Value {
+                of_state: sum(false),
+                of_rate: sum(true),
+            }
+        });
+        Outputs {
+            coordinates: (0..problem.system().len())
+                .map(|index| driven.coordinate(index).map(row))
+                .collect(),
+            combined: combined.collect(),
+            values: [Vec::new(), Vec::new(), Vec::new()],
+            bounds: [Vec::new(), Vec::new(), Vec::new()],
+            combinations: vec![(Vec::new(), Vec::new()); parts.len()],
+            accelerates: problem.wants_acceleration(),
+            largest: [0.0; 2],
+            missed: [0.0; 2],
+            tolerance,
+            end: problem.grid().time(problem.grid().last()),
+        }
+    }
+
+    /// Whether ζ′ is needed.
+    pub(crate) fn need_rate(&self) -> bool {
+        self.accelerates || self.combined.iter().any(|value| value.of_rate.is_some())
+    }
+
+    pub(crate) fn record(&mut self, moment: &Moment<'_, T>) {
+        for kind in 0..3 {
+            if kind == 2 && !self.accelerates {
+                continue;
+            }
+            let mut column = Vec::with_capacity(self.coordinates.len());
+            let (mut top, mut worst, mut bound) = (0.0f64, 0.0f64, 0.0f64);
+            for rows in &self.coordinates {
+                let (exact, error) = match kind {
+                    2 => of_rate(&rows[1], moment),
+                    _ => of_state(&rows[kind], moment),
+                };
+                let (value, off) = rounded(exact, error);
+                top = top.max(value.abs());
+                worst = worst.max(error);
+                bound = bound.max(off);
+                column.push(value);
+            }
+            self.values[kind].push(column);
+            self.bounds[kind].push(bound);
+            if kind < 2 {
+                self.largest[kind] = self.largest[kind].max(top);
+                if worst > self.tolerance * top {
+                    self.missed[kind] = self.missed[kind].max(worst);
+                }
+            }
+        }
+        for (value, (values, bounds)) in self.combined.iter().zip(&mut self.combinations) {
+            let (mut sum, mut error) = (T::ZERO, 0.0);
+            for (row, of) in [
+                (
+                    &value.of_state,
+                    of_state as fn(&Row<T>, &Moment<'_, T>) -> (T, f64),
+                ),
+                (&value.of_rate, of_rate),
+            ] {
+                if let Some(row) = row {
+                    let (part, off) = of(row, moment);
+                    sum = sum + part;
+                    error += off;
+                }
+            }
+            let (value, off) = rounded(sum, error * SLACK);
+            values.push(value);
+            bounds.push(off);
+        }
+    }
+
+    /// Whether every instant is as good as asked for, or lost only beside the largest motion of all.
+    pub(crate) fn is_good(&self) -> bool {
+        const HIDDEN: f64 = 1e-18;
+        let [x, v] = self.largest;
+        let hidden = [x, v.max(x / self.end)].map(|largest| HIDDEN * largest);
+        (0..2).all(|kind| self.missed[kind] <= hidden[kind])
+    }
+
+    /// The trajectory of what was recorded, for instants of these indices; `picked` says which record each of them is.
+    pub(crate) fn trajectory(
+        self,
+        problem: &Problem<'_>,
+        steps: Vec<u64>,
+        picked: &[usize],
+    ) -> Trajectory {
+        let grid = problem.grid();
+        let times = steps.iter().map(|step| grid.time(*step)).collect();
+        let n = problem.system().len();
+        let matrix =
+            |values: &Vec<Vec<f64>>| Mat::from_fn(n, picked.len(), |i, k| values[picked[k]][i]);
+        let bounds =
+            |bounds: &Vec<f64>| picked.iter().map(|k| Some(bounds[*k])).collect::<Vec<_>>();
+        let trajectory = Trajectory::new(
+            "exact between events",
+            steps,
+            times,
+            matrix(&self.values[0]),
+            matrix(&self.values[1]),
+        )
+        .with_bounds(bounds(&self.bounds[0]), bounds(&self.bounds[1]));
+        let trajectory = match self.accelerates {
+            true => trajectory
+                .with_acceleration(matrix(&self.values[2]))
+                .with_acceleration_bound(bounds(&self.bounds[2])),
+            false => trajectory,
+        };
+        let outputs = problem.combinations().iter().zip(self.combinations);
+        let outputs = outputs.map(|(combination, (values, all))| {
+            let values = picked.iter().map(|k| values[*k]).collect();
+            (combination.name.clone(), values, bounds(&all))
+        });
+        trajectory.with_outputs(outputs)
+    }
+}
+
+fn of_state<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
+    let error = (moment.along)(&row.rounded) + row.own_error(moment.size);
+    (row.at(moment.zeta), error * SLACK)
+}
+
+fn of_rate<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
+    let error = row.norm * moment.rate_error + row.own_error(moment.rate_size);
+    (row.at(moment.rate), error * SLACK)
+}
+
+/// The nearest double, or 0 where the error hides it, and how far it may be off.
+fn rounded<T: Real>(exact: T, error: f64) -> (f64, f64) {
+    let value = exact.to_f64();
+    if value.abs() <= error {
+        return (0.0, (error + value.abs()) * SLACK);
+    }
+    (
+        value,
+        (error + (exact - T::from(value)).to_f64().abs()) * SLACK,
+    )
+}

@@ -1,0 +1,169 @@
+//! The exact motion over a short step, as a power series with a bound of what is left out.
+
+use eigentone_digits::Real;
+
+use crate::configuration::Configuration;
+use crate::rows::{Row, SLACK, length, unit};
+
+/// A step is looked at a little beyond its end, so that no root there is missed or hidden by it.
+pub(crate) const BEYOND: f64 = 1.0 + 1.0 / 64.0;
+
+/// ζ(t + θh) = Σ cₖ θᵏ for 0 ≤ θ ≤ `BEYOND`.
+pub(crate) struct Series<T> {
+    terms: Vec<Vec<T>>,
+    /// The same, rounded.
+    rounded: Vec<Vec<f64>>,
+    /// How far each entry of each term may be off by rounding.
+    roundings: Vec<Vec<f64>>,
+    /// What is not known of each entry of all terms together but for rounding.
+    rest: Vec<f64>,
+    /// A bound of the length of ζ.
+    pub(crate) size: f64,
+    reach: f64,
+}
+
+impl<T: Real> Series<T> {
+    pub(crate) fn of(configuration: &Configuration<T>, zeta: &[T]) -> Series<T> {
+        let reach = configuration.reach * BEYOND;
+        let round = |term: &[T]| {
+            term.iter()
+                .map(|entry| entry.to_f64())
+                .collect::<Vec<f64>>()
+        };
+        let first = round(zeta);
+        let scales = &configuration.scales;
+        let scaled: Vec<f64> = first
+            .iter()
+            .zip(scales)
+            .map(|(entry, scale)| entry * scale)
+            .collect();
+        let start = length(&scaled) * SLACK;
+        // Bounds of the sizes of the terms' entries, as sums of sizes.
+        let mut bound: Vec<f64> = first.iter().map(|entry| entry.abs() * SLACK).collect();
+        let mut roundings = vec![vec![0.0; zeta.len()]];
+        let mut sizes = bound.clone();
+        let mut terms = vec![zeta.to_vec()];
+        let mut rounded = vec![first];
+        let unit = unit::<T>();
+        let width = configuration.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
+        // reachᵏ/k!
+        let mut left = 1.0;
+        while left > unit / 1024.0 || terms.len() < 4 {
+            let k = terms.len() as f64;
+            let mut next = configuration.apply(&terms[terms.len() - 1]);
+            for entry in next.iter_mut().filter(|entry| !entry.is_zero()) {
+                *entry = *entry / T::from(k);
+            }
+            let sums = configuration.sizes.iter().map(|row| {
+                let sum: f64 = row.iter().map(|(j, size)| size * bound[*j]).sum();
+                sum / k * SLACK
+            });
+            bound = sums.collect();
+            sizes
+                .iter_mut()
+                .zip(&bound)
+                .for_each(|(sum, size)| *sum += size * BEYOND.powf(k));
+            roundings.push(
+                bound
+                    .iter()
+                    .map(|size| unit * k * (width + 2.0) * size * SLACK)
+                    .collect(),
+            );
+            left *= reach / k;
+            let zero = bound.iter().all(|entry| *entry == 0.0);
+            if zero {
+                left = 0.0;
+                roundings.pop();
+                break;
+            }
+            rounded.push(round(&next));
+            terms.push(next);
+        }
+        let all = reach.exp() * SLACK;
+        let plain = length(&sizes) * SLACK;
+        let rest = scales.iter().map(|scale| {
+            let cut = 2.0 * left * all * start / scale;
+            (cut + configuration.error * BEYOND * all * plain) * SLACK
+        });
+        let rest: Vec<f64> = rest.collect();
+        Series {
+            size: plain + length(&rest),
+            terms,
+            rounded,
+            roundings,
+            rest,
+            reach,
+        }
+    }
+
+    /// ζ at θ.
+    pub(crate) fn at(&self, theta: T) -> Vec<T> {
+        let mut sum = self.terms[self.terms.len() - 1].clone();
+        for term in self.terms.iter().rev().skip(1) {
+            for (sum, entry) in sum.iter_mut().zip(term) {
+                *sum = *sum * theta + *entry;
+            }
+        }
+        sum
+    }
+
+    /// How far each entry of ζ at θ may be off, apart from what is not known of ζ at 0.
+    pub(crate) fn error_at(&self, theta: f64) -> Vec<f64> {
+        let mut errors: Vec<f64> = self.rest.iter().map(|rest| rest * theta.min(1.0)).collect();
+        let mut power = 1.0;
+        for (k, (roundings, term)) in self.roundings.iter().zip(&self.rounded).enumerate() {
+            let sum = 2.0 * unit::<T>() * (k + 2) as f64;
+            for ((error, rounding), entry) in errors.iter_mut().zip(roundings).zip(term) {
+                *error += power * (rounding + sum * entry.abs());
+            }
+            power *= theta * SLACK;
+        }
+        errors
+    }
+
+    /// The coefficients of a function of ζ in θ.
+    pub(crate) fn of_row(&self, row: &Row<T>) -> Vec<T> {
+        self.terms.iter().map(|term| row.at(term)).collect()
+    }
+
+    /// The same in doubles, and the sizes of what each is the sum of.
+    pub(crate) fn of_row_rounded(&self, row: &Row<T>) -> (Vec<f64>, Vec<f64>) {
+        let entry = |term: &Vec<f64>| {
+            let products = row.rounded.iter().zip(term).map(|(a, b)| a * b);
+            products.fold((0.0, 0.0f64), |(sum, size), product| {
+                (sum + product, size + product.abs())
+            })
+        };
+        self.rounded.iter().map(entry).unzip()
+    }
+
+    /// A bound of the error of the k-th coefficient of a function of ζ whose terms have this size, where ζ(t) times the
+    /// scales of the configuration is known to `off`.
+    pub(crate) fn coefficient_error(
+        &self,
+        configuration: &Configuration<T>,
+        row: &Row<T>,
+        off: f64,
+        k: usize,
+        size: f64,
+    ) -> f64 {
+        let factor = (1..=k).fold(1.0, |factor, i| factor * self.reach / i as f64);
+        let roundings = row.rounded.iter().zip(&self.roundings[k]);
+        let rounding: f64 = roundings
+            .map(|(entry, rounding)| entry.abs() * rounding)
+            .sum();
+        let sum = unit::<T>() * (row.entries.len() + 2) as f64 * size;
+        let own = row.error * self.size * factor;
+        // What is left out begins with the first power of θ.
+        let rest: f64 = match k {
+            1 => row
+                .rounded
+                .iter()
+                .zip(&self.rest)
+                .map(|(entry, rest)| entry.abs() * rest)
+                .sum(),
+            _ => 0.0,
+        };
+        (configuration.norm_of(row) * off * factor + rounding + sum + own + rest) * SLACK
+    }
+}

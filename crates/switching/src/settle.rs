@@ -1,0 +1,538 @@
+//! Which phases follow an event: those that all laws agree with.
+//!
+//! Where several contacts are at their limits the phases depend on each other: a linear complementarity problem, whose matrix
+//! is that of the masses as the contacts feel them. It is solved by principal pivots at the least index (Murty, Opsearch 11,
+//! 1974); signs are those of the first derivative that is not 0, so that what is at its limit is decided by where it goes.
+
+use std::collections::HashSet;
+
+use eigentone_digits::Real;
+
+use crate::configuration::clipped;
+use crate::error::SwitchingError;
+use crate::event::EventKind;
+use crate::march::{Halt, March};
+use crate::phase::Phase;
+use crate::rows::{Row, SLACK, dot, length};
+use crate::switch::Switch;
+use crate::switching::bits;
+
+/// How many derivatives decide a sign.
+const ORDERS: usize = 7;
+
+/// How the state changed at an event.
+pub(crate) struct Change {
+    /// The map from before to after, where there is one.
+    pub(crate) map: Option<Vec<f64>>,
+    /// What happened, to which switch, and how many seconds after the event itself.
+    pub(crate) happened: Vec<(usize, EventKind, f64, f64)>,
+}
+
+impl<T: Real> March<'_, '_, T> {
+    /// The sign of a value known to `error`; 0 where it is taken to be 0, as what `is_due` may.
+    fn sign(&self, switch: usize, value: T, error: f64, is_due: bool) -> Result<i8, Halt> {
+        // What is due is 0 but for rounding that bounds need not know.
+        const ROUNDING: f64 = 16.0;
+        let rounded = value.to_f64();
+        if rounded.abs() > if is_due { ROUNDING * error } else { error } {
+            return Ok(if rounded > 0.0 { 1 } else { -1 });
+        }
+        match is_due || value.is_zero() || self.ties {
+            true => Ok(0),
+            false => Err(self.undecided(switch)),
+        }
+    }
+
+    /// A function of the state, and its error.
+    fn value(&self, row: &Row<T>) -> (T, f64) {
+        let error = self.vague(row) + row.own_error(self.size());
+        (row.at(&self.zeta), error * SLACK)
+    }
+
+    fn sign_of(&self, switch: usize, row: &Row<T>, is_due: bool) -> Result<i8, Halt> {
+        let (value, error) = self.value(row);
+        self.sign(switch, value, error, is_due)
+    }
+
+    /// Lets impulses act and finds the phases that follow, where these switches are at their limits.
+    pub(crate) fn settle(&mut self, due: &[usize]) -> Result<Change, Halt> {
+        let before = self.phases.clone();
+        self.added.fill(0.0);
+        self.bounced.iter_mut().for_each(|bounced| *bounced = false);
+        let mut change = Change {
+            map: None,
+            happened: Vec::new(),
+        };
+        self.strike(due, &mut change)?;
+        let mut phases = self.candidates(due)?;
+        // Due is also what was at its limit before, and what has just been struck.
+        let mut due = due.to_vec();
+        due.extend(change.happened.iter().map(|one| one.0));
+        due.extend((0..phases.len()).filter(|k| before[*k].holds() && !phases[*k].holds()));
+        self.pivot(&mut phases, &due)?;
+        for (switch, (old, new)) in before.iter().zip(&phases).enumerate() {
+            if self.started
+                && let Some(kind) = kind(*old, *new)
+            {
+                let known = change
+                    .happened
+                    .iter()
+                    .any(|one| one.0 == switch && one.1 == kind);
+                if !known {
+                    let delay = self.delays[switch].take().unwrap_or((0.0, 0.0));
+                    change.happened.push((switch, kind, delay.0, delay.1));
+                }
+            }
+        }
+        self.delays.iter_mut().for_each(|delay| *delay = None);
+        self.phases = phases;
+        self.current = self.configuration(&self.phases.clone())?;
+        self.project(&mut change);
+        Ok(change)
+    }
+
+    /// Adds an error of the settling itself.
+    fn blur(&mut self, errors: &[f64]) {
+        self.errors.add_each(errors);
+        for (added, error) in self.added.iter_mut().zip(errors) {
+            *added += error;
+        }
+    }
+
+    /// Turns round what hits a rigid stop, one after the other.
+    fn strike(&mut self, due: &[usize], change: &mut Change) -> Result<(), Halt> {
+        const MOST: usize = 10_000;
+        for round in 0.. {
+            let mut struck = None;
+            for switch in 0..self.places.len() {
+                let Switch::Impact(impact) = &self.places[switch].switch else {
+                    continue;
+                };
+                let held = self.phases[switch] == Phase::Contact;
+                let is_due = due.contains(&switch) || held;
+                let beyond = self.beyond(switch, impact.gap);
+                let place = match held {
+                    true => 0,
+                    false => self.sign_of(switch, &beyond, is_due)?,
+                };
+                if place > 0 && !self.started {
+                    return Err(self.beyond_gap(switch));
+                }
+                // Of what is held, only a jump of the rate counts.
+                let settled = held && !self.jumped;
+                let rate = self.places[switch].rate.clone();
+                let approaches = match due.contains(&switch) && round == 0 {
+                    true => rate.at(&self.zeta) > T::ZERO,
+                    false => {
+                        place == 0
+                            && !settled
+                            && self.sign_of(switch, &rate, is_due || self.bounced[switch])? > 0
+                    }
+                };
+                if approaches {
+                    struck = Some((switch, impact.restitution, rate));
+                    break;
+                }
+            }
+            let Some((switch, restitution, rate)) = struck else {
+                break;
+            };
+            if round == MOST {
+                return Err(Halt::Failed(SwitchingError::Endless {
+                    events: MOST,
+                    time: self.now.to_f64(),
+                    switch,
+                }));
+            }
+            self.jumped = true;
+            let speed = rate.at(&self.zeta);
+            let (speed, closing) = (speed, self.closing(switch, &rate, speed, restitution));
+            let factor = match closing {
+                Some(_) => T::ONE,
+                None => T::ONE + T::from(restitution),
+            };
+            let push = self.places[switch].push.clone();
+            let response = dot(&rate.entries, &push);
+            let impulse = -(factor * speed / response);
+            for (entry, push) in self.zeta.iter_mut().zip(&push) {
+                *entry = *entry + impulse * *push;
+            }
+            let reply = response.to_f64();
+            let strength =
+                length(&push.iter().map(|entry| entry.to_f64()).collect::<Vec<_>>()) / reply;
+            let unit = crate::rows::unit::<T>();
+            let own = rate.own_error(self.size()) * 2.0 / reply;
+            let vague = impulse.to_f64().abs()
+                * (self.places[switch].push_error + 16.0 * unit + rate.error / rate.norm);
+            let blurred = self.zeta.iter().zip(&push).map(|(entry, push)| {
+                let sizes = [entry, push].map(|value| value.to_f64().abs());
+                own * sizes[1] + vague * sizes[1] + 2.0 * unit * sizes[0]
+            });
+            let blurred: Vec<f64> = blurred.collect();
+            self.blur(&blurred);
+            let n = push.len();
+            let mut map = vec![0.0; n * n];
+            for i in 0..n {
+                for j in 0..n {
+                    let own = if i == j { 1.0 } else { 0.0 };
+                    map[i * n + j] =
+                        own - factor.to_f64() * push[i].to_f64() * rate.rounded[j] / reply;
+                }
+            }
+            self.errors.map(&map);
+            compose(&mut change.map, &map, n);
+            match closing {
+                Some((delay, bound, left)) => {
+                    let until = self.now.to_f64() + 2.0 * delay;
+                    self.hidden = (self.hidden.0.max(until), 2.0 * strength * left);
+                    let share = 4.0 * left * bound / delay / reply;
+                    let blurred: Vec<f64> = push
+                        .iter()
+                        .map(|push| push.to_f64().abs() * share)
+                        .collect();
+                    self.blur(&blurred);
+                    self.delays[switch] = Some((delay, bound));
+                }
+                None => {
+                    self.bounced[switch] = restitution > 0.0;
+                    change.happened.push((switch, EventKind::Impact, 0.0, 0.0));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the bounces that follow are too small to be seen: after how long they have died out, how well that is known, and
+    /// the largest speed left out. With v the speed of the next and a the constant acceleration towards the stop they take
+    /// 2v/a·(1 + r + r² + …).
+    fn closing(
+        &mut self,
+        switch: usize,
+        rate: &Row<T>,
+        speed: T,
+        restitution: f64,
+    ) -> Option<(f64, f64, f64)> {
+        let speed = speed.to_f64();
+        let largest = self.largest[switch].max(speed);
+        self.largest[switch] = largest;
+        if restitution == 0.0 {
+            return None;
+        }
+        let left = restitution * speed;
+        let visible = left > self.invisible * largest;
+        if restitution >= 1.0 || visible && bits::<T>() > 60 {
+            return None;
+        }
+        let mut phases = self.phases.clone();
+        phases[switch] = Phase::Free;
+        let configuration = self.configuration(&phases).ok()?;
+        let step = configuration.step;
+        let moved = configuration.apply(&self.zeta);
+        let again = configuration.apply(&moved);
+        let acceleration = rate.at(&moved).to_f64() / step;
+        let jerk = rate.at(&again).to_f64() / (step * step);
+        // Doubles see no bounce lower than what is not known of the place.
+        let height = left * left / (2.0 * acceleration);
+        let blurred = 64.0 * self.errors.along(&self.places[switch].stretch.rounded);
+        if acceleration <= 0.0 || visible && height > blurred {
+            return None;
+        }
+        let delay = 2.0 * left / (acceleration * (1.0 - restitution));
+        // Beyond the parabola.
+        let curved = delay * (jerk.abs() / acceleration + configuration.reach / step);
+        (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+    }
+
+    fn beyond(&self, switch: usize, gap: f64) -> Row<T> {
+        let own = T::from(gap) / self.constant;
+        self.places[switch].stretch.plus_constant(-own)
+    }
+
+    /// The phases to begin with: what lies on its limit holds.
+    fn candidates(&self, due: &[usize]) -> Result<Vec<Phase>, Halt> {
+        let each = (0..self.places.len()).map(|switch| {
+            let place = &self.places[switch];
+            let old = self.phases[switch];
+            let is_due = due.contains(&switch);
+            Ok(match &place.switch {
+                Switch::Friction(_) => {
+                    let held = matches!(old, Phase::Stick | Phase::Idle(_)) && !self.jumped;
+                    match held {
+                        true => Phase::Stick,
+                        false => {
+                            let is_due = is_due || old == Phase::Stick;
+                            match self.sign_of(switch, &place.rate, is_due)? {
+                                0 => Phase::Stick,
+                                sign => Phase::Slip(sign),
+                            }
+                        }
+                    }
+                }
+                Switch::Stop(stop) => {
+                    match self.sign_of(switch, &self.beyond(switch, stop.gap), is_due)? {
+                        0 => old,
+                        1 => Phase::Closed,
+                        _ => Phase::Open,
+                    }
+                }
+                Switch::Impact(_) if self.bounced[switch] => Phase::Free,
+                Switch::Impact(impact) => {
+                    let held = old == Phase::Contact;
+                    let beyond = self.beyond(switch, impact.gap);
+                    let away = !held && self.sign_of(switch, &beyond, is_due || self.jumped)? < 0;
+                    let is_due = is_due || held || self.delays[switch].is_some();
+                    let leaves = || {
+                        Ok::<_, Halt>(self.jumped && self.sign_of(switch, &place.rate, is_due)? < 0)
+                    };
+                    match away || leaves()? {
+                        true => Phase::Free,
+                        false => match self.started
+                            || self.sign_of(switch, &place.rate, false)? == 0
+                        {
+                            true if self.sign_of(switch, &place.rate, true)? == 0 => Phase::Contact,
+                            _ => Phase::Free,
+                        },
+                    }
+                }
+                Switch::ControlledDamper(damper) => match old {
+                    Phase::OnOff { body, rate } => {
+                        let keep = |sign: i8, old: i8| if sign == 0 { old } else { sign };
+                        Phase::OnOff {
+                            body: keep(self.sign_of(switch, &place.body, is_due)?, body),
+                            rate: keep(self.sign_of(switch, &place.rate, is_due)?, rate),
+                        }
+                    }
+                    Phase::Hold { rate } if self.jumped => Phase::OnOff {
+                        body: self.sign_of(switch, &place.body, is_due)?.max(0) * 2 - 1,
+                        rate,
+                    },
+                    Phase::Clipped { low, high, rate } => {
+                        let keep = |sign: i8, old: i8| if sign == 0 { old } else { sign };
+                        let [to_low, to_high] = clipped(place, damper);
+                        Phase::Clipped {
+                            low: keep(self.sign_of(switch, &to_low, is_due)?, low),
+                            high: keep(self.sign_of(switch, &to_high, is_due)?, high),
+                            rate: keep(self.sign_of(switch, &place.rate, is_due)?, rate),
+                        }
+                    }
+                    old => old,
+                },
+            })
+        });
+        each.collect()
+    }
+
+    /// Changes the first phase that disagrees with its own law, until none does.
+    fn pivot(&mut self, phases: &mut Vec<Phase>, due: &[usize]) -> Result<(), Halt> {
+        const MOST: usize = 500;
+        let mut turns = vec![0; phases.len()];
+        let mut seen = HashSet::new();
+        for _ in 0..MOST {
+            let configuration = self.independent(phases)?;
+            let mut derivatives = vec![self.zeta.clone()];
+            for k in 1..ORDERS {
+                let mut next = configuration.apply(&derivatives[k - 1]);
+                for entry in &mut next {
+                    *entry = *entry / T::from(k as f64);
+                }
+                derivatives.push(next);
+            }
+            let mut factor = vec![1.0; ORDERS];
+            for k in 1..ORDERS {
+                factor[k] = factor[k - 1] * configuration.reach / k as f64;
+            }
+            let off = self.vague_in(&configuration);
+            let size = self.size();
+            self.orders = vec![usize::MAX; configuration.guards.len()];
+            let mut wrong = None;
+            let mut number = 0;
+            for (at, guard) in configuration.guards.iter().enumerate() {
+                number = match at > 0 && configuration.guards[at - 1].switch == guard.switch {
+                    true => number + 1,
+                    false => 0,
+                };
+                let is_due = due.contains(&guard.switch);
+                let row = &guard.row;
+                let mut sign = 0;
+                if self.bounced[guard.switch] && phases[guard.switch] == Phase::Free {
+                    self.orders[at] = 1;
+                    continue;
+                }
+                for (k, derivative) in derivatives.iter().enumerate() {
+                    let own =
+                        row.own_error(size) + row.norm * configuration.error * size * k as f64;
+                    let error = match k {
+                        0 => self.vague(row) + own,
+                        _ => (configuration.norm_of(row) * off + own) * factor[k].max(1e-3),
+                    };
+                    sign = self.sign(guard.switch, row.at(derivative), error * SLACK, is_due)?;
+                    if sign != 0 {
+                        self.orders[at] = k;
+                        break;
+                    }
+                }
+                let slides = matches!(phases[guard.switch], Phase::Slip(_));
+                if sign < 0 || sign == 0 && slides {
+                    wrong = Some((guard.switch, number, sign));
+                    break;
+                }
+            }
+            let Some((switch, number, sign)) = wrong else {
+                self.current = configuration;
+                return Ok(());
+            };
+            turns[switch] += 1;
+            phases[switch] = match (phases[switch], number) {
+                (Phase::Stick, 0) => Phase::Slip(-1),
+                (Phase::Stick, _) => Phase::Slip(1),
+                // What others hold cannot slide: it carries what it can.
+                (Phase::Slip(side), _) if sign == 0 && !seen.insert((switch, side)) => {
+                    Phase::Idle(side)
+                }
+                (Phase::Slip(_), _) => Phase::Stick,
+                (Phase::Open, _) => Phase::Closed,
+                (Phase::Closed, _) => Phase::Open,
+                (Phase::Free, _) => Phase::Contact,
+                (Phase::Contact, _) => Phase::Free,
+                (Phase::OnOff { rate, .. }, 0) if turns[switch] > 3 => Phase::Hold { rate },
+                (Phase::OnOff { body, rate }, 0) => Phase::OnOff { body: -body, rate },
+                (Phase::OnOff { body, rate }, _) => Phase::OnOff { body, rate: -rate },
+                (Phase::Hold { rate }, 2) => Phase::Hold { rate: -rate },
+                (Phase::Hold { rate }, number) => Phase::OnOff {
+                    body: if number == 0 { -rate } else { rate },
+                    rate,
+                },
+                (Phase::Clipped { low, high, rate }, 0) => Phase::Clipped {
+                    low: -low,
+                    high,
+                    rate,
+                },
+                (Phase::Clipped { low, high, rate }, 1) => Phase::Clipped {
+                    low,
+                    high: -high,
+                    rate,
+                },
+                (Phase::Clipped { low, high, rate }, _) => Phase::Clipped {
+                    low,
+                    high,
+                    rate: -rate,
+                },
+                (Phase::Idle(side), _) => Phase::Idle(side),
+            };
+            // What stood aside may be needed now.
+            for (other, phase) in phases.iter_mut().enumerate() {
+                *phase = match *phase {
+                    Phase::Idle(0) if other != switch => Phase::Stick,
+                    Phase::Idle(side) if other != switch => Phase::Slip(side),
+                    phase => phase,
+                };
+            }
+        }
+        let switch = due.first().copied().unwrap_or(0);
+        Err(Halt::Failed(SwitchingError::Undecided {
+            time: self.now.to_f64(),
+            switch,
+            reason: "no combination of states agrees with the laws of all switches",
+        }))
+    }
+
+    /// The system of some phases, where frictions that hold what others hold already stand aside.
+    fn independent(
+        &mut self,
+        phases: &mut [Phase],
+    ) -> Result<std::rc::Rc<crate::configuration::Configuration<T>>, Halt> {
+        loop {
+            if let Ok(configuration) = self.configuration(phases) {
+                return Ok(configuration);
+            }
+            // The last that makes the relations dependent.
+            let mut partial: Vec<Phase> = phases
+                .iter()
+                .map(|phase| {
+                    if *phase == Phase::Stick {
+                        Phase::Idle(0)
+                    } else {
+                        *phase
+                    }
+                })
+                .collect();
+            self.configuration(&partial)?;
+            for switch in 0..phases.len() {
+                if phases[switch] == Phase::Stick {
+                    partial[switch] = Phase::Stick;
+                    if self.configuration(&partial).is_err() {
+                        partial[switch] = Phase::Idle(0);
+                    }
+                }
+            }
+            phases.copy_from_slice(&partial);
+        }
+    }
+
+    /// Takes away what rounding left of the rates that are held.
+    fn project(&mut self, change: &mut Change) {
+        let configuration = self.current.clone();
+        if configuration.held.is_empty() {
+            return;
+        }
+        let n = self.zeta.len();
+        let mut map = vec![0.0; n * n];
+        (0..n).for_each(|i| map[i * n + i] = 1.0);
+        let forces: Vec<T> = configuration
+            .held
+            .iter()
+            .map(|(_, gain, _)| dot(gain, &self.zeta))
+            .collect();
+        let mut sizes = vec![0.0; n];
+        for ((_, gain, push), force) in configuration.held.iter().zip(&forces) {
+            for i in 0..n {
+                self.zeta[i] = self.zeta[i] - *force * push[i];
+                for j in 0..n {
+                    map[i * n + j] -= push[i].to_f64() * gain[j].to_f64();
+                }
+            }
+            let norm = length(&gain.iter().map(|entry| entry.to_f64()).collect::<Vec<_>>());
+            for (size, push) in sizes.iter_mut().zip(push) {
+                *size += norm * push.to_f64().abs();
+            }
+        }
+        let rounding = crate::rows::unit::<T>() * (n + 4) as f64 * 4.0 + configuration.error;
+        let size = self.size();
+        let blurred: Vec<f64> = sizes.iter().map(|own| own * rounding * size).collect();
+        self.blur(&blurred);
+        self.errors.map(&map);
+        compose(&mut change.map, &map, n);
+    }
+}
+
+/// The map of one change after others.
+fn compose(all: &mut Option<Vec<f64>>, map: &[f64], n: usize) {
+    *all = Some(match all.take() {
+        None => map.to_vec(),
+        Some(before) => {
+            let mut product = vec![0.0; n * n];
+            for i in 0..n {
+                for k in 0..n {
+                    for j in 0..n {
+                        product[i * n + j] += map[i * n + k] * before[k * n + j];
+                    }
+                }
+            }
+            product
+        }
+    });
+}
+
+/// What a change of phase is called.
+fn kind(old: Phase, new: Phase) -> Option<EventKind> {
+    let sticks = |phase| matches!(phase, Phase::Stick | Phase::Idle(_));
+    match (old, new) {
+        _ if old == new || sticks(old) && sticks(new) => None,
+        (_, Phase::Slip(_)) => Some(EventKind::Slip),
+        (Phase::Slip(_), _) => Some(EventKind::Stick),
+        (_, Phase::Closed | Phase::Contact) => Some(EventKind::Contact),
+        (Phase::Closed | Phase::Contact, _) => Some(EventKind::Release),
+        _ if old.setting() != new.setting() => Some(EventKind::Switch),
+        _ => None,
+    }
+}

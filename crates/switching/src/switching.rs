@@ -1,0 +1,119 @@
+//! The question and its answer.
+
+use eigentone_digits::{DoubleDouble, Real, Wide};
+use eigentone_modes::{Form, Precision};
+use eigentone_response::{Problem, Trajectory};
+
+use crate::error::SwitchingError;
+use crate::event::Event;
+use crate::march::{Halt, march};
+use crate::switch::Switch;
+
+/// A problem whose system has switches.
+#[derive(Clone, Debug)]
+pub struct Switching<'a, 'b> {
+    pub(crate) problem: &'a Problem<'b>,
+    pub(crate) switches: Vec<Switch>,
+    /// Of each switch, its stretch and the displacement of b.
+    pub(crate) forms: Vec<[Form; 2]>,
+}
+
+/// The motion of a system with switches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SwitchedMotion {
+    trajectory: Trajectory,
+    events: Vec<Event>,
+}
+
+impl SwitchedMotion {
+    /// The motion at the instants asked for. At an event it is what comes just after.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// All events, by time.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+}
+
+/// What came of an attempt with some digits.
+pub(crate) struct Found {
+    pub(crate) trajectory: Trajectory,
+    pub(crate) events: Vec<Event>,
+    /// Whether every instant is as good as asked for.
+    pub(crate) good: bool,
+}
+
+impl<'a, 'b> Switching<'a, 'b> {
+    /// The problem with these switches in its system.
+    ///
+    /// # Errors
+    /// [`SwitchingError::Switch`] naming the first that is wrong.
+    pub fn new(
+        problem: &'a Problem<'b>,
+        switches: Vec<Switch>,
+    ) -> Result<Switching<'a, 'b>, SwitchingError> {
+        let forms = switches.iter().enumerate().map(|(switch, given)| {
+            let wrong = |fault| SwitchingError::Switch { switch, fault };
+            given.forms(problem.system()).map_err(wrong)
+        });
+        Ok(Switching {
+            forms: forms.collect::<Result<_, _>>()?,
+            problem,
+            switches,
+        })
+    }
+
+    /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
+    /// tolerance and the events ask for, and all bounds are proven; what 77 digits cannot tell from a coincidence is taken as
+    /// one, as two events at one time are. With [`Precision::Double`] the same is done in doubles, and where they
+    /// cannot tell, a coincidence is assumed: then bounds are estimates.
+    ///
+    /// # Errors
+    /// [`SwitchingError`].
+    pub fn run(&self) -> Result<SwitchedMotion, SwitchingError> {
+        type Run = fn(&Switching<'_, '_>, f64, bool) -> Result<Found, Halt>;
+        let found = |found: Found, digits: Option<usize>| SwitchedMotion {
+            trajectory: match digits {
+                Some(digits) => found.trajectory.proven(digits),
+                None => found.trajectory,
+            },
+            events: found.events,
+        };
+        let tolerance = match self.problem.precision() {
+            Precision::Certified { tolerance } => tolerance,
+            Precision::Double => {
+                let answer = march::<f64, DoubleDouble>(self, f64::INFINITY, true);
+                // Where doubles find no way on, more digits may.
+                let answer =
+                    answer.or_else(|_| march::<DoubleDouble, Wide<4>>(self, f64::INFINITY, true));
+                return match answer {
+                    Ok(answer) => Ok(found(answer, None)),
+                    Err(halt) => Err(halt.into()),
+                };
+            }
+        };
+        let rungs: [(Run, usize, bool); 3] = [
+            (march::<DoubleDouble, Wide<4>>, 32, false),
+            (march::<Wide<4>, Wide<4>>, 77, true),
+            (march::<Wide<8>, Wide<8>>, 154, true),
+        ];
+        const UNIT: f64 = f64::EPSILON / 2.0;
+        let relative = (tolerance - UNIT).max(UNIT / 1024.0);
+        for (at, (run, digits, ties)) in rungs.into_iter().enumerate() {
+            let last = at + 1 == rungs.len();
+            match run(self, relative, ties) {
+                Ok(answer) if answer.good || last => return Ok(found(answer, Some(digits))),
+                Err(halt) if last || !halt.is_undecided() => return Err(halt.into()),
+                _ => {}
+            }
+        }
+        Err(SwitchingError::Stuck)
+    }
+}
+
+/// The bits of the arithmetic.
+pub(crate) fn bits<T: Real>() -> i32 {
+    -T::UNIT_LOG2
+}

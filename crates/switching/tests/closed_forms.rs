@@ -1,0 +1,162 @@
+//! Motions with events against their closed forms.
+
+use std::f64::consts::PI;
+
+use eigentone_modes::{Bounds, GROUND, Precision, System};
+use eigentone_response::{Harmonic, Quantity, Ramp, Response, State, Step};
+use eigentone_switching::{EventKind, Friction, Impact, Switch, SwitchedMotion, Switching};
+
+fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
+    Switch::Friction(Friction {
+        between: [a.into(), b.into()],
+        force,
+        static_force,
+    })
+}
+
+fn impact(a: &str, b: &str, gap: f64, restitution: f64) -> Switch {
+    Switch::Impact(Impact {
+        between: [a.into(), b.into()],
+        gap,
+        restitution,
+    })
+}
+
+fn run(response: Response<'_>, switches: Vec<Switch>) -> SwitchedMotion {
+    let problem = response.problem().expect("a problem");
+    let motion = Switching::new(&problem, switches).expect("switches").run();
+    motion.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn close(found: f64, wanted: f64, relative: f64) {
+    assert!(
+        (found - wanted).abs() <= relative * wanted.abs(),
+        "{found:?} for {wanted:?}"
+    );
+}
+
+/// Each half swing of π/ω loses 2F/k: x turns at x₀ − 2jF/k, and rests once that is within F/k.
+#[test]
+fn friction_takes_the_same_from_every_swing() {
+    let (m, k, f, x0) = (1.3, 57.0, 2.0, 0.3);
+    let system = System::builder()
+        .mass("m", m)
+        .spring(GROUND, "m", k)
+        .build()
+        .expect("a system");
+    let swing = PI / (k / m).sqrt();
+    for precision in [Precision::default(), Precision::Double] {
+        let ask = Response::of(&system).from(State::at_rest().displace("m", x0));
+        let ask = ask.every(swing / 7.3).until(12.0 * swing).to(precision);
+        let motion = run(ask, vec![friction(GROUND, "m", f, f)]);
+        let events = motion.events();
+        // 0.3 − 2j·0.0351 is within 0.0351 at j = 4.
+        let halves = (1..)
+            .find(|j| x0 - 2.0 * f64::from(*j) * f / k <= f / k)
+            .expect("it rests");
+        for event in events {
+            println!("{event:?}");
+        }
+        assert_eq!(
+            events.len(),
+            halves as usize + usize::from(events[0].time == 0.0)
+        );
+        let last = events.last().expect("events");
+        assert_eq!(last.kind, EventKind::Stick);
+        close(last.time, f64::from(halves) * swing, 1e-14);
+        let rest =
+            (x0 - 2.0 * f64::from(halves) * f / k) * if halves % 2 == 0 { 1.0 } else { -1.0 };
+        let found = motion.trajectory().displacement();
+        let digits = if precision == Precision::Double {
+            1e-12
+        } else {
+            1e-14
+        };
+        close(found[(0, found.ncols() - 1)], rest, digits);
+        println!("{:?}", motion.trajectory().displacement_bound().last());
+    }
+}
+
+/// A ball that falls from h bounces after √(2h/g)·(1 + 2r + 2r² + …) s.
+#[test]
+fn a_ball_bounces_until_it_lies() {
+    let (m, g, h, r) = (0.7, 9.81, 1.0, 0.8);
+    let system = System::builder().mass("ball", m).build().expect("a system");
+    for precision in [Precision::default(), Precision::Double] {
+        let ask = Response::of(&system)
+            .from(State::at_rest().displace("ball", h))
+            .load("ball", Step::of(-m * g));
+        let ask = ask.every(0.125).until(6.0).to(precision);
+        // ground − ball reaches 0.
+        let motion = run(ask, vec![impact("ball", GROUND, 0.0, r)]);
+        let fall = (2.0 * h / (m * g / m)).sqrt();
+        let hits: Vec<f64> = motion
+            .events()
+            .iter()
+            .filter(|e| e.kind == EventKind::Impact)
+            .map(|e| e.time)
+            .collect();
+        let mut time = fall;
+        for (j, hit) in hits.iter().take(30).enumerate() {
+            close(*hit, time, 1e-14);
+            time += 2.0 * fall * r.powi(j as i32 + 1);
+        }
+        let last = motion.events().last().expect("events");
+        println!(
+            "{} {last:?} {:?}",
+            hits.len(),
+            motion.trajectory().displacement_bound()
+        );
+        assert_eq!(last.kind, EventKind::Contact);
+        close(last.time, fall * (1.0 + r) / (1.0 - r), 1e-14);
+        assert!((motion.trajectory().displacement()[(0, 48)]).abs() < 1e-15);
+        if precision == Precision::default() {
+            assert_eq!(motion.trajectory().bounds(), Bounds::Proven);
+        }
+    }
+}
+
+/// A mass on a belt of speed u sticks until the spring has stretched to F_s/k, and then slides.
+#[test]
+fn a_belt_makes_stick_and_slip() {
+    let (m, k, u, fk, fs) = (1.0, 100.0, 0.5, 3.0, 5.0);
+    let system = System::builder()
+        .mass("m", m)
+        .spring(GROUND, "m", k)
+        .support("belt")
+        .damper("belt", "m", 0.0)
+        .build();
+    let system = system.expect("a system");
+    for precision in [Precision::default(), Precision::Double] {
+        let ask = Response::of(&system)
+            .motion("belt", Quantity::Displacement, Ramp::of(u))
+            .from(State::at_rest().push("m", u));
+        let ask = ask.every(0.01).until(4.0).to(precision);
+        let motion = run(ask, vec![friction("belt", "m", fk, fs)]);
+        let events = motion.events();
+        for event in events.iter().take(8) {
+            println!("{event:?}");
+        }
+        close(events[0].time, fs / k / u, 1e-14);
+        assert_eq!(events[0].kind, EventKind::Slip);
+        // From x = fs/k, v = u about fk/k: back at v = u after the slip of 2(π − atan(Δ ω/u))/ω, Δ = (fs − fk)/k.
+        let w = (k / m).sqrt();
+        let slip = 2.0 * (PI - ((fs - fk) / k * w / u).atan()) / w;
+        close(events[1].time - events[0].time, slip, 1e-13);
+        let stick = 2.0 * (fs - fk) / k / u;
+        close(events[2].time - events[1].time, stick, 1e-13);
+    }
+}
+
+/// A force that grows and swings breaks a mass loose.
+#[test]
+fn a_load_breaks_a_mass_loose() {
+    let system = System::builder().mass("m", 2.0).build().expect("a system");
+    let ask = Response::of(&system)
+        .load("m", Harmonic::of(3.0, 2.0))
+        .every(0.05)
+        .until(10.0);
+    let motion = run(ask, vec![friction(GROUND, "m", 1.5, 1.5)]);
+    close(motion.events()[0].time, (0.5f64).asin() / 2.0, 1e-14);
+    assert_eq!(motion.events()[0].kind, EventKind::Slip);
+}

@@ -227,6 +227,18 @@ impl<T: Real> Configuration<T> {
 
 /// Powers of two by which rows and columns of a matrix come to about the same size (Osborne, J. ACM 7, 1960).
 fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
+    /// What is smaller beside the largest is rounding.
+    const ROUNDING: f64 = 1e-15;
+    /// No scale is larger, nor smaller than its inverse: what is left out of series is bounded in these scales.
+    const MOST: f64 = 1_048_576.0;
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let size = |at: usize| {
+        if sizes[at] > ROUNDING * largest {
+            sizes[at]
+        } else {
+            0.0
+        }
+    };
     let mut scales = vec![1.0f64; n];
     for _ in 0..20 {
         let mut done = true;
@@ -234,10 +246,10 @@ fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
             let others = (0..n).filter(|j| *j != i);
             let across: f64 = others
                 .clone()
-                .map(|j| sizes[i * n + j] * scales[i] / scales[j])
+                .map(|j| size(i * n + j) * scales[i] / scales[j])
                 .sum();
             let down: f64 = others
-                .map(|j| sizes[j * n + i] * scales[j] / scales[i])
+                .map(|j| size(j * n + i) * scales[j] / scales[i])
                 .sum();
             if across > 0.0 && down > 0.0 {
                 let factor = 2f64.powi((down / across).log2().div_euclid(2.0) as i32);
@@ -253,6 +265,9 @@ fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
         if done {
             break;
         }
+    }
+    for scale in &mut scales {
+        *scale = scale.clamp(1.0 / MOST, MOST);
     }
     scales
 }
@@ -289,8 +304,11 @@ fn law<T: Real>(place: &Place<T>, phase: Phase, one: T) -> Option<Row<T>> {
     let nothing = || Row::sum(&[(0.0, &place.rate)]);
     match (&place.switch, phase) {
         (Switch::Friction(friction), Phase::Slip(sign) | Phase::Idle(sign)) => {
-            let force = T::from(-f64::from(sign) * friction.force) * one;
-            Some(nothing().plus_constant(force))
+            let size = match phase {
+                Phase::Slip(_) => friction.force,
+                _ => friction.static_force,
+            };
+            Some(nothing().plus_constant(T::from(-f64::from(sign) * size) * one))
         }
         (Switch::Stop(stop), Phase::Closed) => {
             let own = [

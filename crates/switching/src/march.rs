@@ -543,17 +543,10 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 });
                 scaled.collect::<Vec<f64>>()
             };
-            let errors: Vec<f64> = (order..coefficients.len())
-                .map(|k| match k {
-                    0 => {
-                        self.errors.along(&guard.row.rounded)
-                            + series.coefficient_error(&self.current, &guard.row, 0.0, 0, sizes[0])
-                    }
-                    k => series.coefficient_error(&self.current, &guard.row, off, k, sizes[k]),
-                })
-                .collect();
+            let mut errors = series.coefficient_errors(&self.current, &guard.row, off, &sizes);
+            errors[0] += self.vague(&guard.row);
             let mut power = 1.0;
-            let margin: f64 = errors
+            let margin: f64 = errors[order..]
                 .iter()
                 .map(|error| {
                     let own = error * power;

@@ -47,8 +47,8 @@ impl<T: Real> Series<T> {
         let unit = unit::<T>();
         let width = configuration.rows.iter().map(Vec::len).max().unwrap_or(0) as f64;
         // reachᵏ/k!
-        let mut left = 1.0;
-        while left > unit / 1024.0 || terms.len() < 4 {
+        let (mut left, mut power) = (1.0, 1.0);
+        while left > unit * 2f64.powi(-40) || terms.len() < 4 {
             let k = terms.len() as f64;
             let mut next = configuration.apply(&terms[terms.len() - 1]);
             for entry in next.iter_mut().filter(|entry| !entry.is_zero()) {
@@ -59,10 +59,11 @@ impl<T: Real> Series<T> {
                 sum / k * SLACK
             });
             bound = sums.collect();
+            power *= BEYOND * SLACK;
             sizes
                 .iter_mut()
                 .zip(&bound)
-                .for_each(|(sum, size)| *sum += size * BEYOND.powf(k));
+                .for_each(|(sum, size)| *sum += size * power);
             roundings.push(
                 bound
                     .iter()
@@ -137,33 +138,39 @@ impl<T: Real> Series<T> {
         self.rounded.iter().map(entry).unzip()
     }
 
-    /// A bound of the error of the k-th coefficient of a function of ζ whose terms have this size, where ζ(t) times the
-    /// scales of the configuration is known to `off`.
-    pub(crate) fn coefficient_error(
+    /// Bounds of the errors of the coefficients of a function of ζ, where each is a sum of this size and ζ(t) times the
+    /// scales of the configuration is known to `off`; of the first one as far as ζ(t) does not matter.
+    pub(crate) fn coefficient_errors(
         &self,
         configuration: &Configuration<T>,
         row: &Row<T>,
         off: f64,
-        k: usize,
-        size: f64,
-    ) -> f64 {
-        let factor = (1..=k).fold(1.0, |factor, i| factor * self.reach / i as f64);
-        let roundings = row.rounded.iter().zip(&self.roundings[k]);
-        let rounding: f64 = roundings
-            .map(|(entry, rounding)| entry.abs() * rounding)
-            .sum();
-        let sum = unit::<T>() * (row.entries.len() + 2) as f64 * size;
-        let own = row.error * self.size * factor;
-        // What is left out begins with the first power of θ.
-        let rest: f64 = match k {
-            1 => row
-                .rounded
+        sizes: &[f64],
+    ) -> Vec<f64> {
+        let off = configuration.norm_of(row) * off;
+        let own = row.error * self.size;
+        let rounding = unit::<T>() * (row.entries.len() + 2) as f64;
+        let dot = |sizes: &[f64]| {
+            row.rounded
                 .iter()
-                .zip(&self.rest)
-                .map(|(entry, rest)| entry.abs() * rest)
-                .sum(),
-            _ => 0.0,
+                .zip(sizes)
+                .map(|(a, b)| a.abs() * b)
+                .sum::<f64>()
         };
-        (configuration.norm_of(row) * off * factor + rounding + sum + own + rest) * SLACK
+        let mut factor = 1.0;
+        let each = sizes.iter().zip(&self.roundings).enumerate();
+        let errors = each.map(|(k, (size, roundings))| {
+            // What is left out begins with the first power of θ.
+            let more = match k {
+                0 => 0.0,
+                1 => off * self.reach + dot(&self.rest),
+                _ => off * factor * self.reach / k as f64,
+            };
+            if k > 0 {
+                factor *= self.reach / k as f64;
+            }
+            (more + dot(roundings) + rounding * size + own * factor) * SLACK
+        });
+        errors.collect()
     }
 }

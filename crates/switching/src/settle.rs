@@ -419,11 +419,15 @@ impl<T: Real> March<'_, '_, T> {
                 },
                 (Phase::Idle(side), _) => Phase::Idle(side),
             };
-            // What stood aside may be needed now.
+            // Where one gives way, what stood aside may be needed, and what was held may slide.
+            let gives = matches!(phases[switch], Phase::Slip(_) | Phase::Idle(_));
+            let slides = matches!(phases[switch], Phase::Slip(_));
             for (other, phase) in phases.iter_mut().enumerate() {
                 *phase = match *phase {
-                    Phase::Idle(0) if other != switch => Phase::Stick,
-                    Phase::Idle(side) if other != switch => Phase::Slip(side),
+                    Phase::Idle(0) if other != switch && gives => Phase::Stick,
+                    Phase::Idle(side) if other != switch && slides && side != 0 => {
+                        Phase::Slip(side)
+                    }
                     phase => phase,
                 };
             }

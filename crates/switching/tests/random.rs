@@ -1,0 +1,343 @@
+//! Random systems with switches against a time-stepping scheme that knows nothing of events, and against themselves.
+
+use eigentone_modes::{GROUND, Precision, System};
+use eigentone_response::{Harmonic, Response, State};
+use eigentone_switching::{
+    ControlledDamper, DamperLaw, Friction, Impact, Stop, Switch, SwitchedMotion, Switching,
+    SwitchingError,
+};
+use proptest::prelude::*;
+
+/// Masses in a chain, the first at the ground; each with an initial state.
+#[derive(Clone, Debug)]
+struct Chain {
+    masses: Vec<f64>,
+    springs: Vec<f64>,
+    dampers: Vec<f64>,
+    start: Vec<(f64, f64)>,
+    load: (f64, f64),
+    switches: Vec<Given>,
+}
+
+/// A switch between places, 0 being the ground and k the k-th mass.
+#[derive(Clone, Debug)]
+enum Given {
+    Friction(usize, usize, f64, f64),
+    Stop(usize, usize, f64, f64, f64),
+    Impact(usize, usize, f64, f64),
+    Damper(usize, usize, f64, f64, Option<f64>),
+}
+
+fn name(place: usize) -> String {
+    match place {
+        0 => GROUND.to_owned(),
+        place => format!("m{place}"),
+    }
+}
+
+impl Given {
+    fn switch(&self) -> Switch {
+        let between = |a: usize, b: usize| [name(a), name(b)];
+        match *self {
+            Given::Friction(a, b, force, static_force) => Switch::Friction(Friction {
+                between: between(a, b),
+                force,
+                static_force,
+            }),
+            Given::Stop(a, b, gap, stiffness, damping) => Switch::Stop(Stop {
+                between: between(a, b),
+                gap,
+                stiffness,
+                damping,
+            }),
+            Given::Impact(a, b, gap, restitution) => Switch::Impact(Impact {
+                between: between(a, b),
+                gap,
+                restitution,
+            }),
+            Given::Damper(a, b, low, high, sky) => Switch::ControlledDamper(ControlledDamper {
+                between: between(a, b),
+                low,
+                high,
+                law: sky.map_or(DamperLaw::OnOffSkyhook, |sky| DamperLaw::ClippedSkyhook {
+                    sky,
+                }),
+            }),
+        }
+    }
+}
+
+impl Chain {
+    fn system(&self) -> System {
+        let mut builder = System::builder();
+        for (i, mass) in self.masses.iter().enumerate() {
+            builder = builder.mass(name(i + 1), *mass);
+        }
+        for (i, (spring, damper)) in self.springs.iter().zip(&self.dampers).enumerate() {
+            builder =
+                builder
+                    .spring(name(i), name(i + 1), *spring)
+                    .damper(name(i), name(i + 1), *damper);
+        }
+        builder.build().expect("a chain")
+    }
+
+    fn run(
+        &self,
+        step: f64,
+        end: f64,
+        precision: Precision,
+    ) -> Result<SwitchedMotion, SwitchingError> {
+        let system = self.system();
+        let mut state = State::at_rest();
+        for (i, (x, v)) in self.start.iter().enumerate() {
+            state = state.displace(name(i + 1), *x).push(name(i + 1), *v);
+        }
+        let last = name(self.masses.len());
+        let ask = Response::of(&system)
+            .from(state)
+            .load(last, Harmonic::of(self.load.0, self.load.1));
+        let problem = ask
+            .every(step)
+            .until(end)
+            .to(precision)
+            .problem()
+            .expect("a problem");
+        let switches = self.switches.iter().map(Given::switch).collect();
+        Switching::new(&problem, switches)?.run()
+    }
+
+    /// The displacements at the end by Moreau's scheme with small steps: friction by impulses within their limits, found
+    /// by repeated projection, and impacts by Newton's law.
+    fn stepped(&self, end: f64, steps: usize) -> Vec<f64> {
+        let n = self.masses.len();
+        let h = end / steps as f64;
+        let (mut x, mut v): (Vec<f64>, Vec<f64>) = self.start.iter().copied().unzip();
+        let at = |values: &[f64], place: usize| if place == 0 { 0.0 } else { values[place - 1] };
+        let inverse = |place: usize| {
+            if place == 0 {
+                0.0
+            } else {
+                1.0 / self.masses[place - 1]
+            }
+        };
+        let mut impulses = vec![0.0; self.switches.len()];
+        let mut sticks = vec![false; self.switches.len()];
+        for k in 0..steps {
+            let middle: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x + 0.5 * h * v).collect();
+            let mut force = vec![0.0; n];
+            force[n - 1] += self.load.0 * (self.load.1 * (k as f64 + 0.5) * h).sin();
+            let mut pull = |a: usize, b: usize, size: f64| {
+                if b > 0 {
+                    force[b - 1] -= size;
+                }
+                if a > 0 {
+                    force[a - 1] += size;
+                }
+            };
+            for (i, (spring, damper)) in self.springs.iter().zip(&self.dampers).enumerate() {
+                let stretch = at(&middle, i + 1) - at(&middle, i);
+                pull(
+                    i,
+                    i + 1,
+                    spring * stretch + damper * (at(&v, i + 1) - at(&v, i)),
+                );
+            }
+            for given in &self.switches {
+                match *given {
+                    Given::Stop(a, b, gap, stiffness, damping) => {
+                        let beyond = at(&middle, b) - at(&middle, a) - gap;
+                        if beyond > 0.0 {
+                            pull(a, b, stiffness * beyond + damping * (at(&v, b) - at(&v, a)));
+                        }
+                    }
+                    Given::Damper(a, b, low, high, sky) => {
+                        let rate = at(&v, b) - at(&v, a);
+                        let size = match sky {
+                            None if at(&v, b) * rate > 0.0 => high * rate,
+                            None => low * rate,
+                            Some(sky) => {
+                                let ends = [low * rate, high * rate];
+                                (sky * at(&v, b)).clamp(ends[0].min(ends[1]), ends[0].max(ends[1]))
+                            }
+                        };
+                        pull(a, b, size);
+                    }
+                    _ => {}
+                }
+            }
+            let mut w: Vec<f64> = (0..n)
+                .map(|i| v[i] + h * force[i] / self.masses[i])
+                .collect();
+            let kick = |w: &mut Vec<f64>, a: usize, b: usize, size: f64| {
+                if b > 0 {
+                    w[b - 1] += size * inverse(b);
+                }
+                if a > 0 {
+                    w[a - 1] -= size * inverse(a);
+                }
+            };
+            // First with the static limits: what they hold sticks. Then all else slides.
+            let free = w.clone();
+            for first in [true, false] {
+                w.clone_from(&free);
+                impulses.fill(0.0);
+                for _ in 0..if self.switches.len() < 2 { 1 } else { 40 } {
+                    for (j, given) in self.switches.iter().enumerate() {
+                        if let Given::Friction(a, b, kinetic, most) = *given {
+                            let limit = h * if first || sticks[j] { most } else { kinetic };
+                            let rate = at(&w, b) - at(&w, a);
+                            let next = (impulses[j] - rate / (inverse(a) + inverse(b)))
+                                .clamp(-limit, limit);
+                            kick(&mut w, a, b, next - impulses[j]);
+                            impulses[j] = next;
+                        }
+                    }
+                }
+                for (j, given) in self.switches.iter().enumerate() {
+                    if let Given::Friction(_, _, _, most) = *given
+                        && first
+                    {
+                        sticks[j] = impulses[j].abs() < h * most * (1.0 - 1e-9);
+                    }
+                }
+            }
+            for given in &self.switches {
+                if let Given::Impact(a, b, gap, restitution) = *given {
+                    let rate = at(&w, b) - at(&w, a);
+                    if at(&middle, b) - at(&middle, a) >= gap && rate > 0.0 {
+                        let size = -(1.0 + restitution) * rate / (inverse(a) + inverse(b));
+                        kick(&mut w, a, b, size);
+                    }
+                }
+            }
+            for i in 0..n {
+                x[i] = middle[i] + 0.5 * h * w[i];
+            }
+            v = w;
+        }
+        x
+    }
+}
+
+fn chain() -> impl Strategy<Value = Chain> {
+    (1usize..4).prop_flat_map(|n| {
+        let between = (0..=n, 1..=n).prop_filter("two places", |(a, b)| a != b);
+        let switch = (0..5, between, 0.1..3.0f64, 1.0..1.6f64, 0.02..0.3f64).prop_map(
+            |(kind, (a, b), force, ratio, gap)| match kind {
+                0 | 1 => Given::Friction(a, b, force, force * ratio),
+                2 => Given::Stop(a, b, gap, 2e3 * ratio, force),
+                3 => Given::Impact(a, b, gap, gap * 3.0),
+                _ => Given::Damper(
+                    a,
+                    b,
+                    force,
+                    4.0 * force,
+                    (ratio > 1.3).then_some(3.0 * force),
+                ),
+            },
+        );
+        (
+            prop::collection::vec(0.2..3.0f64, n),
+            prop::collection::vec(20.0..300.0f64, n),
+            prop::collection::vec(0.0..1.0f64, n),
+            prop::collection::vec((-0.05..0.015f64, -1.0..1.0f64), n),
+            (0.0..8.0f64, 1.0..20.0f64),
+            prop::collection::vec(switch, 1..4),
+        )
+            .prop_map(|(masses, springs, dampers, start, load, mut switches)| {
+                // The scheme cannot tell in which order several static limits are reached.
+                let frictions = switches
+                    .iter()
+                    .filter(|given| matches!(given, Given::Friction(..)));
+                let several = frictions.count() > 1;
+                for given in &mut switches {
+                    if let Given::Friction(_, _, force, most) = given
+                        && several
+                    {
+                        *most = *force;
+                    }
+                }
+                Chain {
+                    masses,
+                    springs,
+                    dampers,
+                    start,
+                    load,
+                    switches,
+                }
+            })
+    })
+}
+
+/// What may be refused: forces that are not unique, and a start beyond a gap.
+fn is_refusal(error: &SwitchingError) -> bool {
+    matches!(
+        error,
+        SwitchingError::Dependent { .. } | SwitchingError::Switch { .. }
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 8, ..ProptestConfig::with_cases(cases()) })]
+
+    #[test]
+    fn random_motions_agree_with_small_steps_and_with_themselves(chain in chain()) {
+        const END: f64 = 0.625;
+        let motion = match chain.run(0.0625, END, Precision::default()) {
+            Ok(motion) => motion,
+            Err(error) if is_refusal(&error) => return Ok(()),
+            Err(error) => return Err(TestCaseError::fail(error.to_string())),
+        };
+        // Output steps change neither the events nor the motion.
+        let finer = chain.run(0.0078125, END, Precision::default()).expect("as before");
+        prop_assert_eq!(motion.events().len(), finer.events().len());
+        for (a, b) in motion.events().iter().zip(finer.events()) {
+            prop_assert_eq!((a.switch, a.kind), (b.switch, b.kind));
+            prop_assert!((a.time - b.time).abs() <= a.bound + b.bound, "{:?} {:?}", a, b);
+        }
+        let (coarse, fine) = (motion.trajectory(), finer.trajectory());
+        for k in 0..coarse.len() {
+            let bound = coarse.displacement_bound()[k].expect("proven") + fine.displacement_bound()[8 * k].expect("proven");
+            for i in 0..chain.masses.len() {
+                let off = (coarse.displacement()[(i, k)] - fine.displacement()[(i, 8 * k)]).abs();
+                prop_assert!(off <= bound, "{i} {k}: {off:e} {bound:e}");
+                prop_assert!(bound < 1e-14, "{bound:e}");
+            }
+        }
+        // Nothing passes a rigid stop.
+        for given in &chain.switches {
+            if let Given::Impact(a, b, gap, _) = *given {
+                let at = |place: usize, k: usize| if place == 0 { 0.0 } else { fine.displacement()[(place - 1, k)] };
+                for k in 0..fine.len() {
+                    prop_assert!(at(b, k) - at(a, k) <= gap + 1e-14);
+                }
+            }
+        }
+        // The scheme is of first order: two step lengths tell how far it may be off, unless an event is a near miss.
+        let last = coarse.len() - 1;
+        let near = chain.stepped(END, 60_000);
+        let far = chain.stepped(END, 30_000);
+        let scale = (0..chain.masses.len()).map(|i| far[i].abs()).fold(0.01, f64::max);
+        let spread = near.iter().zip(&far).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if spread < 1e-3 * scale {
+            for (i, near) in near.iter().enumerate() {
+                let off = (coarse.displacement()[(i, last)] - near).abs();
+                prop_assert!(off <= 6.0 * spread + 1e-3 * scale, "{i}: {off:e}, spread {spread:e}");
+            }
+        }
+        // Doubles are near.
+        let doubles = chain.run(0.0625, END, Precision::Double).expect("an estimate");
+        for i in 0..chain.masses.len() {
+            let off = (doubles.trajectory().displacement()[(i, last)] - coarse.displacement()[(i, last)]).abs();
+            prop_assert!(off <= 1e-7 * scale, "doubles {i}: {off:e}");
+        }
+    }
+}
+
+fn cases() -> u32 {
+    let asked = std::env::var("PROPTEST_CASES")
+        .ok()
+        .and_then(|cases| cases.parse().ok());
+    asked.unwrap_or(64)
+}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What NumPy and SciPy take for the same work, on one thread: best of several runs, in microseconds.
 
-usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [lsim] [sweep] [eigsh] [frf]
+usage: OPENBLAS_NUM_THREADS=1 python3 benches/peers.py [expm] [eig] [full] [lsim] [sweep] [eigsh] [frf]
 
 Prints a name and a time a line; all sections if none is named. `cargo bench --bench limits` reads it
 where PEERS_PYTHON names the Python to run it with. Chains between two walls: unit masses, springs
@@ -64,6 +64,53 @@ def eig():
         yield f"eigh {n}", best(lambda: scipy.linalg.eigh(k, m))
 
 
+def definite(n, seed, shift):
+    i = np.arange(n)
+    numbers = (i * i * 31 + i * 7919)[:, None] + (i * i * 17 + i * 104729) + np.outer(i, i) * 13 + seed
+    g = numbers % 10007 / 10007 - 0.5
+    return g @ g.T * 12 / n + shift * np.eye(n)
+
+
+def beam(n):
+    """A beam clamped at one end, with a dashpot at a third of its length."""
+    l = 20 / n
+    k = [[12, 6 * l, -12, 6 * l], [6 * l, 4 * l * l, -6 * l, 2 * l * l]]
+    k += [[-12, -6 * l, 12, -6 * l], [6 * l, 2 * l * l, -6 * l, 4 * l * l]]
+    m = [[156, 22 * l, 54, -13 * l], [22 * l, 4 * l * l, 13 * l, -3 * l * l]]
+    m += [[54, 13 * l, 156, -22 * l], [-13 * l, -3 * l * l, -22 * l, 4 * l * l]]
+    mass, damping, stiffness = np.zeros((3, n + 2, n + 2))
+    for at in range(0, n, 2):
+        mass[at : at + 4, at : at + 4] += 7.8 * l / 420 * np.array(m)
+        stiffness[at : at + 4, at : at + 4] += 2.1e5 / l**3 * np.array(k)
+    damping[n // 6 * 2 + 2, n // 6 * 2 + 2] = 50
+    return mass[2:, 2:], damping[2:, 2:], stiffness[2:, 2:]
+
+
+def full():
+    """Full matrices and finite elements: state matrix and all its modes, or `lsim` with all states."""
+    matrices = lambda n: (definite(n, 1, 1), 0.05 * definite(n, 2, 0.1), 100 * definite(n, 3, 0.5))
+
+    def states(m, c, k):
+        factor, n = scipy.linalg.cho_factor(m), len(m)
+        lower = [-scipy.linalg.cho_solve(factor, k), -scipy.linalg.cho_solve(factor, c)]
+        return np.block([[np.zeros((n, n)), np.eye(n)], lower])
+
+    for n in (50, 100, 200, 300):
+        m, c, k = matrices(n)
+        yield f"full, damped {n}", best(lambda: np.linalg.eig(states(m, c, k)))
+        yield f"full, undamped {n}", best(lambda: scipy.linalg.eigh(k, m))
+    for n in (100, 200, 400, 600):
+        m, c, k = beam(n)
+        yield f"beam with a dashpot {n}", best(lambda: np.linalg.eig(states(m, c, k)))
+    for n in (50, 100, 200):
+        m, c, k = matrices(n)
+        a, b = states(m, c, k), np.vstack([np.zeros((n, 3)), np.linalg.inv(m)[:, :3]])
+        t = np.arange(2001) * 0.01
+        u = np.sin(np.outer(t, [3, 4, 5]))
+        system = (a, b, np.eye(2 * n), np.zeros((2 * n, 3)))
+        yield f"full, 2000 held steps {n}", best(lambda: scipy.signal.lsim(system, u, t, interp=False))
+
+
 def lsim():
     m, c, k, _ = chain(3)
     a, n = state_matrix(m, c, k), 3
@@ -123,7 +170,7 @@ def frf():
         yield f"frf {n}, 2000 frequencies", 10 * best(solve)
 
 
-SECTIONS = {section.__name__: section for section in (expm, eig, lsim, sweep, eigsh, frf)}
+SECTIONS = {section.__name__: section for section in (expm, eig, full, lsim, sweep, eigsh, frf)}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or SECTIONS:

@@ -11,6 +11,7 @@
 //! once, on smaller systems.
 
 mod exponentials;
+mod full;
 mod marches;
 mod memory;
 mod modes;
@@ -25,10 +26,11 @@ use timing::Runs;
 /// What shows a part, beside what is measured of SciPy for it.
 type Part = (&'static str, &'static [&'static str], fn(&Runs, &Peers));
 
-const PARTS: [Part; 5] = [
+const PARTS: [Part; 6] = [
     ("memory", &[], |runs, _| memory::show(runs)),
     ("exponentials", &["expm"], exponentials::show),
     ("modes", &["eig"], modes::show),
+    ("full", &["full"], full::show),
     ("marches", &["lsim"], marches::show),
     ("sweeps", &["sweep"], sweeps::show),
 ];

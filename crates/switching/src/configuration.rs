@@ -3,8 +3,8 @@
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use crate::phase::{Phase, Setting};
-use crate::rows::{Row, SLACK, dot, length, unit, upper};
-use crate::switch::{DamperLaw, Switch};
+use crate::rows::{Row, SLACK, length};
+use crate::switch::{ControlledDamper, DamperLaw, Stop, Switch};
 
 /// A switch in terms of ζ.
 pub(crate) struct Place<T> {
@@ -422,7 +422,3 @@ pub(crate) fn exponential(n: usize, a: &[f64], theta: f64) -> Vec<f64> {
     }
     sum
 }
-
-use crate::switch::{ControlledDamper, Stop};
-#[allow(unused_imports)]
-use {dot as _, unit as _, upper as _};

@@ -4,8 +4,10 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use eigentone_digits::Real;
-use eigentone_response::{Driven, Instant, ResponseError};
+use eigentone_modes::Form;
+use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
+use crate::change::Change;
 use crate::configuration::{Configuration, Place, exponential, length_of};
 use crate::error::SwitchingError;
 use crate::error_set::ErrorSet;
@@ -13,11 +15,26 @@ use crate::event::Event;
 use crate::outputs::{Moment, Outputs, combinations};
 use crate::phase::Phase;
 use crate::root::{First, first, refine};
-use crate::rows::{Row, SLACK, length, unit, upper};
+use crate::rows::{Row, SLACK, bits, dot, length, unit, upper};
 use crate::series::{BEYOND, Series};
-use crate::settle::Change;
-use crate::switch::{Switch, SwitchFault};
-use crate::switching::{Found, Switching, bits};
+use crate::switch::{DamperLaw, Switch, SwitchFault};
+
+/// What is asked.
+#[derive(Clone, Debug)]
+pub(crate) struct Question<'a, 'b> {
+    pub(crate) problem: &'a Problem<'b>,
+    pub(crate) switches: Vec<Switch>,
+    /// Of each switch, its stretch and the displacement of b.
+    pub(crate) forms: Vec<[Form; 2]>,
+}
+
+/// What came of an attempt with some digits.
+pub(crate) struct Found {
+    pub(crate) trajectory: Trajectory,
+    pub(crate) events: Vec<Event>,
+    /// Whether every instant is as good as asked for.
+    pub(crate) good: bool,
+}
 
 /// Why a march ended early.
 pub(crate) enum Halt {
@@ -48,7 +65,7 @@ impl From<ResponseError> for Halt {
 
 /// A state on its way through events.
 pub(crate) struct March<'a, 'b, T> {
-    question: &'a Switching<'a, 'b>,
+    question: &'a Question<'a, 'b>,
     driven: Driven<'a, 'b, T>,
     /// W without switches, with the constant.
     w: Vec<T>,
@@ -91,6 +108,9 @@ pub(crate) struct March<'a, 'b, T> {
     events: Vec<Event>,
 }
 
+/// Records the instants of a step from one time up to another, but for that one.
+type Recorder<'r, 'a, 'b, T> = dyn FnMut(&March<'a, 'b, T>, &Series<T>, T, T) + 'r;
+
 /// A root of a guard within a step.
 struct Root<T> {
     guard: usize,
@@ -102,7 +122,7 @@ struct Root<T> {
 /// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
 /// one.
 pub(crate) fn march<T: Real, G: Real>(
-    question: &Switching<'_, '_>,
+    question: &Question<'_, '_>,
     tolerance: f64,
     ties: bool,
 ) -> Result<Found, Halt> {
@@ -118,7 +138,7 @@ pub(crate) fn march<T: Real, G: Real>(
 
 impl<'a, 'b, T: Real> March<'a, 'b, T> {
     fn new(
-        question: &'a Switching<'a, 'b>,
+        question: &'a Question<'a, 'b>,
         driven: Driven<'a, 'b, T>,
         ties: bool,
         tolerance: f64,
@@ -163,8 +183,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let row = |known| Row::with_constant(known, T::ZERO);
             let [stretch, rate] = driven.form(2 * index).map(row);
             let [_, body] = driven.form(2 * index + 1).map(row);
-            let reply = crate::rows::dot(&rate.entries, &push).to_f64();
-            let moved = crate::rows::dot(&stretch.entries, &push).to_f64().abs();
+            let reply = dot(&rate.entries, &push).to_f64();
+            let moved = dot(&stretch.entries, &push).to_f64().abs();
             let certain = rate.norm * length_of(&push);
             if driven.gives_way(&question.forms[index][0])
                 || reply <= 1e-12 * certain
@@ -200,8 +220,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 Switch::Stop(_) => Phase::Open,
                 Switch::Impact(_) => Phase::Free,
                 Switch::ControlledDamper(damper) => match damper.law {
-                    crate::switch::DamperLaw::OnOffSkyhook => Phase::OnOff { body: 1, rate: 1 },
-                    crate::switch::DamperLaw::ClippedSkyhook { .. } => Phase::Clipped {
+                    DamperLaw::OnOffSkyhook => Phase::OnOff { body: 1, rate: 1 },
+                    DamperLaw::ClippedSkyhook { .. } => Phase::Clipped {
                         low: 1,
                         high: -1,
                         rate: 1,
@@ -342,19 +362,18 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let (until, uncertain) = self.driven.seconds(&origin, &end);
             let uncertain = upper(uncertain);
             while self.now < until {
-                let mut record =
-                    |march: &March<'_, 'b, T>, series: &Series<T>, from: T, to: T, whole: bool| {
-                        while let Some(instant) = samples.peek() {
-                            let (time, off) = march.driven.seconds(&origin, instant);
-                            if !whole && time >= to {
-                                break;
-                            }
-                            let theta = (time - from) / T::from(march.current.step);
-                            let theta = if theta < T::ZERO { T::ZERO } else { theta };
-                            march.record(&mut outputs, series, theta, upper(off));
-                            samples.next();
+                let mut record = |march: &March<'_, 'b, T>, series: &Series<T>, from: T, to: T| {
+                    while let Some(instant) = samples.peek() {
+                        let (time, off) = march.driven.seconds(&origin, instant);
+                        if time >= to {
+                            break;
                         }
-                    };
+                        let theta = (time - from) / T::from(march.current.step);
+                        let theta = if theta < T::ZERO { T::ZERO } else { theta };
+                        march.record(&mut outputs, series, theta, upper(off));
+                        samples.next();
+                    }
+                };
                 self.step(until, uncertain, &mut record)?;
             }
         }
@@ -423,7 +442,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         &mut self,
         until: T,
         uncertain: f64,
-        record: &mut dyn FnMut(&March<'a, 'b, T>, &Series<T>, T, T, bool),
+        record: &mut Recorder<'_, 'a, 'b, T>,
     ) -> Result<(), Halt> {
         let current = self.current.clone();
         let step = T::from(current.step);
@@ -435,7 +454,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let at_end = end == rest;
         let to = if at_end { until } else { from + end * step };
         let bound = roots.iter().map(|root| root.bound).fold(0.0, f64::max) * current.step;
-        record(self, &series, from, to - T::from(bound), false);
+        record(self, &series, from, to - T::from(bound));
         // The state there.
         self.zeta = series.at(end);
         let n = self.zeta.len();
@@ -475,8 +494,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let (roots, hidden) = self.roots(series, part, exact)?;
             let Some((place, switch)) = hidden else {
                 let Some(first) = roots.first() else {
-                    if part == reach {
-                        (self.approach, self.passes) = (0, 0);
+                    match part == reach {
+                        true => (self.approach, self.passes) = (0, 0),
+                        false => self.approach += 1,
                     }
                     return Ok((part, Vec::new()));
                 };

@@ -17,7 +17,7 @@ pub(crate) enum Phase {
     Free,
     /// A rigid stop that holds x.
     Contact,
-    /// An on-off damper, by the signs of v_b and v.
+    /// An on-off damper, by the signs of v_b and v; 0 of what stays 0.
     OnOff { body: i8, rate: i8 },
     /// An on-off damper that holds v_b = 0, as neither damping keeps its sign; by the sign of v.
     Hold { rate: i8 },

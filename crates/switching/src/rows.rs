@@ -103,3 +103,8 @@ pub(crate) fn unit<T: Real>() -> f64 {
 pub(crate) fn upper(size: Magnitude) -> f64 {
     size.to_f64() * SLACK
 }
+
+/// The bits of the arithmetic.
+pub(crate) fn bits<T: Real>() -> i32 {
+    -T::UNIT_LOG2
+}

@@ -5,28 +5,21 @@
 //! 1974); signs are those of the first derivative that is not 0, so that what is at its limit is decided by where it goes.
 
 use std::collections::HashSet;
+use std::rc::Rc;
 
 use eigentone_digits::Real;
 
-use crate::configuration::clipped;
+use crate::change::Change;
+use crate::configuration::{Configuration, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Halt, March};
 use crate::phase::Phase;
-use crate::rows::{Row, SLACK, dot, length};
+use crate::rows::{Row, SLACK, bits, dot, length, unit};
 use crate::switch::Switch;
-use crate::switching::bits;
 
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
-
-/// How the state changed at an event.
-pub(crate) struct Change {
-    /// The map from before to after, where there is one.
-    pub(crate) map: Option<Vec<f64>>,
-    /// What happened, to which switch, and how many seconds after the event itself.
-    pub(crate) happened: Vec<(usize, EventKind, f64, f64)>,
-}
 
 impl<T: Real> March<'_, '_, T> {
     /// The sign of a value known to `error`; 0 where it is taken to be 0, as what `is_due` may.
@@ -160,7 +153,7 @@ impl<T: Real> March<'_, '_, T> {
             let reply = response.to_f64();
             let strength =
                 length(&push.iter().map(|entry| entry.to_f64()).collect::<Vec<_>>()) / reply;
-            let unit = crate::rows::unit::<T>();
+            let unit = unit::<T>();
             let own = rate.own_error(self.size()) * 2.0 / reply;
             let vague = impulse.to_f64().abs()
                 * (self.places[switch].push_error + 16.0 * unit + rate.error / rate.norm);
@@ -180,7 +173,7 @@ impl<T: Real> March<'_, '_, T> {
                 }
             }
             self.errors.map(&map);
-            compose(&mut change.map, &map, n);
+            change.compose(&map, n);
             match closing {
                 Some((delay, bound, left)) => {
                     let until = self.now.to_f64() + 2.0 * delay;
@@ -296,7 +289,11 @@ impl<T: Real> March<'_, '_, T> {
                 }
                 Switch::ControlledDamper(damper) => match old {
                     Phase::OnOff { body, rate } => {
-                        let keep = |sign: i8, old: i8| if sign == 0 { old } else { sign };
+                        let keep = |sign: i8, old: i8| match (sign, old) {
+                            (0, 0) => 1,
+                            (0, old) => old,
+                            (sign, _) => sign,
+                        };
                         Phase::OnOff {
                             body: keep(self.sign_of(switch, &place.body, is_due)?, body),
                             rate: keep(self.sign_of(switch, &place.rate, is_due)?, rate),
@@ -323,7 +320,7 @@ impl<T: Real> March<'_, '_, T> {
     }
 
     /// Changes the first phase that disagrees with its own law, until none does.
-    fn pivot(&mut self, phases: &mut Vec<Phase>, due: &[usize]) -> Result<(), Halt> {
+    fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
         const MOST: usize = 500;
         let mut turns = vec![0; phases.len()];
         let mut seen = HashSet::new();
@@ -337,7 +334,7 @@ impl<T: Real> March<'_, '_, T> {
                 }
                 derivatives.push(next);
             }
-            let mut factor = vec![1.0; ORDERS];
+            let mut factor = [1.0; ORDERS];
             for k in 1..ORDERS {
                 factor[k] = factor[k - 1] * configuration.reach / k as f64;
             }
@@ -372,7 +369,12 @@ impl<T: Real> March<'_, '_, T> {
                     }
                 }
                 let slides = matches!(phases[guard.switch], Phase::Slip(_));
-                if sign < 0 || sign == 0 && slides {
+                let still = match (phases[guard.switch], number) {
+                    (Phase::OnOff { body, .. }, 0) => body != 0,
+                    (Phase::OnOff { rate, .. }, _) => rate != 0,
+                    _ => false,
+                };
+                if sign < 0 || sign == 0 && (slides || still) {
                     wrong = Some((guard.switch, number, sign));
                     break;
                 }
@@ -381,7 +383,8 @@ impl<T: Real> March<'_, '_, T> {
                 self.current = configuration;
                 return Ok(());
             };
-            turns[switch] += 1;
+            // How often the sign of v_b was turned round.
+            turns[switch] += usize::from(sign < 0 && number == 0);
             phases[switch] = match (phases[switch], number) {
                 (Phase::Stick, 0) => Phase::Slip(-1),
                 (Phase::Stick, _) => Phase::Slip(1),
@@ -394,7 +397,9 @@ impl<T: Real> March<'_, '_, T> {
                 (Phase::Closed, _) => Phase::Open,
                 (Phase::Free, _) => Phase::Contact,
                 (Phase::Contact, _) => Phase::Free,
-                (Phase::OnOff { rate, .. }, 0) if turns[switch] > 3 => Phase::Hold { rate },
+                (Phase::OnOff { rate, .. }, 0) if sign == 0 => Phase::OnOff { body: 0, rate },
+                (Phase::OnOff { body, .. }, _) if sign == 0 => Phase::OnOff { body, rate: 0 },
+                (Phase::OnOff { rate, .. }, 0) if turns[switch] > 6 => Phase::Hold { rate },
                 (Phase::OnOff { body, rate }, 0) => Phase::OnOff { body: -body, rate },
                 (Phase::OnOff { body, rate }, _) => Phase::OnOff { body, rate: -rate },
                 (Phase::Hold { rate }, 2) => Phase::Hold { rate: -rate },
@@ -419,12 +424,17 @@ impl<T: Real> March<'_, '_, T> {
                 },
                 (Phase::Idle(side), _) => Phase::Idle(side),
             };
-            // Where one gives way, what stood aside may be needed, and what was held may slide.
+            // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
             let gives = matches!(phases[switch], Phase::Slip(_) | Phase::Idle(_));
             let slides = matches!(phases[switch], Phase::Slip(_));
             for (other, phase) in phases.iter_mut().enumerate() {
                 *phase = match *phase {
                     Phase::Idle(0) if other != switch && gives => Phase::Stick,
+                    Phase::OnOff { body, rate } if other != switch && body * rate == 0 => {
+                        let moves = |sign: i8| if sign == 0 { 1 } else { sign };
+                        let (body, rate) = (moves(body), moves(rate));
+                        Phase::OnOff { body, rate }
+                    }
                     Phase::Idle(side) if other != switch && slides && side != 0 => {
                         Phase::Slip(side)
                     }
@@ -441,10 +451,7 @@ impl<T: Real> March<'_, '_, T> {
     }
 
     /// The system of some phases, where frictions that hold what others hold already stand aside.
-    fn independent(
-        &mut self,
-        phases: &mut [Phase],
-    ) -> Result<std::rc::Rc<crate::configuration::Configuration<T>>, Halt> {
+    fn independent(&mut self, phases: &mut [Phase]) -> Result<Rc<Configuration<T>>, Halt> {
         loop {
             if let Ok(configuration) = self.configuration(phases) {
                 return Ok(configuration);
@@ -500,31 +507,13 @@ impl<T: Real> March<'_, '_, T> {
                 *size += norm * push.to_f64().abs();
             }
         }
-        let rounding = crate::rows::unit::<T>() * (n + 4) as f64 * 4.0 + configuration.error;
+        let rounding = unit::<T>() * (n + 4) as f64 * 4.0 + configuration.error;
         let size = self.size();
         let blurred: Vec<f64> = sizes.iter().map(|own| own * rounding * size).collect();
         self.blur(&blurred);
         self.errors.map(&map);
-        compose(&mut change.map, &map, n);
+        change.compose(&map, n);
     }
-}
-
-/// The map of one change after others.
-fn compose(all: &mut Option<Vec<f64>>, map: &[f64], n: usize) {
-    *all = Some(match all.take() {
-        None => map.to_vec(),
-        Some(before) => {
-            let mut product = vec![0.0; n * n];
-            for i in 0..n {
-                for k in 0..n {
-                    for j in 0..n {
-                        product[i * n + j] += map[i * n + k] * before[k * n + j];
-                    }
-                }
-            }
-            product
-        }
-    });
 }
 
 /// What a change of phase is called.

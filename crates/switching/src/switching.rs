@@ -1,21 +1,18 @@
 //! The question and its answer.
 
-use eigentone_digits::{DoubleDouble, Real, Wide};
-use eigentone_modes::{Form, Precision};
+use eigentone_digits::{DoubleDouble, Wide};
+use eigentone_modes::Precision;
 use eigentone_response::{Problem, Trajectory};
 
 use crate::error::SwitchingError;
 use crate::event::Event;
-use crate::march::{Halt, march};
+use crate::march::{Found, Halt, Question, march};
 use crate::switch::Switch;
 
 /// A problem whose system has switches.
 #[derive(Clone, Debug)]
 pub struct Switching<'a, 'b> {
-    pub(crate) problem: &'a Problem<'b>,
-    pub(crate) switches: Vec<Switch>,
-    /// Of each switch, its stretch and the displacement of b.
-    pub(crate) forms: Vec<[Form; 2]>,
+    question: Question<'a, 'b>,
 }
 
 /// The motion of a system with switches.
@@ -37,14 +34,6 @@ impl SwitchedMotion {
     }
 }
 
-/// What came of an attempt with some digits.
-pub(crate) struct Found {
-    pub(crate) trajectory: Trajectory,
-    pub(crate) events: Vec<Event>,
-    /// Whether every instant is as good as asked for.
-    pub(crate) good: bool,
-}
-
 impl<'a, 'b> Switching<'a, 'b> {
     /// The problem with these switches in its system.
     ///
@@ -58,11 +47,12 @@ impl<'a, 'b> Switching<'a, 'b> {
             let wrong = |fault| SwitchingError::Switch { switch, fault };
             given.forms(problem.system()).map_err(wrong)
         });
-        Ok(Switching {
+        let question = Question {
             forms: forms.collect::<Result<_, _>>()?,
             problem,
             switches,
-        })
+        };
+        Ok(Switching { question })
     }
 
     /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
@@ -73,7 +63,7 @@ impl<'a, 'b> Switching<'a, 'b> {
     /// # Errors
     /// [`SwitchingError`].
     pub fn run(&self) -> Result<SwitchedMotion, SwitchingError> {
-        type Run = fn(&Switching<'_, '_>, f64, bool) -> Result<Found, Halt>;
+        type Run = fn(&Question<'_, '_>, f64, bool) -> Result<Found, Halt>;
         let found = |found: Found, digits: Option<usize>| SwitchedMotion {
             trajectory: match digits {
                 Some(digits) => found.trajectory.proven(digits),
@@ -81,13 +71,14 @@ impl<'a, 'b> Switching<'a, 'b> {
             },
             events: found.events,
         };
-        let tolerance = match self.problem.precision() {
+        let tolerance = match self.question.problem.precision() {
             Precision::Certified { tolerance } => tolerance,
             Precision::Double => {
-                let answer = march::<f64, DoubleDouble>(self, f64::INFINITY, true);
+                let answer = march::<f64, DoubleDouble>(&self.question, f64::INFINITY, true);
                 // Where doubles find no way on, more digits may.
-                let answer =
-                    answer.or_else(|_| march::<DoubleDouble, Wide<4>>(self, f64::INFINITY, true));
+                let answer = answer.or_else(|_| {
+                    march::<DoubleDouble, Wide<4>>(&self.question, f64::INFINITY, true)
+                });
                 return match answer {
                     Ok(answer) => Ok(found(answer, None)),
                     Err(halt) => Err(halt.into()),
@@ -103,7 +94,7 @@ impl<'a, 'b> Switching<'a, 'b> {
         let relative = (tolerance - UNIT).max(UNIT / 1024.0);
         for (at, (run, digits, ties)) in rungs.into_iter().enumerate() {
             let last = at + 1 == rungs.len();
-            match run(self, relative, ties) {
+            match run(&self.question, relative, ties) {
                 Ok(answer) if answer.good || last => return Ok(found(answer, Some(digits))),
                 Err(halt) if last || !halt.is_undecided() => return Err(halt.into()),
                 _ => {}
@@ -111,9 +102,4 @@ impl<'a, 'b> Switching<'a, 'b> {
         }
         Err(SwitchingError::Stuck)
     }
-}
-
-/// The bits of the arithmetic.
-pub(crate) fn bits<T: Real>() -> i32 {
-    -T::UNIT_LOG2
 }

@@ -154,7 +154,10 @@ impl Chain {
                     Given::Damper(a, b, low, high, sky) => {
                         let rate = at(&v, b) - at(&v, a);
                         let size = match sky {
-                            None if at(&v, b) * rate > 0.0 => high * rate,
+                            // What sticks has no sign.
+                            None if at(&v, b) * rate > 0.0 && at(&v, b).abs() > 1e-12 => {
+                                high * rate
+                            }
                             None => low * rate,
                             Some(sky) => {
                                 let ends = [low * rate, high * rate];

@@ -108,34 +108,47 @@ pub(crate) fn eliminate(field: &PrimeField, rows: Vec<Row>) -> Echelon {
     }
 }
 
-/// A⁻¹B for an n × n matrix and n rows of any length (Gauss and Jordan); `None` if A is singular.
+/// A⁻¹B for an n × n matrix and n rows of any length; `None` if A is singular. A = LU with ones on the diagonal of U,
+/// entry by entry (Crout), so that most of it are long sums of products, and substitution backwards.
 pub(crate) fn solve(
     field: &PrimeField,
-    a: Vec<Vec<Residue>>,
-    b: Vec<Vec<Residue>>,
+    mut a: Vec<Vec<Residue>>,
+    mut b: Vec<Vec<Residue>>,
 ) -> Option<Vec<Vec<Residue>>> {
-    let mut rows: Vec<Vec<Residue>> = a.into_iter().zip(b).map(|(a, b)| [a, b].concat()).collect();
-    for column in 0..rows.len() {
-        let pivot = (column..rows.len()).find(|&i| !rows[i][column].is_zero())?;
-        rows.swap(column, pivot);
-        let (above, rest) = rows.split_at_mut(column);
-        let (pivot, below) = rest.split_first_mut()?;
-        let scale = field.inverse(pivot[column]);
-        for value in &mut pivot[column..] {
-            *value = field.product(*value, scale);
+    let n = a.len();
+    let width = b.first().map_or(0, Vec::len);
+    // Rows of L, in place of those of A, and columns of U and of L⁻¹B.
+    let mut upper: Vec<Vec<Residue>> = vec![Vec::with_capacity(n); n + width];
+    for column in 0..n {
+        for row in &mut a[column..] {
+            let sum = field.dot(&row[..column], &upper[column]);
+            row[column] = field.difference(row[column], sum);
         }
-        for row in above.iter_mut().chain(below) {
-            if row[column].is_zero() {
-                continue;
-            }
-            let factor = field.negative(row[column]);
-            for (value, &other) in row[column..].iter_mut().zip(&pivot[column..]) {
-                *value = field.sum(*value, field.product(factor, other));
-            }
+        let pivot = (column..n).find(|&i| !a[i][column].is_zero())?;
+        a.swap(column, pivot);
+        b.swap(column, pivot);
+        let lower = &a[column];
+        let scale = field.inverse(lower[column]);
+        let entries = lower[column + 1..].iter().chain(&b[column]);
+        let later = upper[column + 1..n + width].iter_mut();
+        for (above, &entry) in later.zip(entries) {
+            let left = field.difference(entry, field.dot(&lower[..column], above));
+            above.push(field.product(left, scale));
         }
     }
-    let n = rows.len();
-    Some(rows.into_iter().map(|row| row[n..].to_vec()).collect())
+    let (upper, found) = upper.split_at_mut(n);
+    let row = |i: usize| -> Vec<Residue> { upper[i + 1..].iter().map(|above| above[i]).collect() };
+    for i in (0..n).rev() {
+        let row = row(i);
+        for x in found.iter_mut() {
+            x[i] = field.difference(x[i], field.dot(&row, &x[i + 1..]));
+        }
+    }
+    Some(
+        (0..n)
+            .map(|i| found.iter().map(|x| x[i]).collect())
+            .collect(),
+    )
 }
 
 /// Whether a permutation of 0 … n − 1 is odd.

@@ -34,7 +34,7 @@ impl ExactMatrix {
     /// From summands (row, column, value).
     pub(crate) fn from_parts(n: usize, mut parts: Vec<(usize, usize, f64)>) -> ExactMatrix {
         parts.retain(|part| part.2 != 0.0);
-        parts.sort_by_key(|&(i, j, _)| (i, j));
+        let parts = by_rows(n, &parts);
         let mut matrix = ExactMatrix {
             rows: vec![0; n + 1],
             columns: Vec::with_capacity(parts.len()),
@@ -151,6 +151,28 @@ impl ExactMatrix {
             values: entries.map(|at| field.sum_of(self.terms_at(at))).collect(),
         }
     }
+}
+
+/// Summands in the order of their entries, those of one entry in the order in which they were given.
+fn by_rows(n: usize, parts: &[(usize, usize, f64)]) -> Vec<(usize, usize, f64)> {
+    let mut starts = vec![0; n + 1];
+    parts.iter().for_each(|part| starts[part.0 + 1] += 1);
+    for i in 0..n {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts.clone();
+    let mut sorted = vec![(0, 0, 0.0); parts.len()];
+    for part in parts {
+        sorted[next[part.0]] = *part;
+        next[part.0] += 1;
+    }
+    for row in starts.windows(2) {
+        let row = &mut sorted[row[0]..row[1]];
+        if !row.is_sorted_by_key(|part| part.1) {
+            row.sort_by_key(|part| part.1);
+        }
+    }
+    sorted
 }
 
 /// An [`ExactMatrix`] modulo a prime. Entries may be 0.

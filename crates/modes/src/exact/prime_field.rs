@@ -179,6 +179,18 @@ impl PrimeField {
         self.reduce(u128::from(a.0) * u128::from(b.0))
     }
 
+    /// Σ a_i b_i, over the shorter of the two.
+    pub(crate) fn dot(&self, a: &[Residue], b: &[Residue]) -> Residue {
+        /// Products of numbers below 2^61 that are summed before they are reduced: less than 2^125.
+        const AT_ONCE: usize = 7;
+        let chunks = a.chunks(AT_ONCE).zip(b.chunks(AT_ONCE));
+        chunks.fold(Residue::ZERO, |sum, (a, b)| {
+            let pairs = a.iter().zip(b);
+            let part = pairs.map(|(a, b)| u128::from(a.0) * u128::from(b.0)).sum();
+            self.sum(sum, self.reduce(part))
+        })
+    }
+
     fn power(&self, base: Residue, exponent: u64) -> Residue {
         let bits = u64::BITS - exponent.leading_zeros();
         (0..bits).rev().fold(self.integer(1), |power, bit| {
@@ -249,6 +261,12 @@ mod tests {
             prop_assert_eq!(f.sum(x, y), wide(u128::from(a) + u128::from(b)));
             prop_assert_eq!(f.product(x, f.sum(y, z)), f.sum(f.product(x, y), f.product(x, z)));
             prop_assert_eq!(f.sum(f.difference(x, y), y), x);
+            let largest = f.negative(f.integer(1));
+            for (a, b) in [(vec![x; 23], vec![y; 23]), (vec![largest; 23], vec![largest; 23]), (vec![y], vec![z, x])] {
+                let each = a.iter().zip(&b);
+                let sum = each.fold(Residue::ZERO, |sum, (&a, &b)| f.sum(sum, f.product(a, b)));
+                prop_assert_eq!(f.dot(&a, &b), sum);
+            }
             if !x.is_zero() {
                 prop_assert_eq!(f.product(x, f.inverse(x)), f.integer(1));
             }

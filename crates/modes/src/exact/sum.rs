@@ -52,6 +52,19 @@ impl ExactSum {
         }
     }
 
+    /// A sum times 2^power, as [`round`](Self::round) gives it.
+    pub(crate) fn rounded(terms: &[f64], power: i64) -> DoubleDouble {
+        if let [term] = terms
+            && power.abs() <= 1000
+        {
+            let scaled = term * 2f64.powi(power as i32);
+            if scaled.is_normal() {
+                return DoubleDouble::from(scaled);
+            }
+        }
+        ExactSum::of(terms).round(power)
+    }
+
     /// Adds a finite double.
     pub(crate) fn add(&mut self, term: f64) {
         let parts = Parts::of(term);

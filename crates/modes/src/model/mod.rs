@@ -206,9 +206,13 @@ impl Model {
     /// One of the matrices (n × n), each entry summed in double-double and rounded once.
     pub(crate) fn matrix(&self, kind: MatrixKind) -> Mat<f64> {
         let n = self.len();
-        let mut total = Mat::<f64>::zeros(n, n);
+        let mut total = match self.added(kind) {
+            // Without zeros that are negative.
+            Some(matrix) => Mat::from_fn(n, n, |i, j| matrix[(i, j)] + 0.0),
+            None => Mat::zeros(n, n),
+        };
         let mut low = Mat::<f64>::zeros(n, n);
-        for term in self.terms(kind) {
+        for term in self.terms_beside(kind) {
             let at = (term.row, term.column);
             let sum = DoubleDouble::new(total[at], low[at]) + term.value;
             (total[at], low[at]) = (sum.high(), sum.low());

@@ -17,34 +17,46 @@ impl Model {
     /// All terms of a matrix but those that are 0: first those of the added matrix, then those of the elements
     /// in their order.
     pub(crate) fn terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
+        let all = self.dense_terms(kind).chain(self.terms_beside(kind));
+        all.filter(|term| term.value != 0.0)
+    }
+
+    /// Those that come after the entries of a dense added matrix.
+    pub(crate) fn terms_beside(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let elements: &[Element] = match kind {
             MatrixKind::Mass => &[],
             MatrixKind::Damping => self.dampers(),
             MatrixKind::Stiffness => self.springs(),
         };
-        let all = self
-            .single_terms(kind)
-            .chain(elements.iter().flat_map(of_element));
-        all.filter(|term| term.value != 0.0)
+        let elements = elements.iter().flat_map(of_element);
+        let all = self.sparse_terms(kind).chain(self.mass_terms(kind));
+        all.chain(elements).filter(|term| term.value != 0.0)
     }
 
-    /// The same without those of springs and dampers.
+    /// All without those of springs and dampers.
     pub(crate) fn single_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
+        self.added_terms(kind).chain(self.mass_terms(kind))
+    }
+
+    fn mass_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let masses = match kind {
             MatrixKind::Mass => self.masses(),
             _ => &[],
         };
-        let masses = masses.iter().enumerate().map(|(i, &value)| Term {
+        masses.iter().enumerate().map(|(i, &value)| Term {
             row: i,
             column: i,
             value,
-        });
-        self.added_terms(kind).chain(masses)
+        })
     }
 
     /// Those of the added matrix alone.
     pub(crate) fn added_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
-        let dense = self.added(kind).into_iter().flat_map(|matrix| {
+        self.dense_terms(kind).chain(self.sparse_terms(kind))
+    }
+
+    fn dense_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
+        self.added(kind).into_iter().flat_map(|matrix| {
             let entries =
                 (0..matrix.ncols()).flat_map(move |j| (0..matrix.nrows()).map(move |i| (i, j)));
             entries.map(move |(row, column)| Term {
@@ -52,7 +64,11 @@ impl Model {
                 column,
                 value: matrix[(row, column)],
             })
-        });
+        })
+    }
+
+    /// Those of a sparse added matrix, and what a dense one leaves of its entries.
+    fn sparse_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let sparse = self.added_sparse(kind).into_iter().flat_map(|matrix| {
             matrix.triplet_iter().map(|entry| Term {
                 row: entry.row,
@@ -60,7 +76,7 @@ impl Model {
                 value: *entry.val,
             })
         });
-        dense.chain(sparse).chain(self.tails(kind).iter().copied())
+        sparse.chain(self.tails(kind).iter().copied())
     }
 }
 

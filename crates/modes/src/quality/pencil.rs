@@ -231,16 +231,10 @@ impl Coefficient {
     }
 
     fn products(&self, shapes: &[&[Complex<f64>]]) -> Vec<Vec<Complex<f64>>> {
-        let sparse = match self {
-            Coefficient::Sparse(sparse) => sparse,
-            Coefficient::Full(matrix) => return products(matrix.as_ref(), shapes),
-        };
-        let product = |x: &&[Complex<f64>]| {
-            let mut product = vec![Complex::ZERO; x.len()];
-            sparse.times(x, &mut product);
-            product
-        };
-        shapes.iter().map(product).collect()
+        match self {
+            Coefficient::Sparse(sparse) => sparse.products(shapes),
+            Coefficient::Full(matrix) => products(matrix.as_ref(), shapes),
+        }
     }
 
     fn add_to(&self, q: &mut Mat<Complex<f64>>, factor: Complex<f64>) {
@@ -347,6 +341,15 @@ impl Sparse {
         self.starts.len() - 1
     }
 
+    fn products(&self, shapes: &[&[Complex<f64>]]) -> Vec<Vec<Complex<f64>>> {
+        let product = |x: &&[Complex<f64>]| {
+            let mut product = vec![Complex::ZERO; x.len()];
+            self.times(x, &mut product);
+            product
+        };
+        shapes.iter().map(product).collect()
+    }
+
     /// product = A·x.
     fn times(&self, x: &[Complex<f64>], product: &mut [Complex<f64>]) {
         product.fill(Complex::ZERO);
@@ -356,6 +359,17 @@ impl Sparse {
                 product[*i] += x * entry;
             }
         }
+    }
+}
+
+/// A matrix, sparse or full, times complex vectors.
+pub(crate) fn applied(
+    matrix: MatRef<'_, f64>,
+    shapes: &[&[Complex<f64>]],
+) -> Vec<Vec<Complex<f64>>> {
+    match Sparse::of(matrix) {
+        Some(sparse) => sparse.products(shapes),
+        None => products(matrix, shapes),
     }
 }
 

@@ -12,6 +12,8 @@ use pulp::Arch;
 use crate::model::{Element, MatrixKind, Node, Square};
 use crate::system::System;
 
+use super::pencil::applied;
+
 /// y*Mx, y*Cx and y*Kx, or for a real shape x = y their real values, in the precision of T.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Forms<T = DoubleDouble> {
@@ -23,6 +25,16 @@ pub(crate) struct Forms<T = DoubleDouble> {
 impl<T: Real> Forms<T> {
     /// The three forms of shapes x and y.
     pub(crate) fn of(system: &System, y: &[Complex<f64>], x: &[Complex<f64>]) -> Forms<T> {
+        Forms::given(system, y, x, [None; 3])
+    }
+
+    /// The same, given what the added matrices that are not sums of squares make of x where that is known.
+    fn given(
+        system: &System,
+        y: &[Complex<f64>],
+        x: &[Complex<f64>],
+        applied: [Option<&[Complex<f64>]>; 3],
+    ) -> Forms<T> {
         let mut forms = Forms {
             m: WideComplex::ZERO,
             c: element_form(system.dampers(), y, x),
@@ -33,11 +45,8 @@ impl<T: Real> Forms<T> {
                 forms.m += wide::<T>(y.conj()) * wide(*x) * *mass;
             }
         }
-        for (kind, form) in [
-            (MatrixKind::Mass, &mut forms.m),
-            (MatrixKind::Damping, &mut forms.c),
-            (MatrixKind::Stiffness, &mut forms.k),
-        ] {
+        let each = KINDS.into_iter().zip(applied);
+        for ((kind, applied), form) in each.zip([&mut forms.m, &mut forms.c, &mut forms.k]) {
             let Some(matrix) = system.added(kind) else {
                 continue;
             };
@@ -56,14 +65,20 @@ impl<T: Real> Forms<T> {
                 }
                 continue;
             }
-            for (j, xj) in x.iter().enumerate() {
-                let mut column = WideComplex::<T>::ZERO;
-                for (entry, yi) in matrix.col(j).iter().zip(y) {
-                    if *entry != 0.0 {
-                        column += wide::<T>(yi.conj()) * *entry;
-                    }
+            if let Some(applied) = applied {
+                for (y, ax) in y.iter().zip(applied) {
+                    *form += wide::<T>(y.conj()) * wide(*ax);
                 }
-                *form += column * wide(*xj);
+            } else {
+                for (j, xj) in x.iter().enumerate() {
+                    let mut column = WideComplex::<T>::ZERO;
+                    for (entry, yi) in matrix.col(j).iter().zip(y) {
+                        if *entry != 0.0 {
+                            column += wide::<T>(yi.conj()) * *entry;
+                        }
+                    }
+                    *form += column * wide(*xj);
+                }
             }
             for tail in system.model().tails(kind) {
                 let [y, x] = [y[tail.row].conj(), x[tail.column]];
@@ -101,6 +116,29 @@ impl<T: Real> Forms<T> {
             }
         }
         Some(plain(lambda))
+    }
+}
+
+const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+
+impl Forms<f64> {
+    /// Those of many shapes x, with y for each, by products of whole matrices.
+    pub(crate) fn of_many(
+        system: &System,
+        left: &[Vec<Complex<f64>>],
+        shapes: &[&[Complex<f64>]],
+    ) -> Vec<Forms<f64>> {
+        let by_kind = KINDS.map(|kind| {
+            let whole = system.model().added_whole(kind).squares().is_none();
+            let matrix = system.added(kind).filter(|_| whole)?;
+            Some(applied(matrix, shapes))
+        });
+        let form = |at: usize| {
+            let products = by_kind.each_ref();
+            let products = products.map(|all| all.as_ref().map(|all| all[at].as_slice()));
+            Forms::given(system, &left[at], shapes[at], products)
+        };
+        (0..shapes.len()).map(form).collect()
     }
 }
 

@@ -71,7 +71,8 @@ impl RealForms {
             let sums: Vec<(DoubleDouble, f64)> = if entries == Entries::Plain && is_full(matrix) {
                 products(matrix, shapes)
             } else {
-                let exact = |x: &&[f64]| (quadratic_form(matrix, x), 0.0);
+                let columns = entries_of(matrix);
+                let exact = |x: &&[f64]| (quadratic_form(&columns, x), 0.0);
                 shapes.iter().map(exact).collect()
             };
             for ((forms, x), (mut sum, rounding)) in all.iter_mut().zip(shapes).zip(sums) {
@@ -166,17 +167,24 @@ fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<(DoubleDouble, f6
     sums.zip(sizes.map(|size| UNITS * size)).collect()
 }
 
+/// The rows and values of the entries that are not 0, column by column.
+fn entries_of(matrix: MatRef<'_, f64>) -> Vec<Vec<(usize, f64)>> {
+    let column = |j| {
+        let entries = matrix.col(j).iter().copied().enumerate();
+        entries.filter(|(_, entry)| *entry != 0.0).collect()
+    };
+    (0..matrix.ncols()).map(column).collect()
+}
+
 /// xᵀAx.
-fn quadratic_form(matrix: MatRef<'_, f64>, x: &[f64]) -> DoubleDouble {
+fn quadratic_form(columns: &[Vec<(usize, f64)>], x: &[f64]) -> DoubleDouble {
     let mut form = DoubleDouble::ZERO;
-    for (j, xj) in x.iter().enumerate() {
-        let mut column = DoubleDouble::ZERO;
-        for (entry, xi) in matrix.col(j).iter().zip(x) {
-            if *entry != 0.0 {
-                column += DoubleDouble::product(*entry, *xi);
-            }
-        }
-        form += column.mul_f64(*xj);
+    for (column, xj) in columns.iter().zip(x) {
+        let products = column
+            .iter()
+            .map(|(i, entry)| DoubleDouble::product(*entry, x[*i]));
+        let sum = products.fold(DoubleDouble::ZERO, |sum, product| sum + product);
+        form += sum.mul_f64(*xj);
     }
     form
 }

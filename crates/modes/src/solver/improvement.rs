@@ -360,19 +360,19 @@ fn move_all(system: &System, structure: &Structure, roots: &mut [Root], radii: &
     }
     let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
     let elements_alone = kinds.iter().all(|kind| system.added(*kind).is_none());
-    let near: Vec<Option<Complex<f64>>> = if !elements_alone {
+    let shapes: Vec<&[Complex<f64>]> = roots.iter().map(|root| root.shape.as_slice()).collect();
+    let near: Vec<Option<Complex<f64>>> = if elements_alone {
+        let forms = Forms::of_elements(system, &shapes);
+        let each = forms.iter().zip(roots.iter());
+        each.map(|(forms, root)| forms.root(root.value)).collect()
+    } else if system.len() <= FEW {
         let near = |root: &Root| {
-            let left = root.left();
-            if system.len() <= FEW {
-                Forms::<DoubleDouble>::of(system, &left, &root.shape).root(root.value)
-            } else {
-                Forms::<f64>::of(system, &left, &root.shape).root(root.value)
-            }
+            Forms::<DoubleDouble>::of(system, &root.left(), &root.shape).root(root.value)
         };
         roots.iter().map(near).collect()
     } else {
-        let shapes: Vec<&[Complex<f64>]> = roots.iter().map(|root| root.shape.as_slice()).collect();
-        let forms = Forms::of_elements(system, &shapes);
+        let left: Vec<Vec<Complex<f64>>> = roots.iter().map(Root::left).collect();
+        let forms = Forms::of_many(system, &left, &shapes);
         let each = forms.iter().zip(roots.iter());
         each.map(|(forms, root)| forms.root(root.value)).collect()
     };

@@ -342,15 +342,16 @@ fn differ_somewhere(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix, field: &P
     let vector: Vec<Vec<Residue>> = (0..m.len() as u64)
         .map(|i| vec![field.integer((i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15))])
         .collect();
-    let at = |first: &Image, second: &Image| {
-        let right = multiply(field, first, &vector);
-        Some(multiply(
-            field,
-            second,
-            &solve(field, m.image(field).rows(), right)?,
-        ))
+    let pairs = multiply(field, &k, &vector)
+        .into_iter()
+        .zip(multiply(field, &c, &vector));
+    let right = pairs.map(|(k, c)| [k, c].concat()).collect();
+    let Some(solved) = solve(field, m.image(field).rows(), right) else {
+        return false;
     };
-    at(&c, &k) != at(&k, &c)
+    let column =
+        |at: usize| -> Vec<Vec<Residue>> { solved.iter().map(|row| vec![row[at]]).collect() };
+    multiply(field, &c, &column(0)) != multiply(field, &k, &column(1))
 }
 
 /// A sparse matrix times one of full rows.

@@ -98,7 +98,7 @@ fn partners(parts: &[&ExactMatrix; 3]) -> Option<Vec<usize>> {
     let entries: Vec<Vec<Entry>> = (0..n)
         .map(|i| {
             let of = |(kind, part): (usize, &&ExactMatrix)| {
-                let size = |terms| ExactSum::of(terms).round(0).high().abs().to_bits();
+                let size = |terms| ExactSum::rounded(terms, 0).high().abs().to_bits();
                 part.row(i)
                     .map(|(j, terms)| (j, kind, size(terms)))
                     .collect::<Vec<_>>()

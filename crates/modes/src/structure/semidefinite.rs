@@ -98,7 +98,7 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
                 if j > i || place[j] == usize::MAX {
                     continue;
                 }
-                let value = ExactSum::of(terms).round(powers[i] + powers[j]);
+                let value = ExactSum::rounded(terms, powers[i] + powers[j]);
                 if value.abs() > DoubleDouble::from(4.0) {
                     return None;
                 }

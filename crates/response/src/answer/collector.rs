@@ -121,12 +121,18 @@ impl<'a, 'b> Collector<'a, 'b> {
 
     /// The next instant to be recorded.
     pub(crate) fn next(&self) -> Option<Instant> {
-        if self.taken == self.count {
+        self.after(0)
+    }
+
+    /// The one to be recorded after so many others.
+    pub(crate) fn after(&self, others: usize) -> Option<Instant> {
+        let at = self.taken + others;
+        if at >= self.count {
             return None;
         }
         Some(match self.wanted {
-            Wanted::Grid => Instant::on_grid(self.problem.grid(), self.taken as u64),
-            _ => self.ascending[self.taken],
+            Wanted::Grid => Instant::on_grid(self.problem.grid(), at as u64),
+            _ => self.ascending[at],
         })
     }
 

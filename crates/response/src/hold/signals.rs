@@ -67,9 +67,13 @@ impl Inputs {
         let harmonics = timeline.harmonics().iter().map(|(on, _)| *on);
         let pulses = timeline.pulses().iter().map(|pulse| pulse.coordinate);
         let signals = straight().map(|straight| straight.coordinate);
-        let signals: Vec<usize> = signals.chain(harmonics).chain(pulses).collect();
+        let mut acts = vec![false; coordinates + inputs.orders.len()];
+        signals
+            .chain(harmonics)
+            .chain(pulses)
+            .for_each(|signal| acts[signal] = true);
         let mut loaded = Vec::new();
-        for signal in signals {
+        for signal in (0..acts.len()).filter(|signal| acts[*signal]) {
             loaded.extend(inputs.of_signal(signal).map(|(input, _)| input));
         }
         loaded.sort_unstable();

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
-use faer::Mat;
+use faer::{Mat, MatMut};
 
+use super::batch::Batch;
 use super::estimate::Detour;
 use super::flow::{Coordinates, Flow, Outputs, march};
 use crate::answer::{Operations, ResponseMethod, Trajectory};
@@ -15,7 +16,7 @@ use crate::problem::{Plant, Problem, ResponseError};
 
 /// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
 /// form, at resonance, at critical damping and without supports. One exponential for each length of
-/// step, then a matrix–vector product a step.
+/// step, then a matrix–vector product a step; of many states several steps at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByExponential;
 
@@ -42,6 +43,8 @@ impl ResponseMethod for ByExponential {
             u: inputs.columns(plant.b.as_ref()),
             inputs,
             held: HashMap::new(),
+            batches: HashMap::new(),
+            count: problem.grid().last(),
             operations: Operations::default(),
             next: vec![0.0; plant.a.nrows()],
             a: plant.a.clone(),
@@ -63,6 +66,10 @@ struct Dense {
     u: Mat<f64>,
     inputs: Inputs,
     held: HashMap<u64, Held>,
+    /// What takes many steps of a length at a time.
+    batches: HashMap<u64, Batch>,
+    /// How many steps the grid has.
+    count: u64,
     operations: Operations,
     next: Vec<f64>,
 }
@@ -70,13 +77,13 @@ struct Dense {
 /// So many lengths of step are kept.
 const KEPT: usize = 64;
 
-impl Flow for Dense {
-    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
-        let h = h.to_f64();
+impl Dense {
+    fn held(&mut self, h: f64) -> &Held {
         if self.held.len() >= KEPT && !self.held.contains_key(&h.to_bits()) {
             self.held.clear();
+            self.batches.clear();
         }
-        let held = self.held.entry(h.to_bits()).or_insert_with(|| {
+        self.held.entry(h.to_bits()).or_insert_with(|| {
             let held = exact(
                 second_order,
                 self.a.as_ref(),
@@ -87,14 +94,62 @@ impl Flow for Dense {
             self.operations.exponentials += 1;
             self.operations.products += held.products;
             held
-        });
-        self.operations.steps += 1;
-        self.next.fill(0.0);
-        accumulate(&held.phi, z, &mut self.next);
+        })
+    }
+}
+
+impl Flow for Dense {
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
+        let mut next = std::mem::take(&mut self.next);
+        next.fill(0.0);
+        let held = self.held(h.to_f64());
+        accumulate(&held.phi, z, &mut next);
         for (gamma, values) in held.gamma.iter().zip(&signals.values) {
-            accumulate(gamma, values, &mut self.next);
+            accumulate(gamma, values, &mut next);
         }
-        z.copy_from_slice(&self.next);
+        z.copy_from_slice(&next);
+        self.next = next;
+        self.operations.steps += 1;
+    }
+
+    fn together(&self) -> usize {
+        /// Below, a step is so short that products save nothing.
+        const MANY_STATES: usize = 48;
+        /// So many entries of states are held at a time, which lets products have many columns.
+        const ENTRIES: usize = 1 << 19;
+        match self.a.nrows() {
+            0..MANY_STATES => 1,
+            states => (ENTRIES / states).clamp(256, 4096),
+        }
+    }
+
+    fn advance_all(
+        &mut self,
+        h: DoubleDouble,
+        z: &mut [f64],
+        signals: &[Signals],
+        mut states: MatMut<'_, f64>,
+    ) {
+        /// Fewer blocks are not worth their preparation.
+        const BLOCKS: usize = 4;
+        let (count, h_bits) = (self.count, h.to_f64().to_bits());
+        self.held(h.to_f64());
+        let held = &self.held[&h_bits];
+        let fits = |batch: &Batch| batch.steps() > 1 && signals.len() >= BLOCKS * batch.steps();
+        if signals.len() >= 2 * BLOCKS && !self.batches.contains_key(&h_bits) {
+            let batch = Batch::of(held, count);
+            self.operations.products += batch.products;
+            self.batches.insert(h_bits, batch);
+        }
+        if let Some(batch) = self.batches.get(&h_bits).filter(|batch| fits(batch)) {
+            batch.advance(held, z, signals, states);
+            self.operations.steps += signals.len() as u64;
+            return;
+        }
+        for (signals, state) in signals.iter().zip(states.as_mut().col_iter_mut()) {
+            self.advance(h, z, signals);
+            state.iter_mut().zip(&*z).for_each(|(to, from)| *to = *from);
+        }
     }
 
     fn preparation(&self) -> u64 {

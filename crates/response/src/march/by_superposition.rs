@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use eigentone_digits::DoubleDouble;
 use eigentone_modes::{Precision, System};
-use faer::Mat;
+use faer::{Mat, MatMut};
 
 use super::by_exponential::accumulate;
 use super::flow::{Coordinates, Flow, Outputs, march};
@@ -180,6 +180,30 @@ impl Flow for Blocks<'_> {
                 (z[at], self.low[at]) = (next.high(), next.low());
             }
             first += width;
+        }
+    }
+
+    fn together(&self) -> usize {
+        /// Below, what modes make of the motion is too little for products.
+        const MANY_STATES: usize = 48;
+        const TOGETHER: usize = 128;
+        if self.low.len() < MANY_STATES {
+            1
+        } else {
+            TOGETHER
+        }
+    }
+
+    fn advance_all(
+        &mut self,
+        h: DoubleDouble,
+        z: &mut [f64],
+        signals: &[Signals],
+        mut states: MatMut<'_, f64>,
+    ) {
+        for (signals, state) in signals.iter().zip(states.as_mut().col_iter_mut()) {
+            self.advance(h, z, signals);
+            state.iter_mut().zip(&*z).for_each(|(to, from)| *to = *from);
         }
     }
 

@@ -44,21 +44,22 @@ impl Deviation {
         rest.map(|rest| rest.displacement.as_slice())
     }
 
-    /// Turns ζ into the deviation, if the piece of this index lasts and ζ is near to its rest.
-    pub(crate) fn split(
+    /// Whether the piece of this index lasts and has a rest that ζ may come near to.
+    pub(crate) fn waits(
         &mut self,
         problem: &Problem<'_>,
         index: usize,
-        zeta: &mut [f64],
         state: impl Fn(&[f64]) -> Vec<f64>,
-    ) {
-        if self.split {
-            return;
-        }
-        if self.known != Some(index) {
+    ) -> bool {
+        if !self.split && self.known != Some(index) {
             self.known = Some(index);
             self.rest = self.look(problem, index, state);
         }
+        !self.split && self.rest.is_some()
+    }
+
+    /// Turns ζ into the deviation, if it is near to the rest that it waits for.
+    pub(crate) fn split(&mut self, zeta: &mut [f64]) {
         if let Some(rest) = self.rest.as_ref().filter(|rest| is_near(zeta, &rest.state)) {
             for (zeta, rest) in zeta.iter_mut().zip(&rest.state) {
                 *zeta -= rest;
@@ -96,6 +97,11 @@ impl Deviation {
             state: state(&displacement),
             displacement,
         })
+    }
+
+    /// Whether ζ is a deviation that ends where the piece of this index begins, which has other loads.
+    pub(crate) fn ends(&self, problem: &Problem<'_>, index: usize) -> bool {
+        self.split && !problem.timeline().pieces()[index].changes().is_empty()
     }
 
     /// Turns the deviation back into ζ where the piece of this index, which begins now, has other loads.

@@ -2,11 +2,13 @@
 
 use eigentone_digits::DoubleDouble;
 use eigentone_modes::FirstOrder;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatMut, MatRef};
 
 use super::deviation::Deviation;
 use super::estimate::{Detour, Estimate};
+use super::queue::{Mark, Queue};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
+use crate::exponential::vector::settle;
 use crate::hold::{Inputs, Signals};
 use crate::problem::{Instant, Leg, Piece, Plant, Problem, ResponseError, Walk};
 
@@ -14,6 +16,18 @@ use crate::problem::{Instant, Leg, Piece, Plant, Problem, ResponseError, Walk};
 pub(crate) trait Flow {
     /// Moves z over `h` seconds under the signals that hold at its start.
     fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals);
+
+    /// So many steps are best taken together.
+    fn together(&self) -> usize;
+
+    /// Takes a step of `h` seconds under each of these signals, and writes the state after each.
+    fn advance_all(
+        &mut self,
+        h: DoubleDouble,
+        z: &mut [f64],
+        signals: &[Signals],
+        states: MatMut<'_, f64>,
+    );
 
     /// How many unit steps cost as much as preparing one step of a new length.
     fn preparation(&self) -> u64;
@@ -26,7 +40,7 @@ pub(crate) trait Flow {
 /// of the supports.
 pub(crate) struct Outputs {
     /// X, X A and X A², of N columns.
-    maps: [Mat<f64>; 3],
+    maps: [Map; 3],
     /// D and X B, by which inputs act at once; each absent where it vanishes.
     feed: [Option<Mat<f64>>; 2],
     /// X A B.
@@ -52,13 +66,71 @@ impl Outputs {
         let feed = [d, (pushed.norm_max() != 0.0).then_some(pushed)];
         let acceleration_feed = &v * &plant.b;
         let into = |map: Mat<f64>| match t {
-            Some(t) => map * t,
-            None => map,
+            Some(t) => Map::Full(map * t),
+            None => Map::of(map),
         };
         Outputs {
             maps: [into(x), into(v), into(a)],
             feed,
             acceleration_feed,
+        }
+    }
+}
+
+/// A matrix that states are multiplied by.
+enum Map {
+    /// Each row is one of the states, or nothing.
+    Chosen(Vec<Option<usize>>),
+    Full(Mat<f64>),
+}
+
+impl Map {
+    fn of(matrix: Mat<f64>) -> Map {
+        let row = |i: usize| {
+            let mut entries = (0..matrix.ncols()).filter(|j| matrix[(i, *j)] != 0.0);
+            match (entries.next(), entries.next()) {
+                (None, _) => Some(None),
+                (Some(j), None) if matrix[(i, j)] == 1.0 => Some(Some(j)),
+                _ => None,
+            }
+        };
+        match (0..matrix.nrows()).map(row).collect() {
+            Some(rows) => Map::Chosen(rows),
+            None => Map::Full(matrix),
+        }
+    }
+
+    fn rows(&self) -> usize {
+        match self {
+            Map::Chosen(rows) => rows.len(),
+            Map::Full(matrix) => matrix.nrows(),
+        }
+    }
+
+    /// What it makes of one state.
+    fn apply(&self, z: &[f64], to: &mut [f64]) {
+        match self {
+            Map::Chosen(rows) => {
+                for (to, row) in to.iter_mut().zip(rows) {
+                    *to = row.map_or(0.0, |at| z[at]);
+                }
+            }
+            Map::Full(matrix) => {
+                to.fill(0.0);
+                add(to, matrix, z);
+            }
+        }
+    }
+
+    /// What a full one makes of many states, which is one product.
+    fn product(&self, states: &Mat<f64>) -> Option<Mat<f64>> {
+        match self {
+            Map::Chosen(_) => None,
+            Map::Full(matrix) => {
+                let product = matrix * states;
+                settle();
+                Some(product)
+            }
         }
     }
 }
@@ -102,7 +174,7 @@ pub(crate) fn march(
         detour,
         integrals,
     } = *coordinates;
-    let rows = outputs.maps[0].nrows();
+    let rows = outputs.maps[0].rows();
     let mut recorder = Recorder {
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
@@ -120,15 +192,30 @@ pub(crate) fn march(
     let mut deviation = Deviation::new(problem);
     let mut signals = inputs.empty_signals();
     let mut walk = Walk::of(problem);
-    add_momenta(walk.index(), problem, outputs, b, &mut z)?;
-    while let Some(target) = recorder.collector.next() {
+    let mut queue = Queue::default();
+    let together = flow.together();
+    let begun = problem.momenta(walk.index());
+    add_momenta(begun, walk.index(), problem, outputs, b, &mut z)?;
+    while let Some(target) = recorder.collector.after(queue.marks.len()) {
         while let Some(leg) = walk.towards(&target) {
             let Leg::Pass { from, to } = leg else {
+                let momenta = problem.momenta(walk.index());
+                if deviation.ends(problem, walk.index()) || !momenta.is_empty() {
+                    recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
+                }
                 deviation.join(problem, walk.index(), &mut z);
-                add_momenta(walk.index(), problem, outputs, b, &mut z)?;
+                add_momenta(momenta, walk.index(), problem, outputs, b, &mut z)?;
                 continue;
             };
-            deviation.split(problem, walk.index(), &mut z, state);
+            if deviation.waits(problem, walk.index(), state) {
+                // Time after time, so that little of what decays is lost before.
+                if queue.len() >= (queue.taken() / 8).max(16).min(together) {
+                    recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
+                }
+                if queue.len() == 0 {
+                    deviation.split(&mut z);
+                }
+            }
             let mut now = from;
             while now.order(&to).is_lt() {
                 let next = hop(&now, &to, problem, flow.preparation());
@@ -137,13 +224,25 @@ pub(crate) fn march(
                 if deviation.rest().is_some() {
                     signals.values[0].fill(0.0);
                 }
-                flow.advance(h, &mut z, &signals);
                 now = next;
-                recorder.estimate.step(h.to_f64());
+                if together == 1 {
+                    flow.advance(h, &mut z, &signals);
+                    recorder.estimate.step(h.to_f64());
+                    continue;
+                }
+                queue.push(h, signals.clone());
+                if queue.len() >= together {
+                    recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
+                }
             }
         }
-        recorder.record(&z, &target, &inputs, walk.piece(), deviation.rest())?;
+        if together == 1 {
+            recorder.record(&z, &target, &inputs, walk.piece(), deviation.rest())?;
+        } else {
+            queue.mark(target, walk.piece());
+        }
     }
+    recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
     Ok(recorder.collector.finish(method).after(flow.operations()))
 }
 
@@ -160,6 +259,7 @@ fn hop(now: &Instant, end: &Instant, problem: &Problem<'_>, preparation: u64) ->
 
 /// Adds what the impulses at the start of a piece, and jumps of supports there, do to the state.
 fn add_momenta(
+    momenta: Vec<(usize, f64)>,
     piece: usize,
     problem: &Problem<'_>,
     outputs: &Outputs,
@@ -167,7 +267,7 @@ fn add_momenta(
     z: &mut [f64],
 ) -> Result<(), ResponseError> {
     let n = problem.system().len();
-    for (coordinate, magnitude) in problem.momenta(piece) {
+    for (coordinate, magnitude) in momenta {
         let moves_at_once = |d: &Mat<f64>| (0..n).any(|i| d[(i, coordinate)] * magnitude != 0.0);
         if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
             return Err(problem.unresisted(coordinate, piece));
@@ -198,12 +298,67 @@ impl Recorder<'_, '_> {
         piece: &Piece,
         rest: Option<&[f64]>,
     ) -> Result<(), ResponseError> {
-        let accelerates = self.collector.accelerates();
-        let wanted = if accelerates { 3 } else { 2 };
+        let wanted = self.wanted();
         for (value, map) in self.motion.iter_mut().zip(&self.outputs.maps).take(wanted) {
-            value.fill(0.0);
-            add(value, map, z);
+            map.apply(z, value);
         }
+        self.close(now, inputs, piece, rest)
+    }
+
+    /// How many of displacements, velocities and accelerations.
+    fn wanted(&self) -> usize {
+        if self.collector.accelerates() { 3 } else { 2 }
+    }
+
+    /// Takes the steps that wait, and records the instants among them.
+    fn catch_up(
+        &mut self,
+        queue: &mut Queue<'_>,
+        flow: &mut dyn Flow,
+        z: &mut [f64],
+        inputs: &Inputs,
+        rest: Option<&[f64]>,
+    ) -> Result<(), ResponseError> {
+        let (states, lengths) = queue.take(flow, z);
+        let wanted = self.wanted();
+        let outputs = self.outputs;
+        let maps = &outputs.maps[..wanted];
+        let products: Vec<_> = maps.iter().map(|map| map.product(&states)).collect();
+        let mut done = 0;
+        for Mark {
+            after,
+            instant,
+            piece,
+        } in queue.marks.drain(..)
+        {
+            for h in &lengths[done..after] {
+                self.estimate.step(*h);
+            }
+            done = after;
+            let each = self.motion.iter_mut().zip(maps.iter().zip(&products));
+            for (value, (map, product)) in each {
+                match product {
+                    Some(product) => value.copy_from_slice(product.col_as_slice(after)),
+                    None => map.apply(states.col_as_slice(after), value),
+                }
+            }
+            self.close(&instant, inputs, piece, rest)?;
+        }
+        for h in &lengths[done..] {
+            self.estimate.step(*h);
+        }
+        Ok(())
+    }
+
+    /// Adds what inputs do at once to the motion found, and keeps it.
+    fn close(
+        &mut self,
+        now: &Instant,
+        inputs: &Inputs,
+        piece: &Piece,
+        rest: Option<&[f64]>,
+    ) -> Result<(), ResponseError> {
+        let accelerates = self.collector.accelerates();
         let [x, v, a] = &mut self.motion;
         let [d, pushed] = &self.outputs.feed;
         if d.is_some() || pushed.is_some() || accelerates {

@@ -1,6 +1,7 @@
 //! From instant to instant in doubles: by the exponential or by modes, whole motions or chosen outputs. It knows
 //! `problem`, `answer`, `enclosed`, `exponential` and `hold`.
 
+mod batch;
 mod blocks;
 mod by_exponential;
 mod by_superposition;
@@ -11,6 +12,7 @@ mod flow;
 mod grid_loads;
 mod modal_basis;
 mod modal_march;
+mod queue;
 mod strides;
 
 pub use by_exponential::ByExponential;

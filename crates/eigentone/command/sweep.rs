@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::slice::from_ref;
 use std::str::FromStr;
 
 use clap::Args;
@@ -302,7 +303,7 @@ impl Study<'_> {
             },
             Kind::Gain(from, to) => {
                 let grid = peak_grid(scene.system(), modes, scene.loss_factors());
-                let asked = asked(scene, &[from.clone()], &[to.clone()]).precision(self.precision);
+                let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
                 let features = asked.features(&grid).map_err(|error| error.to_string())?;
                 let gain = features
                     .first()

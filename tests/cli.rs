@@ -1351,3 +1351,106 @@ fn spectra_have_the_shape_that_was_agreed_on() {
     );
     refused(&["spectrum", "lost.csv", "--step", "0.1"], 2);
 }
+
+/// Two oscillators joined by a spring of 1e-6, of which the first is varied past the second; noise of 1 on it.
+fn veering() -> String {
+    let folder = fresh("sweep");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("veering.json");
+    let text = r#"{"masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 1}],
+        "springs": [{"name": "soil", "between": ["ground", "a"], "stiffness": 1},
+                    {"between": ["ground", "b"], "stiffness": 4}, {"between": ["a", "b"], "stiffness": 1e-6}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    file.to_str().expect("a UTF-8 path").to_owned()
+}
+
+#[test]
+fn a_sweep_follows_roots_and_its_parts_are_the_whole() {
+    let scene = veering();
+    let vary = [
+        "--vary",
+        "soil.stiffness=1,3,5,7",
+        "--vary",
+        "/masses/1/mass=1,1.01",
+    ];
+    let ask = |more: &[&str]| printed(&[&["sweep", &scene], &vary[..], &["--json"], more].concat());
+    let whole = ask(&[]);
+    let lines: Vec<Value> = whole
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    assert_eq!(lines.len(), 8);
+    for (i, line) in lines.iter().enumerate() {
+        let stiffness = [1.0, 3.0, 5.0, 7.0][i / 2];
+        let mass = [1.0, 1.01][i % 2];
+        assert_eq!(line["index"], i);
+        assert_eq!(line["parameters"]["soil.stiffness"], stiffness);
+        assert_eq!(line["parameters"]["/masses/1/mass"], mass);
+        assert_eq!(line["metrics"], serde_json::json!({}));
+        // The roots veer: the lower stays the lower, whatever its shape.
+        let ends = [f64::sqrt(stiffness), f64::sqrt(4.0 / mass)];
+        for (place, own) in [(0, ends[0].min(ends[1])), (2, ends[0].max(ends[1]))] {
+            let im = line["eigenvalues"][place][1].as_f64().expect("a number");
+            assert!((im - own).abs() < 1e-5, "{line}");
+            assert_eq!(line["eigenvalues"][place + 1][1], -im);
+        }
+    }
+    let parts = ["1/3", "2/3", "3/3"].map(|part| ask(&["--shard", part]));
+    assert_eq!(parts.concat(), whole);
+    let table = printed(&[&["sweep", &scene], &vary[..]].concat());
+    assert_eq!(table.lines().count(), 9);
+    assert!(
+        table.contains("soil.stiffness") && table.contains("3.00000e0"),
+        "{table}"
+    );
+}
+
+#[test]
+fn metrics_of_a_sweep_are_those_of_closed_forms() {
+    let folder = fresh("sweep-metrics");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("one.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 2}], "springs": [{"between": ["ground", "m"], "stiffness": 8}],
+        "dampers": [{"name": "d", "between": ["ground", "m"], "damping": 1}], "noise": [{"on": "m", "force": 3}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let scene = file.to_str().expect("a UTF-8 path");
+    let metrics = ["damping", "frequency 1", "gain m m", "rms m"];
+    let mut arguments = vec!["sweep", scene, "--json", "--vary", "d.damping=0.5,1,2"];
+    arguments.extend(metrics.iter().flat_map(|metric| ["--metric", *metric]));
+    for precision in ["double", "certified"] {
+        let printed = printed(&[&arguments[..], &["--precision", precision]].concat());
+        for (line, c) in printed.lines().zip([0.5, 1.0, 2.0]) {
+            let line: Value = serde_json::from_str(line).expect("JSON");
+            let ratio = c / 8.0; // c / 2√(km)
+            let gain = 1.0 / (8.0 * 2.0 * ratio * f64::sqrt(1.0 - ratio * ratio));
+            let rms = f64::sqrt(3.0 / (4.0 * c * 8.0)); // one-sided density per Hz
+            for (metric, right) in metrics.iter().zip([ratio, 2.0, gain, rms]) {
+                let value = line["metrics"][metric].as_f64().expect("a number");
+                assert!(
+                    (value / right - 1.0).abs() < 1e-12,
+                    "{metric}: {value} for {right}"
+                );
+            }
+        }
+    }
+    // An error leaves nothing on standard output.
+    let error = |more: &[&str]| refused(&[&["sweep", scene], more].concat(), 2);
+    assert!(error(&["--vary", "d.dampin=1:2:3"]).contains("did you mean \"d.damping\"?"));
+    assert!(error(&["--vary", "d.damping=1:2"]).contains("is no range"));
+    assert!(error(&["--vary", "/masses/1/mass=1,2"]).contains("no number"));
+    let vary = ["--vary", "d.damping=1,2"];
+    assert!(
+        error(&[&vary[..], &["--vary", "/dampers/0/damping=1,2"]].concat())
+            .contains("varies already")
+    );
+    assert!(error(&[&vary[..], &["--shard", "3/2"]].concat()).contains("i from 1 to N"));
+    assert!(
+        error(&[&vary[..], &["--metric", "peak m"]].concat())
+            .contains("no metrics of motions in time")
+    );
+    assert!(
+        error(&[&vary[..], &["--metric", "gain m wall"]].concat())
+            .contains("design 0 (d.damping = 1.0): gain m wall")
+    );
+    assert!(error(&["--vary", "m.mass=-1,1"]).contains("design 0 (m.mass = -1.0): masses[0].mass"));
+}

@@ -40,6 +40,7 @@
 //!   [`ElementForces`](response::ElementForces); the [`SteadyState`](response::SteadyState) under harmonic
 //!   loads, and receptances.
 //! - [`switching`]: friction, stops, impacts and switched dampers; the exact motion through their events.
+//! - [`design`]: which designs a study looks at, and which root of one is which of the next.
 //! - [`check`]: closed forms and numerical integrators to compare with, an independent reference with
 //!   any number of digits, and tables of error against run time.
 //! - [`scene`]: the scene file.
@@ -72,6 +73,7 @@ pub mod scene;
 pub mod tables;
 
 pub use eigentone_check as check;
+pub use eigentone_design as design;
 pub use eigentone_modes as modes;
 pub use eigentone_response as response;
 pub use eigentone_switching as switching;

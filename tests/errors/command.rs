@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 30] = [
+const CASES: [(&str, &str); 31] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -38,6 +38,7 @@ const CASES: [(&str, &str); 30] = [
         "spectrum record.csv --step 0.01 --from 5 --to 1",
     ),
     ("", "spectrum record.csv --step 0"),
+    ("Sweep", "sweep S --vary m.mas=1:2:3"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

@@ -102,6 +102,8 @@ pub enum Failure {
     Frequencies { from: f64, to: f64 },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
+    #[error("{}: {message}", scene.display())]
+    Sweep { scene: PathBuf, message: String },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
     OverScene { file: PathBuf },
     #[error("{}: cannot be written: {error}", file.display())]
@@ -209,6 +211,7 @@ impl Failure {
             | Failure::Record(_)
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
+            | Failure::Sweep { .. }
             | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
             Failure::Sparse { error, .. } => match error {

@@ -15,6 +15,7 @@ mod response;
 mod selection;
 mod spectrum;
 mod stability;
+mod sweep;
 mod tables;
 
 use std::io::{self, BufWriter, Write};
@@ -43,6 +44,7 @@ enum Command {
     Frf(frf::Frf),
     Random(random::Random),
     Spectrum(spectrum::Spectrum),
+    Sweep(sweep::Sweep),
     Export(export::Export),
     Check(check::Check),
     Stability(stability::Stability),
@@ -60,6 +62,7 @@ impl Cli {
             Command::Frf(command) => command.run(),
             Command::Random(command) => command.run(),
             Command::Spectrum(command) => command.run(),
+            Command::Sweep(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),

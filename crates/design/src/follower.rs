@@ -1,0 +1,413 @@
+//! Which root of one design is which of the next, by continuity along the path between them.
+//!
+//! The shapes x and y of a root predict it in another design as a root of y*(λ²M + λC + K)x = 0, right to second order
+//! (Lancaster 1966, *Lambda-matrices and vibrating systems*, §5.5). A step is taken where each prediction has one root of its
+//! own, far from all others, and no two roots can have come close on the way; else it is halved. So a step that jumps over a
+//! veering, where shapes look exchanged and roots are not, is refined until the gap is seen.
+
+use eigentone_modes::{MatrixKind, Modes, System};
+use faer::Mat;
+use num_complex::Complex;
+use thiserror::Error;
+
+/// Roots that come nearer to each other than this part of their size cross as their shapes say.
+const TOUCH: f64 = 1e-12;
+
+/// The most designs that are solved between two, for each root: a crossing takes about 80.
+const MOST: usize = 200;
+
+/// Keeps each root at its place along a path of designs.
+///
+/// ```
+/// use eigentone_design::Follower;
+/// use eigentone_modes::{GROUND, System};
+///
+/// // Two oscillators that know nothing of each other: one becomes stiffer and passes the other.
+/// let solve = |k: f64| {
+///     let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
+///     let system = builder.spring(GROUND, "a", k).spring(GROUND, "b", 4.0).build().ok()?;
+///     let modes = system.modes().ok()?;
+///     Some((system, modes))
+/// };
+/// let (system, modes) = solve(1.0).ok_or("no modes")?;
+/// let mut follower = Follower::at(&system, &modes)?;
+/// assert_eq!(follower.roots()[0].im, 1.0);
+/// follower.advance(|t| solve(1.0 + 8.0 * t))?;
+/// assert_eq!(follower.roots()[0].im, 3.0);
+/// assert_eq!(follower.roots()[2].im, 2.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Follower {
+    here: Station,
+    roots: Vec<Complex<f64>>,
+}
+
+/// How sure the places are after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Followed {
+    /// Each root went its own way.
+    Surely,
+    /// Roots coincided, or came nearer than doubles tell apart: their places are a choice.
+    Doubtful,
+}
+
+/// Why roots cannot be followed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FollowError {
+    /// The design at the end of the step has no modes.
+    #[error("the design has no modes to go to")]
+    NoDesign,
+    /// The designs have different numbers of finite roots, so that some went to infinity.
+    #[error(
+        "the design has {found} finite roots, the one before it {expected}: mass or damping vanishes between them"
+    )]
+    Count {
+        /// Of the design before.
+        expected: usize,
+        /// Of this design.
+        found: usize,
+    },
+    /// Some modes are missing.
+    #[error("there are {found} modes for {expected} roots: all of them are needed")]
+    SomeModes {
+        /// Roots.
+        expected: usize,
+        /// Roots of the modes given.
+        found: usize,
+    },
+}
+
+/// The roots of one design, in places, with the shapes that predict them in others.
+#[derive(Clone, Debug)]
+struct Station {
+    /// M, C, K.
+    matrices: [Mat<f64>; 3],
+    roots: Vec<Root>,
+}
+
+#[derive(Clone, Debug)]
+struct Root {
+    value: Complex<f64>,
+    right: Vec<Complex<f64>>,
+    left: Vec<Complex<f64>>,
+}
+
+impl Follower {
+    /// Starts at a design: roots in the order of its modes, each pair as λ with Im λ > 0 and its conjugate.
+    ///
+    /// # Errors
+    /// [`FollowError::SomeModes`].
+    pub fn at(system: &System, modes: &Modes) -> Result<Follower, FollowError> {
+        let here = Station::of(system, modes)?;
+        let roots = here.values();
+        Ok(Follower { here, roots })
+    }
+
+    /// Every finite root of the design, each at its place.
+    pub fn roots(&self) -> &[Complex<f64>] {
+        &self.roots
+    }
+
+    /// Goes to the end of a path of designs, of which `solve` gives those at t from 0, exclusive, where this stands, to 1.
+    /// It is asked for t = 1 first, and for others between as far as roots come close to each other. `None` says that there is
+    /// no design at t.
+    ///
+    /// Where a conjugate pair has become two real roots, the first of its places has the larger one.
+    ///
+    /// # Errors
+    /// [`FollowError`]; then it stays where it was.
+    pub fn advance(
+        &mut self,
+        mut solve: impl FnMut(f64) -> Option<(System, Modes)>,
+    ) -> Result<Followed, FollowError> {
+        let mut station = |t: f64| -> Result<Station, FollowError> {
+            let (system, modes) = solve(t).ok_or(FollowError::NoDesign)?;
+            Station::of(&system, &modes)
+        };
+        let goal = station(1.0)?;
+        let (expected, found) = (self.roots.len(), goal.roots.len());
+        if expected != found {
+            return Err(FollowError::Count { expected, found });
+        }
+        let mut here = self.here.clone();
+        let (mut t, mut step, mut spent) = (0.0, 1.0, 0);
+        loop {
+            let is_last = t + step >= 1.0;
+            let next = if is_last {
+                Some(goal.clone())
+            } else {
+                spent += 1;
+                let between = station(t + step).ok();
+                between.filter(|between| between.roots.len() == expected)
+            };
+            let certain = next.as_ref().and_then(|next| here.certain(next));
+            match (next, certain) {
+                (Some(next), Some(order)) => {
+                    here = next.ordered(&order).with_shapes_of(here);
+                    if is_last {
+                        break;
+                    }
+                    t += step;
+                    step *= 2.0;
+                }
+                _ if spent < MOST * expected && t + 0.5 * step > t => step *= 0.5,
+                _ => {
+                    let order = here.nearest(&goal);
+                    self.here = goal.ordered(&order);
+                    self.roots = self.here.values();
+                    return Ok(Followed::Doubtful);
+                }
+            }
+        }
+        let roots = here.values();
+        let followed = match coincide(&self.roots, &roots) {
+            true => Followed::Doubtful,
+            false => Followed::Surely,
+        };
+        self.here = here;
+        self.roots = roots;
+        Ok(followed)
+    }
+}
+
+impl Station {
+    fn of(system: &System, modes: &Modes) -> Result<Station, FollowError> {
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let matrices = kinds.map(|kind| match kind {
+            MatrixKind::Mass => system.mass_matrix(),
+            MatrixKind::Damping => system.damping_matrix(),
+            MatrixKind::Stiffness => system.stiffness_matrix(),
+        });
+        let conjugate = |x: &[Complex<f64>]| x.iter().map(Complex::conj).collect::<Vec<_>>();
+        let mut roots = Vec::new();
+        for mode in modes {
+            let right = mode.shape().to_vec();
+            let root = Root {
+                value: mode.eigenvalue().value,
+                left: mode
+                    .left_shape()
+                    .map_or_else(|| conjugate(&right), <[_]>::to_vec),
+                right,
+            };
+            for _ in 0..mode.roots() {
+                let other = Root {
+                    value: root.value.conj(),
+                    right: conjugate(&root.right),
+                    left: conjugate(&root.left),
+                };
+                roots.push(root.clone());
+                if root.value.im != 0.0 {
+                    roots.push(other);
+                }
+            }
+        }
+        let (expected, found) = (modes.eigenvalues().len(), roots.len());
+        match expected == found {
+            true => Ok(Station { matrices, roots }),
+            false => Err(FollowError::SomeModes { expected, found }),
+        }
+    }
+
+    fn values(&self) -> Vec<Complex<f64>> {
+        self.roots.iter().map(|root| root.value).collect()
+    }
+
+    /// The same with root `order[i]` at place i.
+    fn ordered(self, order: &[usize]) -> Station {
+        let roots = order.iter().map(|&j| self.roots[j].clone());
+        Station {
+            roots: roots.collect(),
+            matrices: self.matrices,
+        }
+    }
+
+    /// The same with the shapes of the design before for roots that coincide, of which the own shapes predict nothing.
+    fn with_shapes_of(mut self, before: Station) -> Station {
+        let values = self.values();
+        for (i, known) in before.roots.into_iter().enumerate() {
+            let mut others = values.iter().enumerate().filter(|(k, _)| *k != i);
+            if others.any(|(_, other)| touch(values[i], *other)) {
+                let value = values[i];
+                self.roots[i] = Root { value, ..known };
+            }
+        }
+        self
+    }
+
+    /// Where the root at each place is to be expected in another design.
+    fn predicted(&self, other: &Station) -> Vec<Complex<f64>> {
+        let predicted = self.roots.iter().map(|root| {
+            let [m, c, k] = other.matrices.each_ref().map(|matrix| root.form(matrix));
+            let half = (c * c - m * k * 4.0).sqrt();
+            let sum = if (c.conj() * half).re < 0.0 {
+                c - half
+            } else {
+                c + half
+            };
+            // One root without cancellation, and the other from their product.
+            let both = [-sum / (m * 2.0), -k * 2.0 / sum];
+            let finite = both.into_iter().filter(|value| value.is_finite());
+            let near = |value: &Complex<f64>| (value - root.value).norm();
+            let nearest = finite.min_by(|a, b| near(a).total_cmp(&near(b)));
+            nearest.unwrap_or(root.value)
+        });
+        predicted.collect()
+    }
+
+    /// The root of another design that each goes to, if all are sure.
+    fn certain(&self, other: &Station) -> Option<Vec<usize>> {
+        let (from, to, predicted) = (self.values(), other.values(), self.predicted(other));
+        let n = from.len();
+        let mut order = vec![None; n];
+        let mut taken = vec![false; n];
+        for i in 0..n {
+            let (nearest, near, second) = nearest_two(predicted[i], &to, &taken);
+            // A pair becomes two real roots together, below.
+            let alike = (from[i].im == 0.0) == (to[nearest].im == 0.0);
+            if near <= 0.25 * second && alike {
+                taken[nearest] = true;
+                order[i] = Some(nearest);
+            }
+        }
+        for i in 0..n {
+            if order[i].is_none() {
+                let meeting = Meeting {
+                    from: &from,
+                    to: &to,
+                    predicted: &predicted,
+                };
+                let (k, [first, second]) = meeting.of(i, &order, &taken)?;
+                (order[i], order[k]) = (Some(first), Some(second));
+                (taken[first], taken[second]) = (true, true);
+            }
+        }
+        let order: Vec<usize> = order.into_iter().collect::<Option<_>>()?;
+        for i in 0..n {
+            for k in 0..i {
+                let (before, after) = (from[i] - from[k], to[order[i]] - to[order[k]]);
+                let touching = touch(from[i], from[k]) || touch(to[order[i]], to[order[k]]);
+                let least = least_on_way(before, after);
+                if !touching && least < 0.5 * before.norm().min(after.norm()) {
+                    return None;
+                }
+            }
+        }
+        Some(order)
+    }
+
+    /// The nearest root of another design for each, by predictions, each root once.
+    fn nearest(&self, other: &Station) -> Vec<usize> {
+        let to = other.values();
+        let mut free: Vec<usize> = (0..to.len()).collect();
+        let predicted = self.predicted(other).into_iter();
+        let chosen = predicted.map(|expected| {
+            let off = |at: &usize| (to[free[*at]] - expected).norm();
+            let best = (0..free.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+            // There are as many roots as places.
+            free.swap_remove(best.unwrap_or_default())
+        });
+        chosen.collect()
+    }
+}
+
+impl Root {
+    /// y*Ax.
+    fn form(&self, matrix: &Mat<f64>) -> Complex<f64> {
+        let mut sum = Complex::ZERO;
+        for (j, x) in self.right.iter().enumerate() {
+            let column = matrix.col_as_slice(j).iter().zip(&self.left);
+            let along: Complex<f64> = column.map(|(entry, y)| y.conj() * *entry).sum();
+            sum += along * x;
+        }
+        sum
+    }
+}
+
+/// A pair of roots that meets on the real axis within a step.
+struct Meeting<'a> {
+    from: &'a [Complex<f64>],
+    to: &'a [Complex<f64>],
+    predicted: &'a [Complex<f64>],
+}
+
+impl Meeting<'_> {
+    /// The other place of a pair, and the roots that both get, if one design has it as a conjugate pair, the other as two
+    /// real roots, and no other root is near.
+    fn of(&self, i: usize, order: &[Option<usize>], taken: &[bool]) -> Option<(usize, [usize; 2])> {
+        let centre = Complex::from(self.predicted[i].re);
+        let mut places: Vec<usize> = (0..order.len()).collect();
+        let mut roots = places.clone();
+        let off = |value: Complex<f64>| (value - centre).norm();
+        places.retain(|k| *k != i);
+        places.sort_by(|a, b| off(self.predicted[*a]).total_cmp(&off(self.predicted[*b])));
+        roots.sort_by(|a, b| off(self.to[*a]).total_cmp(&off(self.to[*b])));
+        let (&k, &[first, second]) = (places.first()?, roots.first_chunk()?);
+        // Of two roots at one place the first may have found its way by itself.
+        let parting = touch(self.from[i], self.from[k]);
+        let free = |root: usize| !taken[root] || parting && order[k] == Some(root);
+        if order[k].is_some() && !parting || !free(first) || !free(second) {
+            return None;
+        }
+        let is_pair = |a: Complex<f64>, b: Complex<f64>| a.im != 0.0 && a == b.conj();
+        let is_real = |a: Complex<f64>, b: Complex<f64>| a.im == 0.0 && b.im == 0.0;
+        let (before, after) = (
+            [self.from[i], self.from[k]],
+            [self.to[first], self.to[second]],
+        );
+        let meets = is_pair(before[0], before[1]) && is_real(after[0], after[1])
+            || is_real(before[0], before[1]) && is_pair(after[0], after[1])
+            || touch(before[0], before[1])
+            || touch(after[0], after[1]);
+        let own = [self.predicted[i], self.predicted[k], after[0], after[1]];
+        let reach = own.map(off).into_iter().fold(0.0, f64::max);
+        let others = places[1..].iter().map(|k| off(self.predicted[*k]));
+        let others = others.chain(roots[2..].iter().map(|j| off(self.to[*j])));
+        if !meets || others.fold(f64::INFINITY, f64::min) < 4.0 * reach {
+            return None;
+        }
+        let key = |value: Complex<f64>| (value.im, value.re);
+        let rising = key(after[0]) < key(after[1]);
+        let [high, low] = if rising {
+            [second, first]
+        } else {
+            [first, second]
+        };
+        Some((k, if i < k { [high, low] } else { [low, high] }))
+    }
+}
+
+fn touch(a: Complex<f64>, b: Complex<f64>) -> bool {
+    (a - b).norm() <= TOUCH * a.norm().max(b.norm())
+}
+
+/// Whether two roots are the same but for rounding in both designs.
+fn coincide(before: &[Complex<f64>], after: &[Complex<f64>]) -> bool {
+    let mut pairs = (0..before.len()).flat_map(|i| (0..i).map(move |k| (i, k)));
+    pairs.any(|(i, k)| touch(before[i], before[k]) && touch(after[i], after[k]))
+}
+
+/// The nearest of the values that are free, how far it is, and how far the next is that is not the same but for rounding.
+fn nearest_two(value: Complex<f64>, all: &[Complex<f64>], taken: &[bool]) -> (usize, f64, f64) {
+    let mut best = (0, f64::INFINITY);
+    for (j, other) in all.iter().enumerate().filter(|(j, _)| !taken[*j]) {
+        let off = (other - value).norm();
+        if off < best.1 {
+            best = (j, off);
+        }
+    }
+    let others = all.iter().filter(|other| !touch(**other, all[best.0]));
+    let second = others.map(|other| (other - value).norm());
+    (best.0, best.1, second.fold(f64::INFINITY, f64::min))
+}
+
+/// The least distance of two roots that go straight.
+fn least_on_way(before: Complex<f64>, after: Complex<f64>) -> f64 {
+    let change = after - before;
+    let share = -(before * change.conj()).re / change.norm_sqr();
+    match share.is_finite() {
+        true => (before + change * share.clamp(0.0, 1.0)).norm(),
+        false => before.norm(),
+    }
+}

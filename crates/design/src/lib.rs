@@ -1,0 +1,14 @@
+//! Design studies of linear vibrating systems: which designs a study looks at, and which root of one design is which of the
+//! next.
+//!
+//! A [`Grid`] numbers the designs of one or several [`Range`]s, and its parts. A [`Follower`] keeps every root at one place
+//! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis.
+//! Nothing here prints or reads files.
+
+mod follower;
+mod grid;
+mod range;
+
+pub use follower::{FollowError, Followed, Follower};
+pub use grid::{Grid, GridError};
+pub use range::{Range, RangeError};

@@ -1,0 +1,123 @@
+//! Roots keep their places, however long the steps are.
+
+use eigentone_design::{Followed, Follower};
+use eigentone_modes::{GROUND, Modes, Precision, System};
+use num_complex::Complex;
+
+fn solved(system: System) -> Option<(System, Modes)> {
+    let modes = system.modes_to(Precision::Double).ok()?;
+    Some((system, modes))
+}
+
+/// Two oscillators, the first of stiffness `k`, with a spring between them.
+fn two(k: f64, coupling: f64) -> Option<(System, Modes)> {
+    let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let builder = builder.spring(GROUND, "a", k).spring(GROUND, "b", 4.0);
+    solved(builder.spring("a", "b", coupling).build().ok()?)
+}
+
+/// The roots at the end of a path in equal steps, and whether they are sure.
+fn walked(
+    steps: usize,
+    solve: &dyn Fn(f64) -> Option<(System, Modes)>,
+) -> (Vec<Complex<f64>>, bool) {
+    let (system, modes) = solve(0.0).expect("a start");
+    let mut follower = Follower::at(&system, &modes).expect("all modes");
+    let mut sure = true;
+    for k in 0..steps {
+        let at = |t: f64| (k as f64 + t) / steps as f64;
+        let followed = follower.advance(|t| solve(at(t))).expect("a design");
+        sure &= followed == Followed::Surely;
+    }
+    (follower.roots().to_vec(), sure)
+}
+
+#[test]
+fn a_veering_pair_keeps_its_places_at_every_step_size() {
+    for steps in [1, 2, 3, 5, 10, 33, 100, 1000] {
+        // With a coupling the lower root stays the lower one, without it they cross.
+        for (coupling, first, second) in [(1e-6, 2.0, 3.0), (0.0, 3.0, 2.0)] {
+            let (roots, sure) = walked(steps, &|t| two(1.0 + 8.0 * t, coupling));
+            assert!(sure, "{steps} steps, coupling {coupling}");
+            assert!(
+                (roots[0].im - first).abs() < 1e-5,
+                "{steps} steps, coupling {coupling}: {roots:?}"
+            );
+            assert!(
+                (roots[2].im - second).abs() < 1e-5,
+                "{steps} steps, coupling {coupling}: {roots:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_pair_that_meets_on_the_real_axis_becomes_two_roots_and_a_pair_again() {
+    let damped = |c: f64| {
+        let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
+        let builder = builder.spring(GROUND, "a", 1.0).spring(GROUND, "b", 900.0);
+        solved(builder.damper(GROUND, "a", c).build().ok()?)
+    };
+    for steps in [1, 3, 7, 50] {
+        let (roots, sure) = walked(steps, &|t| damped(1.0 + 1.5 * t));
+        assert!(sure, "{steps} steps");
+        assert!(
+            (roots[0].re + 0.5).abs() < 1e-12 && (roots[1].re + 2.0).abs() < 1e-12,
+            "{roots:?}"
+        );
+        let (roots, sure) = walked(steps, &|t| damped(2.5 - 1.5 * t));
+        assert!(sure, "{steps} steps back");
+        let pair = [0, 1].map(|k| roots[k]);
+        assert!(pair[0].im > 0.0 && pair[0] == pair[1].conj(), "{roots:?}");
+    }
+}
+
+#[test]
+fn random_paths_with_crossings_agree_with_paths_a_hundred_times_finer() {
+    let mut seed = 1u64;
+    let mut random = || {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let (mut crossings, mut doubtful) = (0, 0);
+    for path in 0..1000 {
+        let ends: Vec<[f64; 2]> = (0..4)
+            .map(|_| [0.5 + 4.0 * random(), 0.5 + 4.0 * random()])
+            .collect();
+        let coupling = [0.0, 1e-6, 1e-3, 0.1][path % 4];
+        let damping = [0.0, 0.02][path / 4 % 2];
+        let solve = |t: f64| {
+            let name = |i: usize| format!("m{i}");
+            let mut builder = System::builder();
+            for i in 0..4 {
+                builder = builder.mass(name(i), 1.0);
+            }
+            for (i, [from, to]) in ends.iter().enumerate() {
+                let (k, c) = (from + t * (to - from), damping * (i + 1) as f64);
+                builder = builder
+                    .spring(GROUND, name(i), k)
+                    .damper(GROUND, name(i), c);
+            }
+            for i in 1..4 {
+                builder = builder.spring(name(i - 1), name(i), coupling);
+            }
+            solved(builder.build().ok()?)
+        };
+        let (coarse, sure) = walked(1, &solve);
+        let (fine, sure_too) = walked(100, &solve);
+        // Masses that others couple may veer by less than doubles show.
+        if !(sure && sure_too) {
+            doubtful += 1;
+            continue;
+        }
+        assert_eq!(coarse, fine, "path {path}: {ends:?}");
+        let pairs = coarse
+            .windows(2)
+            .filter(|pair| pair[1].norm() < 0.999 * pair[0].norm());
+        crossings += pairs.count();
+    }
+    assert!(crossings > 300, "{crossings} crossings");
+    assert!(doubtful <= 5, "{doubtful} doubtful");
+}

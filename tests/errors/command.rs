@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 31] = [
+const CASES: [(&str, &str); 33] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -22,6 +22,8 @@ const CASES: [(&str, &str); 31] = [
     ("Modes", "modes far-apart.json"),
     ("Response", "response growing.json"),
     ("Response", "response S --steps 0,99"),
+    ("Switching", "response beyond.json"),
+    ("Switches", "check beyond.json"),
     ("Frequency", "frf S --to wall"),
     ("", "frf S --at 1,x"),
     ("StateSpace", "export S --from wall"),
@@ -73,6 +75,10 @@ fn files(folder: &Path) {
     write("far-apart.json", &one("5e-324", &spring("1e308")));
     let rubber = spring("4").replace("4}", "4, \"loss_factor\": 0.1}");
     write("rubber.json", &one("1", &rubber));
+    let wall =
+        "\"impacts\": [{\"between\": [\"ground\", \"m\"], \"gap\": 0.5, \"restitution\": 1}]";
+    let beyond = format!("{}, {moving}, {wall}, {}", spring("4"), time("1", "0.1"));
+    write("beyond.json", &one("1", &beyond));
     write("record.csv", "t,ax\n0,0\n0.01,1\n");
     let growing = format!("{}, {moving}, {}", spring("-400"), time("100", "1"));
     write("growing.json", &one("1", &growing));

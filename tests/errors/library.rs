@@ -4,6 +4,7 @@ use eigentone::check::{
     ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
     UniformChain,
 };
+use eigentone::design::{Grid, Range};
 use eigentone::modes::{
     Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
     Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
@@ -15,6 +16,7 @@ use eigentone::response::{
     Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState,
     Step, Sum, Sweep, Versine, expm, receptance,
 };
+use eigentone::switching::{Friction, Impact, Switch, Switching};
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
 use faer::{Mat, mat};
@@ -22,7 +24,12 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 20] = [
+pub const ENUMS: [(&str, &str); 25] = [
+    ("crates/design/src/range.rs", "RangeError"),
+    ("crates/design/src/grid.rs", "GridError"),
+    ("crates/design/src/follower.rs", "FollowError"),
+    ("crates/switching/src/error.rs", "SwitchingError"),
+    ("crates/switching/src/switch.rs", "SwitchFault"),
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
     ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
@@ -60,7 +67,43 @@ pub const ENUMS: [(&str, &str); 20] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 15] = [
+const LEFT_OUT: [(&str, &str); 24] = [
+    (
+        "FollowError::NoDesign",
+        "is what a program says itself, of a design that it cannot solve",
+    ),
+    (
+        "FollowError::Count",
+        "takes a path of designs on which a mass vanishes",
+    ),
+    (
+        "FollowError::SomeModes",
+        "takes modes of which some were left out",
+    ),
+    (
+        "SwitchFault::Massless",
+        "is found when the motion is, as the fault of a `SwitchingError::Switch`",
+    ),
+    (
+        "SwitchFault::BeyondGap",
+        "is found when the motion is, as the fault of a `SwitchingError::Switch`",
+    ),
+    (
+        "SwitchingError::Response",
+        "passes on a `ResponseError`, all of which are shown or named here",
+    ),
+    (
+        "SwitchingError::Undecided",
+        "several dampers that share out what holds a body still are beyond a table",
+    ),
+    (
+        "SwitchingError::Endless",
+        "no system is known whose events come without end and without a limit",
+    ),
+    (
+        "SwitchingError::Stuck",
+        "no system is known that is regular and not told from a singular one",
+    ),
     (
         "FrequencyError::Sparse",
         "passes on a `SparseError`, all of which are shown or named here",
@@ -171,10 +214,61 @@ fn every_error_of_the_library_is_listed() {
     build_errors(&mut listing);
     mode_errors(&mut listing);
     response_errors(&mut listing);
+    switching_errors(&mut listing);
+    design_errors(&mut listing);
     sweep_errors(&mut listing);
     check_errors(&mut listing);
     let table = listing.finish(&ENUMS, &LEFT_OUT);
     super::page::assert_shown("errors.md", "library", &table);
+}
+
+fn design_errors(listing: &mut Listing) {
+    let range = |text: &str| text.parse::<Range>();
+    let pair = || vec![range("1,2").expect("a range")];
+    let wide = || vec![range("0:1:10000000").expect("a range"); 3];
+    list! { listing:
+        range("1:2");
+        range("1:x:3");
+        range("1:2:1");
+        range("0:1:3:log");
+        range("-1e308:1e308:3");
+        Grid::new(Vec::new());
+        Grid::new(wide());
+        Grid::new(pair()).and_then(|grid| grid.part(3, 2));
+    }
+}
+
+fn switching_errors(listing: &mut Listing) {
+    let held = single(1.0, 0.0, 4.0);
+    let stiff = System::builder().mass("m0", 1.0).mass("m1", 1.0);
+    let stiff = stiff.spring(GROUND, "m1", 1e20).build().expect("a system");
+    let friction = |a: &str, b: &str, force: f64| {
+        Switch::Friction(Friction {
+            between: [a.to_owned(), b.to_owned()],
+            force,
+            static_force: force,
+        })
+    };
+    let wall = |gap: f64| {
+        Switch::Impact(Impact {
+            between: [GROUND.to_owned(), "m0".to_owned()],
+            gap,
+            restitution: 0.5,
+        })
+    };
+    let run = |system: &System, switches: Vec<Switch>| {
+        let problem = Response::of(system).every(1.0).until(1e3).problem();
+        let problem = problem.expect("a problem");
+        Switching::new(&problem, switches)?.run()
+    };
+    list! { listing:
+        friction(GROUND, "m1", 1.0).check(&held);
+        friction("m0", "m0", 1.0).check(&held);
+        friction(GROUND, "m0", -1.0).check(&held);
+        run(&held, vec![wall(-0.1)]);
+        run(&held, vec![wall(0.0), friction(GROUND, "m0", 1.0)]);
+        run(&stiff, vec![friction(GROUND, "m0", 0.0)]);
+    }
 }
 
 fn build_errors(listing: &mut Listing) {

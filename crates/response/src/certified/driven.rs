@@ -3,8 +3,8 @@
 use eigentone_digits::{Magnitude, Real};
 use eigentone_modes::Form;
 
+use super::clock::{Clock, Moment};
 use super::generator::{Generator, Output};
-use super::march::{Clock, Moment};
 use crate::enclosed::cos_sin;
 use crate::problem::{
     Instant, Known, Piece, Problem, ResponseError, Source, StraightLoad, StraightLoads, sum,

@@ -4,6 +4,7 @@
 #[cfg(test)]
 mod agreement;
 mod attempt;
+mod clock;
 mod drift;
 mod driven;
 pub(crate) mod follow;

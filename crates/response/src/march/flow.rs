@@ -319,7 +319,10 @@ impl Recorder<'_, '_> {
         inputs: &Inputs,
         rest: Option<&[f64]>,
     ) -> Result<(), ResponseError> {
-        let (states, lengths) = queue.take(flow, z);
+        let (states, lengths) = queue.take(
+            |h, z, signals, states| flow.advance_all(h, z, signals, states),
+            z,
+        );
         let wanted = self.wanted();
         let outputs = self.outputs;
         let maps = &outputs.maps[..wanted];

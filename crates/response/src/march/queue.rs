@@ -1,9 +1,8 @@
 //! Steps that wait to be taken together.
 
 use eigentone_digits::DoubleDouble;
-use faer::Mat;
+use faer::{Mat, MatMut};
 
-use super::flow::Flow;
 use crate::hold::Signals;
 use crate::problem::{Instant, Piece};
 
@@ -48,14 +47,19 @@ impl<'a> Queue<'a> {
     }
 
     /// Takes all steps from z; the states before the first and after each, column by column, and how long each step was.
-    pub(super) fn take(&mut self, flow: &mut dyn Flow, z: &mut [f64]) -> (Mat<f64>, Vec<f64>) {
+    /// `advance` takes several steps of one length, from z to the last state, and fills in the states after each.
+    pub(super) fn take(
+        &mut self,
+        mut advance: impl FnMut(DoubleDouble, &mut [f64], &[Signals], MatMut<'_, f64>),
+        z: &mut [f64],
+    ) -> (Mat<f64>, Vec<f64>) {
         let mut states = Mat::<f64>::zeros(z.len(), self.len() + 1);
         states.col_as_slice_mut(0).copy_from_slice(z);
         let mut done = 0;
         for run in self.lengths.chunk_by(|a, b| a == b) {
             let signals = &self.signals[done..done + run.len()];
             let columns = states.subcols_mut(done + 1, run.len());
-            flow.advance_all(run[0], z, signals, columns);
+            advance(run[0], z, signals, columns);
             done += run.len();
         }
         self.taken += done;

@@ -65,7 +65,7 @@ impl From<ResponseError> for Halt {
 
 /// A state on its way through events.
 pub(crate) struct March<'a, 'b, T> {
-    question: &'a Question<'a, 'b>,
+    pub(crate) question: &'a Question<'a, 'b>,
     driven: Driven<'a, 'b, T>,
     /// W without switches, with the constant.
     w: Vec<T>,
@@ -85,6 +85,8 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) now: T,
     /// What is told from 0 by its error alone is taken as 0.
     pub(crate) ties: bool,
+    /// Relative.
+    tolerance: f64,
     /// Whether the motion has begun.
     pub(crate) started: bool,
     /// Whether velocities jumped at this instant.
@@ -117,6 +119,15 @@ struct Root<T> {
     theta: T,
     /// How far it may be off.
     bound: f64,
+}
+
+/// A place within a step where a guard comes too near to 0 to tell whether it ends.
+#[derive(Clone, Copy)]
+struct Hidden {
+    place: f64,
+    switch: usize,
+    /// Whether what is not known is more than a few digits.
+    is_wide: bool,
 }
 
 /// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
@@ -252,6 +263,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             zeta,
             now: T::ZERO,
             ties,
+            tolerance,
             started: false,
             jumped: true,
             bounced: vec![false; count],
@@ -277,6 +289,11 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         known
             .clone()
             .ok_or(Halt::Failed(SwitchingError::Dependent { time, switch }))
+    }
+
+    /// Whether an error hides more than coincidences: half of the digits of what is of this size.
+    pub(crate) fn is_wide(&self, error: f64, size: f64) -> bool {
+        error > 2f64.powi(T::UNIT_LOG2 / 2) * size
     }
 
     pub(crate) fn undecided(&self, switch: usize) -> Halt {
@@ -371,8 +388,13 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .map(|index| ascending.binary_search(index).expect("it is one of them"))
             .collect();
         self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        // Early events are measured beside a part of the whole time.
+        const PART: f64 = 1e-6;
+        let end = grid.time(grid.last());
+        let tolerance = self.tolerance + f64::EPSILON / 2.0;
+        let good = |event: &Event| event.bound <= tolerance * event.time.max(PART * end);
         Ok(Found {
-            good: outputs.is_good(),
+            good: outputs.is_good() && self.events.iter().all(good),
             trajectory: outputs.trajectory(problem, asked, &picked),
             events: self.events,
         })
@@ -469,14 +491,17 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.check_length(until)
     }
 
-    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends before
-    /// that, and the next ones are shorter and shorter; what all digits cannot tell is passed.
+    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends just before
+    /// that, or is made shorter; what all digits cannot tell is passed.
     fn look(&mut self, series: &Series<T>, reach: T) -> Result<(T, Vec<Root<T>>), Halt> {
-        const MOST: usize = 40;
-        let (mut part, mut exact) = (reach, self.approach > MOST);
+        const SHORTEST: usize = 40;
+        /// The part of the way to such a place that an approach leaves.
+        const LEFT: f64 = 1.0 / 1_048_576.0;
+        let most = usize::try_from(-T::UNIT_LOG2 / 20).expect("a count");
+        let mut part = reach;
         for shorter in 0.. {
-            let (roots, hidden) = self.roots(series, part, exact)?;
-            let Some((place, switch)) = hidden else {
+            let (roots, hidden) = self.roots(series, part)?;
+            let Some(hidden) = hidden else {
                 let Some(first) = roots.first() else {
                     match part == reach {
                         true => (self.approach, self.passes) = (0, 0),
@@ -492,39 +517,29 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 };
                 return Ok((end, roots));
             };
-            let far = place > part.to_f64() / 64.0;
-            if exact {
-                if !self.ties {
-                    return Err(self.undecided(switch));
-                }
+            let place = hidden.place;
+            if place > part.to_f64() / 64.0 && self.approach < most {
+                self.approach += 1;
+                return Ok((T::from(place * (1.0 - LEFT)), Vec::new()));
+            } else if shorter < SHORTEST {
+                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
+                part = part.mul_f64(factor);
+            } else if !self.ties || hidden.is_wide {
+                return Err(self.undecided(hidden.switch));
+            } else {
                 let far = 2f64.powi((self.passes - 40).min(-6));
                 self.passes += 1;
                 let past = T::from(place + far);
                 return Ok((if past < reach { past } else { reach }, Vec::new()));
-            } else if far && self.approach <= MOST {
-                self.approach += 1;
-                return Ok((T::from(0.75 * place), Vec::new()));
-            } else if shorter < MOST {
-                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
-                part = part.mul_f64(factor);
-            } else {
-                exact = true;
             }
         }
-        unreachable!("the loop ends with the exact look")
+        unreachable!("it is passed at last")
     }
 
-    /// Where guards end within the step, all that may be the first; and before that, where one comes too near to 0 to tell,
-    /// with its switch.
-    #[allow(clippy::type_complexity)]
-    fn roots(
-        &self,
-        series: &Series<T>,
-        reach: T,
-        look_exactly: bool,
-    ) -> Result<(Vec<Root<T>>, Option<(f64, usize)>), Halt> {
+    /// Where guards end within the step, all that may be the first; or what comes too near to 0 to tell before that.
+    fn roots(&self, series: &Series<T>, reach: T) -> Result<(Vec<Root<T>>, Option<Hidden>), Halt> {
         let mut found: Vec<Root<T>> = Vec::new();
-        let mut hidden: Option<(f64, usize)> = None;
+        let mut hidden: Option<Hidden> = None;
         let off = self.vague_in(&self.current);
         let far = reach.mul_f64(BEYOND);
         let short = far.to_f64();
@@ -571,9 +586,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 scaled.collect::<Vec<T>>()
             };
             let mut answer = first(&scaled(&coefficients), margin + rounding);
-            if let First::Hidden(_) = answer
-                && look_exactly
-            {
+            if let First::Hidden(_) = answer {
                 answer = first(&exact(), margin);
             }
             match answer {
@@ -600,8 +613,12 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 First::Hidden(place) if place * BEYOND > 1.0 => {}
                 First::Hidden(place) => {
                     let place = place * short;
-                    if hidden.is_none_or(|(known, _)| place < known) {
-                        hidden = Some((place, guard.switch));
+                    if hidden.as_ref().is_none_or(|known| place < known.place) {
+                        hidden = Some(Hidden {
+                            place,
+                            switch: guard.switch,
+                            is_wide: self.is_wide(margin, guard.row.norm * series.size),
+                        });
                     }
                 }
             }
@@ -620,10 +637,10 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .fold(0.0, f64::max);
         found.retain(|root| (root.theta - earliest).to_f64() <= root.bound + bound);
         found.sort_by(|a, b| a.theta.partial_cmp(&b.theta).expect("numbers"));
-        if let Some((place, _)) = hidden
-            && place < earliest.to_f64() + bound
+        if let Some(hidden) = &hidden
+            && hidden.place < earliest.to_f64() + bound
         {
-            return Ok((Vec::new(), hidden));
+            return Ok((Vec::new(), Some(*hidden)));
         }
         let switches = found
             .iter()

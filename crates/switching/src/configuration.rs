@@ -2,6 +2,7 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
+use crate::error_set::ErrorSet;
 use crate::phase::{Phase, Setting};
 use crate::rows::{Row, SLACK, length};
 use crate::switch::{ControlledDamper, DamperLaw, Stop, Switch};
@@ -213,6 +214,29 @@ impl<T: Real> Configuration<T> {
         let scaled = row.rounded.iter().zip(&self.scales);
         let scaled: Vec<f64> = scaled.map(|(entry, scale)| entry / scale).collect();
         length(&scaled) * SLACK + row.error
+    }
+
+    /// How far each entry of a state of these sizes, known to `errors`, may stray in `time` steps from what it is to first
+    /// order.
+    pub(crate) fn strays(&self, sizes: &[f64], errors: &ErrorSet, time: f64) -> Vec<f64> {
+        let moved = |sizes: &[f64]| -> Vec<f64> {
+            let row =
+                |row: &Vec<(usize, f64)>| row.iter().map(|(j, entry)| entry * sizes[*j]).sum();
+            self.sizes.iter().map(row).collect()
+        };
+        let length = |sizes: &[f64]| {
+            let scaled = sizes.iter().zip(&self.scales).map(|(a, b)| a * b);
+            length(&scaled.collect::<Vec<f64>>())
+        };
+        let extents = errors.extents();
+        let (first, twice) = (moved(&extents), moved(&moved(sizes)));
+        let short = time * self.reach;
+        let beyond = short * short * (short * length(sizes) + length(&extents));
+        let each = first.iter().zip(&twice).zip(&self.scales);
+        each.map(|((error, curve), scale)| {
+            2.0 * (time * error + time * time * curve + beyond / scale)
+        })
+        .collect()
     }
 
     /// W ζ h.

@@ -125,9 +125,7 @@ struct Root<T> {
 #[derive(Clone, Copy)]
 struct Hidden {
     place: f64,
-    switch: usize,
-    /// Whether what is not known is more than a few digits.
-    is_wide: bool,
+    guard: usize,
 }
 
 /// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
@@ -246,7 +244,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         else {
             return Err(Halt::Undecided(SwitchingError::Stuck));
         };
+        // What is left out is of its second order.
         let invisible = (tolerance.min(1e-15) * 2f64.powi(-24)).sqrt();
+        let invisible = invisible.min(2f64.powi(T::UNIT_LOG2 / 8));
         Ok(March {
             question,
             driven,
@@ -291,9 +291,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .ok_or(Halt::Failed(SwitchingError::Dependent { time, switch }))
     }
 
-    /// Whether an error hides more than coincidences: half of the digits of what is of this size.
-    pub(crate) fn is_wide(&self, error: f64, size: f64) -> bool {
-        error > 2f64.powi(T::UNIT_LOG2 / 2) * size
+    /// Whether a value beside numbers of a size is a coincidence: as far as half of the digits tell it is 0.
+    pub(crate) fn is_tiny(&self, value: f64, size: f64) -> bool {
+        value.abs() <= 2f64.powi(T::UNIT_LOG2 / 2) * size
     }
 
     pub(crate) fn undecided(&self, switch: usize) -> Halt {
@@ -524,8 +524,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             } else if shorter < SHORTEST {
                 let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
                 part = part.mul_f64(factor);
-            } else if !self.ties || hidden.is_wide {
-                return Err(self.undecided(hidden.switch));
+            } else if !self.ties || !self.is_touch(series, &hidden) {
+                return Err(self.undecided(self.current.guards[hidden.guard].switch));
             } else {
                 let far = 2f64.powi((self.passes - 40).min(-6));
                 self.passes += 1;
@@ -534,6 +534,13 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             }
         }
         unreachable!("it is passed at last")
+    }
+
+    /// Whether a guard just touches 0 there.
+    fn is_touch(&self, series: &Series<T>, hidden: &Hidden) -> bool {
+        let row = &self.current.guards[hidden.guard].row;
+        let value = row.at(&series.at(T::from(hidden.place))).to_f64();
+        self.is_tiny(value, row.norm * series.size)
     }
 
     /// Where guards end within the step, all that may be the first; or what comes too near to 0 to tell before that.
@@ -614,11 +621,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 First::Hidden(place) => {
                     let place = place * short;
                     if hidden.as_ref().is_none_or(|known| place < known.place) {
-                        hidden = Some(Hidden {
-                            place,
-                            switch: guard.switch,
-                            is_wide: self.is_wide(margin, guard.row.norm * series.size),
-                        });
+                        hidden = Some(Hidden { place, guard: at });
                     }
                 }
             }
@@ -673,7 +676,6 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let guard = &old.guards[roots[0].guard].row;
         // How the time of the event follows the error of the state, in steps.
         let fall = guard.at(&before).to_f64();
-        let off = self.errors.size_in(&old.scales);
         let residual = guard.at(&self.zeta).to_f64().abs() + 2.0 * guard.own_error(self.size());
         let mut due: Vec<usize> = roots
             .iter()
@@ -725,27 +727,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             );
             self.errors.add_each(&rest);
             let shifted = errors.along(&guard.rounded) / -fall + late;
-            let first: f64 = old.reach + new.reach * ratio;
-            let curved = shifted * shifted * first * first;
-            let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
-            let scaled = |scales: &[f64]| {
-                let scaled: Vec<f64> = sizes
-                    .clone()
-                    .zip(scales)
-                    .map(|(size, scale)| size * scale)
-                    .collect();
-                length(&scaled)
+            // Beyond the first order: what either system does in the time that the event is off.
+            let sizes: Vec<f64> = self.zeta.iter().map(|entry| entry.to_f64().abs()).collect();
+            let by_old = old.strays(&sizes, &errors, shifted);
+            let by_new = new.strays(&sizes, &self.errors, shifted * ratio);
+            let mapped = |i: usize| match &change.map {
+                None => by_old[i],
+                Some(map) => (0..n).map(|j| map[i * n + j].abs() * by_old[j]).sum(),
             };
-            let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
-            let spread = shifted * first;
-            let rest: Vec<f64> = (0..n)
-                .map(|i| {
-                    let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
-                    let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
-                        / new.scales[i];
-                    2.0 * (old + new)
-                })
-                .collect();
+            let rest: Vec<f64> = (0..n).map(|i| mapped(i) + by_new[i]).collect();
             self.errors.add_each(&rest);
         } else {
             self.errors.add(leap * bound / old.step);

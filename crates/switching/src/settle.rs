@@ -37,8 +37,7 @@ impl<T: Real> March<'_, '_, T> {
         if rounded.abs() > if is_due { ROUNDING * error } else { error } {
             return Ok(if rounded > 0.0 { 1 } else { -1 });
         }
-        let tie = self.ties && !self.is_wide(error, size);
-        match is_due || value.is_zero() || tie {
+        match value.is_zero() || (is_due || self.ties) && self.is_tiny(rounded, size) {
             true => Ok(0),
             false => Err(self.undecided(switch)),
         }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use eigentone_digits::Real;
+use eigentone_digits::{DoubleDouble, Real};
 use eigentone_modes::Form;
 use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
@@ -72,8 +72,8 @@ pub(crate) struct March<'a, 'b, T> {
     w_error: f64,
     /// The last entry of ζ, which stands for 1.
     pub(crate) constant: T,
-    /// The longest step, in s.
-    longest: f64,
+    /// The longest step, in s, and the largest norm that W times a step may have.
+    limits: [f64; 2],
     pub(crate) places: Vec<Place<T>>,
     pub(crate) phases: Vec<Phase>,
     known: HashMap<Vec<Phase>, Option<Rc<Configuration<T>>>>,
@@ -107,7 +107,7 @@ pub(crate) struct March<'a, 'b, T> {
     approach: usize,
     /// How many steps in a row passed what could not be told.
     passes: i32,
-    events: Vec<Event>,
+    pub(crate) events: Vec<Event>,
 }
 
 /// Records the instants of a step from one time up to another, but for that one.
@@ -156,6 +156,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let grid = question.problem.grid();
         let end = grid.time(grid.last());
         let longest = if end > 0.0 { end } else { 1.0 };
+        // Long steps are quick, and lose digits.
+        let digits_to_spare = tolerance.is_infinite() || T::UNIT_LOG2 < DoubleDouble::UNIT_LOG2;
+        let reach = if digits_to_spare { 8.0 } else { 2.0 };
         let pushes: Vec<(Vec<T>, f64)> = question
             .forms
             .iter()
@@ -240,7 +243,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .collect();
         let count = places.len();
         let w_error = upper(w_error);
-        let Some(current) = Configuration::of(&w, w_error, &places, &phases, constant, longest)
+        let Some(current) =
+            Configuration::of(&w, w_error, &places, &phases, constant, [longest, reach])
         else {
             return Err(Halt::Undecided(SwitchingError::Stuck));
         };
@@ -253,7 +257,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             w,
             w_error,
             constant,
-            longest,
+            limits: [longest, reach],
             places,
             phases,
             known: HashMap::new(),
@@ -281,8 +285,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
     /// The system of some phases.
     pub(crate) fn configuration(&mut self, phases: &[Phase]) -> Result<Rc<Configuration<T>>, Halt> {
         let (w, w_error, places) = (&self.w, self.w_error, &self.places);
-        let (constant, longest) = (self.constant, self.longest);
-        let make = || Configuration::of(w, w_error, places, phases, constant, longest).map(Rc::new);
+        let (constant, limits) = (self.constant, self.limits);
+        let make = || Configuration::of(w, w_error, places, phases, constant, limits).map(Rc::new);
         let known = self.known.entry(phases.to_vec()).or_insert_with(make);
         let switch = phases.iter().rposition(|phase| phase.holds()).unwrap_or(0);
         let time = self.now.to_f64();
@@ -778,7 +782,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let count = self.events.len();
         let crowded = count > WINDOW && {
             let since = self.events[count - WINDOW].time;
-            self.now.to_f64() - since < 1e-9 * self.longest
+            self.now.to_f64() - since < 1e-9 * self.limits[0]
         };
         match self.events.last() {
             Some(last) if crowded || count > MOST_EVENTS => {

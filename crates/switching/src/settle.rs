@@ -18,6 +18,9 @@ use crate::phase::Phase;
 use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
 
+/// Why bounces that affect each other have no end that is known.
+const TOGETHER: &str = "bounces of several rigid stops die out together";
+
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
 
@@ -167,6 +170,9 @@ impl<T: Real> March<'_, '_, T> {
             self.jumped = true;
             let speed = rate.at(&self.zeta);
             let (speed, closing) = (speed, self.closing(switch, &rate, speed, restitution));
+            if let Some((delay, ..)) = closing {
+                self.check_alone(switch, delay)?;
+            }
             let factor = match closing {
                 Some(_) => T::ONE,
                 None => T::ONE + T::from(restitution),
@@ -290,6 +296,23 @@ impl<T: Real> March<'_, '_, T> {
         // Beyond the parabola, and of the speed.
         let curved = delay * first.max(second) + self.vague(rate) / speed;
         (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+    }
+
+    /// Whether no other rigid stop bounces where the bounces of one die out, in `delay` s.
+    fn check_alone(&self, switch: usize, delay: f64) -> Result<(), Halt> {
+        /// Beside what is left the bounces before it were long.
+        const BEFORE: f64 = 1e3;
+        let time = self.now.to_f64();
+        let events = self.events.iter().rev();
+        let mut near = events.take_while(|event| event.time > time - BEFORE * delay);
+        match near.any(|event| event.kind == EventKind::Impact && event.switch != switch) {
+            false => Ok(()),
+            true => Err(Halt::Failed(SwitchingError::Undecided {
+                time,
+                switch,
+                reason: TOGETHER,
+            })),
+        }
     }
 
     /// Whether a form of another switch (0: its stretch, 1: b) is the stretch of this one: 1, or −1 the other way round.

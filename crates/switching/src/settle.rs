@@ -499,8 +499,8 @@ impl<T: Real> March<'_, '_, T> {
                 self.current = configuration;
                 return Ok(());
             };
-            // How often the sign of v_b was turned round.
-            turns[switch] += usize::from(sign < 0 && number == 0);
+            // How often the sign of v_b was turned round, or lost.
+            turns[switch] += usize::from(number == 0);
             phases[switch] = match (phases[switch], number) {
                 (Phase::Stick, 0) => Phase::Slip(-1),
                 (Phase::Stick, _) => Phase::Slip(1),
@@ -513,9 +513,9 @@ impl<T: Real> March<'_, '_, T> {
                 (Phase::Closed, _) => Phase::Open,
                 (Phase::Free, _) => Phase::Contact,
                 (Phase::Contact, _) => Phase::Free,
+                (Phase::OnOff { rate, .. }, 0) if turns[switch] > 6 => Phase::Hold { rate },
                 (Phase::OnOff { rate, .. }, 0) if sign == 0 => Phase::OnOff { body: 0, rate },
                 (Phase::OnOff { body, .. }, _) if sign == 0 => Phase::OnOff { body, rate: 0 },
-                (Phase::OnOff { rate, .. }, 0) if turns[switch] > 6 => Phase::Hold { rate },
                 (Phase::OnOff { body, rate }, 0) => Phase::OnOff { body: -body, rate },
                 (Phase::OnOff { body, rate }, _) => Phase::OnOff { body, rate: -rate },
                 (Phase::Hold { rate }, 2) => Phase::Hold { rate: -rate },

@@ -108,7 +108,8 @@ impl ErrorSet {
             rest[i] = (rest[i] + ROUNDING * n as f64 * size) * SLACK;
         }
         (self.edges, self.rest) = (edges, rest);
-        if (0..n).any(|i| !(self.extent(i) <= UNKNOWN)) {
+        let known = |i: usize| self.extent(i) <= UNKNOWN;
+        if !(0..n).all(known) {
             (self.edges, self.rest) = (vec![0.0; n * n], vec![UNKNOWN; n]);
         }
         let thick = (0..n).any(|i| self.rest[i] > 1e-6 * (self.extent(i) - self.rest[i]));

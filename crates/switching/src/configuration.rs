@@ -2,6 +2,7 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
+use crate::error_set::ErrorSet;
 use crate::phase::{Phase, Setting};
 use crate::rows::{Row, SLACK, length};
 use crate::switch::{ControlledDamper, DamperLaw, Stop, Switch};
@@ -51,19 +52,16 @@ pub(crate) struct Configuration<T> {
     pub(crate) power: Vec<f64>,
 }
 
-/// How many terms the series of a step may have for each unit of reach.
-const REACH: f64 = 2.0;
-
 impl<T: Real> Configuration<T> {
     /// From the system without switches, the dense `w` with its error. `constant` is the entry of ζ that stays, which stands
-    /// for 1. `None` where what is held depends on each other, so that the forces are not unique.
+    /// for 1; a step is not longer than `longest`, nor ‖Wh‖ larger than `reach`. `None` where what is held depends on each other, so that the forces are not unique.
     pub(crate) fn of(
         w: &[T],
         w_error: f64,
         places: &[Place<T>],
         phases: &[Phase],
         constant: T,
-        longest: f64,
+        [longest, reach]: [f64; 2],
     ) -> Option<Configuration<T>> {
         let n = places.first().map_or(0, |place| place.push.len());
         let one = T::ONE / constant;
@@ -162,7 +160,7 @@ impl<T: Real> Configuration<T> {
         let norm = (across * down).sqrt() * SLACK;
         // A power of two, so that W·h is not rounded.
         let step = match norm > 0.0 {
-            true => 2f64.powi((REACH / norm).log2().floor() as i32).min(longest),
+            true => 2f64.powi((reach / norm).log2().floor() as i32).min(longest),
             false => longest,
         };
         let power_of_two = step.log2().floor() as i64;
@@ -213,6 +211,44 @@ impl<T: Real> Configuration<T> {
         let scaled = row.rounded.iter().zip(&self.scales);
         let scaled: Vec<f64> = scaled.map(|(entry, scale)| entry / scale).collect();
         length(&scaled) * SLACK + row.error
+    }
+
+    /// How far each entry of a state of these sizes, known to `errors`, may stray in `time` steps from what it is to first
+    /// order.
+    pub(crate) fn strays(&self, sizes: &[f64], errors: &ErrorSet, time: f64) -> Vec<f64> {
+        let moved = |sizes: &[f64]| -> Vec<f64> {
+            let row =
+                |row: &Vec<(usize, f64)>| row.iter().map(|(j, entry)| entry * sizes[*j]).sum();
+            self.sizes.iter().map(row).collect()
+        };
+        let length = |sizes: &[f64]| {
+            let scaled = sizes.iter().zip(&self.scales).map(|(a, b)| a * b);
+            length(&scaled.collect::<Vec<f64>>())
+        };
+        let extents = errors.extents();
+        let (first, twice) = (moved(&extents), moved(&moved(sizes)));
+        let short = time * self.reach;
+        let beyond = short * short * (short * length(sizes) + length(&extents));
+        let each = first.iter().zip(&twice).zip(&self.scales);
+        each.map(|((error, curve), scale)| {
+            2.0 * (time * error + time * time * curve + beyond / scale)
+        })
+        .collect()
+    }
+
+    /// Adds W ζ h to a list of states, ζ being the last.
+    pub(crate) fn apply_to(&self, states: &mut Vec<T>) {
+        let start = states.len() - self.rows.len();
+        for row in &self.rows {
+            let mut sum = T::ZERO;
+            for (j, entry) in row {
+                let state = states[start + j];
+                if !state.is_zero() {
+                    sum = sum + *entry * state;
+                }
+            }
+            states.push(sum);
+        }
     }
 
     /// W ζ h.

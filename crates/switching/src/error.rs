@@ -30,7 +30,7 @@ pub enum SwitchingError {
         /// Why.
         reason: &'static str,
     },
-    /// Contacts hold the same motion, so that their forces are not unique.
+    /// Rigid stops, or dampers that hold a body still, hold the same motion, so that their forces are not unique.
     #[error(
         "at t = {time:?} s switch {switch} holds what others hold already, so that its force is not determined: leave one of them out"
     )]

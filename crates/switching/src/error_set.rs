@@ -27,6 +27,11 @@ impl ErrorSet {
         (row.iter().map(|entry| entry.abs()).sum::<f64>() + self.rest[i]) * SLACK
     }
 
+    /// Bounds of all |eᵢ|.
+    pub(crate) fn extents(&self) -> Vec<f64> {
+        (0..self.n).map(|i| self.extent(i)).collect()
+    }
+
     /// A bound of ‖D e‖, of a diagonal D.
     pub(crate) fn size_in(&self, scales: &[f64]) -> f64 {
         let extents: Vec<f64> = (0..self.n).map(|i| self.extent(i) * scales[i]).collect();
@@ -35,8 +40,7 @@ impl ErrorSet {
 
     /// A bound of ‖e‖.
     pub(crate) fn size(&self) -> f64 {
-        let extents: Vec<f64> = (0..self.n).map(|i| self.extent(i)).collect();
-        length(&extents) * SLACK
+        length(&self.extents()) * SLACK
     }
 
     /// A bound of |row·e|.
@@ -115,7 +119,7 @@ impl ErrorSet {
         let n = self.n;
         // What is known far better than the rest is in units of its own, so that it stays so; all else in one, in which
         // right angles are kept.
-        let extents: Vec<f64> = (0..n).map(|i| self.extent(i)).collect();
+        let extents = self.extents();
         let largest = extents.iter().copied().fold(0.0, f64::max);
         let unit = |extent: &f64| {
             if *extent < largest * 1e-6 {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use eigentone_digits::Real;
+use eigentone_digits::{DoubleDouble, Real};
 use eigentone_modes::Form;
 use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
@@ -65,15 +65,15 @@ impl From<ResponseError> for Halt {
 
 /// A state on its way through events.
 pub(crate) struct March<'a, 'b, T> {
-    question: &'a Question<'a, 'b>,
+    pub(crate) question: &'a Question<'a, 'b>,
     driven: Driven<'a, 'b, T>,
     /// W without switches, with the constant.
     w: Vec<T>,
     w_error: f64,
     /// The last entry of ζ, which stands for 1.
     pub(crate) constant: T,
-    /// The longest step, in s.
-    longest: f64,
+    /// The longest step, in s, and the largest norm that W times a step may have.
+    limits: [f64; 2],
     pub(crate) places: Vec<Place<T>>,
     pub(crate) phases: Vec<Phase>,
     known: HashMap<Vec<Phase>, Option<Rc<Configuration<T>>>>,
@@ -85,6 +85,8 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) now: T,
     /// What is told from 0 by its error alone is taken as 0.
     pub(crate) ties: bool,
+    /// Relative.
+    tolerance: f64,
     /// Whether the motion has begun.
     pub(crate) started: bool,
     /// Whether velocities jumped at this instant.
@@ -105,7 +107,7 @@ pub(crate) struct March<'a, 'b, T> {
     approach: usize,
     /// How many steps in a row passed what could not be told.
     passes: i32,
-    events: Vec<Event>,
+    pub(crate) events: Vec<Event>,
 }
 
 /// Records the instants of a step from one time up to another, but for that one.
@@ -117,6 +119,13 @@ struct Root<T> {
     theta: T,
     /// How far it may be off.
     bound: f64,
+}
+
+/// A place within a step where a guard comes too near to 0 to tell whether it ends.
+#[derive(Clone, Copy)]
+struct Hidden {
+    place: f64,
+    guard: usize,
 }
 
 /// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
@@ -147,6 +156,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let grid = question.problem.grid();
         let end = grid.time(grid.last());
         let longest = if end > 0.0 { end } else { 1.0 };
+        // Long steps are quick, and lose digits.
+        let digits_to_spare = tolerance.is_infinite() || T::UNIT_LOG2 < DoubleDouble::UNIT_LOG2;
+        let reach = if digits_to_spare { 8.0 } else { 2.0 };
         let pushes: Vec<(Vec<T>, f64)> = question
             .forms
             .iter()
@@ -231,18 +243,21 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .collect();
         let count = places.len();
         let w_error = upper(w_error);
-        let Some(current) = Configuration::of(&w, w_error, &places, &phases, constant, longest)
+        let Some(current) =
+            Configuration::of(&w, w_error, &places, &phases, constant, [longest, reach])
         else {
             return Err(Halt::Undecided(SwitchingError::Stuck));
         };
+        // What is left out is of its second order.
         let invisible = (tolerance.min(1e-15) * 2f64.powi(-24)).sqrt();
+        let invisible = invisible.min(2f64.powi(T::UNIT_LOG2 / 8));
         Ok(March {
             question,
             driven,
             w,
             w_error,
             constant,
-            longest,
+            limits: [longest, reach],
             places,
             phases,
             known: HashMap::new(),
@@ -252,6 +267,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             zeta,
             now: T::ZERO,
             ties,
+            tolerance,
             started: false,
             jumped: true,
             bounced: vec![false; count],
@@ -269,14 +285,19 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
     /// The system of some phases.
     pub(crate) fn configuration(&mut self, phases: &[Phase]) -> Result<Rc<Configuration<T>>, Halt> {
         let (w, w_error, places) = (&self.w, self.w_error, &self.places);
-        let (constant, longest) = (self.constant, self.longest);
-        let make = || Configuration::of(w, w_error, places, phases, constant, longest).map(Rc::new);
+        let (constant, limits) = (self.constant, self.limits);
+        let make = || Configuration::of(w, w_error, places, phases, constant, limits).map(Rc::new);
         let known = self.known.entry(phases.to_vec()).or_insert_with(make);
         let switch = phases.iter().rposition(|phase| phase.holds()).unwrap_or(0);
         let time = self.now.to_f64();
         known
             .clone()
             .ok_or(Halt::Failed(SwitchingError::Dependent { time, switch }))
+    }
+
+    /// Whether a value beside numbers of a size is a coincidence: as far as half of the digits tell it is 0.
+    pub(crate) fn is_tiny(&self, value: f64, size: f64) -> bool {
+        value.abs() <= 2f64.powi(T::UNIT_LOG2 / 2) * size
     }
 
     pub(crate) fn undecided(&self, switch: usize) -> Halt {
@@ -371,8 +392,13 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .map(|index| ascending.binary_search(index).expect("it is one of them"))
             .collect();
         self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        // Early events are measured beside a part of the whole time.
+        const PART: f64 = 1e-6;
+        let end = grid.time(grid.last());
+        let tolerance = self.tolerance + f64::EPSILON / 2.0;
+        let good = |event: &Event| event.bound <= tolerance * event.time.max(PART * end);
         Ok(Found {
-            good: outputs.is_good(),
+            good: outputs.is_good() && self.events.iter().all(good),
             trajectory: outputs.trajectory(problem, asked, &picked),
             events: self.events,
         })
@@ -469,14 +495,17 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.check_length(until)
     }
 
-    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends before
-    /// that, and the next ones are shorter and shorter; what all digits cannot tell is passed.
+    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends just before
+    /// that, or is made shorter; what all digits cannot tell is passed.
     fn look(&mut self, series: &Series<T>, reach: T) -> Result<(T, Vec<Root<T>>), Halt> {
-        const MOST: usize = 40;
-        let (mut part, mut exact) = (reach, self.approach > MOST);
+        const SHORTEST: usize = 40;
+        /// The part of the way to such a place that an approach leaves.
+        const LEFT: f64 = 1.0 / 1_048_576.0;
+        let most = usize::try_from(-T::UNIT_LOG2 / 20).expect("a count");
+        let mut part = reach;
         for shorter in 0.. {
-            let (roots, hidden) = self.roots(series, part, exact)?;
-            let Some((place, switch)) = hidden else {
+            let (roots, hidden) = self.roots(series, part)?;
+            let Some(hidden) = hidden else {
                 let Some(first) = roots.first() else {
                     match part == reach {
                         true => (self.approach, self.passes) = (0, 0),
@@ -492,39 +521,36 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 };
                 return Ok((end, roots));
             };
-            let far = place > part.to_f64() / 64.0;
-            if exact {
-                if !self.ties {
-                    return Err(self.undecided(switch));
-                }
+            let place = hidden.place;
+            if place > part.to_f64() / 64.0 && self.approach < most {
+                self.approach += 1;
+                return Ok((T::from(place * (1.0 - LEFT)), Vec::new()));
+            } else if shorter < SHORTEST {
+                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
+                part = part.mul_f64(factor);
+            } else if !self.ties || !self.is_touch(series, &hidden) {
+                return Err(self.undecided(self.current.guards[hidden.guard].switch));
+            } else {
                 let far = 2f64.powi((self.passes - 40).min(-6));
                 self.passes += 1;
                 let past = T::from(place + far);
                 return Ok((if past < reach { past } else { reach }, Vec::new()));
-            } else if far && self.approach <= MOST {
-                self.approach += 1;
-                return Ok((T::from(0.75 * place), Vec::new()));
-            } else if shorter < MOST {
-                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
-                part = part.mul_f64(factor);
-            } else {
-                exact = true;
             }
         }
-        unreachable!("the loop ends with the exact look")
+        unreachable!("it is passed at last")
     }
 
-    /// Where guards end within the step, all that may be the first; and before that, where one comes too near to 0 to tell,
-    /// with its switch.
-    #[allow(clippy::type_complexity)]
-    fn roots(
-        &self,
-        series: &Series<T>,
-        reach: T,
-        look_exactly: bool,
-    ) -> Result<(Vec<Root<T>>, Option<(f64, usize)>), Halt> {
+    /// Whether a guard just touches 0 there.
+    fn is_touch(&self, series: &Series<T>, hidden: &Hidden) -> bool {
+        let row = &self.current.guards[hidden.guard].row;
+        let value = row.at(&series.at(T::from(hidden.place))).to_f64();
+        self.is_tiny(value, row.norm * series.size)
+    }
+
+    /// Where guards end within the step, all that may be the first; or what comes too near to 0 to tell before that.
+    fn roots(&self, series: &Series<T>, reach: T) -> Result<(Vec<Root<T>>, Option<Hidden>), Halt> {
         let mut found: Vec<Root<T>> = Vec::new();
-        let mut hidden: Option<(f64, usize)> = None;
+        let mut hidden: Option<Hidden> = None;
         let off = self.vague_in(&self.current);
         let far = reach.mul_f64(BEYOND);
         let short = far.to_f64();
@@ -571,9 +597,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 scaled.collect::<Vec<T>>()
             };
             let mut answer = first(&scaled(&coefficients), margin + rounding);
-            if let First::Hidden(_) = answer
-                && look_exactly
-            {
+            if let First::Hidden(_) = answer {
                 answer = first(&exact(), margin);
             }
             match answer {
@@ -600,8 +624,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 First::Hidden(place) if place * BEYOND > 1.0 => {}
                 First::Hidden(place) => {
                     let place = place * short;
-                    if hidden.is_none_or(|(known, _)| place < known) {
-                        hidden = Some((place, guard.switch));
+                    if hidden.as_ref().is_none_or(|known| place < known.place) {
+                        hidden = Some(Hidden { place, guard: at });
                     }
                 }
             }
@@ -620,10 +644,10 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .fold(0.0, f64::max);
         found.retain(|root| (root.theta - earliest).to_f64() <= root.bound + bound);
         found.sort_by(|a, b| a.theta.partial_cmp(&b.theta).expect("numbers"));
-        if let Some((place, _)) = hidden
-            && place < earliest.to_f64() + bound
+        if let Some(hidden) = &hidden
+            && hidden.place < earliest.to_f64() + bound
         {
-            return Ok((Vec::new(), hidden));
+            return Ok((Vec::new(), Some(*hidden)));
         }
         let switches = found
             .iter()
@@ -656,7 +680,6 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let guard = &old.guards[roots[0].guard].row;
         // How the time of the event follows the error of the state, in steps.
         let fall = guard.at(&before).to_f64();
-        let off = self.errors.size_in(&old.scales);
         let residual = guard.at(&self.zeta).to_f64().abs() + 2.0 * guard.own_error(self.size());
         let mut due: Vec<usize> = roots
             .iter()
@@ -708,27 +731,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             );
             self.errors.add_each(&rest);
             let shifted = errors.along(&guard.rounded) / -fall + late;
-            let first: f64 = old.reach + new.reach * ratio;
-            let curved = shifted * shifted * first * first;
-            let sizes = self.zeta.iter().map(|entry| entry.to_f64().abs());
-            let scaled = |scales: &[f64]| {
-                let scaled: Vec<f64> = sizes
-                    .clone()
-                    .zip(scales)
-                    .map(|(size, scale)| size * scale)
-                    .collect();
-                length(&scaled)
+            // Beyond the first order: what either system does in the time that the event is off.
+            let sizes: Vec<f64> = self.zeta.iter().map(|entry| entry.to_f64().abs()).collect();
+            let by_old = old.strays(&sizes, &errors, shifted);
+            let by_new = new.strays(&sizes, &self.errors, shifted * ratio);
+            let mapped = |i: usize| match &change.map {
+                None => by_old[i],
+                Some(map) => (0..n).map(|j| map[i * n + j].abs() * by_old[j]).sum(),
             };
-            let (by_old, by_new) = (scaled(&old.scales), scaled(&new.scales));
-            let spread = shifted * first;
-            let rest: Vec<f64> = (0..n)
-                .map(|i| {
-                    let old = (2.0 * curved * by_old + spread * off) / old.scales[i];
-                    let new = (2.0 * curved * by_new + spread * errors.size_in(&new.scales))
-                        / new.scales[i];
-                    2.0 * (old + new)
-                })
-                .collect();
+            let rest: Vec<f64> = (0..n).map(|i| mapped(i) + by_new[i]).collect();
             self.errors.add_each(&rest);
         } else {
             self.errors.add(leap * bound / old.step);
@@ -771,7 +782,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let count = self.events.len();
         let crowded = count > WINDOW && {
             let since = self.events[count - WINDOW].time;
-            self.now.to_f64() - since < 1e-9 * self.longest
+            self.now.to_f64() - since < 1e-9 * self.limits[0]
         };
         match self.events.last() {
             Some(last) if crowded || count > MOST_EVENTS => {

@@ -47,11 +47,10 @@ pub(crate) fn first<T: Real>(coefficients: &[T], margin: f64) -> First {
     }
     let rounding = 2f64.powi(T::UNIT_LOG2) * 4.0 * (count * count) as f64;
     let margin = margin + rounding * (rest + coefficients[0].to_f64().abs());
-    search(&bernstein, margin, 0.0, 1.0, 0)
+    search(&bernstein, margin, 0.0, 1.0)
 }
 
-fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64, depth: usize) -> First {
-    const DEEPEST: usize = 50;
+fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64) -> First {
     let sign = |entry: &T| {
         let value = entry.to_f64();
         if value > margin {
@@ -77,7 +76,10 @@ fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64, depth: usiz
             return First::Between(from, to);
         }
     }
-    if depth == DEEPEST {
+    // Where nothing is known, or doubles tell no places apart, or the root is the start itself.
+    const NEAREST: f64 = 1e-200;
+    let alike = to - from <= 4.0 * f64::EPSILON * to || to < NEAREST;
+    if alike || bernstein.iter().all(|entry| sign(entry) == 0) {
         return First::Hidden(from);
     }
     // Not where a root lies.
@@ -93,8 +95,8 @@ fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64, depth: usiz
     }
     let (left, right) = parts;
     let middle = from + cut * (to - from);
-    match search(&left, margin, from, middle, depth + 1) {
-        First::None => search(&right, margin, middle, to, depth + 1),
+    match search(&left, margin, from, middle) {
+        First::None => search(&right, margin, middle, to),
         found => found,
     }
 }

@@ -18,19 +18,29 @@ use crate::phase::Phase;
 use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
 
+/// Why bounces that affect each other have no end that is known.
+const TOGETHER: &str = "bounces of several rigid stops die out together";
+
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
 
 impl<T: Real> March<'_, '_, T> {
-    /// The sign of a value known to `error`; 0 where it is taken to be 0, as what `is_due` may.
-    fn sign(&self, switch: usize, value: T, error: f64, is_due: bool) -> Result<i8, Halt> {
+    /// The sign of a value known to `error`, beside numbers of a size; 0 where it is taken to be 0, as what `is_due` may.
+    fn sign(
+        &self,
+        switch: usize,
+        value: T,
+        error: f64,
+        size: f64,
+        is_due: bool,
+    ) -> Result<i8, Halt> {
         // What is due is 0 but for rounding that bounds need not know.
         const ROUNDING: f64 = 16.0;
         let rounded = value.to_f64();
         if rounded.abs() > if is_due { ROUNDING * error } else { error } {
             return Ok(if rounded > 0.0 { 1 } else { -1 });
         }
-        match is_due || value.is_zero() || self.ties {
+        match value.is_zero() || (is_due || self.ties) && self.is_tiny(rounded, size) {
             true => Ok(0),
             false => Err(self.undecided(switch)),
         }
@@ -44,7 +54,7 @@ impl<T: Real> March<'_, '_, T> {
 
     fn sign_of(&self, switch: usize, row: &Row<T>, is_due: bool) -> Result<i8, Halt> {
         let (value, error) = self.value(row);
-        self.sign(switch, value, error, is_due)
+        self.sign(switch, value, error, row.norm * self.size(), is_due)
     }
 
     /// Lets impulses act and finds the phases that follow, where these switches are at their limits.
@@ -56,12 +66,26 @@ impl<T: Real> March<'_, '_, T> {
             map: None,
             happened: Vec::new(),
         };
-        self.strike(due, &mut change)?;
-        let mut phases = self.candidates(due)?;
-        // Due is also what was at its limit before, and what has just been struck.
-        let mut due = due.to_vec();
+        // What has stayed at its limit.
+        let guards = self.current.guards.iter().zip(&self.orders);
+        let stays = guards.filter(|(_, order)| **order == usize::MAX);
+        let stays: Vec<usize> = stays.map(|(guard, _)| guard.switch).collect();
+        let mut rests = self.strike(due, &stays, &mut change)?;
+        rests.extend((0..before.len()).filter(|k| before[*k].holds()));
+        // Due is also that, and what has the ends of what rests.
+        let mut due = [due, &stays].concat();
+        let others = 0..self.places.len();
+        due.extend(others.filter(|other| {
+            let shares = |rest: &usize| {
+                let mut forms = 0..2;
+                rest != other && forms.any(|form| self.along(*rest, *other, form).is_some())
+            };
+            rests.iter().any(shares)
+        }));
+        let mut phases = self.candidates(&due)?;
+        // And what was at its limit before, and what has just been struck.
         due.extend(change.happened.iter().map(|one| one.0));
-        due.extend((0..phases.len()).filter(|k| before[*k].holds() && !phases[*k].holds()));
+        due.extend((0..phases.len()).filter(|k| before[*k].holds()));
         self.pivot(&mut phases, &due)?;
         for (switch, (old, new)) in before.iter().zip(&phases).enumerate() {
             if self.started
@@ -92,9 +116,15 @@ impl<T: Real> March<'_, '_, T> {
         }
     }
 
-    /// Turns round what hits a rigid stop, one after the other.
-    fn strike(&mut self, due: &[usize], change: &mut Change) -> Result<(), Halt> {
+    /// Turns round what hits a rigid stop, one after the other; those that stop moving.
+    fn strike(
+        &mut self,
+        due: &[usize],
+        stays: &[usize],
+        change: &mut Change,
+    ) -> Result<Vec<usize>, Halt> {
         const MOST: usize = 10_000;
+        let mut rests = Vec::new();
         for round in 0.. {
             let mut struck = None;
             for switch in 0..self.places.len() {
@@ -102,7 +132,7 @@ impl<T: Real> March<'_, '_, T> {
                     continue;
                 };
                 let held = self.phases[switch] == Phase::Contact;
-                let is_due = due.contains(&switch) || held;
+                let is_due = due.contains(&switch) || stays.contains(&switch) || held;
                 let beyond = self.beyond(switch, impact.gap);
                 let place = match held {
                     true => 0,
@@ -114,7 +144,7 @@ impl<T: Real> March<'_, '_, T> {
                 // Of what is held, only a jump of the rate counts.
                 let settled = held && !self.jumped;
                 let rate = self.places[switch].rate.clone();
-                let approaches = match due.contains(&switch) && round == 0 {
+                let approaches = match due.contains(&switch) && !held && round == 0 {
                     true => rate.at(&self.zeta) > T::ZERO,
                     false => {
                         place == 0
@@ -140,10 +170,17 @@ impl<T: Real> March<'_, '_, T> {
             self.jumped = true;
             let speed = rate.at(&self.zeta);
             let (speed, closing) = (speed, self.closing(switch, &rate, speed, restitution));
+            if let Some((delay, ..)) = closing {
+                self.check_alone(switch, delay)?;
+            }
             let factor = match closing {
                 Some(_) => T::ONE,
                 None => T::ONE + T::from(restitution),
             };
+            rests.retain(|rest| *rest != switch);
+            if closing.is_some() || restitution == 0.0 {
+                rests.push(switch);
+            }
             let push = self.places[switch].push.clone();
             let response = dot(&rate.entries, &push);
             let impulse = -(factor * speed / response);
@@ -192,12 +229,12 @@ impl<T: Real> March<'_, '_, T> {
                 }
             }
         }
-        Ok(())
+        Ok(rests)
     }
 
     /// Where the bounces that follow are too small to be seen: after how long they have died out, how well that is known, and
-    /// the largest speed left out. With v the speed of the next and a the constant acceleration towards the stop they take
-    /// 2v/a·(1 + r + r² + …).
+    /// the largest speed left out. A bounce that starts with v, is slowed by a and brought back by b takes v/a + v/√(ab), and
+    /// the next starts with r√(b/a) v; a and b differ by the frictions of the same ends.
     fn closing(
         &mut self,
         switch: usize,
@@ -212,24 +249,89 @@ impl<T: Real> March<'_, '_, T> {
             return None;
         }
         let left = restitution * speed;
-        if restitution >= 1.0 || left > self.invisible * largest {
+        // Bounces no higher than this are hidden by the error of the state.
+        const HIDDEN: f64 = 1e6;
+        const SMALL: f64 = 1e-6;
+        if restitution >= 1.0 || left > SMALL * largest {
             return None;
         }
+        let hidden = HIDDEN * self.vague(&self.places[switch].stretch);
+        let seen = left > self.invisible * largest;
         let mut phases = self.phases.clone();
         phases[switch] = Phase::Free;
-        let configuration = self.configuration(&phases).ok()?;
-        let step = configuration.step;
-        let moved = configuration.apply(&self.zeta);
-        let again = configuration.apply(&moved);
-        let acceleration = rate.at(&moved).to_f64() / step;
-        let jerk = rate.at(&again).to_f64() / (step * step);
-        if acceleration <= 0.0 {
+        // Where it goes towards the stop with this sign.
+        let mut moves = |sign: i8| {
+            for (other, phase) in phases.iter_mut().enumerate() {
+                let [stretch, body] = [0, 1].map(|form| self.along(switch, other, form));
+                *phase = match (*phase, stretch, body) {
+                    (Phase::Stick | Phase::Slip(_) | Phase::Idle(_), Some(side), _) => match sign {
+                        // At the turn it may hold.
+                        0 => Phase::Idle(side),
+                        sign => Phase::Slip(sign * side),
+                    },
+                    (Phase::OnOff { rate, .. }, _, Some(side)) if sign != 0 => Phase::OnOff {
+                        body: sign * side,
+                        rate,
+                    },
+                    (phase, ..) => phase,
+                };
+            }
+            let configuration = self.configuration(&phases).ok()?;
+            let step = configuration.step;
+            let moved = configuration.apply(&self.zeta);
+            let again = configuration.apply(&moved);
+            let acceleration = rate.at(&moved).to_f64() / step;
+            let jerk = rate.at(&again).to_f64() / (step * step);
+            let curved = jerk.abs() / acceleration + configuration.reach / step;
+            (acceleration > 0.0).then_some((acceleration, curved))
+        };
+        moves(0)?;
+        let (back, first) = moves(1)?;
+        let (away, second) = moves(-1)?;
+        if seen && left * left > 2.0 * away * hidden {
             return None;
         }
-        let delay = 2.0 * left / (acceleration * (1.0 - restitution));
-        // Beyond the parabola.
-        let curved = delay * (jerk.abs() / acceleration + configuration.reach / step);
+        let once = 1.0 / away + 1.0 / (away * back).sqrt();
+        let delay = left * once / (1.0 - restitution * (back / away).sqrt());
+        // Beyond the parabola, and of the speed.
+        let curved = delay * first.max(second) + self.vague(rate) / speed;
         (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+    }
+
+    /// Whether no other rigid stop bounces where the bounces of one die out, in `delay` s.
+    fn check_alone(&self, switch: usize, delay: f64) -> Result<(), Halt> {
+        /// Beside what is left the bounces before it were long.
+        const BEFORE: f64 = 1e3;
+        let time = self.now.to_f64();
+        let events = self.events.iter().rev();
+        let mut near = events.take_while(|event| event.time > time - BEFORE * delay);
+        match near.any(|event| event.kind == EventKind::Impact && event.switch != switch) {
+            false => Ok(()),
+            true => Err(Halt::Failed(SwitchingError::Undecided {
+                time,
+                switch,
+                reason: TOGETHER,
+            })),
+        }
+    }
+
+    /// Whether a form of another switch (0: its stretch, 1: b) is the stretch of this one: 1, or −1 the other way round.
+    fn along(&self, switch: usize, other: usize, form: usize) -> Option<i8> {
+        let (a, b) = (
+            &self.question.forms[switch][0],
+            &self.question.forms[other][form],
+        );
+        let is_times = |sign: f64| {
+            let pairs = |mine: &[(usize, f64)], theirs: &[(usize, f64)]| {
+                let mut pairs = mine.iter().zip(theirs);
+                mine.len() == theirs.len() && pairs.all(|(m, t)| *m == (t.0, sign * t.1))
+            };
+            pairs(&a.coordinates, &b.coordinates) && pairs(&a.supports, &b.supports)
+        };
+        match is_times(1.0) {
+            true => Some(1),
+            false => is_times(-1.0).then_some(-1),
+        }
     }
 
     fn beyond(&self, switch: usize, gap: f64) -> Row<T> {
@@ -358,7 +460,9 @@ impl<T: Real> March<'_, '_, T> {
                         0 => self.vague(row) + own,
                         _ => (configuration.norm_of(row) * off + own) * factor[k].max(1e-3),
                     };
-                    sign = self.sign(guard.switch, row.at(derivative), error * SLACK, is_due)?;
+                    let beside = row.norm * size * factor[k].max(1e-3);
+                    let value = row.at(derivative);
+                    sign = self.sign(guard.switch, value, error * SLACK, beside, is_due)?;
                     if sign != 0 {
                         self.orders[at] = k;
                         break;
@@ -452,8 +556,8 @@ impl<T: Real> March<'_, '_, T> {
             if let Ok(configuration) = self.configuration(phases) {
                 return Ok(configuration);
             }
-            // What a friction carries beside a contact that holds the same is not unique, and decides what follows.
-            let shares = |phase: &Phase| matches!(phase, Phase::Contact | Phase::Hold { .. });
+            // What a friction carries beside a damper that holds the same is not unique, and decides what follows.
+            let shares = |phase: &Phase| matches!(phase, Phase::Hold { .. });
             if phases.iter().any(shares) {
                 self.configuration(phases)?;
             }

@@ -5,11 +5,9 @@ use std::time::{Duration, Instant};
 use eigentone::check::{
     Dop853, Effort, ExponentialComparison, Integrator, ModeComparison, Newmark, WorkPrecision,
 };
-use eigentone::design::Campbell;
-use eigentone::modes::{Bounds, Participation, Precision};
+use eigentone::modes::{Bounds, Participation};
 use eigentone::report::{
-    Analysis, Answer, CampbellReport, CheckReport, DemandReport, EnergyReport, ModeReport, Page,
-    ResponseReport,
+    Analysis, Answer, CheckReport, DemandReport, EnergyReport, ModeReport, Page, ResponseReport,
 };
 use eigentone::response::{
     ByCertifiedExponential, Destination, Energy, ResponsePlan, SteadyState, Summary, methods,
@@ -49,14 +47,13 @@ fn json(write: impl FnOnce(&mut Vec<u8>) -> std::io::Result<()>) {
     assert!(error.as_ref().is_none_or(is_beyond), "{error:?}: {text}");
 }
 
-/// `analyze`, `modes`, `response`, `campbell`, `check` and `tables`.
+/// `analyze`, `modes`, `response`, `check` and `tables`.
 ///
 /// # Panics
 /// Where one of them does, prints a number that is none, or takes too long.
 pub fn every_command(scene: &Scene) {
     let start = Instant::now();
     analyzed(scene);
-    turned(scene);
     checked(scene);
     tabled(scene);
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
@@ -69,7 +66,6 @@ pub fn every_command(scene: &Scene) {
 pub fn every_quick_command(scene: &Scene) {
     let start = Instant::now();
     analyzed(scene);
-    turned(scene);
     checked(scene);
     assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }
@@ -86,25 +82,6 @@ fn tabled(scene: &Scene) {
             });
         }
         Err(error) => said(error),
-    }
-}
-
-/// As a rotor, against its speed.
-fn turned(scene: &Scene) {
-    let rotor = Campbell::of(scene.system()).precision(Precision::Double);
-    let diagram = match rotor.over(&[0.0, 0.5, 40.0]) {
-        Ok(diagram) => diagram,
-        Err(error) => return said(error),
-    };
-    let report = CampbellReport {
-        title: "a scene",
-        diagram: &diagram,
-    };
-    clean(&report.text());
-    written(|out| report.csv(out));
-    json(|out| report.json(out));
-    for (_, plot) in report.plots() {
-        clean(&plot.svg());
     }
 }
 

@@ -209,9 +209,15 @@ impl<'a> Campbell<'a> {
         if let Some(index) = self.unsettled(&gyroscopic) {
             return Err(CampbellError::Massless { index });
         }
+        // Without a gyroscopic part the modes are the same at every speed.
+        let still = match gyroscopic.is_empty() {
+            true => Some(self.at(1.0)?),
+            false => None,
+        };
+        let still = still.as_ref();
         let stations: Result<Vec<_>, _> = speeds
             .iter()
-            .map(|speed| self.at(speed / self.reference))
+            .map(|speed| self.at_unless(still, speed / self.reference))
             .collect();
         let stations = stations?;
         let (branches, sure) = self.branches(speeds, &stations, &gyroscopic)?;
@@ -246,7 +252,7 @@ impl<'a> Campbell<'a> {
                     let [a, b] = [pair[0], pair[1]];
                     if signs[a] != signs[b] {
                         let ends = [(ratios[a], sorted[a][j]), (ratios[b], sorted[b][j])];
-                        let interval = self.crossing(&line, j, ends, &mut bounds)?;
+                        let interval = self.crossing(still, &line, j, ends, &mut bounds)?;
                         found.push((interval, 1));
                     }
                 }
@@ -263,7 +269,7 @@ impl<'a> Campbell<'a> {
                 }
             }
             for (interval, count) in apart {
-                critical.push(self.described(order, interval, count, &gyroscopic)?);
+                critical.push(self.described(still, order, interval, count, &gyroscopic)?);
             }
         }
         critical.sort_by(|a, b| a.speed.total_cmp(&b.speed));
@@ -300,6 +306,16 @@ impl<'a> Campbell<'a> {
         self.at_with(ratio, self.precision)
     }
 
+    fn at_unless(&self, still: Option<&Station>, ratio: f64) -> Result<Station, CampbellError> {
+        match still {
+            Some(still) => Ok(Station {
+                ratio,
+                ..still.clone()
+            }),
+            None => self.at(ratio),
+        }
+    }
+
     fn at_with(&self, ratio: f64, precision: Precision) -> Result<Station, CampbellError> {
         let speed = ratio * self.reference;
         let system = self.system.with_gyroscopic_part(ratio);
@@ -332,6 +348,10 @@ impl<'a> Campbell<'a> {
         let mut columns = vec![follower.roots().to_vec()];
         let mut sure = true;
         for k in (0..last).rev() {
+            if gyroscopic.is_empty() {
+                columns.push(columns[0].clone());
+                continue;
+            }
             let [from, to] = [stations[k + 1].ratio, stations[k].ratio];
             let followed = follower.advance(|t| {
                 let station = match t == 1.0 {
@@ -375,13 +395,14 @@ impl<'a> Campbell<'a> {
     /// Ratios of speeds between which the j-th frequency crosses a line, from two at which it lies on different sides.
     fn crossing(
         &self,
+        still: Option<&Station>,
         line: &Line,
         j: usize,
         ends: [(f64, [f64; 2]); 2],
         bounds: &mut Bounds,
     ) -> Result<[f64; 2], CampbellError> {
         let mut look = |ratio: f64| -> Result<[f64; 2], CampbellError> {
-            let station = self.at(ratio)?;
+            let station = self.at_unless(still, ratio)?;
             if station.modes.bounds() == Bounds::Estimated {
                 *bounds = Bounds::Estimated;
             }
@@ -442,6 +463,7 @@ impl<'a> Campbell<'a> {
 
     fn described(
         &self,
+        still: Option<&Station>,
         order: f64,
         interval: [f64; 2],
         count: usize,
@@ -451,7 +473,7 @@ impl<'a> Campbell<'a> {
         let speed = ratio * self.reference;
         let [low, high] = interval.map(|end| times([end; 2], self.reference));
         let bound = (high[1] - speed).max(speed - low[0]).next_up();
-        let station = self.at(ratio)?;
+        let station = self.at_unless(still, ratio)?;
         let target = order * speed;
         let mut modes: Vec<&Mode> = station.modes.iter().collect();
         let off = |mode: &Mode| (mode.eigenvalue().value.im.abs() - target).abs();
@@ -510,6 +532,7 @@ impl CampbellDiagram {
 }
 
 /// The rotor at a speed.
+#[derive(Clone)]
 struct Station {
     ratio: f64,
     system: System,

@@ -46,6 +46,8 @@ pub(crate) struct Configuration<T> {
     /// A bound of the error of W·h in the 2-norm.
     pub(crate) error: f64,
     pub(crate) guards: Vec<Guard<T>>,
+    /// Of each switch, the force along its stretch, where there is one.
+    pub(crate) forces: Vec<Option<Row<T>>>,
     /// For each switch that holds a relation: its index, the relation, and the force of unit rate of it.
     pub(crate) held: Vec<(usize, Vec<T>, Vec<T>)>,
     /// e^{Wh}, about.
@@ -202,6 +204,7 @@ impl<T: Real> Configuration<T> {
             scales,
             error: error * step * SLACK,
             guards,
+            forces,
             held: gains,
         })
     }

@@ -13,7 +13,7 @@ use crate::change::Change;
 use crate::configuration::{Configuration, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
-use crate::march::{Halt, March};
+use crate::march::{Doubt, Halt, March};
 use crate::phase::Phase;
 use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
@@ -37,10 +37,16 @@ impl<T: Real> March<'_, '_, T> {
         // What is due is 0 but for rounding that bounds need not know.
         const ROUNDING: f64 = 16.0;
         let rounded = value.to_f64();
+        if self.doubt == Doubt::Ignored {
+            let tiny = self.is_tiny(rounded, size);
+            return Ok(if tiny { 0 } else { rounded.signum() as i8 });
+        }
         if rounded.abs() > if is_due { ROUNDING * error } else { error } {
             return Ok(if rounded > 0.0 { 1 } else { -1 });
         }
-        match value.is_zero() || (is_due || self.ties) && self.is_tiny(rounded, size) {
+        match value.is_zero()
+            || (is_due || self.doubt == Doubt::Coincidence) && self.is_tiny(rounded, size)
+        {
             true => Ok(0),
             false => Err(self.undecided(switch)),
         }
@@ -184,6 +190,13 @@ impl<T: Real> March<'_, '_, T> {
             let push = self.places[switch].push.clone();
             let response = dot(&rate.entries, &push);
             let impulse = -(factor * speed / response);
+            if let Some(taken) = &mut self.taken {
+                // The impulse times the mean of the speeds before and after.
+                taken.impact(
+                    switch,
+                    -impulse * speed * (T::ONE + T::ONE - factor).scale(-1),
+                );
+            }
             for (entry, push) in self.zeta.iter_mut().zip(&push) {
                 *entry = *entry + impulse * *push;
             }
@@ -255,7 +268,10 @@ impl<T: Real> March<'_, '_, T> {
         if restitution >= 1.0 || left > SMALL * largest {
             return None;
         }
-        let hidden = HIDDEN * self.vague(&self.places[switch].stretch);
+        let hidden = match self.doubt {
+            Doubt::Ignored => 0.0,
+            _ => HIDDEN * self.vague(&self.places[switch].stretch),
+        };
         let seen = left > self.invisible * largest;
         let mut phases = self.phases.clone();
         phases[switch] = Phase::Free;

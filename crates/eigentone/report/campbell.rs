@@ -57,7 +57,7 @@ impl<'a> CampbellReport<'a> {
                     Align::Right,
                     all.iter().map(|c| c.count.to_string()),
                 )
-                .column("damping ratio", Align::Point, told(|c| damping(c)))
+                .column("damping ratio", Align::Point, told(damping))
                 .column("whirl", Align::Left, all.iter().map(|c| word(c.whirl)))
                 .text();
         }

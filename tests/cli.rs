@@ -1238,6 +1238,68 @@ fn root_mean_squares_have_the_shape_that_was_agreed_on() {
     assert!(error.contains("it has no `noise`"), "{error}");
 }
 
+/// An overhung disc with I_p = 2 I_d: backward, forward, backward, and nothing else by proof; files in both units.
+#[test]
+fn campbell_diagrams_have_critical_speeds_and_files() {
+    let directory = fresh("campbell");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let file = directory.join("rotor.json");
+    let text = r#"{"matrices": {
+        "mass": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]],
+        "damping": [[0,0,0,0],[0,0,0,200],[0,0,0,0],[0,-200,0,0]],
+        "stiffness": [[5,3,0,0],[3,5,0,0],[0,0,5,3],[0,0,3,5]]}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let file = file.to_str().expect("a UTF-8 path");
+    let out = directory.join("out");
+    let path = out.to_str().expect("a UTF-8 path");
+    let asked = ["campbell", file, "--speeds", "0:5:11", "--given-at", "100"];
+    let json = printed(&[&asked[..], &["--json", "--out", path]].concat());
+    let diagram: Value = serde_json::from_str(&json).expect("JSON");
+    let keys = [
+        "bounds", "complete", "followed", "speed", "orders", "critical", "branches",
+    ];
+    assert_keys(&json, &diagram, &keys);
+    assert_eq!(
+        (&diagram["bounds"], &diagram["complete"]),
+        (&"proven".into(), &true.into())
+    );
+    let critical = diagram["critical"].as_array().expect("a list");
+    let senses: Vec<&str> = critical
+        .iter()
+        .filter_map(|found| found["whirl"].as_str())
+        .collect();
+    assert_eq!(senses, ["backward", "forward", "backward"]);
+    let [speed, bound] = ["speed", "bound"].map(|key| number(&critical[1][key]));
+    assert!(
+        (speed - 2.0).abs() <= bound && bound < 1e-14,
+        "{speed} ± {bound}"
+    );
+    assert_eq!(diagram["branches"].as_array().map(Vec::len), Some(4));
+    let mut found = listed(&out);
+    found.sort();
+    assert_eq!(
+        found,
+        [
+            "campbell-rpm.svg",
+            "campbell.csv",
+            "campbell.json",
+            "campbell.svg"
+        ]
+    );
+    for name in ["campbell-rpm.svg", "campbell.svg"] {
+        assert_well_formed(&fs::read_to_string(out.join(name)).expect("it was written"));
+    }
+    let csv = fs::read_to_string(out.join("campbell.csv")).expect("it was written");
+    assert_eq!(csv.lines().count(), 12);
+    let text = printed(&asked);
+    assert!(
+        text.contains("there are no others of these orders") && text.contains("19.09859"),
+        "{text}"
+    );
+    let error = refused(&["campbell", file, "--speeds", "3,1"], 2);
+    assert!(error.contains("speeds rise"), "{error}");
+}
+
 /// Values, bounds and times of a record with a single pulse, at as many frequencies as were asked for; files; places of faults.
 #[test]
 fn spectra_have_the_shape_that_was_agreed_on() {

@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 33] = [
+const CASES: [(&str, &str); 35] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -40,6 +40,8 @@ const CASES: [(&str, &str); 33] = [
         "spectrum record.csv --step 0.01 --from 5 --to 1",
     ),
     ("", "spectrum record.csv --step 0"),
+    ("Campbell", "campbell S --speeds 2,1"),
+    ("", "campbell S --speeds 1:2"),
     ("Sweep", "sweep S --vary m.mas=1:2:3"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),

@@ -4,7 +4,7 @@ use eigentone::check::{
     ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
     UniformChain,
 };
-use eigentone::design::{Grid, Range};
+use eigentone::design::{Campbell, Grid, Range};
 use eigentone::modes::{
     Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
     Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
@@ -24,7 +24,8 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 25] = [
+pub const ENUMS: [(&str, &str); 26] = [
+    ("crates/design/src/campbell.rs", "CampbellError"),
     ("crates/design/src/range.rs", "RangeError"),
     ("crates/design/src/grid.rs", "GridError"),
     ("crates/design/src/follower.rs", "FollowError"),
@@ -67,7 +68,15 @@ pub const ENUMS: [(&str, &str); 25] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 24] = [
+const LEFT_OUT: [(&str, &str); 26] = [
+    (
+        "CampbellError::Modes",
+        "passes on a `ModesError`, all of which are shown or named here",
+    ),
+    (
+        "CampbellError::Follow",
+        "passes on a `FollowError`, all of which are named here",
+    ),
     (
         "FollowError::NoDesign",
         "is what a program says itself, of a design that it cannot solve",
@@ -226,6 +235,14 @@ fn design_errors(listing: &mut Listing) {
     let range = |text: &str| text.parse::<Range>();
     let pair = || vec![range("1,2").expect("a range")];
     let wide = || vec![range("0:1:10000000").expect("a range"); 3];
+    let rotor = |masses: [f64; 2], forces: f64| {
+        let gyroscopic = mat![[0.0, forces], [-forces, 0.0]];
+        let builder = System::builder().mass("y", masses[0]).mass("z", masses[1]);
+        let builder = builder.spring(GROUND, "y", 4.0).spring(GROUND, "z", 4.0);
+        let builder = builder.matrix(MatrixKind::Damping, gyroscopic.as_ref());
+        builder.build().expect("a rotor")
+    };
+    let disc = rotor([1.0, 1.0], 0.5);
     list! { listing:
         range("1:2");
         range("1:x:3");
@@ -235,6 +252,10 @@ fn design_errors(listing: &mut Listing) {
         Grid::new(Vec::new());
         Grid::new(wide());
         Grid::new(pair()).and_then(|grid| grid.part(3, 2));
+        Campbell::of(&disc).over(&[2.0, 1.0]);
+        Campbell::of(&disc).given_at(0.0).over(&[0.0, 1.0]);
+        Campbell::of(&rotor([1.0, 1.0], 1e300)).over(&[0.0, 1e10]);
+        Campbell::of(&rotor([1.0, 0.0], 0.5)).over(&[0.0, 1.0]);
     }
 }
 

@@ -2,13 +2,16 @@
 //! next.
 //!
 //! A [`Grid`] numbers the designs of one or several [`Range`]s, and its parts. A [`Follower`] keeps every root at one place
-//! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis.
+//! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis. [`Campbell`] follows the modes of a
+//! rotor along its speed, and encloses its critical speeds.
 //! Nothing here prints or reads files.
 
+mod campbell;
 mod follower;
 mod grid;
 mod range;
 
+pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
 pub use follower::{FollowError, Followed, Follower};
 pub use grid::{Grid, GridError};
 pub use range::{Range, RangeError};

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use eigentone::design::CampbellError;
 use eigentone::modes::{ModesError, SparseError};
 use eigentone::response::{FrequencyError, ResponseError, SpectrumError, StateSpaceError};
 use eigentone::scene::{RecordError, SceneError};
@@ -100,6 +101,11 @@ pub enum Failure {
         "--from {from:?} Hz is not below --to {to:?} Hz: give the lower frequency first, or a --count of 1"
     )]
     Frequencies { from: f64, to: f64 },
+    #[error("{}: {error}", scene.display())]
+    Campbell {
+        scene: PathBuf,
+        error: CampbellError,
+    },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
     #[error("{}: {message}", scene.display())]
@@ -214,6 +220,14 @@ impl Failure {
             | Failure::Sweep { .. }
             | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
+            Failure::Campbell { error, .. } => match error {
+                CampbellError::Modes {
+                    error: ModesError::TooLarge { .. },
+                    ..
+                } => 2,
+                CampbellError::Modes { .. } | CampbellError::Follow { .. } => 1,
+                _ => 2,
+            },
             Failure::Sparse { error, .. } => match error {
                 SparseError::NoConvergence | SparseError::OutOfRange => 1,
                 _ => 2,

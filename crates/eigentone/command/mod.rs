@@ -1,6 +1,7 @@
 //! The command line: what can be asked for, and how each command answers.
 
 mod analyze;
+mod campbell;
 mod check;
 mod export;
 mod failure;
@@ -44,6 +45,7 @@ enum Command {
     Frf(frf::Frf),
     Random(random::Random),
     Spectrum(spectrum::Spectrum),
+    Campbell(campbell::Campbell),
     Sweep(sweep::Sweep),
     Export(export::Export),
     Check(check::Check),
@@ -62,6 +64,7 @@ impl Cli {
             Command::Frf(command) => command.run(),
             Command::Random(command) => command.run(),
             Command::Spectrum(command) => command.run(),
+            Command::Campbell(command) => command.run(),
             Command::Sweep(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),

@@ -5,6 +5,7 @@
 
 mod analysis;
 mod axis;
+mod campbell;
 mod check;
 pub(crate) mod csv;
 mod demands;
@@ -32,6 +33,7 @@ use eigentone_modes::Bounds;
 
 pub use analysis::{Analysis, Answer};
 pub use axis::{Axis, Scale};
+pub use campbell::CampbellReport;
 pub use check::CheckReport;
 pub use demands::DemandReport;
 pub use energy::EnergyReport;

@@ -5,6 +5,7 @@ mod beams;
 mod builder;
 mod damping;
 mod given;
+mod gyroscopic;
 mod kinds;
 mod parameter;
 mod places;

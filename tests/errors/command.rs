@@ -40,7 +40,7 @@ const CASES: [(&str, &str); 33] = [
         "spectrum record.csv --step 0.01 --from 5 --to 1",
     ),
     ("", "spectrum record.csv --step 0"),
-    ("Sweep", "sweep S --vary m.mas=1:2:3"),
+    ("Study", "sweep S --vary m.mas=1:2:3"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

@@ -9,12 +9,14 @@ mod frf;
 mod interrupt;
 mod memory;
 mod modes;
+mod optimise;
 mod progress;
 mod random;
 mod response;
 mod selection;
 mod spectrum;
 mod stability;
+mod study;
 mod sweep;
 mod tables;
 
@@ -45,6 +47,7 @@ enum Command {
     Random(random::Random),
     Spectrum(spectrum::Spectrum),
     Sweep(sweep::Sweep),
+    Optimise(optimise::Optimise),
     Export(export::Export),
     Check(check::Check),
     Stability(stability::Stability),
@@ -63,6 +66,7 @@ impl Cli {
             Command::Random(command) => command.run(),
             Command::Spectrum(command) => command.run(),
             Command::Sweep(command) => command.run(),
+            Command::Optimise(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),

@@ -41,6 +41,8 @@ const CASES: [(&str, &str); 33] = [
     ),
     ("", "spectrum record.csv --step 0"),
     ("Study", "sweep S --vary m.mas=1:2:3"),
+    ("Study", "optimise S --vary m.mass=-2:-1 --minimise damping"),
+    ("", "optimise S --vary m.mass=2:1 --minimise damping"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

@@ -4,7 +4,7 @@ use eigentone::check::{
     ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
     UniformChain,
 };
-use eigentone::design::{Grid, Range};
+use eigentone::design::{Grid, Range, minimise};
 use eigentone::modes::{
     Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
     Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
@@ -24,7 +24,8 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 25] = [
+pub const ENUMS: [(&str, &str); 26] = [
+    ("crates/design/src/minimax.rs", "OptimumError"),
     ("crates/design/src/range.rs", "RangeError"),
     ("crates/design/src/grid.rs", "GridError"),
     ("crates/design/src/follower.rs", "FollowError"),
@@ -235,6 +236,9 @@ fn design_errors(listing: &mut Listing) {
         Grid::new(Vec::new());
         Grid::new(wide());
         Grid::new(pair()).and_then(|grid| grid.part(3, 2));
+        minimise(&[], |_| None);
+        minimise(&[(2.0, 1.0)], |_| None);
+        minimise(&[(1.0, 2.0)], |_| None);
     }
 }
 

@@ -175,16 +175,7 @@ impl Answer<'_> {
             false => "maximum",
         };
         let _ = match self.is_shown {
-            true => writeln!(
-                text,
-                "a local {word}: gradients cancel to {:.1e}, and what is left curves {}",
-                optimum.gradient,
-                if self.sign > 0.0 {
-                    "upwards"
-                } else {
-                    "downwards"
-                }
-            ),
+            true => writeln!(text, "a local {word}: gradients and curvature show it"),
             false => writeln!(
                 text,
                 "the best found; derivatives do not show a local {word}"
@@ -194,15 +185,6 @@ impl Answer<'_> {
             let at = frequency.map_or(String::new(), |at| format!(" at {at:.6e} rad/s"));
             let _ = writeln!(text, "active: {value:.10e}{at}, weight {weight:.4}");
         }
-        if let Some(other) = optimum.others.first() {
-            let _ = writeln!(
-                text,
-                "other searches ended at {:.6e} or {}",
-                self.sign * other,
-                if self.sign > 0.0 { "more" } else { "less" }
-            );
-        }
-        let _ = writeln!(text, "{} designs", optimum.evaluations);
         text
     }
 }

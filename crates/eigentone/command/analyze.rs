@@ -80,7 +80,7 @@ impl Analyze {
             Some(problem) => {
                 progress.say("response");
                 let motion = Switching::new(problem, scene.switches());
-                let motion = motion.and_then(|switching| switching.run());
+                let motion = motion.and_then(|switching| switching.with_losses().run());
                 Some(motion.map_err(Failure::switching(file, switches.clone()))?)
             }
         };

@@ -28,7 +28,7 @@ pub struct SwitchedReport<'a> {
 }
 
 impl SwitchedReport<'_> {
-    /// How it was computed, the largest displacements at the samples, and the first events.
+    /// How it was computed, the largest displacements at the samples, where energy went, and the first events.
     pub fn text(&self) -> String {
         /// As many as are read.
         const SHOWN: usize = 40;
@@ -59,6 +59,16 @@ impl SwitchedReport<'_> {
                 let (value, time) = (values[(i, k)], trajectory.times()[k]);
                 let [value, time] = [value, time].map(number::significant);
                 let _ = writeln!(text, "  {}: {value} {unit} at {time} s", visible(name));
+            }
+        }
+        if let Some(losses) = self.motion.losses() {
+            text.push_str("energy taken, J (a stop that is pressed holds a part of it)\n");
+            let dampers: f64 = losses.dampers.iter().sum();
+            if !losses.dampers.is_empty() {
+                let _ = writeln!(text, "  dampers: {}", number::significant(dampers));
+            }
+            for (name, taken) in self.switches.iter().zip(&losses.switches) {
+                let _ = writeln!(text, "  {}: {}", visible(name), number::significant(*taken));
             }
         }
         let shown = &events[..events.len().min(SHOWN)];

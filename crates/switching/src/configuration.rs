@@ -46,25 +46,24 @@ pub(crate) struct Configuration<T> {
     /// A bound of the error of W·h in the 2-norm.
     pub(crate) error: f64,
     pub(crate) guards: Vec<Guard<T>>,
+    /// Of each switch, the force along its stretch, where there is one.
+    pub(crate) forces: Vec<Option<Row<T>>>,
     /// For each switch that holds a relation: its index, the relation, and the force of unit rate of it.
     pub(crate) held: Vec<(usize, Vec<T>, Vec<T>)>,
     /// e^{Wh}, about.
     pub(crate) power: Vec<f64>,
 }
 
-/// How many terms the series of a step may have for each unit of reach.
-const REACH: f64 = 2.0;
-
 impl<T: Real> Configuration<T> {
     /// From the system without switches, the dense `w` with its error. `constant` is the entry of ζ that stays, which stands
-    /// for 1. `None` where what is held depends on each other, so that the forces are not unique.
+    /// for 1; a step is not longer than `longest`, nor ‖Wh‖ larger than `reach`. `None` where what is held depends on each other, so that the forces are not unique.
     pub(crate) fn of(
         w: &[T],
         w_error: f64,
         places: &[Place<T>],
         phases: &[Phase],
         constant: T,
-        longest: f64,
+        [longest, reach]: [f64; 2],
     ) -> Option<Configuration<T>> {
         let n = places.first().map_or(0, |place| place.push.len());
         let one = T::ONE / constant;
@@ -163,7 +162,7 @@ impl<T: Real> Configuration<T> {
         let norm = (across * down).sqrt() * SLACK;
         // A power of two, so that W·h is not rounded.
         let step = match norm > 0.0 {
-            true => 2f64.powi((REACH / norm).log2().floor() as i32).min(longest),
+            true => 2f64.powi((reach / norm).log2().floor() as i32).min(longest),
             false => longest,
         };
         let power_of_two = step.log2().floor() as i64;
@@ -205,6 +204,7 @@ impl<T: Real> Configuration<T> {
             scales,
             error: error * step * SLACK,
             guards,
+            forces,
             held: gains,
         })
     }
@@ -237,6 +237,21 @@ impl<T: Real> Configuration<T> {
             2.0 * (time * error + time * time * curve + beyond / scale)
         })
         .collect()
+    }
+
+    /// Adds W ζ h to a list of states, ζ being the last.
+    pub(crate) fn apply_to(&self, states: &mut Vec<T>) {
+        let start = states.len() - self.rows.len();
+        for row in &self.rows {
+            let mut sum = T::ZERO;
+            for (j, entry) in row {
+                let state = states[start + j];
+                if !state.is_zero() {
+                    sum = sum + *entry * state;
+                }
+            }
+            states.push(sum);
+        }
     }
 
     /// W ζ h.

@@ -108,6 +108,9 @@ impl ErrorSet {
             rest[i] = (rest[i] + ROUNDING * n as f64 * size) * SLACK;
         }
         (self.edges, self.rest) = (edges, rest);
+        if (0..n).any(|i| !(self.extent(i) <= UNKNOWN)) {
+            (self.edges, self.rest) = (vec![0.0; n * n], vec![UNKNOWN; n]);
+        }
         let thick = (0..n).any(|i| self.rest[i] > 1e-6 * (self.extent(i) - self.rest[i]));
         if thick {
             self.fold();
@@ -182,6 +185,9 @@ impl ErrorSet {
         self.rest = vec![0.0; n];
     }
 }
+
+/// Errors of this size say that nothing is known.
+pub(crate) const UNKNOWN: f64 = 1e150;
 
 /// More than a few roundings in doubles.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;

@@ -30,6 +30,7 @@ mod configuration;
 mod error;
 mod error_set;
 mod event;
+mod losses;
 mod march;
 mod outputs;
 mod phase;
@@ -42,5 +43,6 @@ mod switching;
 
 pub use error::SwitchingError;
 pub use event::{Event, EventKind};
+pub use losses::Losses;
 pub use switch::{ControlledDamper, DamperLaw, Friction, Impact, Stop, Switch, SwitchFault};
 pub use switching::{SwitchedMotion, Switching};

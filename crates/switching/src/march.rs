@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use eigentone_digits::Real;
-use eigentone_modes::Form;
+use eigentone_digits::{DoubleDouble, Real};
+use eigentone_modes::{ElementKind, Form};
 use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
 use crate::change::Change;
@@ -12,6 +12,7 @@ use crate::configuration::{Configuration, Place, exponential, length_of};
 use crate::error::SwitchingError;
 use crate::error_set::ErrorSet;
 use crate::event::Event;
+use crate::losses::{Losses, Taken};
 use crate::outputs::{Moment, Outputs, combinations};
 use crate::phase::Phase;
 use crate::root::{First, first, refine};
@@ -26,12 +27,15 @@ pub(crate) struct Question<'a, 'b> {
     pub(crate) switches: Vec<Switch>,
     /// Of each switch, its stretch and the displacement of b.
     pub(crate) forms: Vec<[Form; 2]>,
+    /// Whether losses are asked for.
+    pub(crate) with_losses: bool,
 }
 
 /// What came of an attempt with some digits.
 pub(crate) struct Found {
     pub(crate) trajectory: Trajectory,
     pub(crate) events: Vec<Event>,
+    pub(crate) losses: Option<Losses>,
     /// Whether every instant is as good as asked for.
     pub(crate) good: bool,
 }
@@ -72,8 +76,8 @@ pub(crate) struct March<'a, 'b, T> {
     w_error: f64,
     /// The last entry of ζ, which stands for 1.
     pub(crate) constant: T,
-    /// The longest step, in s.
-    longest: f64,
+    /// The longest step, in s, and the largest norm that W times a step may have.
+    limits: [f64; 2],
     pub(crate) places: Vec<Place<T>>,
     pub(crate) phases: Vec<Phase>,
     known: HashMap<Vec<Phase>, Option<Rc<Configuration<T>>>>,
@@ -83,8 +87,7 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) zeta: Vec<T>,
     pub(crate) errors: ErrorSet,
     pub(crate) now: T,
-    /// What is told from 0 by its error alone is taken as 0.
-    pub(crate) ties: bool,
+    pub(crate) doubt: Doubt,
     /// Relative.
     tolerance: f64,
     /// Whether the motion has begun.
@@ -107,11 +110,24 @@ pub(crate) struct March<'a, 'b, T> {
     approach: usize,
     /// How many steps in a row passed what could not be told.
     passes: i32,
-    events: Vec<Event>,
+    pub(crate) events: Vec<Event>,
+    /// Where losses are asked for.
+    pub(crate) taken: Option<Taken<T>>,
 }
 
 /// Records the instants of a step from one time up to another, but for that one.
 type Recorder<'r, 'a, 'b, T> = dyn FnMut(&March<'a, 'b, T>, &Series<T>, T, T) + 'r;
+
+/// What is done where errors hide what happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Doubt {
+    /// It is not decided.
+    Refused,
+    /// What is 0 as far as half of the digits tell is a coincidence; nothing else is decided.
+    Coincidence,
+    /// The numbers decide, as if they were right but for their rounding.
+    Ignored,
+}
 
 /// A root of a guard within a step.
 struct Root<T> {
@@ -119,6 +135,8 @@ struct Root<T> {
     theta: T,
     /// How far it may be off.
     bound: f64,
+    /// The same, with what is not known of the state at the start where that is left aside.
+    known: f64,
 }
 
 /// A place within a step where a guard comes too near to 0 to tell whether it ends.
@@ -128,34 +146,50 @@ struct Hidden {
     guard: usize,
 }
 
-/// The motion with T's digits, by a system computed with those of G. With `ties`, what cannot be told from a coincidence is
-/// one.
+/// The motion with T's digits, by a system computed with those of G.
 pub(crate) fn march<T: Real, G: Real>(
     question: &Question<'_, '_>,
     tolerance: f64,
-    ties: bool,
+    doubt: Doubt,
 ) -> Result<Found, Halt> {
     let problem = question.problem;
     let mut forms: Vec<_> = question.forms.iter().flatten().cloned().collect();
     let parts = combinations(problem, &mut forms);
+    let (dampers, first) = match question.with_losses {
+        true => (problem.system().elements(ElementKind::Damper), forms.len()),
+        false => (Vec::new(), 0),
+    };
+    forms.extend(dampers.iter().map(|damper| damper.stretch.clone()));
     let Some(driven) = Driven::<T>::of::<G>(problem, &forms)? else {
         return Err(Halt::Undecided(SwitchingError::Stuck));
     };
     let outputs = Outputs::of(problem, &driven, &parts, tolerance);
-    March::new(question, driven, ties, tolerance)?.run(outputs)
+    let taken = question.with_losses.then(|| {
+        let each = dampers.iter().zip(first..).map(|(damper, form)| {
+            let [_, rate] = driven.form(form);
+            let rate = Row::with_constant(rate, T::ZERO);
+            (T::from(damper.coefficient), rate)
+        });
+        Taken::new(each.collect(), question.switches.len())
+    });
+    March::new(question, driven, taken, doubt, tolerance)?.run(outputs)
 }
 
 impl<'a, 'b, T: Real> March<'a, 'b, T> {
     fn new(
         question: &'a Question<'a, 'b>,
         driven: Driven<'a, 'b, T>,
-        ties: bool,
+        taken: Option<Taken<T>>,
+        doubt: Doubt,
         tolerance: f64,
     ) -> Result<March<'a, 'b, T>, Halt> {
         let n = driven.len();
         let grid = question.problem.grid();
         let end = grid.time(grid.last());
         let longest = if end > 0.0 { end } else { 1.0 };
+        // Long steps are quick, and lose digits.
+        let digits_to_spare = tolerance.is_infinite() || T::UNIT_LOG2 < DoubleDouble::UNIT_LOG2;
+        let reach = if digits_to_spare { 8.0 } else { 2.0 };
         let pushes: Vec<(Vec<T>, f64)> = question
             .forms
             .iter()
@@ -240,7 +274,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .collect();
         let count = places.len();
         let w_error = upper(w_error);
-        let Some(current) = Configuration::of(&w, w_error, &places, &phases, constant, longest)
+        let Some(current) =
+            Configuration::of(&w, w_error, &places, &phases, constant, [longest, reach])
         else {
             return Err(Halt::Undecided(SwitchingError::Stuck));
         };
@@ -253,7 +288,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             w,
             w_error,
             constant,
-            longest,
+            limits: [longest, reach],
             places,
             phases,
             known: HashMap::new(),
@@ -262,7 +297,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             errors: ErrorSet::new(n + 1, upper(error)),
             zeta,
             now: T::ZERO,
-            ties,
+            doubt,
             tolerance,
             started: false,
             jumped: true,
@@ -275,14 +310,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             approach: 0,
             passes: 0,
             events: Vec::new(),
+            taken,
         })
     }
 
     /// The system of some phases.
     pub(crate) fn configuration(&mut self, phases: &[Phase]) -> Result<Rc<Configuration<T>>, Halt> {
         let (w, w_error, places) = (&self.w, self.w_error, &self.places);
-        let (constant, longest) = (self.constant, self.longest);
-        let make = || Configuration::of(w, w_error, places, phases, constant, longest).map(Rc::new);
+        let (constant, limits) = (self.constant, self.limits);
+        let make = || Configuration::of(w, w_error, places, phases, constant, limits).map(Rc::new);
         let known = self.known.entry(phases.to_vec()).or_insert_with(make);
         let switch = phases.iter().rposition(|phase| phase.holds()).unwrap_or(0);
         let time = self.now.to_f64();
@@ -396,6 +432,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         Ok(Found {
             good: outputs.is_good() && self.events.iter().all(good),
             trajectory: outputs.trajectory(problem, asked, &picked),
+            losses: self.taken.as_ref().map(Taken::total),
             events: self.events,
         })
     }
@@ -461,6 +498,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let to = if at_end { until } else { from + end * step };
         let bound = roots.iter().map(|root| root.bound).fold(0.0, f64::max) * current.step;
         record(self, &series, from, to - T::from(bound));
+        if let Some(taken) = &mut self.taken {
+            taken.step(&current, &self.places, &series, end);
+        }
         // The state there.
         self.zeta = series.at(end);
         let n = self.zeta.len();
@@ -486,7 +526,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .for_each(|order| *order = 0);
         self.jumped = false;
         if !roots.is_empty() {
-            self.happen(&current, &roots, bound)?;
+            let known = roots.iter().map(|root| root.known).fold(0.0, f64::max) * current.step;
+            self.happen(&current, &roots, known)?;
         }
         self.check_length(until)
     }
@@ -524,7 +565,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             } else if shorter < SHORTEST {
                 let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
                 part = part.mul_f64(factor);
-            } else if !self.ties || !self.is_touch(series, &hidden) {
+            } else if self.doubt == Doubt::Refused || !self.is_touch(series, &hidden) {
                 return Err(self.undecided(self.current.guards[hidden.guard].switch));
             } else {
                 let far = 2f64.powi((self.passes - 40).min(-6));
@@ -569,17 +610,16 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 });
                 scaled.collect::<Vec<f64>>()
             };
-            let mut errors = series.coefficient_errors(&self.current, &guard.row, off, &sizes);
-            errors[0] += self.vague(&guard.row);
-            let mut power = 1.0;
-            let margin: f64 = errors[order..]
-                .iter()
-                .map(|error| {
-                    let own = error * power;
-                    power *= short;
-                    own
-                })
-                .sum();
+            let margin = |off: f64, first: f64| {
+                let mut errors = series.coefficient_errors(&self.current, &guard.row, off, &sizes);
+                errors[0] += first;
+                scaled(&errors).iter().sum::<f64>()
+            };
+            let known = margin(off, self.vague(&guard.row));
+            let margin = match self.doubt {
+                Doubt::Ignored => margin(0.0, 0.0),
+                _ => known,
+            };
             let width = (guard.row.entries.len() + 4) as f64;
             let rounding: f64 = scaled(&sizes).iter().sum::<f64>() * f64::EPSILON * width;
             let exact = || {
@@ -602,11 +642,14 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                     let exact = exact();
                     let theta = refine(&exact, from, to);
                     let slope = self.slope(&exact, theta.to_f64());
-                    let bound = match slope < 0.0 {
-                        true => 1.5 * margin / -slope,
-                        false => 1.0,
+                    let bound = |margin: f64| {
+                        let bound = match slope < 0.0 {
+                            true => 1.5 * margin / -slope,
+                            false => 1.0,
+                        };
+                        (bound + unit::<T>() * 8.0) * short
                     };
-                    let bound = (bound + unit::<T>() * 8.0) * short;
+                    let (bound, known) = (bound(margin), bound(known));
                     let theta = theta * far;
                     if (theta - reach).to_f64() > bound {
                         continue;
@@ -615,6 +658,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                         guard: at,
                         theta,
                         bound,
+                        known,
                     });
                 }
                 First::Hidden(place) if place * BEYOND > 1.0 => {}
@@ -648,7 +692,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let switches = found
             .iter()
             .map(|root| self.current.guards[root.guard].switch);
-        if switches.clone().min() != switches.max() && !self.ties {
+        if switches.clone().min() != switches.max() && self.doubt == Doubt::Refused {
             return Err(self.undecided(self.current.guards[found[0].guard].switch));
         }
         Ok((found, None))
@@ -778,7 +822,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let count = self.events.len();
         let crowded = count > WINDOW && {
             let since = self.events[count - WINDOW].time;
-            self.now.to_f64() - since < 1e-9 * self.longest
+            self.now.to_f64() - since < 1e-9 * self.limits[0]
         };
         match self.events.last() {
             Some(last) if crowded || count > MOST_EVENTS => {

@@ -5,6 +5,7 @@ use eigentone_modes::{ElementKind, Form};
 use eigentone_response::{Driven, Problem, Quantity, Sum, Trajectory};
 use faer::Mat;
 
+use crate::error_set::UNKNOWN;
 use crate::rows::{Row, SLACK};
 
 /// A combination of motions by forms: which derivative, which form, and what it is multiplied by.
@@ -201,7 +202,7 @@ impl<T: Real> Outputs<T> {
         let matrix =
             |values: &Vec<Vec<f64>>| Mat::from_fn(n, picked.len(), |i, k| values[picked[k]][i]);
         let bounds =
-            |bounds: &Vec<f64>| picked.iter().map(|k| Some(bounds[*k])).collect::<Vec<_>>();
+            |bounds: &Vec<f64>| picked.iter().map(|k| known(bounds[*k])).collect::<Vec<_>>();
         let trajectory = Trajectory::new(
             "exact between events",
             steps,
@@ -233,6 +234,11 @@ fn of_state<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
 fn of_rate<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
     let error = row.norm * moment.rate_error + row.own_error(moment.rate_size);
     (row.at(moment.rate), error * SLACK)
+}
+
+/// A bound, unless it says that nothing is known.
+fn known(bound: f64) -> Option<f64> {
+    (bound < 1e-10 * UNKNOWN).then_some(bound)
 }
 
 /// The nearest double, or 0 where the error hides it, and how far it may be off.

@@ -13,10 +13,13 @@ use crate::change::Change;
 use crate::configuration::{Configuration, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
-use crate::march::{Halt, March};
+use crate::march::{Doubt, Halt, March};
 use crate::phase::Phase;
 use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
+
+/// Why bounces that affect each other have no end that is known.
+const TOGETHER: &str = "bounces of several rigid stops die out together";
 
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
@@ -34,10 +37,16 @@ impl<T: Real> March<'_, '_, T> {
         // What is due is 0 but for rounding that bounds need not know.
         const ROUNDING: f64 = 16.0;
         let rounded = value.to_f64();
+        if self.doubt == Doubt::Ignored {
+            let tiny = self.is_tiny(rounded, size);
+            return Ok(if tiny { 0 } else { rounded.signum() as i8 });
+        }
         if rounded.abs() > if is_due { ROUNDING * error } else { error } {
             return Ok(if rounded > 0.0 { 1 } else { -1 });
         }
-        match value.is_zero() || (is_due || self.ties) && self.is_tiny(rounded, size) {
+        match value.is_zero()
+            || (is_due || self.doubt == Doubt::Coincidence) && self.is_tiny(rounded, size)
+        {
             true => Ok(0),
             false => Err(self.undecided(switch)),
         }
@@ -167,6 +176,9 @@ impl<T: Real> March<'_, '_, T> {
             self.jumped = true;
             let speed = rate.at(&self.zeta);
             let (speed, closing) = (speed, self.closing(switch, &rate, speed, restitution));
+            if let Some((delay, ..)) = closing {
+                self.check_alone(switch, delay)?;
+            }
             let factor = match closing {
                 Some(_) => T::ONE,
                 None => T::ONE + T::from(restitution),
@@ -178,6 +190,13 @@ impl<T: Real> March<'_, '_, T> {
             let push = self.places[switch].push.clone();
             let response = dot(&rate.entries, &push);
             let impulse = -(factor * speed / response);
+            if let Some(taken) = &mut self.taken {
+                // The impulse times the mean of the speeds before and after.
+                taken.impact(
+                    switch,
+                    -impulse * speed * (T::ONE + T::ONE - factor).scale(-1),
+                );
+            }
             for (entry, push) in self.zeta.iter_mut().zip(&push) {
                 *entry = *entry + impulse * *push;
             }
@@ -249,7 +268,10 @@ impl<T: Real> March<'_, '_, T> {
         if restitution >= 1.0 || left > SMALL * largest {
             return None;
         }
-        let hidden = HIDDEN * self.vague(&self.places[switch].stretch);
+        let hidden = match self.doubt {
+            Doubt::Ignored => 0.0,
+            _ => HIDDEN * self.vague(&self.places[switch].stretch),
+        };
         let seen = left > self.invisible * largest;
         let mut phases = self.phases.clone();
         phases[switch] = Phase::Free;
@@ -290,6 +312,23 @@ impl<T: Real> March<'_, '_, T> {
         // Beyond the parabola, and of the speed.
         let curved = delay * first.max(second) + self.vague(rate) / speed;
         (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+    }
+
+    /// Whether no other rigid stop bounces where the bounces of one die out, in `delay` s.
+    fn check_alone(&self, switch: usize, delay: f64) -> Result<(), Halt> {
+        /// Beside what is left the bounces before it were long.
+        const BEFORE: f64 = 1e3;
+        let time = self.now.to_f64();
+        let events = self.events.iter().rev();
+        let mut near = events.take_while(|event| event.time > time - BEFORE * delay);
+        match near.any(|event| event.kind == EventKind::Impact && event.switch != switch) {
+            false => Ok(()),
+            true => Err(Halt::Failed(SwitchingError::Undecided {
+                time,
+                switch,
+                reason: TOGETHER,
+            })),
+        }
     }
 
     /// Whether a form of another switch (0: its stretch, 1: b) is the stretch of this one: 1, or −1 the other way round.

@@ -6,7 +6,8 @@ use eigentone_response::{Problem, Trajectory};
 
 use crate::error::SwitchingError;
 use crate::event::Event;
-use crate::march::{Found, Halt, Question, march};
+use crate::losses::Losses;
+use crate::march::{Doubt, Found, Halt, Question, march};
 use crate::switch::Switch;
 
 /// A problem whose system has switches.
@@ -20,6 +21,7 @@ pub struct Switching<'a, 'b> {
 pub struct SwitchedMotion {
     trajectory: Trajectory,
     events: Vec<Event>,
+    losses: Option<Losses>,
 }
 
 impl SwitchedMotion {
@@ -31,6 +33,11 @@ impl SwitchedMotion {
     /// All events, by time.
     pub fn events(&self) -> &[Event] {
         &self.events
+    }
+
+    /// Where energy went, if [asked for](Switching::with_losses).
+    pub fn losses(&self) -> Option<&Losses> {
+        self.losses.as_ref()
     }
 }
 
@@ -51,19 +58,28 @@ impl<'a, 'b> Switching<'a, 'b> {
             forms: forms.collect::<Result<_, _>>()?,
             problem,
             switches,
+            with_losses: false,
         };
         Ok(Switching { question })
+    }
+
+    /// With the energy that each damper and switch takes: integrals of products of power series, exact but for the rounding of
+    /// the digits taken. It costs more than the motion.
+    pub fn with_losses(mut self) -> Switching<'a, 'b> {
+        self.question.with_losses = true;
+        self
     }
 
     /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
     /// tolerance and the events ask for, and all bounds are proven; what half of the digits cannot tell from a coincidence is
     /// taken as one, as two events at one time are. With [`Precision::Double`] the digits that decide the events do, and bounds are
-    /// given as estimates.
+    /// given as estimates; where no digits do, as in chaotic motions after some time, the motion goes on as rounding has it,
+    /// with bounds that tell so.
     ///
     /// # Errors
     /// [`SwitchingError`].
     pub fn run(&self) -> Result<SwitchedMotion, SwitchingError> {
-        type Run = fn(&Question<'_, '_>, f64, bool) -> Result<Found, Halt>;
+        type Run = fn(&Question<'_, '_>, f64, Doubt) -> Result<Found, Halt>;
         const UNIT: f64 = f64::EPSILON / 2.0;
         let (relative, proven) = match self.question.problem.precision() {
             Precision::Certified { tolerance } => ((tolerance - UNIT).max(UNIT / 1024.0), true),
@@ -75,15 +91,20 @@ impl<'a, 'b> Switching<'a, 'b> {
                 false => found.trajectory,
             },
             events: found.events,
+            losses: found.losses,
         };
-        let rungs: [(Run, usize, bool); 3] = [
-            (march::<DoubleDouble, Wide<4>>, 32, false),
-            (march::<Wide<4>, Wide<4>>, 77, true),
-            (march::<Wide<8>, Wide<8>>, 154, true),
+        let rungs: [(Run, usize, Doubt); 3] = [
+            (march::<DoubleDouble, Wide<4>>, 32, Doubt::Refused),
+            (march::<Wide<4>, Wide<4>>, 77, Doubt::Coincidence),
+            match proven {
+                true => (march::<Wide<8>, Wide<8>>, 154, Doubt::Coincidence),
+                // Chaos takes all digits.
+                false => (march::<Wide<4>, Wide<4>>, 77, Doubt::Ignored),
+            },
         ];
-        for (at, (run, digits, ties)) in rungs.into_iter().enumerate() {
+        for (at, (run, digits, doubt)) in rungs.into_iter().enumerate() {
             let last = at + 1 == rungs.len();
-            match run(&self.question, relative, ties) {
+            match run(&self.question, relative, doubt) {
                 Ok(answer) if answer.good || last => return Ok(found(answer, digits)),
                 Err(halt) if last || !halt.is_undecided() => return Err(halt.into()),
                 _ => {}

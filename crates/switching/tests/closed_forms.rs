@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{Harmonic, Quantity, Ramp, Response, State, Step};
-use eigentone_switching::{EventKind, Friction, Impact, Switch, SwitchedMotion, Switching};
+use eigentone_switching::{EventKind, Friction, Impact, Stop, Switch, SwitchedMotion, Switching};
 
 fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
     Switch::Friction(Friction {
@@ -159,4 +159,68 @@ fn a_load_breaks_a_mass_loose() {
     let motion = run(ask, vec![friction(GROUND, "m", 1.5, 1.5)]);
     close(motion.events()[0].time, (0.5f64).asin() / 2.0, 1e-14);
     assert_eq!(motion.events()[0].kind, EventKind::Slip);
+}
+
+/// What dampers, friction, a stop and impacts take is what a motion from rest loses: of two masses, the second between a wall
+/// and a stop on the first; at least so many events happen.
+fn energy_closes(masses: &[f64], end: f64, events: usize) {
+    let (spring, damping, gap, stiffness) = (40.0, 1e-4, 0.01, 300.0);
+    let names: Vec<String> = (0..masses.len()).map(|i| format!("m{i}")).collect();
+    let before = |i: usize| if i == 0 { GROUND } else { &names[i - 1] };
+    let mut builder = System::builder();
+    for (i, mass) in masses.iter().enumerate() {
+        builder = builder
+            .mass(&names[i], *mass)
+            .spring(before(i), &names[i], spring)
+            .damper(before(i), &names[i], damping);
+    }
+    let system = builder.build().expect("a system");
+    let last = names.len() - 1;
+    let stop = Stop {
+        between: [before(last).into(), names[last].clone()],
+        gap,
+        stiffness,
+        damping: 2e-3,
+    };
+    let switches = vec![
+        impact(GROUND, &names[last], 0.02, 0.9999),
+        friction(GROUND, &names[0], 1e-5, 1e-5),
+        Switch::Stop(stop),
+    ];
+    let start = State::at_rest().displace("m0", -1.0);
+    let ask = Response::of(&system).from(start).every(end).until(end);
+    let problem = ask.to(Precision::Double).problem().expect("a problem");
+    let motion = Switching::new(&problem, switches).expect("switches");
+    let motion = motion.with_losses().run().expect("a motion");
+    let found = motion.events().len();
+    assert!(found > events, "{found}");
+    // Of all, and of what the stop holds.
+    let energy = |k: usize| {
+        let trajectory = motion.trajectory();
+        let [x, v] = [trajectory.displacement(), trajectory.velocity()];
+        let stretch = |i: usize| x[(i, k)] - if i == 0 { 0.0 } else { x[(i - 1, k)] };
+        let own = |i: usize| masses[i] * v[(i, k)].powi(2) + spring * stretch(i).powi(2);
+        let held = 0.5 * stiffness * (stretch(last) - gap).max(0.0).powi(2);
+        (0.5 * (0..=last).map(own).sum::<f64>(), held)
+    };
+    let (first, last) = (energy(0), energy(1));
+    let losses = motion.losses().expect("asked for");
+    let all = || losses.dampers.iter().chain(&losses.switches);
+    let taken: f64 = all().sum();
+    let off = first.0 - last.0 - taken;
+    let whole = first.0 + first.1;
+    let by_stop = losses.switches[2] - (last.1 - first.1);
+    assert!(
+        off.abs() < 1e-13 * whole,
+        "{off:e} of {whole} J: {losses:?}"
+    );
+    // Each takes a part that is seen.
+    let mut each = all().take(all().count() - 1).chain([&by_stop]);
+    assert!(each.all(|taken| *taken > 1e-6 * whole), "{losses:?}");
+}
+
+#[test]
+fn energy_closes_over_ten_thousand_events() {
+    energy_closes(&[1.3], 4000.0, 10_000);
+    energy_closes(&[1.3, 0.7], 40.0, 250);
 }

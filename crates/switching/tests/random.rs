@@ -284,12 +284,13 @@ fn chain() -> impl Strategy<Value = Chain> {
     })
 }
 
-/// What may be refused: forces that are not unique, and a start beyond a gap.
+/// What may be refused: forces that are not unique, a start beyond a gap, and bounces between several stops that die out.
 fn is_refusal(error: &SwitchingError) -> bool {
-    matches!(
-        error,
-        SwitchingError::Dependent { .. } | SwitchingError::Switch { .. }
-    )
+    match error {
+        SwitchingError::Dependent { .. } | SwitchingError::Switch { .. } => true,
+        SwitchingError::Undecided { reason, .. } => reason.contains("die out together"),
+        _ => false,
+    }
 }
 
 proptest! {

@@ -1,0 +1,102 @@
+//! Where the energy of a motion goes.
+
+use eigentone_digits::Real;
+
+use crate::configuration::{Configuration, Place};
+use crate::rows::Row;
+use crate::series::Series;
+
+/// The energy that dampers and switches have taken up to the end of a motion, in J.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Losses {
+    /// In each damper of the system, as [`elements`](eigentone_modes::System::elements) lists them.
+    pub dampers: Vec<f64>,
+    /// In each switch: by friction, by impacts, and by what a damper or a stop takes, with what the
+    /// spring of a stop holds at the end more than at the start.
+    pub switches: Vec<f64>,
+}
+
+/// The same on the way.
+pub(crate) struct Taken<T> {
+    /// Coefficient and rate of each damper.
+    dampers: Vec<(T, Row<T>)>,
+    by_dampers: Vec<T>,
+    by_switches: Vec<T>,
+    /// 1/k.
+    inverses: Vec<T>,
+}
+
+impl<T: Real> Taken<T> {
+    pub(crate) fn new(dampers: Vec<(T, Row<T>)>, switches: usize) -> Taken<T> {
+        Taken {
+            by_dampers: vec![T::ZERO; dampers.len()],
+            dampers,
+            by_switches: vec![T::ZERO; switches],
+            inverses: Vec::new(),
+        }
+    }
+
+    /// Adds what a step takes up to θ = end.
+    pub(crate) fn step(
+        &mut self,
+        current: &Configuration<T>,
+        places: &[Place<T>],
+        series: &Series<T>,
+        end: T,
+    ) {
+        let seconds = T::from(current.step);
+        for ((coefficient, rate), sum) in self.dampers.iter().zip(&mut self.by_dampers) {
+            let rate = powers(series, rate, end);
+            *sum = *sum + *coefficient * seconds * integral(&mut self.inverses, &rate, &rate, end);
+        }
+        let switches = places.iter().zip(&current.forces);
+        for ((place, force), sum) in switches.zip(&mut self.by_switches) {
+            if let Some(force) = force {
+                let rate = powers(series, &place.rate, end);
+                let force = powers(series, force, end);
+                *sum = *sum - seconds * integral(&mut self.inverses, &force, &rate, end);
+            }
+        }
+    }
+
+    /// Adds what an impact takes.
+    pub(crate) fn impact(&mut self, switch: usize, energy: T) {
+        self.by_switches[switch] = self.by_switches[switch] + energy;
+    }
+
+    pub(crate) fn total(&self) -> Losses {
+        let rounded = |all: &[T]| all.iter().map(|energy| energy.to_f64()).collect();
+        Losses {
+            dampers: rounded(&self.by_dampers),
+            switches: rounded(&self.by_switches),
+        }
+    }
+}
+
+/// The terms of a function of ζ at θ = end.
+fn powers<T: Real>(series: &Series<T>, row: &Row<T>, end: T) -> Vec<T> {
+    let mut power = T::ONE;
+    let mut terms = series.of_row(row);
+    for term in &mut terms {
+        *term = *term * power;
+        power = power * end;
+    }
+    while terms.last().is_some_and(|term| term.is_zero()) {
+        terms.pop();
+    }
+    terms
+}
+
+/// ∫₀ᵉⁿᵈ ab dθ.
+fn integral<T: Real>(inverses: &mut Vec<T>, a: &[T], b: &[T], end: T) -> T {
+    for k in inverses.len()..a.len() + b.len() {
+        inverses.push(T::ONE / T::from((k + 1) as f64));
+    }
+    let mut sum = T::ZERO;
+    for (i, a) in a.iter().enumerate() {
+        let own = b.iter().zip(&inverses[i..]);
+        let own = own.fold(T::ZERO, |sum, (b, inverse)| sum + *b * *inverse);
+        sum = sum + *a * own;
+    }
+    sum * end
+}

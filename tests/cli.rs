@@ -1399,6 +1399,19 @@ fn a_sweep_follows_roots_and_its_parts_are_the_whole() {
     assert_eq!(parts.concat(), whole);
     let table = printed(&[&["sweep", &scene], &vary[..]].concat());
     assert_eq!(table.lines().count(), 9);
+    let out = fresh("sweep-out");
+    let place = out.to_str().expect("a UTF-8 path");
+    ask(&["--out", place, "--metric", "damping"]);
+    let csv = fs::read_to_string(out.join("sweep.csv")).expect("a table");
+    assert_eq!(csv.lines().count(), 9);
+    assert!(
+        csv.starts_with("design,soil.stiffness,/masses/1/mass,damping,re 1,im 1,"),
+        "{csv}"
+    );
+    for plot in ["metric-1.svg", "roots.svg"] {
+        let plot = fs::read_to_string(out.join(plot)).expect("a plot");
+        assert!(plot.starts_with("<svg"), "{plot}");
+    }
     assert!(
         table.contains("soil.stiffness") && table.contains("3.00000e0"),
         "{table}"

@@ -716,7 +716,7 @@ mod tests {
 
     #[test]
     fn a_smooth_minimum_is_found_to_the_last_digits() {
-        let (a, b) = (0.317, 2.718);
+        let (a, b) = (0.317, 2.75);
         let optimum = minimise(&[(-1.0, 1.0), (0.1, 10.0)], |x| {
             let value = 3.0
                 + (x[0] - a).powi(2)

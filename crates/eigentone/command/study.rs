@@ -376,10 +376,10 @@ fn pointer(scene: &Value, path: &str) -> Result<String, String> {
         return Ok(pointers.swap_remove(at));
     }
     let hint = match known[..] {
-        [] => "write a JSON Pointer, as /springs/0/stiffness".to_owned(),
+        [] => "no element with a number has a name".to_owned(),
         _ => hint(path, &known),
     };
     Err(format!(
-        "--vary {path}: no number of the scene has this name, NAME.key: {hint}, or write a JSON Pointer, as /springs/0/stiffness"
+        "--vary {path}: no number of the scene has this name, NAME.key or a JSON Pointer such as /springs/0/stiffness: {hint}"
     ))
 }

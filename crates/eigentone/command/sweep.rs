@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::design::{FollowError, Followed, Follower, Grid, Range};
 use eigentone::modes::{Modes, System};
+use eigentone::report::{SweepReport, SweptDesign};
 use eigentone::scene::Scene;
 use serde_json::Value;
 
+use super::files::Files;
+use super::progress::Progress;
 use super::study::{METRICS, Metric, Varied, object};
 use super::{Accuracy, Failure, print, tell_switches, tolerance};
 
@@ -27,6 +30,9 @@ pub struct Sweep {
     /// Print one JSON object for each design with every digit
     #[arg(long)]
     json: bool,
+    /// Write all designs into this directory, as CSV, with plots of the metrics and of the roots
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Plain doubles, or more digits where bounds demand it
     #[arg(long, value_enum, default_value_t = super::Precision::Double)]
     precision: super::Precision,
@@ -69,27 +75,50 @@ impl Sweep {
             varied,
             grid,
         };
-        study.run(designs)
+        let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
+        let name = name.to_string_lossy();
+        study.run(designs, scene.title().unwrap_or(&name))
     }
 }
 
 impl Study<'_> {
-    fn run(&self, designs: std::ops::Range<u64>) -> Result<(), Failure> {
+    fn run(&self, designs: std::ops::Range<u64>, title: &str) -> Result<(), Failure> {
         let mut trail: Vec<(u64, Follower)> = Vec::new();
-        for index in designs.clone() {
-            let line = self.line(index, index == designs.start, &mut trail)?;
+        let mut all: Vec<SweptDesign> = Vec::new();
+        let (start, count) = (designs.start, designs.end - designs.start);
+        let progress = Progress::of("designs");
+        for index in designs {
+            let design = self.design(index, &mut trail)?;
+            let line = self.line(&design, index == start);
             print(|out| out.write_all(line.as_bytes()))?;
+            progress.say(&format!("design {} of {count}", index - start + 1));
+            if self.sweep.out.is_some() {
+                all.push(design);
+            }
         }
-        Ok(())
+        drop(progress);
+        let Some(directory) = &self.sweep.out else {
+            return Ok(());
+        };
+        let parameters: Vec<&str> = self.varied.names().collect();
+        let metrics = self.sweep.metric.iter().map(|metric| metric.text.as_str());
+        let metrics: Vec<&str> = metrics.collect();
+        let report = SweepReport {
+            title,
+            parameters: &parameters,
+            metrics: &metrics,
+            designs: &all,
+        };
+        let mut files = Files::into(directory)?.beside(&self.sweep.scene);
+        files.write("sweep.csv", |out| report.csv(out))?;
+        for (name, plot) in report.plots() {
+            files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
+        }
+        files.keep()
     }
 
-    /// What is printed of a design, a header before the first of a table.
-    fn line(
-        &self,
-        index: u64,
-        is_first: bool,
-        trail: &mut Vec<(u64, Follower)>,
-    ) -> Result<String, Failure> {
+    /// A design, followed from those before it.
+    fn design(&self, index: u64, trail: &mut Vec<(u64, Follower)>) -> Result<SweptDesign, Failure> {
         let values = self.grid.design(index).unwrap_or_default();
         let named = |message: String| self.failure(&values, index, &message);
         let reached = self.follow(index, trail)?;
@@ -104,35 +133,40 @@ impl Study<'_> {
             let told = told.map_err(|why| named(format!("{}: {why}", metric.text)))?;
             metrics.push(told.filter(|value| value.is_finite()));
         }
-        let is_doubtful = reached.followed == Followed::Doubtful;
-        let parameters = self
-            .varied
-            .names()
-            .zip(values.iter().map(|value| Some(*value)));
+        Ok(SweptDesign {
+            index,
+            roots: roots.iter().map(|root| [root.re, root.im]).collect(),
+            metrics,
+            is_doubtful: reached.followed == Followed::Doubtful,
+            values,
+        })
+    }
+
+    /// What is printed of a design, a header before the first of a table.
+    fn line(&self, design: &SweptDesign, is_first: bool) -> String {
+        let (index, roots) = (design.index, &design.roots);
+        let values = design.values.iter().map(|value| Some(*value));
+        let parameters = self.varied.names().zip(values);
         let texts = self.sweep.metric.iter().map(|metric| metric.text.as_str());
-        let metrics = texts.zip(metrics);
+        let metrics = texts.zip(design.metrics.iter().copied());
+        let is_doubtful = design.is_doubtful;
         if self.sweep.json {
-            let roots: Vec<[f64; 2]> = roots.iter().map(|root| [root.re, root.im]).collect();
-            let roots = Value::from(
-                roots
-                    .iter()
-                    .map(|root| Value::from(root.to_vec()))
-                    .collect::<Vec<_>>(),
-            );
+            let roots = roots.iter().map(|root| Value::from(root.to_vec()));
+            let roots = Value::from(roots.collect::<Vec<_>>());
             let doubtful = if is_doubtful {
                 ", \"doubtful\": true"
             } else {
                 ""
             };
-            return Ok(format!(
+            return format!(
                 "{{\"index\": {index}, \"parameters\": {}, \"eigenvalues\": {roots}{doubtful}, \"metrics\": {}}}\n",
                 object(parameters),
                 object(metrics)
-            ));
+            );
         }
         let roots = roots.iter().enumerate().flat_map(|(i, root)| {
             let header = |part: &str| format!("{part} {}", i + 1);
-            [(header("re"), Some(root.re)), (header("im"), Some(root.im))]
+            [(header("re"), Some(root[0])), (header("im"), Some(root[1]))]
         });
         let owned = |(name, value): (&str, Option<f64>)| (name.to_owned(), value);
         let cells = parameters.map(owned).chain(metrics.map(owned)).chain(roots);
@@ -146,10 +180,10 @@ impl Study<'_> {
         if is_doubtful {
             line += "  places doubtful";
         }
-        Ok(match is_first {
+        match is_first {
             true => format!("{head}\n{line}\n"),
             false => format!("{line}\n"),
-        })
+        }
     }
 
     /// Puts the roots of a design at the end of the trail, which keeps those that others are followed from.

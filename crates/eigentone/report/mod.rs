@@ -23,6 +23,7 @@ mod spectrum;
 mod stability;
 mod state_space;
 mod steady_state;
+mod sweep;
 mod switched;
 pub(crate) mod table;
 mod thinned;
@@ -45,6 +46,7 @@ pub use response::ResponseReport;
 pub use spectrum::SpectrumReport;
 pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
+pub use sweep::{SweepReport, SweptDesign};
 pub use switched::SwitchedReport;
 
 /// What bounds are worth, as JSON says it.

@@ -1,13 +1,15 @@
-//! Machines: points, supports that move, damping of the whole and outputs, against answers to 34 digits.
+//! Machines: points, supports that move, damping of the whole, outputs and switches, against answers to 34 digits.
 //!
 //! `cargo test --release --test machines -- --nocapture` prints all errors.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use eigentone::gallery::{Case, Decimal, TrueSample, machines};
+use eigentone::gallery::{Case, Decimal, TrueSample, machines, switches};
 use eigentone::modes::{Bounds, Precision};
 use eigentone::response::{ResponsePlan, Trajectory, methods};
+use eigentone::scene::Scene;
+use eigentone::switching::{SwitchedMotion, Switching};
 
 /// What a bound may be exceeded by, for its error is measured in double-doubles.
 const MEASURED: f64 = 1.0 + 1e-12;
@@ -19,16 +21,18 @@ fn largest<'a>(values: impl IntoIterator<Item = &'a Decimal>) -> f64 {
 
 #[test]
 fn every_file_is_in_the_list() {
-    let names: Vec<&str> = machines().iter().map(Case::name).collect();
-    assert!(names.is_sorted());
-    for folder in ["scenes", "truth"] {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gallery/machines");
-        let files = std::fs::read_dir(root.join(folder)).expect("it is there");
-        let files: BTreeSet<String> = files
-            .map(|file| file.expect("it can be listed").path())
-            .map(|file| file.file_stem().expect("a name").display().to_string())
-            .collect();
-        assert_eq!(files, names.iter().map(|name| (*name).to_owned()).collect());
+    for (room, cases) in [("machines", machines()), ("switches", switches())] {
+        let names: Vec<&str> = cases.iter().map(Case::name).collect();
+        assert!(names.is_sorted());
+        for folder in ["scenes", "truth"] {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gallery");
+            let files = std::fs::read_dir(root.join(room).join(folder)).expect("it is there");
+            let files: BTreeSet<String> = files
+                .map(|file| file.expect("it can be listed").path())
+                .map(|file| file.file_stem().expect("a name").display().to_string())
+                .collect();
+            assert_eq!(files, names.iter().map(|name| (*name).to_owned()).collect());
+        }
     }
 }
 
@@ -144,6 +148,114 @@ fn motions_and_outputs_are_right_to_the_last_digits() {
             let off = errors(name, &truth.response, &found, f64::INFINITY);
             println!("{name}: {} {off:?}", method.name());
             assert!(off.iter().all(|off| *off <= 1e-11), "{name}: {off:?}");
+        }
+    }
+}
+
+fn switched(name: &str, scene: &Scene, precision: Precision) -> SwitchedMotion {
+    let problem = scene.problem().expect(name).expect(name).to(precision);
+    let switching = Switching::new(&problem, scene.switches()).expect(name);
+    switching
+        .run()
+        .unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// All events in their order, at their times, and the motion between, within bounds that say something.
+#[test]
+fn motions_with_switches_are_those_of_60_digits() {
+    for case in switches() {
+        let (name, scene, truth) = (case.name(), case.scene(), case.truth());
+        assert_eq!(truth.coordinates, scene.system().names(), "{name}");
+        let places = scene.switch_places();
+        for (precision, idle) in [(Precision::default(), 1.0), (Precision::Double, 1e3)] {
+            let motion = switched(name, &scene, precision);
+            let found = motion.events().iter();
+            let found: Vec<_> = found
+                .map(|event| (places[event.switch].as_str(), event.kind.to_string()))
+                .collect();
+            let wanted = truth.events.iter();
+            let wanted: Vec<_> = wanted
+                .map(|event| (event.element.as_str(), event.what.clone()))
+                .collect();
+            assert_eq!(found, wanted, "{name}");
+            for (event, wanted) in motion.events().iter().zip(&truth.events) {
+                let error = wanted.time.minus(event.time).abs();
+                assert!(
+                    error <= event.bound * MEASURED,
+                    "{name}: {event:?} {error:e}"
+                );
+                assert!(
+                    event.bound <= idle * 4.5e-16 * event.time,
+                    "{name}: {event:?}"
+                );
+            }
+            let trajectory = motion.trajectory();
+            let kinds: [(fn(&TrueSample) -> &Vec<Decimal>, _, _); 2] = [
+                (
+                    |sample| &sample.displacement,
+                    trajectory.displacement(),
+                    trajectory.displacement_bound(),
+                ),
+                (
+                    |sample| &sample.velocity,
+                    trajectory.velocity(),
+                    trajectory.velocity_bound(),
+                ),
+            ];
+            for (of, values, bounds) in kinds {
+                let size = largest(truth.response.iter().flat_map(of));
+                for sample in &truth.response {
+                    let k = sample.step as usize;
+                    let bound = bounds[k].expect("as events are few");
+                    assert!(
+                        bound <= idle * 5e-16 * size,
+                        "{name} {k}: {bound:e} of {size:e}"
+                    );
+                    for (i, wanted) in of(sample).iter().enumerate() {
+                        let error = wanted.minus(values[(i, k)]).abs();
+                        assert!(error <= bound * MEASURED, "{name} {k} {i}: {error:e}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn output_steps_change_neither_events_nor_motions() {
+    for case in switches() {
+        let name = case.name();
+        let own = case.scene_text();
+        let at = own.find("\"step\": 0.0").expect("a step") + 8;
+        let end = at + own[at..].find(' ').expect("an end");
+        let motions = ["0.0009765625", "0.03125", "0.25", "1.0"].map(|step| {
+            let text = format!("{}{step}{}", &own[..at], &own[end..]);
+            let scene = Scene::parse(&text, Path::new(name)).expect(name);
+            switched(name, &scene, Precision::default())
+        });
+        let [finest, others @ ..] = &motions;
+        for motion in others {
+            let kinds = |motion: &SwitchedMotion| {
+                let events = motion.events().iter();
+                events
+                    .map(|event| (event.switch, event.kind))
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(kinds(finest), kinds(motion), "{name}");
+            for (a, b) in finest.events().iter().zip(motion.events()) {
+                assert!(
+                    (a.time - b.time).abs() <= 1e-14 * a.time,
+                    "{name}: {a:?} {b:?}"
+                );
+            }
+            let ratio = (finest.trajectory().len() - 1) / (motion.trajectory().len() - 1);
+            let [fine, coarse] = [finest, motion].map(|motion| motion.trajectory().displacement());
+            for k in 0..coarse.ncols() {
+                for i in 0..coarse.nrows() {
+                    let off = (fine[(i, k * ratio)] - coarse[(i, k)]).abs();
+                    assert!(off <= 1e-14 * coarse[(i, k)].abs().max(1e-3), "{name} {k}");
+                }
+            }
         }
     }
 }

@@ -1,8 +1,10 @@
 //! The gallery: scenes with answers known to 34 digits, shared by tests, benches, checks and docs.
 //!
 //! The answers were computed in rigorous ball arithmetic from the exact values of each scene's
-//! doubles. A case is a pair of files in `tests/gallery`: `scenes/NAME.json` and
-//! `truth/NAME.json`, and of [machines] in `tests/gallery/machines`.
+//! doubles; those of scenes with switches by a simulation with 60 digits that finds events by
+//! bisection. A case is a pair of files in `tests/gallery`: `scenes/NAME.json` and
+//! `truth/NAME.json`, of [machines] in `tests/gallery/machines`, and of [switches] in
+//! `tests/gallery/switches`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -54,11 +56,15 @@ impl Case {
 pub struct Truth {
     /// The names of the coordinates, in order.
     pub coordinates: Vec<String>,
-    /// Every finite eigenvalue λ in 1/s, conjugates and repeats included.
+    /// Every finite eigenvalue λ in 1/s, conjugates and repeats included; none where the scene has switches.
+    #[serde(default)]
     pub eigenvalues: Vec<TrueEigenvalue>,
     /// The motion at some instants; empty where the scene asks for none.
     #[serde(default)]
     pub response: Vec<TrueSample>,
+    /// The events, by time, where the scene has switches.
+    #[serde(default)]
+    pub events: Vec<TrueEvent>,
 }
 
 /// A finite eigenvalue. One of multiplicity m is listed m times.
@@ -82,6 +88,18 @@ impl From<(Decimal, Decimal, usize)> for TrueEigenvalue {
             multiplicity,
         }
     }
+}
+
+/// An event of a motion with switches.
+#[derive(Clone, Debug, Deserialize)]
+#[non_exhaustive]
+pub struct TrueEvent {
+    /// In s.
+    pub time: Decimal,
+    /// The place of the switch in the scene.
+    pub element: String,
+    /// What happens.
+    pub what: String,
 }
 
 /// The motion at the instant `step` times the scene's `time.step`.
@@ -218,7 +236,18 @@ pub fn machines() -> &'static [Case] {
     ]
 }
 
-/// Every case but the [machines], in the order of their names.
+/// Scenes with switches, in the order of their names: their truths have motions and events, and no roots.
+pub fn switches() -> &'static [Case] {
+    cases!["gallery/switches":
+        "belt-stick-slip",
+        "friction-two-mass",
+        "hardening-stops",
+        "impact-two-mass",
+        "quarter-car-clipped",
+    ]
+}
+
+/// Every case but the [machines] and [switches], in the order of their names.
 ///
 /// ```
 /// use eigentone::gallery::cases;

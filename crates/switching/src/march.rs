@@ -265,7 +265,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 Switch::ControlledDamper(damper) => match damper.law {
                     DamperLaw::OnOffSkyhook => Phase::OnOff { body: 1, rate: 1 },
                     DamperLaw::ClippedSkyhook { .. } => Phase::Clipped {
-                        low: 1,
+                        low: -1,
                         high: -1,
                         rate: 1,
                     },

@@ -1461,6 +1461,19 @@ fn a_sweep_follows_roots_and_its_parts_are_the_whole() {
     assert_eq!(parts.concat(), whole);
     let table = printed(&[&["sweep", &scene], &vary[..]].concat());
     assert_eq!(table.lines().count(), 9);
+    let out = fresh("sweep-out");
+    let place = out.to_str().expect("a UTF-8 path");
+    ask(&["--out", place, "--metric", "damping"]);
+    let csv = fs::read_to_string(out.join("sweep.csv")).expect("a table");
+    assert_eq!(csv.lines().count(), 9);
+    assert!(
+        csv.starts_with("design,soil.stiffness,/masses/1/mass,damping,re 1,im 1,"),
+        "{csv}"
+    );
+    for plot in ["metric-1.svg", "roots.svg"] {
+        let plot = fs::read_to_string(out.join(plot)).expect("a plot");
+        assert!(plot.starts_with("<svg"), "{plot}");
+    }
     assert!(
         table.contains("soil.stiffness") && table.contains("3.00000e0"),
         "{table}"
@@ -1508,11 +1521,187 @@ fn metrics_of_a_sweep_are_those_of_closed_forms() {
     assert!(error(&[&vary[..], &["--shard", "3/2"]].concat()).contains("i from 1 to N"));
     assert!(
         error(&[&vary[..], &["--metric", "peak m"]].concat())
-            .contains("no metrics of motions in time")
+            .contains("design 0 (d.damping = 1.0): peak m: the scene has no `time`")
     );
     assert!(
         error(&[&vary[..], &["--metric", "gain m wall"]].concat())
             .contains("design 0 (d.damping = 1.0): gain m wall")
     );
     assert!(error(&["--vary", "m.mass=-1,1"]).contains("design 0 (m.mass = -1.0): masses[0].mass"));
+}
+
+/// A mass on a spring with an absorber of a twentieth of its mass, in units of so much mass, length and time; noise on it.
+fn absorber(folder: &Path, name: &str, mass: f64, length: f64, time: f64) -> String {
+    let file = folder.join(name);
+    let (stiffness, damping) = (mass / time.powi(2), mass / time);
+    let noise = (mass * length / time.powi(2)).powi(2) * time;
+    let text = format!(
+        r#"{{"masses": [{{"name": "m", "mass": {mass:?}}}, {{"name": "a", "mass": {:?}}}],
+        "springs": [{{"between": ["ground", "m"], "stiffness": {stiffness:?}}},
+                    {{"name": "absorber", "between": ["m", "a"], "stiffness": {:?}}}],
+        "dampers": [{{"name": "d", "between": ["m", "a"], "damping": {:?}}}],
+        "noise": [{{"on": "m", "force": {noise:?}}}]}}"#,
+        0.05 * mass,
+        0.04 * stiffness,
+        0.01 * damping
+    );
+    fs::write(&file, text).expect("it can be written");
+    file.to_str().expect("a UTF-8 path").to_owned()
+}
+
+#[test]
+fn the_best_absorber_is_that_of_closed_forms_in_any_units() {
+    let folder = fresh("optimise");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let mu: f64 = 0.05;
+    // H∞, exactly: Nishihara & Asami 2002. Frequency ratio and damping ratio of the absorber.
+    let r = f64::sqrt(4.0 + 3.0 * mu);
+    let many = 16.0 + 23.0 * mu + 9.0 * mu * mu + 2.0 * (2.0 + mu) * r;
+    let ratio =
+        2.0 / (1.0 + mu) * f64::sqrt(2.0 * many / (3.0 * (64.0 + 80.0 * mu + 27.0 * mu * mu)));
+    let zeta = f64::sqrt((8.0 + 9.0 * mu - 4.0 * r) / (1.0 + mu)) / 4.0;
+    // Den Hartog's fixed points are near.
+    assert!((ratio - 0.95238).abs() < 1e-5 && (zeta - 0.1336).abs() < 5e-4);
+    // H2 under a white force: Crandall & Mark 1963, Warburton 1982.
+    let ratio_2 = f64::sqrt((2.0 + mu) / 2.0) / (1.0 + mu);
+    let zeta_2 = f64::sqrt(mu * (4.0 + 3.0 * mu) / (8.0 * (1.0 + mu) * (2.0 + mu)));
+    let closed = [("gain m m", ratio, zeta), ("rms m", ratio_2, zeta_2)];
+    for (name, mass, length, time) in [
+        ("si.json", 1.0, 1.0, 1.0),
+        ("tonnes.json", 2.7e6, 1e3, 1.0),
+        ("micro.json", 3e-9, 1e-6, 1e-5),
+    ] {
+        let scene = absorber(&folder, name, mass, length, time);
+        let (k, c) = (mass / time.powi(2), mass / time);
+        let stiffness = format!("absorber.stiffness={:?}:{:?}", 0.01 * k, 0.1 * k);
+        let damping = format!("d.damping={:?}:{:?}", 0.001 * c, 0.1 * c);
+        for (metric, ratio, zeta) in closed {
+            let answer = printed(&[
+                "optimise",
+                &scene,
+                "--vary",
+                &stiffness,
+                "--vary",
+                &damping,
+                "--minimise",
+                metric,
+                "--json",
+            ]);
+            let answer: Value = serde_json::from_str(&answer).expect("JSON");
+            let number = |value: &Value| value.as_f64().expect("a number");
+            let parameters = &answer["parameters"];
+            let right = mu * ratio * ratio * k;
+            let error = number(&parameters["absorber.stiffness"]) / right - 1.0;
+            assert!(error.abs() < 1e-11, "{metric}: {answer}");
+            let right = 2.0 * zeta * mu * ratio * c;
+            let error = number(&parameters["d.damping"]) / right - 1.0;
+            assert!(error.abs() < 1e-11, "{metric}: {answer}");
+            let certificate = &answer["certificate"];
+            assert_eq!(certificate["local_optimum"], true, "{answer}");
+            assert!(number(&certificate["curvature"]) > 0.0);
+            assert_eq!(answer["metric"]["name"], metric);
+            if metric == "gain m m" {
+                assert_eq!(certificate["active"].as_array().map(Vec::len), Some(2));
+                assert!(number(&certificate["spread"]) < 1e-12);
+                let (r, mu) = (r, mu);
+                let square = (8.0 + 9.0 * mu).powi(2) * (16.0 + 9.0 * mu) - 128.0 * r.powi(3);
+                let right =
+                    f64::sqrt(square) / (3.0 * mu * f64::sqrt(32.0 + 27.0 * mu) * 3.0f64.sqrt());
+                let error = number(&answer["metric"]["value"]) * k / right - 1.0;
+                assert!(error.abs() < 1e-11, "{right} {answer}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_optimised_is_refused() {
+    let folder = fresh("optimise-refused");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = absorber(&folder, "si.json", 1.0, 1.0, 1.0);
+    let error = |more: &[&str]| refused(&[&["optimise", &scene], more].concat(), 2);
+    let gain = ["--minimise", "gain m m"];
+    let with = |vary: &str| error(&[&["--vary", vary], &gain[..]].concat());
+    for vary in [
+        "d.damping=1:1",
+        "d.damping=2:1",
+        "d.damping=nan:1",
+        "d.damping=1",
+        "d.damping=-1e308:1e308",
+    ] {
+        assert!(with(vary).contains("write PATH=lo:hi"), "{vary}");
+    }
+    assert!(with("d.dampin=1:2").contains("did you mean \"d.damping\"?"));
+    assert!(with("a.mass=-2:-1").contains("masses[1].mass"));
+    let vary = ["--vary", "d.damping=0.001:0.1"];
+    assert!(error(&vary).contains("--minimise"));
+    let both = ["--minimise", "damping", "--maximise", "damping"];
+    error(&[&vary[..], &both].concat());
+    let metric = |metric: &str| error(&[&vary[..], &["--minimise", metric]].concat());
+    assert!(metric("weight").contains("metrics are"));
+    assert!(metric("gain m wall").contains("wall"));
+    assert!(metric("peak m").contains("no `time`"));
+    assert!(metric("frequency 9").contains("only 2 modes"));
+    let nine: Vec<String> = (0..9).map(|i| format!("/x{i}=1:2")).collect();
+    let nine: Vec<&str> = nine.iter().flat_map(|vary| ["--vary", vary]).collect();
+    assert!(error(&[&nine[..], &gain].concat()).contains("no number"));
+}
+
+#[test]
+fn peaks_and_settling_of_a_sweep_lie_between_the_samples() {
+    let folder = fresh("sweep-motion");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("step.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [{"name": "s", "between": ["ground", "m"], "stiffness": 4}],
+        "dampers": [{"name": "d", "between": ["ground", "m"], "damping": 0.4}], "loads": [{"on": "m", "step": {"force": 8}}],
+        "outputs": [{"name": "pull", "force": "s"}], "time": {"end": 60, "step": 0.7}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let scene = file.to_str().expect("a UTF-8 path");
+    let lines = printed(&[
+        "sweep",
+        scene,
+        "--json",
+        "--vary",
+        "d.damping=0.4,1,2",
+        "--metric",
+        "peak m",
+        "--metric",
+        "peak pull",
+        "--metric",
+        "settling m",
+    ]);
+    for (line, c) in lines.lines().zip([0.4, 1.0, 2.0]) {
+        let line: Value = serde_json::from_str(line).expect("JSON");
+        let zeta: f64 = c / 4.0;
+        let over = 1.0 + f64::exp(-std::f64::consts::PI * zeta / f64::sqrt(1.0 - zeta * zeta));
+        let value = |metric: &str| line["metrics"][metric].as_f64().expect("a number");
+        assert!(
+            (value("peak m") / (2.0 * over) - 1.0).abs() < 1e-11,
+            "{line}"
+        );
+        assert!(
+            (value("peak pull") / (8.0 * over) - 1.0).abs() < 1e-11,
+            "{line}"
+        );
+        // At the last instant outside, the deviation is 2 % of the largest.
+        let (decay, turn) = (zeta * 2.0, 2.0 * f64::sqrt(1.0 - zeta * zeta));
+        let t = value("settling m");
+        let left = f64::exp(-decay * t) * (f64::cos(turn * t) + decay / turn * f64::sin(turn * t));
+        assert!((left.abs() - 0.02).abs() < 1e-8, "{line}: {left}");
+    }
+    let error = |metric: &str| {
+        refused(
+            &[
+                "sweep",
+                scene,
+                "--vary",
+                "d.damping=1,2",
+                "--metric",
+                metric,
+            ],
+            2,
+        )
+    };
+    assert!(error("peak wall").contains("wall"));
+    assert!(error("settling mm").contains("there is no mass"));
 }

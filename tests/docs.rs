@@ -292,8 +292,16 @@ fn formulas_are_numbered_and_tested() {
 
 /// What a command line prints, run in this folder.
 fn printed_by(command: &str, folder: &Path) -> String {
-    let mut words = command.split(' ');
-    assert_eq!(words.next(), Some("eigentone"), "{command}");
+    // What stands between quotes is one word.
+    let parts = command.split('"').enumerate();
+    let words: Vec<&str> = parts
+        .flat_map(|(k, part)| match k % 2 {
+            0 => part.split_whitespace().collect(),
+            _ => vec![part],
+        })
+        .collect();
+    let (first, words) = words.split_first().expect("a command");
+    assert_eq!(*first, "eigentone", "{command}");
     let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
         .current_dir(folder)
         .args(words)

@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 35] = [
+const CASES: [(&str, &str); 37] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -42,7 +42,9 @@ const CASES: [(&str, &str); 35] = [
     ("", "spectrum record.csv --step 0"),
     ("Campbell", "campbell S --speeds 2,1"),
     ("", "campbell S --speeds 1:2"),
-    ("Sweep", "sweep S --vary m.mas=1:2:3"),
+    ("Study", "sweep S --vary m.mas=1:2:3"),
+    ("Study", "optimise S --vary m.mass=-2:-1 --minimise damping"),
+    ("", "optimise S --vary m.mass=2:1 --minimise damping"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

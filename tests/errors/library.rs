@@ -4,7 +4,7 @@ use eigentone::check::{
     ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
     UniformChain,
 };
-use eigentone::design::{Campbell, Grid, Range};
+use eigentone::design::{Campbell, Grid, Range, minimise};
 use eigentone::modes::{
     Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
     Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
@@ -24,8 +24,9 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 26] = [
+pub const ENUMS: [(&str, &str); 27] = [
     ("crates/design/src/campbell.rs", "CampbellError"),
+    ("crates/design/src/minimax.rs", "OptimumError"),
     ("crates/design/src/range.rs", "RangeError"),
     ("crates/design/src/grid.rs", "GridError"),
     ("crates/design/src/follower.rs", "FollowError"),
@@ -256,6 +257,9 @@ fn design_errors(listing: &mut Listing) {
         Campbell::of(&disc).given_at(0.0).over(&[0.0, 1.0]);
         Campbell::of(&rotor([1.0, 1.0], 1e300)).over(&[0.0, 1e10]);
         Campbell::of(&rotor([1.0, 0.0], 0.5)).over(&[0.0, 1.0]);
+        minimise(&[], |_| None);
+        minimise(&[(2.0, 1.0)], |_| None);
+        minimise(&[(1.0, 2.0)], |_| None);
     }
 }
 

@@ -4,14 +4,18 @@
 //! A [`Grid`] numbers the designs of one or several [`Range`]s, and its parts. A [`Follower`] keeps every root at one place
 //! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis. [`Campbell`] follows the modes of a
 //! rotor along its speed, and encloses its critical speeds.
+//! [`minimise`] finds where the largest of several functions is least, and shows that it is.
 //! Nothing here prints or reads files.
 
 mod campbell;
 mod follower;
 mod grid;
+mod minimax;
+mod programme;
 mod range;
 
 pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
 pub use follower::{FollowError, Followed, Follower};
 pub use grid::{Grid, GridError};
+pub use minimax::{Optimum, OptimumError, Piece, minimise};
 pub use range::{Range, RangeError};

@@ -109,7 +109,7 @@ pub enum Failure {
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
     #[error("{}: {message}", scene.display())]
-    Sweep { scene: PathBuf, message: String },
+    Study { scene: PathBuf, message: String },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
     OverScene { file: PathBuf },
     #[error("{}: cannot be written: {error}", file.display())]
@@ -217,7 +217,7 @@ impl Failure {
             | Failure::Record(_)
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
-            | Failure::Sweep { .. }
+            | Failure::Study { .. }
             | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
             Failure::Campbell { error, .. } => match error {

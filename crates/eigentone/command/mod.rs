@@ -10,12 +10,14 @@ mod frf;
 mod interrupt;
 mod memory;
 mod modes;
+mod optimise;
 mod progress;
 mod random;
 mod response;
 mod selection;
 mod spectrum;
 mod stability;
+mod study;
 mod sweep;
 mod tables;
 
@@ -47,6 +49,7 @@ enum Command {
     Spectrum(spectrum::Spectrum),
     Campbell(campbell::Campbell),
     Sweep(sweep::Sweep),
+    Optimise(optimise::Optimise),
     Export(export::Export),
     Check(check::Check),
     Stability(stability::Stability),
@@ -66,6 +69,7 @@ impl Cli {
             Command::Spectrum(command) => command.run(),
             Command::Campbell(command) => command.run(),
             Command::Sweep(command) => command.run(),
+            Command::Optimise(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),

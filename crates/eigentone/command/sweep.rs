@@ -1,18 +1,17 @@
 //! `eigentone sweep SCENE --vary PATH=RANGE … [--metric M]… [--shard i/N] [--json]`.
 
-use std::fs;
 use std::path::PathBuf;
-use std::slice::from_ref;
-use std::str::FromStr;
 
 use clap::Args;
-use eigentone::design::{FollowError, Follower, Grid, Range};
-use eigentone::modes::{Modes, Precision, System};
-use eigentone::response::{LargestGain, peak_grid};
+use eigentone::design::{FollowError, Followed, Follower, Grid, Range};
+use eigentone::modes::{Modes, System};
+use eigentone::report::{SweepReport, SweptDesign};
 use eigentone::scene::Scene;
 use serde_json::Value;
 
-use super::frf::asked;
+use super::files::Files;
+use super::progress::Progress;
+use super::study::{METRICS, Metric, Varied, object};
 use super::{Accuracy, Failure, print, tell_switches, tolerance};
 
 /// Varies numbers of the scene: eigenvalues and metrics of each design
@@ -23,8 +22,7 @@ pub struct Sweep {
     /// What varies: NAME.key or a JSON Pointer, and FROM:TO:COUNT, FROM:TO:COUNT:log or values with commas between
     #[arg(long, required = true, value_name = "PATH=RANGE", value_parser = varied)]
     vary: Vec<(String, Range)>,
-    /// "damping", "frequency K", "gain FROM TO" or "rms NAME"
-    #[arg(long, value_name = "METRIC")]
+    #[arg(long, value_name = "METRIC", help = METRICS)]
     metric: Vec<Metric>,
     /// Only part i of N, from 1
     #[arg(long, value_name = "i/N", value_parser = shard)]
@@ -32,6 +30,9 @@ pub struct Sweep {
     /// Print one JSON object for each design with every digit
     #[arg(long)]
     json: bool,
+    /// Write all designs into this directory, as CSV, with plots of the metrics and of the roots
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Plain doubles, or more digits where bounds demand it
     #[arg(long, value_enum, default_value_t = super::Precision::Double)]
     precision: super::Precision,
@@ -40,57 +41,18 @@ pub struct Sweep {
     tolerance: Option<f64>,
 }
 
-/// What is told of a design.
-#[derive(Clone, Debug)]
-struct Metric {
-    text: String,
-    kind: Kind,
-}
-
-#[derive(Clone, Debug)]
-enum Kind {
-    Damping,
-    Frequency(usize),
-    Gain(String, String),
-    Rms(String),
-}
-
-impl FromStr for Metric {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Metric, String> {
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let kind = match words[..] {
-            ["damping"] => Kind::Damping,
-            ["frequency", k] => match k.parse() {
-                Ok(k) if k >= 1 => Kind::Frequency(k),
-                _ => return Err("the modes of \"frequency K\" count from 1".to_owned()),
-            },
-            ["gain", from, to] => Kind::Gain(from.to_owned(), to.to_owned()),
-            ["rms", name] => Kind::Rms(name.to_owned()),
-            ["peak" | "settling", ..] => {
-                return Err("a sweep has no metrics of motions in time yet: take \"damping\", \"frequency K\", \"gain FROM TO\" or \"rms NAME\"".to_owned());
-            }
-            _ => {
-                return Err(
-                    "metrics are \"damping\", \"frequency K\", \"gain FROM TO\" and \"rms NAME\""
-                        .to_owned(),
-                );
-            }
-        };
-        let text = words.join(" ");
-        Ok(Metric { text, kind })
-    }
-}
-
-/// The scene with its varied numbers.
+/// The designs, and what is asked of them.
 struct Study<'a> {
     sweep: &'a Sweep,
-    precision: Precision,
+    varied: Varied,
     grid: Grid,
-    value: Value,
-    /// A JSON Pointer for each range.
-    pointers: Vec<String>,
+}
+
+/// What a step to a design has found.
+struct Reached {
+    scene: Scene,
+    modes: Modes,
+    followed: Followed,
 }
 
 impl Sweep {
@@ -99,23 +61,9 @@ impl Sweep {
             precision: self.precision,
             tolerance: self.tolerance,
         };
-        let precision = accuracy.precision()?;
-        let scene = Scene::read(&self.scene)?;
-        let refuse = |message: String| Failure::Sweep {
-            scene: self.scene.clone(),
-            message,
-        };
-        let text = fs::read_to_string(&self.scene).map_err(|error| refuse(error.to_string()))?;
-        let value: Value = serde_json::from_str(text.trim_start_matches('\u{feff}'))
-            .map_err(|error| refuse(error.to_string()))?;
-        let mut pointers: Vec<String> = Vec::new();
-        for (path, _) in &self.vary {
-            let pointer = pointer(&value, path).map_err(refuse)?;
-            if pointers.contains(&pointer) {
-                return Err(refuse(format!("--vary {path}: this number varies already")));
-            }
-            pointers.push(pointer);
-        }
+        let names = self.vary.iter().map(|(path, _)| path.as_str());
+        let (scene, varied) = Varied::read(&self.scene, accuracy.precision()?, names)?;
+        let refuse = |message: String| varied.refuse(message);
         let ranges = self.vary.iter().map(|(_, range)| range.clone());
         let grid = Grid::new(ranges.collect()).map_err(|error| refuse(error.to_string()))?;
         let (part, parts) = self.shard.unwrap_or((1, 1));
@@ -124,69 +72,101 @@ impl Sweep {
         tell_switches(&self.scene, &scene);
         let study = Study {
             sweep: &self,
-            precision,
+            varied,
             grid,
-            value,
-            pointers,
         };
-        study.run(designs)
+        let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
+        let name = name.to_string_lossy();
+        study.run(designs, scene.title().unwrap_or(&name))
     }
 }
 
 impl Study<'_> {
-    fn run(&self, designs: std::ops::Range<u64>) -> Result<(), Failure> {
+    fn run(&self, designs: std::ops::Range<u64>, title: &str) -> Result<(), Failure> {
         let mut trail: Vec<(u64, Follower)> = Vec::new();
-        for index in designs.clone() {
-            let line = self.line(index, index == designs.start, &mut trail)?;
+        let mut all: Vec<SweptDesign> = Vec::new();
+        let (start, count) = (designs.start, designs.end - designs.start);
+        let progress = Progress::of("designs");
+        for index in designs {
+            let design = self.design(index, &mut trail)?;
+            let line = self.line(&design, index == start);
             print(|out| out.write_all(line.as_bytes()))?;
+            progress.say(&format!("design {} of {count}", index - start + 1));
+            if self.sweep.out.is_some() {
+                all.push(design);
+            }
         }
-        Ok(())
+        drop(progress);
+        let Some(directory) = &self.sweep.out else {
+            return Ok(());
+        };
+        let parameters: Vec<&str> = self.varied.names().collect();
+        let metrics = self.sweep.metric.iter().map(|metric| metric.text.as_str());
+        let metrics: Vec<&str> = metrics.collect();
+        let report = SweepReport {
+            title,
+            parameters: &parameters,
+            metrics: &metrics,
+            designs: &all,
+        };
+        let mut files = Files::into(directory)?.beside(&self.sweep.scene);
+        files.write("sweep.csv", |out| report.csv(out))?;
+        for (name, plot) in report.plots() {
+            files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
+        }
+        files.keep()
     }
 
-    /// What is printed of a design, a header before the first of a table.
-    fn line(
-        &self,
-        index: u64,
-        is_first: bool,
-        trail: &mut Vec<(u64, Follower)>,
-    ) -> Result<String, Failure> {
+    /// A design, followed from those before it.
+    fn design(&self, index: u64, trail: &mut Vec<(u64, Follower)>) -> Result<SweptDesign, Failure> {
         let values = self.grid.design(index).unwrap_or_default();
         let named = |message: String| self.failure(&values, index, &message);
-        self.follow(index, trail)?;
+        let reached = self.follow(index, trail)?;
         let roots = match trail.last() {
             Some((_, follower)) => follower.roots(),
             None => &[],
         };
         let mut metrics = Vec::new();
-        if !self.sweep.metric.is_empty() {
-            let (scene, modes) = self.solve(&values).map_err(named)?;
-            for metric in &self.sweep.metric {
-                let told = self.measure(&metric.kind, &scene, &modes);
-                let told = told.map_err(|why| named(format!("{}: {why}", metric.text)))?;
-                metrics.push(told.filter(|value| value.is_finite()));
-            }
+        for metric in &self.sweep.metric {
+            let (scene, modes) = (&reached.scene, &reached.modes);
+            let told = self.varied.measure(&metric.kind, scene, modes);
+            let told = told.map_err(|why| named(format!("{}: {why}", metric.text)))?;
+            metrics.push(told.filter(|value| value.is_finite()));
         }
-        let names = self.sweep.vary.iter().map(|(path, _)| path.as_str());
-        let parameters = names.zip(values.iter().map(|value| Some(*value)));
+        Ok(SweptDesign {
+            index,
+            roots: roots.iter().map(|root| [root.re, root.im]).collect(),
+            metrics,
+            is_doubtful: reached.followed == Followed::Doubtful,
+            values,
+        })
+    }
+
+    /// What is printed of a design, a header before the first of a table.
+    fn line(&self, design: &SweptDesign, is_first: bool) -> String {
+        let (index, roots) = (design.index, &design.roots);
+        let values = design.values.iter().map(|value| Some(*value));
+        let parameters = self.varied.names().zip(values);
         let texts = self.sweep.metric.iter().map(|metric| metric.text.as_str());
-        let metrics = texts.zip(metrics);
+        let metrics = texts.zip(design.metrics.iter().copied());
+        let is_doubtful = design.is_doubtful;
         if self.sweep.json {
-            let roots: Vec<[f64; 2]> = roots.iter().map(|root| [root.re, root.im]).collect();
-            let roots = Value::from(
-                roots
-                    .iter()
-                    .map(|root| Value::from(root.to_vec()))
-                    .collect::<Vec<_>>(),
-            );
-            return Ok(format!(
-                "{{\"index\": {index}, \"parameters\": {}, \"eigenvalues\": {roots}, \"metrics\": {}}}\n",
+            let roots = roots.iter().map(|root| Value::from(root.to_vec()));
+            let roots = Value::from(roots.collect::<Vec<_>>());
+            let doubtful = if is_doubtful {
+                ", \"doubtful\": true"
+            } else {
+                ""
+            };
+            return format!(
+                "{{\"index\": {index}, \"parameters\": {}, \"eigenvalues\": {roots}{doubtful}, \"metrics\": {}}}\n",
                 object(parameters),
                 object(metrics)
-            ));
+            );
         }
         let roots = roots.iter().enumerate().flat_map(|(i, root)| {
             let header = |part: &str| format!("{part} {}", i + 1);
-            [(header("re"), Some(root.re)), (header("im"), Some(root.im))]
+            [(header("re"), Some(root[0])), (header("im"), Some(root[1]))]
         });
         let owned = |(name, value): (&str, Option<f64>)| (name.to_owned(), value);
         let cells = parameters.map(owned).chain(metrics.map(owned)).chain(roots);
@@ -197,21 +177,29 @@ impl Study<'_> {
             head += &format!("  {name:>width$}");
             line += &format!("  {value:>width$}");
         }
-        Ok(match is_first {
+        if is_doubtful {
+            line += "  places doubtful";
+        }
+        match is_first {
             true => format!("{head}\n{line}\n"),
             false => format!("{line}\n"),
-        })
+        }
     }
 
     /// Puts the roots of a design at the end of the trail, which keeps those that others are followed from.
-    fn follow(&self, index: u64, trail: &mut Vec<(u64, Follower)>) -> Result<(), Failure> {
+    fn follow(&self, index: u64, trail: &mut Vec<(u64, Follower)>) -> Result<Reached, Failure> {
         let values = self.grid.design(index).unwrap_or_default();
         let named = |message: String| self.failure(&values, index, &message);
         let Some(before) = self.grid.before(index) else {
-            let (scene, modes) = self.solve(&values).map_err(named)?;
+            let (scene, modes) = self.varied.solve(&values).map_err(named)?;
             let follower = Follower::at(scene.system(), &modes);
             trail.push((index, follower.map_err(|error| named(error.to_string()))?));
-            return Ok(());
+            let followed = Followed::Surely;
+            return Ok(Reached {
+                scene,
+                modes,
+                followed,
+            });
         };
         while trail.last().is_some_and(|(known, _)| *known > before) {
             trail.pop();
@@ -219,12 +207,12 @@ impl Study<'_> {
         if trail.last().is_none_or(|(known, _)| *known < before) {
             self.follow(before, trail)?;
         }
-        let Some((_, follower)) = trail.last() else {
-            return Ok(()); // the call above has put it there
+        let mut follower = match trail.last() {
+            Some((_, follower)) => follower.clone(),
+            None => return Err(named("there is nothing to follow from".to_owned())), // the call above has put it there
         };
-        let mut follower = follower.clone();
         let start = self.grid.design(before).unwrap_or_default();
-        let mut why = None;
+        let (mut why, mut goal) = (None, None);
         let followed = follower.advance(|t| {
             let at = |(from, to): (&f64, &f64)| {
                 if t == 1.0 {
@@ -234,118 +222,44 @@ impl Study<'_> {
                 }
             };
             let between: Vec<f64> = start.iter().zip(&values).map(at).collect();
-            let solved: Result<(Scene, Modes), String> = self.solve(&between);
-            match solved {
-                Ok((scene, modes)) => Some((System::clone(scene.system()), modes)),
+            match self.varied.solve(&between) {
+                Ok((scene, modes)) => {
+                    let answer = (System::clone(scene.system()), modes.clone());
+                    if t == 1.0 {
+                        goal = Some((scene, modes));
+                    }
+                    Some(answer)
+                }
                 Err(message) => {
                     why.get_or_insert(message);
                     None
                 }
             }
         });
-        if let Err(error) = followed {
-            let message = match (error, why) {
-                (FollowError::NoDesign, Some(why)) => why,
-                (error, _) => error.to_string(),
-            };
-            return Err(named(message));
-        }
+        let (followed, (scene, modes)) = match (followed, goal, why) {
+            (Ok(followed), Some(goal), _) => (followed, goal),
+            (Err(FollowError::NoDesign), _, Some(why)) => return Err(named(why)),
+            (Err(error), ..) => return Err(named(error.to_string())),
+            (Ok(_), None, _) => return Err(named(FollowError::NoDesign.to_string())),
+        };
         // Along one range nothing more is followed from the design before.
         let step = self.grid.before(before).map(|earlier| before - earlier);
         if step == Some(index - before) {
             trail.pop();
         }
         trail.push((index, follower));
-        Ok(())
-    }
-
-    fn solve(&self, values: &[f64]) -> Result<(Scene, Modes), String> {
-        let mut value = self.value.clone();
-        for (pointer, number) in self.pointers.iter().zip(values) {
-            if let Some(place) = value.pointer_mut(pointer) {
-                *place = Value::from(*number);
-            }
-        }
-        let file = &self.sweep.scene;
-        let scene = Scene::parse(&value.to_string(), file).map_err(|error| {
-            let message = error.to_string();
-            // Lines and columns are not those of the file.
-            let place = format!("{}:", file.display());
-            let rest = message
-                .strip_prefix(&place)
-                .and_then(|rest| rest.split_once(": "));
-            rest.map_or(message.clone(), |(_, rest)| rest.to_owned())
-        })?;
-        let modes = scene.system().modes_to(self.precision);
-        let modes = modes.map_err(|error| error.to_string())?;
-        Ok((scene, modes))
-    }
-
-    /// A metric, or `None` where it is infinite or not known.
-    fn measure(&self, kind: &Kind, scene: &Scene, modes: &Modes) -> Result<Option<f64>, String> {
-        match kind {
-            Kind::Damping => {
-                if modes.eigenvalues().iter().any(|root| root.is_doubtful()) {
-                    return Ok(None);
-                }
-                let roots = modes.into_iter().map(|mode| mode.eigenvalue().value);
-                let ratios = roots
-                    .filter(|root| root.norm() > 0.0)
-                    .map(|root| -root.re / root.norm());
-                Ok(ratios.reduce(f64::min))
-            }
-            Kind::Frequency(k) => match modes.into_iter().nth(k - 1) {
-                Some(mode) => Ok(Some(mode.natural_frequency().radians_per_second())),
-                None => Err(format!(
-                    "there are only {} modes",
-                    modes.into_iter().count()
-                )),
-            },
-            Kind::Gain(from, to) => {
-                let grid = peak_grid(scene.system(), modes, scene.loss_factors());
-                let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
-                let features = asked.features(&grid).map_err(|error| error.to_string())?;
-                let gain = features
-                    .first()
-                    .and_then(|features| features.largest_gain());
-                Ok(match gain {
-                    Some(LargestGain::Unbounded { .. }) | None => None,
-                    Some(LargestGain::Finite { gain, .. }) => Some(gain),
-                })
-            }
-            Kind::Rms(name) => {
-                if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
-                    return Err("a spring with a `loss_factor` has no force in time".to_owned());
-                }
-                let noise = scene.noise().ok_or("the scene has no `noise`")?;
-                let motion = noise.solve().map_err(|error| error.to_string())?;
-                let mut all = motion.outputs().iter().chain(motion.displacement());
-                let found = all.find(|of| of.name == *name);
-                let found =
-                    found.ok_or_else(|| format!("there is no output, mass or point {name:?}"))?;
-                Ok(found.rms.finite().map(|(value, _)| value))
-            }
-        }
+        Ok(Reached {
+            scene,
+            modes,
+            followed,
+        })
     }
 
     fn failure(&self, values: &[f64], index: u64, message: &str) -> Failure {
-        let paths = self.sweep.vary.iter().map(|(path, _)| path);
-        let design = paths
-            .zip(values)
-            .map(|(path, value)| format!("{path} = {value:?}"));
-        let design: Vec<String> = design.collect();
-        Failure::Sweep {
-            scene: self.sweep.scene.clone(),
-            message: format!("design {index} ({}): {message}", design.join(", ")),
-        }
+        let design = self.varied.told(values);
+        let message = format!("design {index} ({design}): {message}");
+        self.varied.refuse(message)
     }
-}
-
-/// A JSON object in the order given.
-fn object<'a>(entries: impl Iterator<Item = (&'a str, Option<f64>)>) -> String {
-    let entries =
-        entries.map(|(name, value)| format!("{}: {}", Value::from(name), Value::from(value)));
-    format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
 }
 
 fn varied(text: &str) -> Result<(String, Range), String> {
@@ -362,40 +276,4 @@ fn shard(text: &str) -> Result<(u64, u64), String> {
         .and_then(|(part, parts)| Some((part.parse().ok()?, parts.parse().ok()?)));
     let parts = parts.filter(|(part, parts)| (1..=*parts).contains(part));
     parts.ok_or_else(|| "write i/N with i from 1 to N, as 2/5".to_owned())
-}
-
-/// The place of a number of the scene as a JSON Pointer.
-fn pointer(scene: &Value, path: &str) -> Result<String, String> {
-    let is_number = |pointer: &str| scene.pointer(pointer).is_some_and(Value::is_number);
-    if path.starts_with('/') {
-        return match is_number(path) {
-            true => Ok(path.to_owned()),
-            false => Err(format!("--vary {path}: no number of the scene is there")),
-        };
-    }
-    let mut known = Vec::new();
-    let lists = scene.as_object().into_iter().flatten();
-    for (list, items) in lists {
-        for (i, item) in items.as_array().into_iter().flatten().enumerate() {
-            let Some(name) = item.get("name").and_then(Value::as_str) else {
-                continue;
-            };
-            let numbers = item.as_object().into_iter().flatten();
-            for (key, _) in numbers.filter(|(_, value)| value.is_number()) {
-                known.push((format!("{name}.{key}"), format!("/{list}/{i}/{key}")));
-            }
-        }
-    }
-    if let Some((_, pointer)) = known.iter().find(|(name, _)| name == path) {
-        return Ok(pointer.clone());
-    }
-    let distance = |name: &str| strsim::osa_distance(name, path);
-    let nearest = known.iter().min_by_key(|(name, _)| distance(name));
-    let hint = match nearest {
-        Some((name, _)) if 3 * distance(name) <= path.len() => format!("did you mean {name:?}?"),
-        _ => "write NAME.key of an element with that number, or a JSON Pointer, as /springs/0/stiffness".to_owned(),
-    };
-    Err(format!(
-        "--vary {path}: no number of the scene has this name: {hint}"
-    ))
 }

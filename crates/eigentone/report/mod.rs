@@ -24,6 +24,7 @@ mod spectrum;
 mod stability;
 mod state_space;
 mod steady_state;
+mod sweep;
 mod switched;
 pub(crate) mod table;
 mod thinned;
@@ -47,6 +48,7 @@ pub use response::ResponseReport;
 pub use spectrum::SpectrumReport;
 pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
+pub use sweep::{SweepReport, SweptDesign};
 pub use switched::SwitchedReport;
 
 /// What bounds are worth, as JSON says it.

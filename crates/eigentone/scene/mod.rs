@@ -28,6 +28,7 @@ pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
 pub use record::{MAX_RECORD_BYTES, RecordError, read_record};
+pub use words::hint;
 
 /// A scene that has been read and checked.
 #[derive(Clone, Debug)]

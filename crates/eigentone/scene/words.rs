@@ -11,7 +11,8 @@ pub(super) fn excerpt(text: &str) -> String {
 
 /// What may have been meant by an unknown word: the known one nearest to it if one is near, or all
 /// of them.
-pub(super) fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
+#[must_use]
+pub fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
     const SHOWN: usize = 12;
     if let Some(near) = nearest(word, known) {
         return format!("did you mean {:?}?", excerpt(near));

@@ -1,0 +1,771 @@
+//! The least maximum of several smooth functions within limits.
+//!
+//! Starts spread over the limits (Halton 1960) lead to local searches by sequential quadratic programming with a trust region
+//! (Madsen 1975, *An algorithm for minimax solution of overdetermined systems*; Hald & Madsen 1981): each step minimises
+//! max_j f_j + g_jᵀd + ½dᵀBd, where B is the curvature of the functions as the multipliers weigh them. The last steps take
+//! derivatives of eighth order, so that the point is as good as the functions' digits. Where functions are not smooth, meshes
+//! that become finer go on (Audet & Dennis 2006).
+
+use faer::Mat;
+use thiserror::Error;
+
+use crate::programme::{Programme, Step};
+
+/// A function at a point. What is minimised is the largest value of all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// What tells it from the others where there are several, such as the logarithm of a frequency: continuous along the
+    /// parameters.
+    pub place: f64,
+    /// Its value.
+    pub value: f64,
+}
+
+/// Where the largest function is least, and what shows it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Optimum {
+    /// The parameters.
+    pub point: Vec<f64>,
+    /// The largest function there.
+    pub value: f64,
+    /// The functions that are equally large there, with the weights by which their gradients cancel.
+    pub active: Vec<(Piece, f64)>,
+    /// How far the active functions are from equal, in parts of the largest.
+    pub spread: f64,
+    /// The length of what is left of the weighted gradients, those at limits left out, in parts of the largest gradient.
+    /// Infinite where no derivatives could be had.
+    pub gradient: f64,
+    /// The least curvature along which the active functions stay equal, in parts of the value and of the squared ranges of the
+    /// parameters; `None` where they leave no direction, and where there are no derivatives.
+    pub curvature: Option<f64>,
+    /// Which parameters are at a limit of their range: −1 at the lower one, 1 at the upper one, 0 between.
+    pub limits: Vec<i8>,
+    /// What other starts have led to, the least first; this optimum is not among them.
+    pub others: Vec<f64>,
+    /// How many points have been evaluated.
+    pub evaluations: usize,
+}
+
+impl Optimum {
+    /// Whether derivatives show a local minimum: the gradients cancel with weights that are not negative, and what is left
+    /// curves upwards.
+    pub fn is_shown(&self) -> bool {
+        const NOTHING: f64 = 1e-6;
+        let curved = self.curvature.is_none_or(|curvature| curvature > 0.0);
+        self.gradient <= NOTHING && self.spread <= NOTHING && curved
+    }
+}
+
+/// Why there is no optimum.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum OptimumError {
+    /// Too many parameters, or none.
+    #[error("there are {count} parameters: give 1 to {MOST}")]
+    Count {
+        /// How many.
+        count: usize,
+    },
+    /// Limits that leave nothing between them.
+    #[error("{low:?} to {high:?} is no range: give two finite numbers, the lower one first")]
+    Limits {
+        /// The first.
+        low: f64,
+        /// The second.
+        high: f64,
+    },
+    /// The functions have no value anywhere.
+    #[error("no value is finite at any of {tried} points within the limits")]
+    Nowhere {
+        /// How many.
+        tried: usize,
+    },
+}
+
+/// The most parameters.
+const MOST: usize = 8;
+
+const PRIMES: [usize; MOST] = [2, 3, 5, 7, 11, 13, 17, 19];
+
+/// Parameters with a ratio of limits beyond this vary by ratios.
+const WIDE: f64 = 10.0;
+
+/// Finds the least maximum within limits. `pieces` gives the functions at a point, or `None` where there are none; they may come in
+/// any order and number.
+///
+/// ```
+/// use eigentone_design::{Piece, minimise};
+///
+/// // The kink of two parabolas.
+/// let optimum = minimise(&[(-3.0, 4.0)], |x| {
+///     let values = [(0.0, x[0] * x[0]), (1.0, (x[0] - 2.0) * (x[0] - 2.0))];
+///     Some(values.map(|(place, value)| Piece { place, value }).to_vec())
+/// })?;
+/// assert!((optimum.point[0] - 1.0).abs() < 1e-12);
+/// assert_eq!(optimum.active.len(), 2);
+/// assert!(optimum.is_shown());
+/// # Ok::<(), eigentone_design::OptimumError>(())
+/// ```
+///
+/// # Errors
+/// [`OptimumError`].
+pub fn minimise(
+    limits: &[(f64, f64)],
+    pieces: impl FnMut(&[f64]) -> Option<Vec<Piece>>,
+) -> Result<Optimum, OptimumError> {
+    let n = limits.len();
+    if !(1..=MOST).contains(&n) {
+        return Err(OptimumError::Count { count: n });
+    }
+    for &(low, high) in limits {
+        if !(low < high && (high - low).is_finite()) {
+            return Err(OptimumError::Limits { low, high });
+        }
+    }
+    let mut search = Search {
+        limits,
+        pieces,
+        evaluations: 0,
+    };
+    let starts = search.starts();
+    let tried = search.evaluations;
+    let mut found: Vec<Station> = Vec::new();
+    for start in starts {
+        found.push(search.descend(start));
+    }
+    found.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    let mut found = found.into_iter();
+    let best = found.next().ok_or(OptimumError::Nowhere { tried })?;
+    let mut optimum = search.finish(best);
+    if !optimum.is_shown() {
+        let here = search.station(search.inside(&optimum.point));
+        if let Some(here) = here {
+            let meshed = search.mesh(here);
+            let next = search.descend(meshed);
+            let next = search.finish(next);
+            if next.value < optimum.value || next.is_shown() && next.value <= optimum.value {
+                optimum = next;
+            }
+        }
+    }
+    optimum.others = found.map(|station| station.worst()).collect();
+    optimum.evaluations = search.evaluations;
+    Ok(optimum)
+}
+
+struct Search<'a, F> {
+    limits: &'a [(f64, f64)],
+    pieces: F,
+    evaluations: usize,
+}
+
+/// A point in parts of the ranges, and the functions there.
+#[derive(Clone, Debug)]
+struct Station {
+    at: Vec<f64>,
+    pieces: Vec<Piece>,
+}
+
+impl Station {
+    fn worst(&self) -> f64 {
+        let values = self.pieces.iter().map(|piece| piece.value);
+        values.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+/// The functions that have derivatives at a point.
+struct Derivatives {
+    pieces: Vec<Piece>,
+    gradients: Vec<Vec<f64>>,
+    curvatures: Vec<Mat<f64>>,
+}
+
+impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
+    /// Parameters from parts of the ranges.
+    fn outside(&self, at: &[f64]) -> Vec<f64> {
+        let each = self.limits.iter().zip(at);
+        let each = each.map(|(&(low, high), &u)| match u {
+            0.0 => low,
+            1.0 => high,
+            _ if low > 0.0 && high / low > WIDE => low * (u * (high / low).ln()).exp(),
+            _ => low + u * (high - low),
+        });
+        each.collect()
+    }
+
+    fn inside(&self, point: &[f64]) -> Vec<f64> {
+        let each = self.limits.iter().zip(point);
+        let each = each.map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
+            true => (x / low).ln() / (high / low).ln(),
+            false => (x - low) / (high - low),
+        });
+        each.map(|u| u.clamp(0.0, 1.0)).collect()
+    }
+
+    fn station(&mut self, at: Vec<f64>) -> Option<Station> {
+        self.evaluations += 1;
+        let point = self.outside(&at);
+        let pieces = (self.pieces)(&point)?;
+        let known = !pieces.is_empty() && pieces.iter().all(|piece| piece.value.is_finite());
+        known.then_some(Station { at, pieces })
+    }
+
+    /// The best points of a sequence that fills the limits, apart from each other.
+    fn starts(&mut self) -> Vec<Station> {
+        /// So many points for each parameter.
+        const POINTS: usize = 40;
+        /// Searches go out from so many.
+        const SEARCHES: usize = 8;
+        let n = self.limits.len();
+        // Twice the share of each point: those nearer to a better one are taken to lead where it does (Rinnooy Kan & Timmer 1987).
+        let apart = (2.0 / (POINTS * n) as f64).powf(1.0 / n as f64);
+        let mut all: Vec<Station> = Vec::new();
+        for index in 1..=POINTS * n {
+            let at = PRIMES[..n].iter().map(|base| halton(index, *base));
+            all.extend(self.station(at.collect()));
+        }
+        all.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+        let mut kept: Vec<Station> = Vec::new();
+        for station in all {
+            let far = |other: &Station| {
+                let parts = station.at.iter().zip(&other.at);
+                parts.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > apart
+            };
+            if kept.len() < SEARCHES && kept.iter().all(far) {
+                kept.push(station);
+            }
+        }
+        kept
+    }
+
+    /// Steps of a trust region until none is better.
+    fn descend(&mut self, start: Station) -> Station {
+        const STEPS: usize = 60;
+        const SHORTEST: f64 = 1e-7;
+        let mut here = start;
+        let mut radius = 0.1f64;
+        let mut weights: Option<Vec<f64>> = None;
+        let mut known: Option<Derivatives> = None;
+        for _ in 0..STEPS {
+            let derivatives = match known.take() {
+                Some(known) => known,
+                None => match self.derivatives(&here) {
+                    Some(known) => known,
+                    None => return here,
+                },
+            };
+            let Some(step) = self.step(&here, &derivatives, radius, weights.as_deref()) else {
+                return here;
+            };
+            let length = step.by.iter().fold(0.0f64, |most, d| most.max(d.abs()));
+            let expected = here.worst() - step.value;
+            if length < SHORTEST || expected <= 1e-14 * here.worst().abs() {
+                return here;
+            }
+            let at = moved(&here.at, &step.by);
+            let next = self.station(at);
+            let gained = next
+                .as_ref()
+                .map_or(0.0, |next| here.worst() - next.worst());
+            let ratio = gained / expected;
+            if ratio < 0.25 {
+                radius = (length / 4.0).min(radius / 2.0);
+            } else if ratio > 0.75 {
+                radius = (radius * 2.0).min(0.5);
+            }
+            match next {
+                Some(next) if gained > 0.0 => {
+                    weights = Some(step.weights).filter(|_| next.pieces.len() == here.pieces.len());
+                    here = next;
+                }
+                _ => known = Some(derivatives),
+            }
+            if radius < SHORTEST {
+                return here;
+            }
+        }
+        here
+    }
+
+    /// The step that the quadratic model likes best.
+    fn step(
+        &self,
+        here: &Station,
+        known: &Derivatives,
+        radius: f64,
+        weights: Option<&[f64]>,
+    ) -> Option<Step> {
+        let worst = here.worst();
+        let first = |piece: &Piece| if piece.value == worst { 1.0 } else { 0.0 };
+        let weights = weights.filter(|weights| weights.len() == known.pieces.len());
+        let mut weights: Vec<f64> = match weights {
+            Some(weights) => weights.to_vec(),
+            None => known.pieces.iter().map(first).collect(),
+        };
+        let mut step = None;
+        // The curvature follows the weights that it leads to.
+        for _ in 0..3 {
+            let programme = Programme {
+                values: known.pieces.iter().map(|piece| piece.value).collect(),
+                gradients: &known.gradients,
+                curvature: upwards(&weighed(&known.curvatures, &weights)),
+                low: here.at.iter().map(|u| (-radius).max(-u)).collect(),
+                high: here.at.iter().map(|u| radius.min(1.0 - u)).collect(),
+            };
+            let found = programme.solve()?;
+            weights.clone_from(&found.weights);
+            step = Some(found);
+        }
+        step
+    }
+
+    /// First and second derivatives by differences, of the functions that can be told from each other.
+    fn derivatives(&mut self, here: &Station) -> Option<Derivatives> {
+        const H: f64 = 1e-3;
+        let n = here.at.len();
+        let centre: Vec<f64> = here.at.iter().map(|u| u.clamp(H, 1.0 - H)).collect();
+        let mut offsets: Vec<Vec<(usize, f64)>> = vec![Vec::new()];
+        for i in 0..n {
+            offsets.push(vec![(i, H)]);
+            offsets.push(vec![(i, -H)]);
+        }
+        for i in 0..n {
+            for j in 0..i {
+                offsets.push(vec![(i, H), (j, H)]);
+                offsets.push(vec![(i, -H), (j, -H)]);
+            }
+        }
+        let mut around = Vec::new();
+        for offset in offsets {
+            let mut at = centre.clone();
+            offset.iter().for_each(|&(i, h)| at[i] += h);
+            around.push(self.station(at)?.pieces);
+        }
+        let mut known = Derivatives {
+            pieces: Vec::new(),
+            gradients: Vec::new(),
+            curvatures: Vec::new(),
+        };
+        for piece in &here.pieces {
+            let Some(f) = follow(piece, &here.pieces, &around) else {
+                if piece.value == here.worst() {
+                    return None;
+                }
+                continue;
+            };
+            let (up, down) = (|i: usize| f[1 + 2 * i], |i: usize| f[2 + 2 * i]);
+            let mut curvature = Mat::<f64>::zeros(n, n);
+            let mut pair = 1 + 2 * n;
+            for i in 0..n {
+                curvature[(i, i)] = (up(i) - 2.0 * f[0] + down(i)) / (H * H);
+                for j in 0..i {
+                    let both = f[pair] + f[pair + 1] + 2.0 * f[0];
+                    let mixed = (both - up(i) - down(i) - up(j) - down(j)) / (2.0 * H * H);
+                    (curvature[(i, j)], curvature[(j, i)]) = (mixed, mixed);
+                    pair += 2;
+                }
+            }
+            let gradient = (0..n).map(|i| {
+                let away = (0..n).map(|j| curvature[(i, j)] * (here.at[j] - centre[j]));
+                (up(i) - down(i)) / (2.0 * H) + away.sum::<f64>()
+            });
+            known.gradients.push(gradient.collect());
+            known.curvatures.push(curvature);
+            known.pieces.push(*piece);
+        }
+        Some(known)
+    }
+
+    /// Gradients of eighth order, in the places of those known, from the spacing at which neighbouring spacings agree best.
+    fn sharpen(&mut self, here: &Station, known: &mut Derivatives) -> Option<()> {
+        const SPACINGS: [f64; 6] = [1e-2, 4e-3, 1.6e-3, 6.4e-4, 2.5e-4, 1e-4];
+        for i in 0..here.at.len() {
+            let mut all: Vec<Vec<f64>> = Vec::new();
+            for h in SPACINGS {
+                // As many of the nine nodes below as the limits allow.
+                let below = (0..=8usize).min_by_key(|below| {
+                    let low = here.at[i] - *below as f64 * h;
+                    let high = here.at[i] + (8 - below) as f64 * h;
+                    let out = (-low).max(high - 1.0).max(0.0);
+                    ((out / h).ceil() as usize, below.abs_diff(4))
+                })?;
+                let nodes: Option<Vec<Vec<Piece>>> = (0..=8usize)
+                    .map(|node| {
+                        let mut at = here.at.clone();
+                        at[i] = (at[i] + (node as f64 - below as f64) * h).clamp(0.0, 1.0);
+                        match node == below {
+                            true => Some(here.pieces.clone()),
+                            false => self.station(at).map(|station| station.pieces),
+                        }
+                    })
+                    .collect();
+                // Wide spacings may leave where the functions are.
+                let Some(around) = nodes else {
+                    continue;
+                };
+                let weights = difference(below);
+                let each = known.pieces.iter().map(|piece| {
+                    let values = follow(piece, &here.pieces, &around)?;
+                    let terms = values.iter().zip(weights).map(|(f, w)| f * w);
+                    Some(terms.sum::<f64>() / h)
+                });
+                all.extend(each.collect::<Option<Vec<f64>>>());
+            }
+            for (j, gradient) in known.gradients.iter_mut().enumerate() {
+                let best = (1..all.len()).min_by(|a, b| {
+                    let gap = |k: usize| (all[k][j] - all[k - 1][j]).abs();
+                    gap(*a).total_cmp(&gap(*b))
+                })?;
+                gradient[i] = all[best - 1][j];
+            }
+        }
+        Some(())
+    }
+
+    /// The last steps, and what they show.
+    fn finish(&mut self, best: Station) -> Optimum {
+        const STEPS: usize = 8;
+        let mut here = best;
+        let mut weights: Option<Vec<f64>> = None;
+        let mut shown: Option<(f64, Optimum)> = None;
+        for _ in 0..STEPS {
+            let Some(mut known) = self.derivatives(&here) else {
+                break;
+            };
+            if self.sharpen(&here, &mut known).is_none() {
+                break;
+            }
+            let Some(step) = self.step(&here, &known, 0.01, weights.as_deref()) else {
+                break;
+            };
+            let length = step.by.iter().fold(0.0f64, |most, d| most.max(d.abs()));
+            if shown.as_ref().is_some_and(|(before, _)| length >= *before) {
+                break;
+            }
+            let optimum = self.certificate(&here, &known, &step);
+            shown = Some((length, optimum));
+            let Some(next) = self.station(moved(&here.at, &step.by)) else {
+                break;
+            };
+            let allowed = 1e-12 * here.worst().abs();
+            if length == 0.0 || next.worst() > here.worst() + allowed {
+                break;
+            }
+            weights = Some(step.weights).filter(|_| next.pieces.len() == here.pieces.len());
+            here = next;
+        }
+        match shown {
+            Some((_, optimum)) => optimum,
+            None => Optimum {
+                point: self.outside(&here.at),
+                value: here.worst(),
+                active: Vec::new(),
+                spread: 0.0,
+                gradient: f64::INFINITY,
+                curvature: None,
+                limits: here.at.iter().map(|u| limit(*u)).collect(),
+                others: Vec::new(),
+                evaluations: 0,
+            },
+        }
+    }
+
+    fn certificate(&self, here: &Station, known: &Derivatives, step: &Step) -> Optimum {
+        /// Weights below this are those of functions that could as well be absent.
+        const SOME: f64 = 1e-9;
+        let n = here.at.len();
+        let worst = here.worst();
+        let limits: Vec<i8> = here.at.iter().map(|u| limit(*u)).collect();
+        let active: Vec<usize> = (0..known.pieces.len())
+            .filter(|&j| step.weights[j] > SOME)
+            .collect();
+        let least = active.iter().map(|&j| known.pieces[j].value);
+        let least = least.fold(worst, f64::min);
+        let largest = active.iter().flat_map(|&j| &known.gradients[j]);
+        let largest = largest.fold(0.0f64, |most, g| most.max(g.abs()));
+        let left = (0..n).map(|i| {
+            let sum: f64 = active
+                .iter()
+                .map(|&j| step.weights[j] * known.gradients[j][i])
+                .sum();
+            // At a limit the gradient may point out.
+            match limits[i] {
+                1 => sum.max(0.0),
+                -1 => sum.min(0.0),
+                _ => sum,
+            }
+        });
+        let left = left.fold(0.0f64, |most, g| most.max(g.abs()));
+        let free: Vec<usize> = (0..n).filter(|&i| limits[i] == 0).collect();
+        let curvature = weighed(&known.curvatures, &step.weights);
+        let scale = worst.abs().max(f64::MIN_POSITIVE);
+        // With one function the gradient itself vanishes, and says nothing about directions.
+        let across: Vec<Vec<f64>> = active
+            .iter()
+            .skip(1)
+            .map(|&j| {
+                let apart = |i: &usize| known.gradients[j][*i] - known.gradients[active[0]][*i];
+                free.iter().map(apart).collect()
+            })
+            .collect();
+        Optimum {
+            point: self.outside(&here.at),
+            value: worst,
+            active: active
+                .iter()
+                .map(|&j| (known.pieces[j], step.weights[j]))
+                .collect(),
+            spread: (worst - least) / scale,
+            gradient: match largest > 0.0 {
+                true if active.len() == 1 => left / largest.max(scale),
+                true => left / largest,
+                false => 0.0,
+            },
+            curvature: least_curvature(&curvature, &free, &across).map(|least| least / scale),
+            limits,
+            others: Vec::new(),
+            evaluations: 0,
+        }
+    }
+
+    /// Polls in all directions, which turn, on meshes that become finer.
+    fn mesh(&mut self, start: Station) -> Station {
+        const FINEST: f64 = 1e-9;
+        const MOST_POLLS: usize = 400;
+        let n = start.at.len();
+        let mut here = start;
+        let mut size = 0.05;
+        for poll in 1..=MOST_POLLS {
+            if size < FINEST {
+                break;
+            }
+            // A reflection of the axes (Abramson et al. 2009).
+            let normal: Vec<f64> = PRIMES[..n]
+                .iter()
+                .map(|base| 2.0 * halton(poll, *base) - 1.0)
+                .collect();
+            let square: f64 = normal.iter().map(|v| v * v).sum();
+            let mut better = None;
+            for (axis, sign) in (0..2 * n).map(|k| (k / 2, if k % 2 == 0 { 1.0 } else { -1.0 })) {
+                let step: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let own = if i == axis { 1.0 } else { 0.0 };
+                        let turned = 2.0 * normal[axis] * normal[i] / square.max(1e-12);
+                        sign * size * (own - turned)
+                    })
+                    .collect();
+                let next = self.station(moved(&here.at, &step));
+                if let Some(next) = next.filter(|next| next.worst() < here.worst()) {
+                    better = Some(next);
+                    break;
+                }
+            }
+            match better {
+                Some(next) => {
+                    here = next;
+                    size = (size * 2.0f64).min(0.25);
+                }
+                None => size /= 2.0,
+            }
+        }
+        here
+    }
+}
+
+/// The van der Corput sequence of a base.
+fn halton(mut index: usize, base: usize) -> f64 {
+    let (mut value, mut part) = (0.0, 1.0);
+    while index > 0 {
+        part /= base as f64;
+        value += part * (index % base) as f64;
+        index /= base;
+    }
+    value
+}
+
+fn moved(at: &[f64], by: &[f64]) -> Vec<f64> {
+    /// So near to a limit it is meant.
+    const NEAR: f64 = 1e-13;
+    let each = at.iter().zip(by).map(|(u, d)| (u + d).clamp(0.0, 1.0));
+    let snap = |u: f64| match u {
+        _ if u < NEAR => 0.0,
+        _ if u > 1.0 - NEAR => 1.0,
+        _ => u,
+    };
+    each.map(snap).collect()
+}
+
+fn limit(u: f64) -> i8 {
+    i8::from(u == 1.0) - i8::from(u == 0.0)
+}
+
+/// The values of one function at the points around: those nearest in place. `None` where another function is as near.
+fn follow(piece: &Piece, own: &[Piece], around: &[Vec<Piece>]) -> Option<Vec<f64>> {
+    let each = around.iter().map(|pieces| {
+        let distance = |other: &Piece| (other.place - piece.place).abs();
+        if pieces.len() == own.len() {
+            // In the order of places, for as many as there are.
+            let rank = own.iter().filter(|p| p.place < piece.place).count();
+            let mut sorted: Vec<&Piece> = pieces.iter().collect();
+            sorted.sort_by(|a, b| a.place.total_cmp(&b.place));
+            return sorted.get(rank).map(|piece| piece.value);
+        }
+        let nearest = pieces
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let taken = own.iter().any(|other| {
+            other.place != piece.place && (other.place - nearest.place).abs() < distance(nearest)
+        });
+        (!taken).then_some(nearest.value)
+    });
+    each.collect()
+}
+
+/// Weights of nine evenly spaced values, of which `at` is the place, for the first derivative there.
+fn difference(at: usize) -> [f64; 9] {
+    let product = |k: usize, without: usize, from: usize| -> f64 {
+        let others = (0..9usize).filter(|m| *m != k && *m != without);
+        others.map(|m| from as f64 - m as f64).product()
+    };
+    std::array::from_fn(|k| match k == at {
+        true => {
+            let others = (0..9usize).filter(|m| *m != at);
+            others.map(|m| 1.0 / (at as f64 - m as f64)).sum()
+        }
+        false => product(k, at, at) / product(k, k, k),
+    })
+}
+
+fn weighed(curvatures: &[Mat<f64>], weights: &[f64]) -> Mat<f64> {
+    let n = curvatures[0].nrows();
+    let mut sum = Mat::<f64>::zeros(n, n);
+    for (curvature, weight) in curvatures.iter().zip(weights) {
+        sum += faer::Scale(*weight) * curvature;
+    }
+    sum
+}
+
+/// The same with eigenvalues that are positive.
+fn upwards(matrix: &Mat<f64>) -> Mat<f64> {
+    /// In parts of the largest.
+    const LEAST: f64 = 1e-6;
+    let n = matrix.nrows();
+    let Ok(eigen) = matrix.self_adjoint_eigen(faer::Side::Lower) else {
+        return Mat::identity(n, n);
+    };
+    let values: Vec<f64> = (0..n).map(|i| eigen.S()[i].abs()).collect();
+    let most = values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let u = eigen.U();
+    Mat::from_fn(n, n, |i, j| {
+        let terms = (0..n).map(|k| u[(i, k)] * values[k].max(LEAST * most) * u[(j, k)]);
+        terms.sum()
+    })
+}
+
+/// The least eigenvalue along what is orthogonal to all of `across`, in the free coordinates. `None` where nothing is.
+fn least_curvature(curvature: &Mat<f64>, free: &[usize], across: &[Vec<f64>]) -> Option<f64> {
+    let n = free.len();
+    // Orthonormal rows of `across`, then the rest of the axes.
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut along: Vec<Vec<f64>> = Vec::new();
+    let axes = (0..n).map(|i| {
+        (0..n)
+            .map(|k| f64::from(u8::from(k == i)))
+            .collect::<Vec<f64>>()
+    });
+    let all = across.iter().cloned().map(|row| (row, false));
+    for (mut row, is_axis) in all.chain(axes.map(|axis| (axis, true))) {
+        let length = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let before = length(&row);
+        for _ in 0..2 {
+            for known in basis.iter().chain(&along) {
+                let share: f64 = known.iter().zip(&row).map(|(a, b)| a * b).sum();
+                row.iter_mut().zip(known).for_each(|(v, a)| *v -= share * a);
+            }
+        }
+        let after = length(&row);
+        if basis.len() + along.len() == n || after <= 1e-6 * before {
+            continue;
+        }
+        row.iter_mut().for_each(|v| *v /= after);
+        if is_axis {
+            along.push(row)
+        } else {
+            basis.push(row)
+        }
+    }
+    let count = along.len();
+    let reduced = Mat::from_fn(count, count, |a, b| {
+        let terms = (0..n * n).map(|k| {
+            let (i, j) = (k / n, k % n);
+            along[a][i] * curvature[(free[i], free[j])] * along[b][j]
+        });
+        terms.sum::<f64>()
+    });
+    let values = reduced.self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
+    values.first().copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piece(place: f64, value: f64) -> Piece {
+        Piece { place, value }
+    }
+
+    #[test]
+    fn a_smooth_minimum_is_found_to_the_last_digits() {
+        let (a, b) = (0.317, 2.75);
+        let optimum = minimise(&[(-1.0, 1.0), (0.1, 10.0)], |x| {
+            let value = 3.0
+                + (x[0] - a).powi(2)
+                + (x[0] - a) * (x[1] - b)
+                + (x[1] - b).powi(2)
+                + (x[1] - b).powi(4);
+            Some(vec![piece(0.0, value)])
+        });
+        let optimum = optimum.unwrap();
+        assert!((optimum.point[0] - a).abs() < 1e-12, "{optimum:?}");
+        assert!((optimum.point[1] - b).abs() < 1e-12, "{optimum:?}");
+        assert!(
+            optimum.is_shown() && optimum.curvature > Some(0.0),
+            "{optimum:?}"
+        );
+    }
+
+    #[test]
+    fn the_least_of_many_minima_is_found() {
+        let optimum = minimise(&[(-10.0, 10.0)], |x| {
+            Some(vec![piece(
+                0.0,
+                (x[0] - 3.0).powi(2) / 50.0 - (3.0 * x[0]).cos(),
+            )])
+        });
+        let optimum = optimum.unwrap();
+        assert!((optimum.point[0] - 2.1).abs() < 0.1, "{optimum:?}");
+        assert!(optimum.others.iter().all(|other| *other >= optimum.value));
+    }
+
+    #[test]
+    fn limits_and_kinks_are_told() {
+        let optimum = minimise(&[(1.0, 2.0), (-1.0, 1.0)], |x| {
+            Some(vec![piece(0.0, x[0] + x[1].abs())])
+        });
+        let optimum = optimum.unwrap();
+        assert_eq!(optimum.limits[0], -1, "{optimum:?}");
+        assert!((optimum.value - 1.0).abs() < 1e-7, "{optimum:?}");
+        assert!(matches!(
+            minimise(&[(1.0, 1.0)], |_| None),
+            Err(OptimumError::Limits { .. })
+        ));
+        assert!(matches!(
+            minimise(&[], |_| None),
+            Err(OptimumError::Count { count: 0 })
+        ));
+        assert!(matches!(
+            minimise(&[(0.0, 1.0)], |_| None),
+            Err(OptimumError::Nowhere { .. })
+        ));
+    }
+}

@@ -1,0 +1,385 @@
+//! A scene of which numbers vary, and what is told of each design: for `sweep` and `optimise`.
+
+use std::fs;
+use std::path::PathBuf;
+use std::slice::from_ref;
+use std::str::FromStr;
+
+use eigentone::modes::{Modes, Precision};
+use eigentone::response::{
+    Combination, Destination, Extrema, LargestGain, Quantity, ResponsePlan, Sum, Summary, peak_grid,
+};
+use eigentone::scene::{Scene, hint};
+use serde_json::Value;
+
+use super::Failure;
+use super::frf::asked;
+
+/// What is told of a design.
+#[derive(Clone, Debug)]
+pub struct Metric {
+    pub text: String,
+    pub kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kind {
+    Damping,
+    Frequency(usize),
+    Gain(String, String),
+    Rms(String),
+    Peak(String),
+    Settling(String),
+}
+
+pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"rms NAME\", \"peak NAME\" and \"settling NAME\"";
+
+impl FromStr for Metric {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Metric, String> {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let kind = match words[..] {
+            ["damping"] => Kind::Damping,
+            ["frequency", k] => match k.parse() {
+                Ok(k) if k >= 1 => Kind::Frequency(k),
+                _ => return Err("the modes of \"frequency K\" count from 1".to_owned()),
+            },
+            ["gain", from, to] => Kind::Gain(from.to_owned(), to.to_owned()),
+            ["rms", name] => Kind::Rms(name.to_owned()),
+            ["peak", name] => Kind::Peak(name.to_owned()),
+            ["settling", name] => Kind::Settling(name.to_owned()),
+            _ => return Err(format!("metrics are {METRICS}")),
+        };
+        let text = words.join(" ");
+        Ok(Metric { text, kind })
+    }
+}
+
+/// A scene with its varied numbers.
+pub struct Varied {
+    file: PathBuf,
+    precision: Precision,
+    value: Value,
+    names: Vec<String>,
+    /// A JSON Pointer for each name.
+    pointers: Vec<String>,
+}
+
+impl Varied {
+    /// The scene itself, and what is needed to vary these numbers of it.
+    pub fn read<'a>(
+        file: &PathBuf,
+        precision: Precision,
+        names: impl Iterator<Item = &'a str>,
+    ) -> Result<(Scene, Varied), Failure> {
+        let scene = Scene::read(file)?;
+        let mut varied = Varied {
+            file: file.clone(),
+            precision,
+            value: Value::Null,
+            names: Vec::new(),
+            pointers: Vec::new(),
+        };
+        let text = fs::read_to_string(file).map_err(|error| varied.refuse(error.to_string()))?;
+        varied.value = serde_json::from_str(text.trim_start_matches('\u{feff}'))
+            .map_err(|error| varied.refuse(error.to_string()))?;
+        for name in names {
+            let pointer = pointer(&varied.value, name).map_err(|why| varied.refuse(why))?;
+            if varied.pointers.contains(&pointer) {
+                let message = format!("--vary {name}: this number varies already");
+                return Err(varied.refuse(message));
+            }
+            varied.pointers.push(pointer);
+            varied.names.push(name.to_owned());
+        }
+        Ok((scene, varied))
+    }
+
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().map(String::as_str)
+    }
+
+    pub fn refuse(&self, message: String) -> Failure {
+        Failure::Study {
+            scene: self.file.clone(),
+            message,
+        }
+    }
+
+    /// The numbers of a design by their names, for messages.
+    pub fn told(&self, values: &[f64]) -> String {
+        let design = self.names().zip(values);
+        let design: Vec<String> = design
+            .map(|(name, value)| format!("{name} = {value:?}"))
+            .collect();
+        design.join(", ")
+    }
+
+    /// The scene with these numbers, and its modes.
+    pub fn solve(&self, values: &[f64]) -> Result<(Scene, Modes), String> {
+        let mut value = self.value.clone();
+        for (pointer, number) in self.pointers.iter().zip(values) {
+            if let Some(place) = value.pointer_mut(pointer) {
+                *place = Value::from(*number);
+            }
+        }
+        let scene = Scene::parse(&value.to_string(), &self.file).map_err(|error| {
+            let message = error.to_string();
+            // Lines and columns are not those of the file.
+            let place = format!("{}:", self.file.display());
+            let rest = message
+                .strip_prefix(&place)
+                .and_then(|rest| rest.split_once(": "));
+            rest.map_or(message.clone(), |(_, rest)| rest.to_owned())
+        })?;
+        let modes = scene.system().modes_to(self.precision);
+        let modes = modes.map_err(|error| error.to_string())?;
+        Ok((scene, modes))
+    }
+
+    /// A metric, or `None` where it is infinite or not known.
+    pub fn measure(
+        &self,
+        kind: &Kind,
+        scene: &Scene,
+        modes: &Modes,
+    ) -> Result<Option<f64>, String> {
+        match kind {
+            Kind::Damping => {
+                if modes.eigenvalues().iter().any(|root| root.is_doubtful()) {
+                    return Ok(None);
+                }
+                Ok(ratios(modes).map(|(_, ratio)| ratio).reduce(f64::min))
+            }
+            Kind::Frequency(k) => match modes.into_iter().nth(k - 1) {
+                Some(mode) => Ok(Some(mode.natural_frequency().radians_per_second())),
+                None => Err(format!(
+                    "there are only {} modes",
+                    modes.into_iter().count()
+                )),
+            },
+            Kind::Gain(from, to) => {
+                let grid = peak_grid(scene.system(), modes, scene.loss_factors());
+                let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
+                let features = asked.features(&grid).map_err(|error| error.to_string())?;
+                let gain = features
+                    .first()
+                    .and_then(|features| features.largest_gain());
+                Ok(match gain {
+                    Some(LargestGain::Unbounded { .. }) | None => None,
+                    Some(LargestGain::Finite { gain, .. }) => Some(gain),
+                })
+            }
+            Kind::Rms(name) => {
+                if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
+                    return Err("a spring with a `loss_factor` has no force in time".to_owned());
+                }
+                let noise = scene.noise().ok_or("the scene has no `noise`")?;
+                let motion = noise.solve().map_err(|error| error.to_string())?;
+                let mut all = motion.outputs().iter().chain(motion.displacement());
+                let found = all.find(|of| of.name == *name);
+                let found =
+                    found.ok_or_else(|| format!("there is no output, mass or point {name:?}"))?;
+                Ok(found.rms.finite().map(|(value, _)| value))
+            }
+            Kind::Peak(name) => peak(scene, self.precision, name),
+            Kind::Settling(name) => settling(scene, modes, name),
+        }
+    }
+}
+
+/// Each root but 0 with its damping ratio.
+pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
+    let roots = modes.into_iter().map(|mode| mode.eigenvalue().value);
+    let sizes = roots.map(|root| (root, root.norm()));
+    let moving = sizes.filter(|(_, size)| *size > 0.0);
+    moving.map(|(root, size)| (size, -root.re / size))
+}
+
+/// Frequency in rad/s and magnitude of each peak in doubles, the static one and that of the highest frequency looked at included;
+/// `None` where one is infinite.
+pub fn peaks_of_gain(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    /// Points of the even grid.
+    const EVEN: usize = 60;
+    /// Each narrows the brackets about ten times.
+    const ROUNDS: usize = 5;
+    let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
+    let look = |frequencies: &[f64]| -> Result<Option<Vec<f64>>, String> {
+        let functions = asked.at(frequencies).map_err(|error| error.to_string())?;
+        let values = functions.functions().first().map(|f| f.values());
+        let values = values.unwrap_or_default().iter();
+        let sizes = values.map(|value| value.known().map(|(value, _)| value.norm()));
+        Ok(sizes.collect())
+    };
+    let roots = modes.eigenvalues().iter().map(|root| root.value);
+    let roots: Vec<_> = roots.filter(|root| root.norm() > 0.0).collect();
+    let sizes = || roots.iter().map(|root| root.norm());
+    let low = sizes().fold(f64::INFINITY, f64::min) / 10.0;
+    let high = sizes().fold(0.0, f64::max) * 10.0;
+    let span = (high / low).ln();
+    let even = (0..EVEN).map(|k| low * (span * k as f64 / (EVEN - 1) as f64).exp());
+    let mut grid: Vec<f64> = even.filter(|at| at.is_finite()).collect();
+    for root in &roots {
+        const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
+        grid.extend(OFFSETS.map(|offset| root.im.abs() + offset * root.re.abs()));
+    }
+    grid.push(0.0);
+    grid.retain(|at| *at >= 0.0);
+    grid.sort_by(f64::total_cmp);
+    grid.dedup();
+    let Some(values) = look(&grid)? else {
+        return Ok(None);
+    };
+    let last = grid.len() - 1;
+    let is_peak = |k: &usize| {
+        let left = *k == 0 || values[*k] > values[k - 1];
+        left && (*k == last || values[*k] >= values[k + 1])
+    };
+    let (inner, ends): (Vec<usize>, Vec<usize>) = (0..=last)
+        .filter(is_peak)
+        .partition(|k| 0 < *k && *k < last);
+    let mut brackets: Vec<[(f64, f64); 3]> = inner
+        .iter()
+        .map(|k| [k - 1, *k, k + 1].map(|k| (grid[k], values[k])))
+        .collect();
+    for _ in 0..ROUNDS {
+        let tried: Vec<[f64; 3]> = brackets.iter().map(vertex).collect();
+        let Some(values) = look(&tried.concat())? else {
+            return Ok(None);
+        };
+        for ((bracket, tried), values) in brackets.iter_mut().zip(tried).zip(values.chunks(3)) {
+            let mut all = bracket.to_vec();
+            all.extend(tried.into_iter().zip(values.iter().copied()));
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1));
+            if let Some(best) = best {
+                *bracket = [all[best - 1], all[best], all[best + 1]];
+            }
+        }
+    }
+    let ends = ends.iter().map(|k| (grid[*k], values[*k]));
+    let peaks = brackets.iter().map(|bracket| bracket[1]).chain(ends);
+    Ok(Some(peaks.filter(|(_, value)| value.is_finite()).collect()))
+}
+
+/// Where the parabola through 1/|H|², which is nearly one about a resonance, is least, and points beside it.
+fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
+    let [a, b, c] = bracket.map(|(at, value)| (at, (bracket[1].1 / value).powi(2)));
+    let (left, right) = (b.0 - a.0, c.0 - b.0);
+    let (down, up) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+    let bend = (up - down) / (left + right);
+    // Slope at b, and how far from there to the vertex.
+    let slope = (down * right + up * left) / (left + right);
+    let vertex = b.0 - slope / (2.0 * bend);
+    let near = 0.05 * left.min(right).max((left + right) / 20.0);
+    let vertex = match a.0 < vertex && vertex < c.0 {
+        true => vertex,
+        false => b.0,
+    };
+    [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
+}
+
+/// Refuses what has no linear motion in time.
+fn motion(scene: &Scene) -> Result<eigentone::response::Problem<'_>, String> {
+    if let Some(first) = scene.switch_places().into_iter().next() {
+        return Err(format!(
+            "the scene has {first}, and this metric is for linear motions alone"
+        ));
+    }
+    let problem = scene
+        .problem()
+        .ok_or("the scene has no `time`: add \"time\": {\"end\": …, \"step\": …}")?;
+    problem.map_err(|error| error.to_string())
+}
+
+/// The largest magnitude at any time.
+fn peak(scene: &Scene, precision: Precision, name: &str) -> Result<Option<f64>, String> {
+    let output = scene.outputs().iter().find(|output| output.name == *name);
+    let sum = match output {
+        Some(output) => output.of.clone(),
+        None if scene.system().form(name).is_some() => {
+            Sum::Motions(vec![(Quantity::Displacement, name.to_owned(), 1.0)])
+        }
+        None => return Err(format!("there is no output, mass or point {name:?}")),
+    };
+    let combination = Combination {
+        name: name.to_owned(),
+        of: sum,
+    };
+    let problem = motion(scene)?.to(precision);
+    let problem = problem.with_combinations(vec![combination]);
+    let problem = problem.map_err(|error| error.to_string())?;
+    let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
+    let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+    let extrema = Extrema::of(&problem, &trajectory);
+    let peaks = extrema.as_ref().and_then(|extrema| extrema.output(0));
+    Ok(peaks.map(|peaks| peaks.largest().value.abs()))
+}
+
+/// The last time outside 2 % of the largest deviation from where a mass comes to rest.
+fn settling(scene: &Scene, modes: &Modes, name: &str) -> Result<Option<f64>, String> {
+    let names = scene.system().names();
+    let Some(index) = names.iter().position(|known| known == name) else {
+        return Err(format!("there is no mass {name:?}: {}", hint(name, names)));
+    };
+    // Settling between the samples is known where the motion is proven.
+    let problem = motion(scene)?.to(Precision::default());
+    let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
+    let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+    let summary = Summary::of(&problem, &trajectory, modes);
+    let summary = summary.filter(Summary::is_between);
+    Ok(
+        summary.and_then(|summary| match summary.coordinates()[index].destination {
+            Destination::Rest { settled, .. } => settled,
+            _ => None,
+        }),
+    )
+}
+
+/// A JSON object in the order given.
+pub fn object<'a>(entries: impl Iterator<Item = (&'a str, Option<f64>)>) -> String {
+    let entries =
+        entries.map(|(name, value)| format!("{}: {}", Value::from(name), Value::from(value)));
+    format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
+}
+
+/// The place of a number of the scene as a JSON Pointer.
+fn pointer(scene: &Value, path: &str) -> Result<String, String> {
+    let is_number = |pointer: &str| scene.pointer(pointer).is_some_and(Value::is_number);
+    if path.starts_with('/') {
+        return match is_number(path) {
+            true => Ok(path.to_owned()),
+            false => Err(format!("--vary {path}: no number of the scene is there")),
+        };
+    }
+    let (mut known, mut pointers) = (Vec::new(), Vec::new());
+    let lists = scene.as_object().into_iter().flatten();
+    for (list, items) in lists {
+        for (i, item) in items.as_array().into_iter().flatten().enumerate() {
+            let Some(name) = item.get("name").and_then(Value::as_str) else {
+                continue;
+            };
+            let numbers = item.as_object().into_iter().flatten();
+            for (key, _) in numbers.filter(|(_, value)| value.is_number()) {
+                known.push(format!("{name}.{key}"));
+                pointers.push(format!("/{list}/{i}/{key}"));
+            }
+        }
+    }
+    if let Some(at) = known.iter().position(|name| name == path) {
+        return Ok(pointers.swap_remove(at));
+    }
+    let hint = match known[..] {
+        [] => "no element with a number has a name".to_owned(),
+        _ => hint(path, &known),
+    };
+    Err(format!(
+        "--vary {path}: no number of the scene has this name, NAME.key or a JSON Pointer such as /springs/0/stiffness: {hint}"
+    ))
+}

@@ -1,7 +1,7 @@
 //! The `eigentone` command from outside: what it prints and writes, and what it ends with.
 
 use std::fs;
-use std::io::Read;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -295,9 +295,10 @@ fn steps_come_in_the_order_asked_for() {
 fn the_analysis_shows_the_known_numbers() {
     let settled = printed(&["analyze", &scene("three-mass-1")]);
     for (mass, end) in [("m1", "2.93130"), ("m2", "5.01527"), ("m3", "6.41221")] {
-        let line = settled
+        let mut response = settled
             .lines()
-            .find(|line| line.trim_start().starts_with(mass));
+            .skip_while(|line| !line.starts_with("Response"));
+        let line = response.find(|line| line.trim_start().starts_with(mass));
         let line = line.expect("a line for each mass");
         assert_eq!(line.split_whitespace().nth(1), Some(end), "{line}");
     }
@@ -1147,7 +1148,7 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
         "{table}"
     );
     let error = refused(&["export", file, "--from", "wall"], 2);
-    assert!(error.contains("known are body, wheel"), "{error}");
+    assert!(error.contains("known are \"body\", \"wheel\""), "{error}");
     let error = refused(&["export", file, "--hold", "zero"], 2);
     assert!(error.contains("belong together"), "{error}");
     refused(&["export", file, "--hold", "zero", "--step", "-1"], 2);
@@ -1704,4 +1705,252 @@ fn peaks_and_settling_of_a_sweep_lie_between_the_samples() {
     };
     assert!(error("peak wall").contains("wall"));
     assert!(error("settling mm").contains("there is no mass"));
+}
+
+/// What it prints when this is on standard input, once it has ended well.
+fn piped(arguments: &[&str], input: &str) -> String {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    let mut stdin = child.stdin.take().expect("piped");
+    // Who refuses its arguments reads nothing.
+    let _ = stdin.write_all(input.as_bytes());
+    drop(stdin);
+    let output = child.wait_with_output().expect("it ends");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {error}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+#[test]
+fn a_scene_may_come_on_standard_input() {
+    let file = scene("three-mass-1");
+    let text = fs::read_to_string(&file).expect("a scene");
+    let commands: [&[&str]; 7] = [
+        &["modes"],
+        &["modes", "--json"],
+        &["response", "--json", "--steps", "0,7"],
+        &["analyze"],
+        &["frf", "--from", "m1", "--at", "1,2"],
+        &["export", "--json"],
+        &["sweep", "--json", "--vary", "/springs/0/stiffness=1:2:3"],
+    ];
+    for command in commands {
+        let with = |scene| [&command[..1], &[scene], &command[1..]].concat();
+        assert_eq!(
+            piped(&with("-"), &text),
+            printed(&with(&file)),
+            "{command:?}"
+        );
+    }
+    let mut refusing = Command::new(env!("CARGO_BIN_EXE_eigentone"));
+    let refusing = refusing.args(["modes", "-"]).stdin(Stdio::null());
+    let output = refusing.output().expect("the binary runs");
+    assert_eq!(output.status.code(), Some(2));
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.starts_with("error: <stdin>: is empty"), "{error}");
+}
+
+#[test]
+fn frequencies_take_units() {
+    let file = scene("three-mass-1");
+    let near = |arguments: &[&str]| {
+        let all = [
+            &["modes", &file, "--count", "1", "--json", "--near"],
+            arguments,
+        ]
+        .concat();
+        numbers_of(&parsed(&all)["modes"], "natural_frequency")
+    };
+    let second = near(&["1.13"]);
+    assert_eq!(near(&["0.18Hz"]), second);
+    assert_eq!(near(&["0.18", "--hz"]), second);
+    assert_eq!(near(&["1.13rad/s", "--hz"]), second);
+    let at = |arguments: &[&str]| {
+        let all = [&["frf", &file, "--from", "m1", "--json", "--at"], arguments].concat();
+        numbers(&parsed(&all)["frequency"])
+    };
+    let tau = std::f64::consts::TAU;
+    assert_eq!(at(&["1Hz,2"]), [tau, 2.0]);
+    assert_eq!(at(&["1,2rad/s", "--hz"]), [tau, 2.0]);
+}
+
+fn numbers_of(list: &Value, key: &str) -> Vec<f64> {
+    let list = list.as_array().expect("a list");
+    list.iter().map(|entry| number(&entry[key])).collect()
+}
+
+#[test]
+fn tables_come_as_comma_separated_values() {
+    let file = scene("three-mass-1");
+    let commands: [(&[&str], usize); 3] = [
+        (&["modes", &file], 3),
+        (&["response", &file, "--steps", "0,1,2,3"], 4),
+        (
+            &["frf", &file, "--from", "m1", "--to", "m2", "--at", "1,2,3"],
+            3,
+        ),
+    ];
+    for (command, rows) in commands {
+        let text = printed(&[command, &["--csv"]].concat());
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), rows + 1, "{text}");
+        let columns = lines[0].split(',').count();
+        assert!(lines[0].contains('[') && columns > 3, "{text}");
+        assert!(
+            lines.iter().all(|line| line.split(',').count() == columns),
+            "{text}"
+        );
+    }
+    refused(&["modes", &file, "--csv", "--json"], 2);
+}
+
+#[test]
+fn new_scenes_are_answered_without_a_note() {
+    for kind in ["quarter-car", "building", "absorber", "chain", "rotor"] {
+        let text = printed(&["new", kind]);
+        let analysis = piped(&["analyze", "-"], &text);
+        assert!(analysis.contains("\nBounds\n  modes proven"), "{analysis}");
+        assert!(analysis.contains("response proven"), "{analysis}");
+        piped(&["frf", "-"], &text);
+        let scene: Value = serde_json::from_str(&text).expect("JSON");
+        assert!(scene["$schema"].is_string() && scene["title"].is_string());
+    }
+    assert!(refused(&["new", "quarter-cart"], 2).contains("quarter-car"));
+}
+
+#[test]
+fn the_gallery_is_listed_and_printed() {
+    let list = printed(&["scenes"]);
+    let all = || cases().iter().chain(eigentone::gallery::machines());
+    assert_eq!(list.lines().count(), all().count());
+    for (line, case) in list.lines().zip(all()) {
+        assert!(line.starts_with(case.name()), "{line}");
+    }
+    for case in all() {
+        assert_eq!(printed(&["scenes", case.name()]), case.scene_text());
+    }
+    let schema =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.schema.json"));
+    assert_eq!(
+        printed(&["scenes", "--schema"]),
+        schema.expect("it is there")
+    );
+    let error = refused(&["scenes", "three-mas-1"], 2);
+    assert!(error.contains("did you mean \"three-mass-1\"?"), "{error}");
+}
+
+#[test]
+fn shells_and_man_know_every_command() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let text = printed(&["completions", shell]);
+        assert!(
+            text.contains("frf") && text.contains("precision"),
+            "{shell}"
+        );
+    }
+    let page = printed(&["man"]);
+    for command in ["analyze", "frf", "spectrum", "sweep"] {
+        assert!(
+            page.contains(&format!(".TH eigentone-{command} ")),
+            "{command}"
+        );
+    }
+}
+
+#[test]
+fn near_names_are_told() {
+    let file = scene("three-mass-1");
+    let cases: [(&[&str], &str); 6] = [
+        (
+            &["frf", &file, "--from", "m11"],
+            "--from \"m11\" is no name of the scene: did you mean \"m1\"?",
+        ),
+        (
+            &["frf", &file, "--to", "x"],
+            "known are \"m1\", \"m2\" and \"m3\"",
+        ),
+        (&["export", &file, "--to", "m33"], "did you mean \"m3\"?"),
+        (
+            &["check", &file, "--methods", "newmork"],
+            "did you mean \"Newmark\"?",
+        ),
+        (&["anlyze", &file], "'analyze'"),
+        (&["frf", &file, "--form", "m1"], "'--from'"),
+    ];
+    for (arguments, message) in cases {
+        let error = refused(arguments, 2);
+        assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn a_check_of_some_methods_prints_json() {
+    let file = scene("one-mass-critical");
+    let all = ["check", &file, "--json", "--methods", "exponential,newmark"];
+    let answer = parsed(&all);
+    let rows = answer["response"]["methods"].as_array();
+    let rows = rows.unwrap_or_else(|| panic!("{answer}"));
+    let methods: Vec<&str> = rows
+        .iter()
+        .filter_map(|row| row["method"].as_str())
+        .collect();
+    assert!(
+        methods.contains(&"exponential") && methods.contains(&"Newmark"),
+        "{methods:?}"
+    );
+    assert!(
+        !methods.contains(&"DOP853") && !methods.contains(&"superposition"),
+        "{methods:?}"
+    );
+}
+
+#[test]
+fn an_analysis_shows_shapes_and_forces_and_explains_itself_when_asked() {
+    let text = r#"{ "masses": [{"name": "m", "mass": 1}],
+                    "springs": [{"between": ["ground", "m"], "stiffness": 4}],
+                    "initial": {"m": {"displacement": 1}}, "time": {"end": 1.5, "step": 0.5} }"#;
+    let short = piped(&["analyze", "-"], text);
+    let line = "\nPlan\n  modes by spring factor; response by certified exponential (--explain says why)\n";
+    assert!(short.contains(line), "{short}");
+    assert!(!short.contains("left out"), "{short}");
+    assert!(
+        short.contains("\nShapes\n  mass        1\n  m     1.00000\n"),
+        "{short}"
+    );
+    let row = |start: &str| -> Vec<&str> {
+        let found = short
+            .lines()
+            .find(|line| line.trim_start().starts_with(start));
+        let found = found.unwrap_or_else(|| panic!("{start}: {short}"));
+        found.trim_start()[start.len()..]
+            .split_whitespace()
+            .collect()
+    };
+    // x = cos 2t: the acceleration is −4 cos 2t, the tension 4 cos 2t.
+    assert_eq!(
+        row("acceleration m")[..3],
+        ["m/s²", "−4.00000", "0"],
+        "{short}"
+    );
+    assert_eq!(
+        row("spring ground–m")[..3],
+        ["N", "4.00000", "0"],
+        "{short}"
+    );
+    let long = piped(&["analyze", "-", "--explain"], text);
+    assert!(
+        long.contains("\n  left out symmetric eigenproblem: "),
+        "{long}"
+    );
+    let but_plan = |text: &str| {
+        let (before, rest) = text.split_once("\nPlan\n").expect("a plan");
+        let (_, after) = rest.split_once("\nModes\n").expect("modes");
+        format!("{before}{after}")
+    };
+    assert_eq!(but_plan(&short), but_plan(&long));
 }

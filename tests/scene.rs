@@ -666,6 +666,7 @@ fn documented_scenes_are_scenes() {
 /// A scene in which every key of the format occurs but those of matrices.
 fn everything() -> Value {
     json!({
+        "$schema": "scene.schema.json",
         "title": "Everything",
         "masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 2, "unit": "m"}, {"name": "c", "mass": 2, "unit": "rad"}],
         "points": [{"name": "p", "moves": {"a": 1, "c": -0.5}, "mass": 1}, {"name": "q", "moves": {"road": 2, "c": 1}}],

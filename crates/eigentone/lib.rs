@@ -29,6 +29,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # What people ask
+//!
+//! | question | answer |
+//! |---|---|
+//! | Which frequencies, dampings and shapes does it have? | [`System::modes`](modes::System::modes) |
+//! | How does it move from here, under these loads? | [`Response`](response::Response) |
+//! | How far off is my integrator? | [`Trajectory`](response::Trajectory) at its instants, with bounds |
+//! | What are the peaks, and when does it settle? | [`Summary`](response::Summary), between the instants too |
+//! | Which forces act in springs and dampers? | [`ElementForces`](response::ElementForces) |
+//! | How does it answer a harmonic force? | [`FrequencyResponse`](response::FrequencyResponse), [`SteadyState`](response::SteadyState) |
+//! | What does an earthquake or a shaker do? | [`ResponseSpectrum`](response::ResponseSpectrum), motions of supports |
+//! | How large is the motion under noise? | [`RandomVibration`](response::RandomVibration) |
+//! | What is e^A, and how far may it be off? | [`expm`], [`expm_bounded`] |
+//! | Which matrices does my controller take? | [`StateSpace`](response::StateSpace), continuous or held |
+//! | How do roots follow a spring? | [`Sweep`](response::Sweep), [`Sensitivity`](modes::Sensitivity) at one design |
+//!
 //! # Where to find what
 //!
 //! - [`prelude`]: what most programs need.
@@ -58,7 +74,7 @@
 //! coordinate and one column for each instant. Units must be coherent; the documentation assumes SI.
 //! Frequencies are [`Frequency`](modes::Frequency) values, rad/s inside and Hz only by asking. What is
 //! *proven* holds as a theorem; what is *estimated* is to first order, and marked so. Nothing panics for any
-//! input; errors say what was wrong and what would be right.
+//! input, but an index that does not exist; errors say what was wrong and what would be right.
 //!
 //! # Features
 //!
@@ -77,6 +93,8 @@ pub use eigentone_design as design;
 pub use eigentone_modes as modes;
 pub use eigentone_response as response;
 pub use eigentone_switching as switching;
+
+pub use eigentone_response::{expm, expm_bounded};
 
 // The snippets of the pages are tests.
 #[cfg(doctest)]

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use eigentone::modes::{Modes, Participation};
+use eigentone::modes::{Modes, Participation, System};
 use eigentone::report::{
-    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, ModeReport, Page,
+    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, MOST_DEMANDS, ModeReport, Page,
     ResponseReport, SwitchedReport, events_csv,
 };
 use eigentone::response::{
@@ -24,6 +24,9 @@ use super::{Failure, Question, frf, memory, print, tell_switches};
 pub struct Analyze {
     #[command(flatten)]
     question: Question,
+    /// Say why these methods ran and what was left out
+    #[arg(long)]
+    explain: bool,
     /// Write tables, data and plots into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -51,7 +54,10 @@ impl Analyze {
                 problem
                     .map(|problem| problem.to(self.question.precision()))
                     .and_then(|problem| {
-                        if self.out.is_none() {
+                        let demands = demands(system) as u64;
+                        let work = demands * memory::instants(&scene);
+                        let few = demands <= MOST_DEMANDS as u64 && work <= MOST_FOLLOWED;
+                        if self.out.is_none() && !few {
                             return solve(problem, &modes, &progress);
                         }
                         let all = problem.clone().with_acceleration().with_forces();
@@ -107,7 +113,11 @@ impl Analyze {
         drop(progress);
         tell_switches(&self.question.scene, &scene);
         print(|out| {
-            out.write_all(analysis.text().as_bytes())?;
+            let text = match self.explain {
+                true => analysis.explained(),
+                false => analysis.text(),
+            };
+            out.write_all(text.as_bytes())?;
             match &switched {
                 Some(report) => write!(out, "\n{}", report.text()),
                 None => Ok(()),
@@ -120,6 +130,14 @@ impl Analyze {
         }
         Ok(())
     }
+}
+
+/// Accelerations and forces times instants: beyond it the analysis would wait for them.
+const MOST_FOLLOWED: u64 = 100_000;
+
+/// How many accelerations and forces the system has.
+fn demands(system: &System) -> usize {
+    system.len() + system.springs().len() + system.dampers().len()
 }
 
 struct Solved<'a> {

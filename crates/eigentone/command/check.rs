@@ -4,20 +4,30 @@ use std::path::PathBuf;
 
 use clap::Args;
 use eigentone::check::{
-    Effort, ExponentialComparison, ModeComparison, Progress as Row, WorkPrecision, integrators,
+    Effort, ExponentialComparison, Integrator, ModeComparison, Progress as Row, WorkPrecision,
+    integrators,
 };
 use eigentone::report::CheckReport;
-use eigentone::response::methods;
+use eigentone::response::{ResponseMethod, methods};
+use eigentone::scene::did_you_mean;
 
 use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, Question, memory, print, refuse_switches};
+
+type Methods = (Vec<&'static dyn ResponseMethod>, Vec<Box<dyn Integrator>>);
 
 /// Compares every solver and method that applies: error, run time, work
 #[derive(Debug, Args)]
 pub struct Check {
     #[command(flatten)]
     question: Question,
+    /// Only these methods of the response, with commas between, as "certified exponential,DOP853" [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// Print one JSON object with every digit
+    #[arg(long)]
+    json: bool,
     /// Write the tables and the work-precision diagram into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -28,6 +38,7 @@ impl Check {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
         refuse_switches(&self.question.scene, &scene, "check")?;
+        let (exact, integrators) = self.methods()?;
         self.question.admit_modes(&scene)?;
         let motion = memory::of_motion(&scene, memory::instants(&scene));
         self.question.admit(motion)?;
@@ -44,8 +55,7 @@ impl Check {
             ExponentialComparison::measure(scene.system(), step, &mut tell).ok()
         });
         let response = problem.map(|problem| {
-            let (integrators, effort) = (integrators(), Effort::default());
-            WorkPrecision::measure(&problem, methods(), &integrators, effort, &mut tell)
+            WorkPrecision::measure(&problem, &exact, &integrators, Effort::default(), &mut tell)
         });
         let name = self.question.name();
         let report = CheckReport {
@@ -58,12 +68,40 @@ impl Check {
             write(&report, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
-        print(|out| out.write_all(report.text().as_bytes()))?;
+        print(|out| match self.json {
+            true => report.json(out),
+            false => out.write_all(report.text().as_bytes()),
+        })?;
         // What is said of the modes holds all the same.
         match response {
             Some(Err(error)) => Err(Failure::response(file)(error)),
             _ => Ok(()),
         }
+    }
+
+    /// The exact methods and the integrators that are asked for, by their names in the table.
+    fn methods(&self) -> Result<Methods, Failure> {
+        let (mut exact, mut integrators) = (methods().to_vec(), integrators());
+        if self.methods.is_empty() {
+            return Ok((exact, integrators));
+        }
+        let mut all: Vec<&str> = exact.iter().map(|method| method.name()).collect();
+        all.extend(integrators.iter().map(|method| method.name()));
+        all.dedup();
+        let asked = |known: &str| {
+            let same = |name: &String| name.trim().to_lowercase() == known.to_lowercase();
+            self.methods.iter().position(same)
+        };
+        let found: Vec<usize> = all.iter().filter_map(|known| asked(known)).collect();
+        let mut names = self.methods.iter().enumerate();
+        if let Some((_, name)) = names.find(|(place, _)| !found.contains(place)) {
+            let hint = did_you_mean(name, &all);
+            let name = name.clone();
+            return Err(Failure::NoSuchMethod { name, hint });
+        }
+        exact.retain(|method| asked(method.name()).is_some());
+        integrators.retain(|method| asked(method.name()).is_some());
+        Ok((exact, integrators))
     }
 }
 

@@ -10,13 +10,14 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Hold, memory, positive, print, tell_switches};
+use super::{Failure, Hold, known_ends, memory, positive, print, read, source, tell_switches};
 
 /// Prints the state-space matrices A, B, C and D, continuous or held
 #[derive(Debug, Args)]
 pub struct Export {
     // All entries are rounded once: there is no precision to ask for.
-    /// The scene file
+    /// The scene file; - is standard input
+    #[arg(value_parser = source::parser())]
     scene: PathBuf,
     #[command(flatten)]
     memory: memory::Limit,
@@ -47,8 +48,9 @@ impl Export {
         if self.hold.is_some() != self.step.is_some() {
             return Err(Failure::HoldWithoutStep);
         }
-        let scene = Scene::read(&self.scene)?;
+        let scene = read(&self.scene)?;
         let file = &self.scene;
+        known_ends(file, &scene, &self.from, &self.to)?;
         tell_switches(file, &scene);
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();

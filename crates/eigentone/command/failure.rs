@@ -108,6 +108,17 @@ pub enum Failure {
     },
     #[error("{}: {error}", scene.display())]
     Table { scene: PathBuf, error: TableError },
+    #[error("{}: {option} {name:?} is no name of the scene: {hint}", scene.display())]
+    UnknownName {
+        scene: PathBuf,
+        option: &'static str,
+        name: String,
+        hint: String,
+    },
+    #[error("the gallery has no scene {name:?}: {hint}")]
+    NoSuchScene { name: String, hint: String },
+    #[error("--methods: there is no method {name:?}: {hint}")]
+    NoSuchMethod { name: String, hint: String },
     #[error("{}: {message}", scene.display())]
     Study { scene: PathBuf, message: String },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
@@ -218,6 +229,9 @@ impl Failure {
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
             | Failure::Study { .. }
+            | Failure::UnknownName { .. }
+            | Failure::NoSuchScene { .. }
+            | Failure::NoSuchMethod { .. }
             | Failure::Memory { .. }
             | Failure::Large { .. } => 2,
             Failure::Campbell { error, .. } => match error {

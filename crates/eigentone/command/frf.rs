@@ -9,8 +9,10 @@ use eigentone::response::{FrequencyResponse, Quantity, peak_grid};
 use eigentone::scene::Scene;
 
 use super::files::Files;
+use super::form::Form;
+use super::frequency::Asked;
 use super::progress::Progress;
-use super::{Failure, Question, print, tell_switches};
+use super::{Failure, Question, known_ends, tell_switches};
 
 /// Prints frequency response functions, their peaks and their dips
 #[derive(Debug, Args)]
@@ -27,12 +29,15 @@ pub struct Frf {
     /// Which derivative of the motion of masses, points and supports
     #[arg(long, value_enum, default_value_t = Derivative::Displacement)]
     quantity: Derivative,
-    /// At these frequencies, in rad/s [default: the "frequencies" of the scene, else a grid that shows every peak]
-    #[arg(long, value_name = "FREQUENCIES", value_delimiter = ',', value_parser = frequency)]
-    at: Option<Vec<f64>>,
-    /// Print one JSON object with every digit
-    #[arg(long)]
-    json: bool,
+    /// At these frequencies, in rad/s or with a unit, as 1,2.5 or 14Hz [default: the "frequencies" of the scene, else a grid
+    /// that shows every peak]
+    #[arg(long, value_name = "FREQUENCIES", value_delimiter = ',', value_parser = str::parse::<Asked>)]
+    at: Option<Vec<Asked>>,
+    /// Frequencies of --at without a unit are in Hz
+    #[arg(long, requires = "at")]
+    hz: bool,
+    #[command(flatten)]
+    form: Form,
     /// Write data and plots into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -58,6 +63,7 @@ const INPUTS: usize = 8;
 impl Frf {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
+        known_ends(&self.question.scene, &scene, &self.from, &self.to)?;
         tell_switches(&self.question.scene, &scene);
         let file = &self.question.scene;
         let failure = |error| Failure::Frequency {
@@ -86,7 +92,7 @@ impl Frf {
             Ok(peak_grid(scene.system(), &modes, scene.loss_factors()))
         };
         let grid = match (&self.at, scene.frequencies()) {
-            (Some(at), _) => at.clone(),
+            (Some(at), _) => at.iter().map(|at| at.radians_per_second(self.hz)).collect(),
             (None, Some(given)) => given.to_vec(),
             (None, None) => of_peaks()?,
         };
@@ -126,10 +132,11 @@ impl Frf {
             files.keep()?;
         }
         drop(progress);
-        print(|out| match self.json {
-            true => report.json(out),
-            false => out.write_all(report.text().as_bytes()),
-        })
+        self.form.print(
+            |out| report.json(out),
+            |out| report.csv(out),
+            |out| out.write_all(report.text().as_bytes()),
+        )
     }
 }
 
@@ -161,14 +168,4 @@ pub(super) fn asked<'a>(scene: &'a Scene, from: &[String], to: &[String]) -> Fre
         asked = asked.output(output.clone());
     }
     asked
-}
-
-fn frequency(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err(
-            "it must be finite numbers of rad/s, 0 or more, with commas between them, as 1,2.5"
-                .to_owned(),
-        ),
-    }
 }

@@ -6,15 +6,21 @@ mod check;
 mod export;
 mod failure;
 mod files;
+mod form;
+mod frequency;
 mod frf;
 mod interrupt;
 mod memory;
 mod modes;
+mod new;
 mod optimise;
 mod progress;
 mod random;
 mod response;
+mod scenes;
 mod selection;
+mod shell;
+mod source;
 mod spectrum;
 mod stability;
 mod study;
@@ -27,7 +33,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use eigentone::modes::{Bounds, Modes};
 use eigentone::response::Trajectory;
-use eigentone::scene::Scene;
+use eigentone::scene::{Scene, did_you_mean};
 
 pub use failure::Failure;
 
@@ -54,6 +60,11 @@ enum Command {
     Check(check::Check),
     Stability(stability::Stability),
     Tables(tables::Tables),
+    New(new::New),
+    Scenes(scenes::Scenes),
+    Completions(shell::Completions),
+    #[command(name = "man")]
+    Manual(shell::Manual),
 }
 
 impl Cli {
@@ -74,6 +85,10 @@ impl Cli {
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
             Command::Tables(command) => command.run(),
+            Command::New(command) => command.run(),
+            Command::Scenes(command) => command.run(),
+            Command::Completions(command) => command.run(),
+            Command::Manual(command) => command.run(),
         }
     }
 }
@@ -81,7 +96,8 @@ impl Cli {
 /// What every command is told: the scene, and how far its answer may be off.
 #[derive(Debug, Args)]
 struct Question {
-    /// The scene file
+    /// The scene file; - is standard input
+    #[arg(value_parser = source::parser())]
     scene: PathBuf,
     #[command(flatten)]
     accuracy: Accuracy,
@@ -139,7 +155,7 @@ impl Question {
     /// Reads the scene once the options make sense together.
     fn scene(&self) -> Result<Scene, Failure> {
         self.accuracy.precision()?;
-        Ok(Scene::read(&self.scene)?)
+        read(&self.scene)
     }
 
     /// The precision asked for, as the library puts it.
@@ -225,6 +241,11 @@ impl Question {
     }
 }
 
+/// Reads and checks a scene.
+fn read(scene: &Path) -> Result<Scene, Failure> {
+    Ok(Scene::parse(&source::text(scene)?, scene)?)
+}
+
 /// Refuses a scene with switches.
 fn refuse_switches(file: &Path, scene: &Scene, what: &'static str) -> Result<(), Failure> {
     match scene.switch_places().into_iter().next() {
@@ -264,9 +285,39 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Refuses a name that none of those known is.
+fn known<'a>(
+    scene: &Path,
+    option: &'static str,
+    names: &[String],
+    all: impl Iterator<Item = &'a String>,
+) -> Result<(), Failure> {
+    let all: Vec<&String> = all.collect();
+    match names.iter().find(|name| !all.contains(name)) {
+        None => Ok(()),
+        Some(name) => Err(Failure::UnknownName {
+            scene: scene.to_owned(),
+            option,
+            name: name.clone(),
+            hint: did_you_mean(name, &all),
+        }),
+    }
+}
+
+/// Refuses names of inputs and outputs that the scene does not have.
+fn known_ends(file: &Path, scene: &Scene, from: &[String], to: &[String]) -> Result<(), Failure> {
+    let system = scene.system();
+    let points = system.points().iter().map(|point| &point.name);
+    let places = system.names().iter().chain(points).chain(system.supports());
+    known(file, "--from", from, places.clone())?;
+    let outputs = scene.outputs().iter().map(|output| &output.name);
+    known(file, "--to", to, places.chain(outputs))
+}
+
 /// The index of a sample.
 fn index(text: &str) -> Result<u64, String> {
-    let right = "it must be whole numbers from 0 on, with commas between them, as 0,10,400";
+    let right =
+        "it must be whole numbers from 0 on, with commas and no spaces between them, as 0,10,400";
     text.parse().map_err(|_| right.to_owned())
 }
 

@@ -4,9 +4,10 @@ use clap::Args;
 use eigentone::modes::Modes as Found;
 use eigentone::report::ModeReport;
 
+use super::form::Form;
 use super::progress::Progress;
 use super::selection::Selection;
-use super::{Failure, Question, print, tell_switches};
+use super::{Failure, Question, tell_switches};
 
 /// Prints the mode table
 #[derive(Debug, Args)]
@@ -15,9 +16,8 @@ pub struct Modes {
     question: Question,
     #[command(flatten)]
     selection: Selection,
-    /// Print one JSON object with every digit
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
 }
 
 impl Modes {
@@ -59,10 +59,11 @@ impl Modes {
         names: &'a [String],
     ) -> Result<(), Failure> {
         let report = selected(ModeReport::new(modes, names));
-        print(|out| match self.json {
-            true => report.json(out),
-            false => out.write_all(report.text().as_bytes()),
-        })?;
+        self.form.print(
+            |out| report.json(out),
+            |out| report.csv(out),
+            |out| out.write_all(report.text().as_bytes()),
+        )?;
         self.question.tell_doubts(modes);
         Ok(())
     }

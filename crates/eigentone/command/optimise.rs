@@ -10,13 +10,14 @@ use serde_json::{Value, json};
 
 use super::progress::Progress;
 use super::study::{Kind, METRICS, Metric, Varied, object};
-use super::{Failure, print, tell_switches};
+use super::{Failure, print, source, tell_switches};
 
 /// Finds the numbers of the scene that make a metric least, and shows that they do
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("aim").required(true).args(["minimise", "maximise"])))]
 pub struct Optimise {
-    /// The scene file
+    /// The scene file; - is standard input
+    #[arg(value_parser = source::parser())]
     scene: PathBuf,
     /// What varies: NAME.key or a JSON Pointer, and its limits; may be repeated, up to 8 times
     #[arg(long, required = true, value_name = "PATH=lo:hi", value_parser = varied)]

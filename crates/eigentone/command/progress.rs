@@ -8,7 +8,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Work that takes less says nothing.
-const PATIENCE: Duration = Duration::from_millis(500);
+const PATIENCE: Duration = Duration::from_millis(250);
 const TURN: Duration = Duration::from_millis(100);
 
 /// Turns until it is dropped, then leaves no trace.

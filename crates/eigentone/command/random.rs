@@ -7,17 +7,17 @@ use eigentone::report::RandomReport;
 use eigentone::response::peak_grid;
 
 use super::files::Files;
+use super::form::Form;
 use super::progress::Progress;
-use super::{Failure, Question, print, tell_switches};
+use super::{Failure, Question, tell_switches};
 
 /// Prints root mean squares of the stationary motion under the scene's noise
 #[derive(Debug, Args)]
 pub struct Random {
     #[command(flatten)]
     question: Question,
-    /// Print one JSON object with every digit
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
     /// Largest magnitudes to be expected within this time, in s [default: the end of the scene's time]
     #[arg(long, value_name = "T", value_parser = duration)]
     peak_in: Option<f64>,
@@ -81,10 +81,11 @@ impl Random {
             files.keep()?;
         }
         drop(progress);
-        print(|out| match self.json {
-            true => report.json(out),
-            false => out.write_all(report.text().as_bytes()),
-        })
+        self.form.print(
+            |out| report.json(out),
+            |out| report.csv(out),
+            |out| out.write_all(report.text().as_bytes()),
+        )
     }
 }
 

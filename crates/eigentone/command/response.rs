@@ -5,18 +5,18 @@ use eigentone::report::ResponseReport;
 use eigentone::response::{ModalTruncation, ResponsePlan, SteadyState};
 use eigentone::switching::Switching;
 
+use super::form::Form;
 use super::progress::Progress;
-use super::{Failure, Question, index, memory, print, refuse_switches};
+use super::{Failure, Question, index, memory, refuse_switches};
 
 /// Prints the motion at every sample instant
 #[derive(Debug, Args)]
 pub struct Response {
     #[command(flatten)]
     question: Question,
-    /// Print one JSON object with every digit
-    #[arg(long)]
-    json: bool,
-    /// Print only these sample indices, in this order
+    #[command(flatten)]
+    form: Form,
+    /// Print only these samples, in this order: whole numbers from 0 on with commas between, as 0,10,400
     #[arg(long, value_name = "INDICES", value_delimiter = ',', value_parser = index)]
     steps: Option<Vec<u64>>,
     /// By so many modes of the smallest frequencies alone, the others following without inertia;
@@ -60,10 +60,7 @@ impl Response {
             let report = ResponseReport::new(motion.trajectory(), scene.system().names())
                 .with_units(&problem)
                 .with_events(motion.events(), &switches);
-            return print(|out| match self.json {
-                true => report.json(out),
-                false => report.text(out),
-            });
+            return self.print(&report);
         }
         let solve = || {
             let mut problem = scene.problem().ok_or_else(no_time)?;
@@ -90,9 +87,14 @@ impl Response {
         let report = ResponseReport::new(&trajectory, scene.system().names())
             .with_units(&problem)
             .with_steady_state(steady_state.as_ref());
-        print(|out| match self.json {
-            true => report.json(out),
-            false => report.text(out),
-        })
+        self.print(&report)
+    }
+
+    fn print(&self, report: &ResponseReport<'_>) -> Result<(), Failure> {
+        self.form.print(
+            |out| report.json(out),
+            |out| report.csv(out),
+            |out| report.text(out),
+        )
     }
 }

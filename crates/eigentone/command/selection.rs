@@ -3,6 +3,8 @@
 use clap::Args;
 use eigentone::modes::{Frequency, Modes, ModesError, SparseError, SparseModes, System};
 
+use super::frequency::Asked;
+
 /// Some modes instead of all.
 #[derive(Clone, Debug, Args)]
 pub struct Selection {
@@ -10,9 +12,12 @@ pub struct Selection {
     /// matrices
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     lowest: Option<u32>,
-    /// Only modes near this natural frequency, in rad/s
-    #[arg(long, value_name = "FREQUENCY", value_parser = frequency, conflicts_with = "lowest")]
-    near: Option<f64>,
+    /// Only modes near this natural frequency, in rad/s or with a unit, as 88 or 14Hz
+    #[arg(long, value_name = "FREQUENCY", value_parser = str::parse::<Asked>, conflicts_with = "lowest")]
+    near: Option<Asked>,
+    /// A frequency of --near without a unit is in Hz
+    #[arg(long, requires = "near")]
+    hz: bool,
     /// How many modes near that frequency [default: 10]
     #[arg(long, value_name = "COUNT", requires = "near", value_parser = clap::value_parser!(u32).range(1..))]
     count: Option<u32>,
@@ -44,7 +49,10 @@ impl Selection {
         const DEFAULT: u32 = 10;
         let (target, count) = match self.lowest {
             Some(count) => (0.0, count),
-            None => (self.near?, self.count.unwrap_or(DEFAULT)),
+            None => (
+                self.near?.radians_per_second(self.hz),
+                self.count.unwrap_or(DEFAULT),
+            ),
         };
         Some((Frequency::from_radians_per_second(target), count as usize))
     }
@@ -56,12 +64,5 @@ impl Selection {
             Some(_) => SparseModes::lowest(system, count),
             None => SparseModes::nearest(system, target, count),
         })
-    }
-}
-
-fn frequency(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
-        _ => Err("it must be a finite number of rad/s, 0 or more".to_owned()),
     }
 }

@@ -8,8 +8,9 @@ use eigentone::response::{Baseline, ResponseSpectrum, Samples};
 use eigentone::scene::read_record;
 
 use super::files::Files;
+use super::form::Form;
 use super::progress::Progress;
-use super::{Accuracy, Failure, Hold, positive, print};
+use super::{Accuracy, Failure, Hold, positive};
 
 /// Prints the response spectrum of an acceleration record
 #[derive(Debug, Args)]
@@ -39,9 +40,8 @@ pub struct Spectrum {
     hold: Hold,
     #[command(flatten)]
     accuracy: Accuracy,
-    /// Print one JSON object with every digit
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    form: Form,
     /// Write data and plots into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -84,10 +84,11 @@ impl Spectrum {
             }
             files.keep()?;
         }
-        print(|out| match self.json {
-            true => report.json(out),
-            false => out.write_all(report.text().as_bytes()),
-        })
+        self.form.print(
+            |out| report.json(out),
+            |out| report.csv(out),
+            |out| out.write_all(report.text().as_bytes()),
+        )
     }
 
     /// From the lowest to the highest, both exactly.

@@ -1,6 +1,5 @@
 //! A scene of which numbers vary, and what is told of each design: for `sweep` and `optimise`.
 
-use std::fs;
 use std::path::PathBuf;
 use std::slice::from_ref;
 use std::str::FromStr;
@@ -9,11 +8,11 @@ use eigentone::modes::{Modes, Precision};
 use eigentone::response::{
     Combination, Destination, Extrema, LargestGain, Quantity, ResponsePlan, Sum, Summary, peak_grid,
 };
-use eigentone::scene::{Scene, hint};
+use eigentone::scene::{Scene, did_you_mean};
 use serde_json::Value;
 
-use super::Failure;
 use super::frf::asked;
+use super::{Failure, source};
 
 /// What is told of a design.
 #[derive(Clone, Debug)]
@@ -73,7 +72,8 @@ impl Varied {
         precision: Precision,
         names: impl Iterator<Item = &'a str>,
     ) -> Result<(Scene, Varied), Failure> {
-        let scene = Scene::read(file)?;
+        let text = source::text(file)?;
+        let scene = Scene::parse(&text, file)?;
         let mut varied = Varied {
             file: file.clone(),
             precision,
@@ -81,7 +81,6 @@ impl Varied {
             names: Vec::new(),
             pointers: Vec::new(),
         };
-        let text = fs::read_to_string(file).map_err(|error| varied.refuse(error.to_string()))?;
         varied.value = serde_json::from_str(text.trim_start_matches('\u{feff}'))
             .map_err(|error| varied.refuse(error.to_string()))?;
         for name in names {
@@ -326,7 +325,10 @@ fn peak(scene: &Scene, precision: Precision, name: &str) -> Result<Option<f64>, 
 fn settling(scene: &Scene, modes: &Modes, name: &str) -> Result<Option<f64>, String> {
     let names = scene.system().names();
     let Some(index) = names.iter().position(|known| known == name) else {
-        return Err(format!("there is no mass {name:?}: {}", hint(name, names)));
+        return Err(format!(
+            "there is no mass {name:?}: {}",
+            did_you_mean(name, names)
+        ));
     };
     // Settling between the samples is known where the motion is proven.
     let problem = motion(scene)?.to(Precision::default());
@@ -377,7 +379,7 @@ fn pointer(scene: &Value, path: &str) -> Result<String, String> {
     }
     let hint = match known[..] {
         [] => "no element with a number has a name".to_owned(),
-        _ => hint(path, &known),
+        _ => did_you_mean(path, &known),
     };
     Err(format!(
         "--vary {path}: no number of the scene has this name, NAME.key or a JSON Pointer such as /springs/0/stiffness: {hint}"

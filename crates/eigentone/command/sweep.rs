@@ -12,12 +12,13 @@ use serde_json::Value;
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{METRICS, Metric, Varied, object};
-use super::{Accuracy, Failure, print, tell_switches, tolerance};
+use super::{Accuracy, Failure, print, source, tell_switches, tolerance};
 
 /// Varies numbers of the scene: eigenvalues and metrics of each design
 #[derive(Debug, Args)]
 pub struct Sweep {
-    /// The scene file
+    /// The scene file; - is standard input
+    #[arg(value_parser = source::parser())]
     scene: PathBuf,
     /// What varies: NAME.key or a JSON Pointer, and FROM:TO:COUNT, FROM:TO:COUNT:log or values with commas between
     #[arg(long, required = true, value_name = "PATH=RANGE", value_parser = varied)]

@@ -9,12 +9,13 @@ use eigentone::tables::SceneTables;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, index, memory, refuse_switches};
+use super::{Failure, index, memory, read, refuse_switches, source};
 
 /// Writes reference tables: modes and motion to 15 digits that are all right
 #[derive(Debug, Args)]
 pub struct Tables {
-    /// The scene file; without one, every scene of the gallery
+    /// The scene file; - is standard input; without one, every scene of the gallery
+    #[arg(value_parser = source::parser())]
     scene: Option<PathBuf>,
     /// Write the tables into this directory, in place of files of the same names
     #[arg(long, value_name = "DIR")]
@@ -39,7 +40,7 @@ impl Tables {
     pub fn run(self) -> Result<(), Failure> {
         match &self.scene {
             Some(file) => {
-                let scene = Scene::read(file)?;
+                let scene = read(file)?;
                 refuse_switches(file, &scene, "tables")?;
                 let name = file.file_stem().unwrap_or(file.as_os_str());
                 let name = name.to_string_lossy().into_owned();

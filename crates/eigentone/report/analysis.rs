@@ -9,6 +9,7 @@ use eigentone_response::{
 };
 
 use super::axis::Axis;
+use super::demands::DemandReport;
 use super::modes::ModeReport;
 use super::number;
 use super::outline::{self, Outline};
@@ -47,11 +48,22 @@ pub struct Answer<'a> {
 }
 
 impl Analysis<'_> {
-    /// Title, what was proved, what ran and what was left out, the mode table, the response in a
-    /// few numbers for each mass, and how far the numbers can be off.
+    /// Title, what was proved, what ran, the mode table with shapes, the response in a few numbers for each mass, peaks of
+    /// accelerations and forces where the trajectory has them, and how far the numbers can be off.
     pub fn text(&self) -> String {
-        let mut text = format!("{}\n", visible(self.title));
-        section(&mut text, "Structure", &self.structure.to_string());
+        let mut plan = format!("modes by {}", self.modes.plan().solver);
+        match &self.response {
+            Some(answer) => {
+                let _ = write!(plan, "; response by {}", answer.plan.method.name());
+            }
+            None => plan.push_str("; no response: the scene has no `time`"),
+        }
+        plan.push_str(" (--explain says why)");
+        self.with_plan(&plan)
+    }
+
+    /// The same with the whole plan: why these methods ran and what was left out.
+    pub fn explained(&self) -> String {
         let mut plan = self.modes.plan().to_string();
         match &self.response {
             Some(answer) => {
@@ -59,14 +71,28 @@ impl Analysis<'_> {
             }
             None => plan.push_str("\nleft out the response: the scene has no `time`"),
         }
-        section(&mut text, "Plan", &plan);
+        self.with_plan(&plan)
+    }
+
+    fn with_plan(&self, plan: &str) -> String {
+        let mut text = format!("{}\n", visible(self.title));
+        section(&mut text, "Structure", &self.structure.to_string());
+        section(&mut text, "Plan", plan);
         let modes = ModeReport::new(self.modes, self.system.names());
         section(&mut text, "Modes", &modes.text());
+        if let Some(shapes) = modes.shapes() {
+            section(&mut text, "Shapes", &shapes);
+        }
         if let Some(answer) = &self.response {
             let table = answer.table(self.system).text() + answer.explained();
             section(&mut text, &answer.heading(), &table);
             if let Some(outputs) = answer.outputs() {
                 section(&mut text, "Outputs", &outputs.text());
+            }
+            let extrema = answer.summary.extrema();
+            let demands = DemandReport::new(answer.problem, answer.trajectory, extrema);
+            if let Some(demands) = demands.text() {
+                section(&mut text, "Accelerations and forces", &demands);
             }
             if let Some(steady) = answer.steady(self.system) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
@@ -261,7 +287,7 @@ impl Answer<'_> {
                 false => table,
             };
             let (largest, bound) = match is_between {
-                true => ("largest at any time", "its error, estimated"),
+                true => ("largest, between samples too", "its error, estimated"),
                 false => ("largest at a sample", "bound of its error"),
             };
             table
@@ -330,7 +356,7 @@ impl Answer<'_> {
     pub(super) fn explained(&self) -> &'static str {
         if self.summary.is_between() {
             "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
-             largest displacement at any time. Overshoot: how far it goes past that end, in % of the way there from\n\
+             largest displacement, between samples too. Overshoot: how far it goes past that end, in % of the way there from\n\
              where it is at t = 0, if that is at least a tenth of the largest deviation. Settled after: the last time\n\
              outside ±2 % of the largest deviation from that end.\n"
         } else {
@@ -398,7 +424,7 @@ mod tests {
         };
         let from = State::at_rest().displace("m", 3.0);
         let (text, speed, _) = ask(Response::of(&system).from(from));
-        assert!(text.contains("largest at any time"), "{text}");
+        assert!(text.contains("largest, between samples too"), "{text}");
         assert!(text.contains("−3.00000  1.57080"), "{text}");
         // Four samples, the highest and the lowest.
         assert_eq!(speed, 6);

@@ -8,9 +8,14 @@ use eigentone_response::{Extrema, Peaks, Problem, Quantity, Reached, Trajectory}
 
 use super::axis::Axis;
 use super::csv;
+use super::number;
 use super::outline::Outline;
 use super::plot::{Line, Plot};
+use super::table::{Align, Table, visible};
 use super::unit;
+
+/// A table of more of them is not looked at: `peaks.csv` has all.
+pub const MOST_DEMANDS: usize = 24;
 
 /// Prints accelerations and forces, those that a trajectory has.
 #[derive(Clone, Copy, Debug)]
@@ -86,6 +91,46 @@ impl<'a> DemandReport<'a> {
             csv::row(&mut out, row.chain(cells(&peaks.lowest)))?;
         }
         Ok(())
+    }
+
+    /// The largest value of each acceleration and force at any time; `None` where there are none, where they are not known
+    /// between the samples, and where there are too many to look at.
+    pub(super) fn text(&self) -> Option<String> {
+        let all: Vec<Demand<'a>> = self
+            .of_coordinates()
+            .into_iter()
+            .chain(self.of_elements())
+            .collect();
+        if all.is_empty() || all.len() > MOST_DEMANDS {
+            return None;
+        }
+        let peaks = all.iter().map(|one| Some(one.peaks?.largest()));
+        let peaks: Vec<Reached> = peaks.collect::<Option<_>>()?;
+        let column = |value: fn(&Reached) -> f64| {
+            number::column(peaks.iter().map(move |peak| Some(value(peak))))
+        };
+        let table = Table::default()
+            .column(
+                "quantity",
+                Align::Left,
+                all.iter().map(|one| visible(&one.label)),
+            )
+            .column("unit", Align::Left, all.iter().map(|one| one.unit))
+            .column(
+                "largest, between samples too",
+                Align::Point,
+                column(|peak| peak.value),
+            )
+            .column("at, s", Align::Point, column(|peak| peak.time))
+            .column(
+                "its error, estimated",
+                Align::Right,
+                peaks.iter().map(|peak| number::bound(peak.bound)),
+            );
+        Some(
+            table.text()
+                + "Forces are tensions: a spring or damper that is pulled has a positive one.\n",
+        )
     }
 
     /// Accelerations against time; `None` where there are none.

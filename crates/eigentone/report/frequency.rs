@@ -1,5 +1,6 @@
 //! Frequency response functions as tables, JSON, CSV and plots.
 
+use std::f64::consts::TAU;
 use std::io::{self, Write};
 
 use eigentone_modes::{Bounds, System};
@@ -92,7 +93,12 @@ impl<'a> FrequencyReport<'a> {
             .column(
                 "Ω, rad/s",
                 Align::Left,
-                rows.iter().map(|row| number::short(row.0)),
+                rows.iter().map(|row| number::significant(row.0)),
+            )
+            .column(
+                "f, Hz",
+                Align::Left,
+                rows.iter().map(|row| number::significant(row.0 / TAU)),
             )
             .column("from", Align::Left, rows.iter().map(|row| row.1.from()))
             .column("to", Align::Left, rows.iter().map(|row| row.1.to()))
@@ -192,7 +198,7 @@ impl<'a> FrequencyReport<'a> {
             (_, Some((gain, _))) => number::significant(gain),
             _ => "∞".to_owned(),
         });
-        let hertz = |row: &Row<'_>| row.2.map(|frequency| frequency / std::f64::consts::TAU);
+        let hertz = |row: &Row<'_>| row.2.map(|frequency| frequency / TAU);
         Table::default()
             .column("from", Align::Left, rows.iter().map(|row| row.0.from()))
             .column("to", Align::Left, rows.iter().map(|row| row.0.to()))
@@ -266,7 +272,7 @@ impl<'a> FrequencyReport<'a> {
             headers.map(|header| csv::text(&header).into_owned()),
         )?;
         for (k, &frequency) in self.functions.frequencies().iter().enumerate() {
-            let first = [frequency, frequency / std::f64::consts::TAU].map(csv::number);
+            let first = [frequency, frequency / TAU].map(csv::number);
             let values = functions.iter().flat_map(|function| {
                 let known = function.values()[k].known();
                 let value = known.map(|(value, _)| value);
@@ -297,7 +303,7 @@ impl<'a> FrequencyReport<'a> {
             .flat_map(Features::peaks);
         let peaks: Vec<(f64, f64)> = peaks
             .filter(|peak| self.shows(peak))
-            .filter_map(|peak| Some((peak.frequency().0 / std::f64::consts::TAU, peak.gain()?.0)))
+            .filter_map(|peak| Some((peak.frequency().0 / TAU, peak.gain()?.0)))
             .collect();
         if !peaks.is_empty() {
             let line = Line::new("peaks", peaks.len(), move |k| peaks[k]);
@@ -307,7 +313,7 @@ impl<'a> FrequencyReport<'a> {
         let phases = self.functions.functions().iter().map(|function| {
             let phases = unwrapped(function);
             Line::new(&self.name(function), frequencies.len(), move |k| {
-                (frequencies[k] / std::f64::consts::TAU, phases[k])
+                (frequencies[k] / TAU, phases[k])
             })
         });
         let phase = Plot {
@@ -350,10 +356,7 @@ impl<'a> FrequencyReport<'a> {
         let frequencies = self.functions.frequencies();
         let lines = self.functions.functions().iter().map(|function| {
             Line::new(&self.name(function), frequencies.len(), move |k| {
-                (
-                    frequencies[k] / std::f64::consts::TAU,
-                    part(value(function, k)),
-                )
+                (frequencies[k] / TAU, part(value(function, k)))
             })
         });
         Plot {

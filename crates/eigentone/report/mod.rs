@@ -36,7 +36,7 @@ pub use analysis::{Analysis, Answer};
 pub use axis::{Axis, Scale};
 pub use campbell::CampbellReport;
 pub use check::CheckReport;
-pub use demands::DemandReport;
+pub use demands::{DemandReport, MOST_DEMANDS};
 pub use energy::EnergyReport;
 pub use events::events_csv;
 pub use frequency::FrequencyReport;

@@ -58,6 +58,35 @@ impl<'a> ModeReport<'a> {
         self.table().text() + &self.remarks()
     }
 
+    /// The shapes in numbers, a column for each mode: real ones with their signs, others by size and phase. `None` where there are
+    /// too many to look at.
+    pub(super) fn shapes(&self) -> Option<String> {
+        const MOST_MODES: usize = 8;
+        const MOST_COORDINATES: usize = 24;
+        let (modes, names) = (self.modes.as_slice(), self.names);
+        if modes.is_empty() || modes.len() > MOST_MODES || names.len() > MOST_COORDINATES {
+            return None;
+        }
+        let mut table = Table::default().column("mass", Align::Left, names);
+        for (place, mode) in (1..).zip(modes) {
+            let bounds = mode.shape_bound();
+            let real = mode.shape().iter().all(|entry| entry.im == 0.0);
+            let cells = mode.shape().iter().enumerate();
+            let cells =
+                cells.map(|(i, entry)| component(*entry, bounds.map(|bounds| bounds[i]), real));
+            table = table.column(&place.to_string(), Align::Right, cells);
+        }
+        let text = table.text();
+        let mut remark = "The largest entry of each is 1.".to_owned();
+        if text.contains('∠') {
+            remark += " Size ∠ phase where the masses do not pass through 0 together.";
+        }
+        if text.contains('?') {
+            remark += " ?: not known to six digits.";
+        }
+        Some(text + &remark + "\n")
+    }
+
     /// The same as a Markdown table.
     pub fn markdown(&self) -> String {
         let remarks = self.remarks().replace('\n', "\n\n");
@@ -255,6 +284,28 @@ fn damping_ratio(mode: &Mode) -> Option<(f64, f64)> {
     }
 }
 
+/// An entry of a shape, as far as six digits of it are known.
+fn component(entry: Complex<f64>, bound: Option<f64>, real: bool) -> String {
+    const SIX_DIGITS: f64 = 5e-7;
+    let size = entry.norm();
+    match bound {
+        Some(bound) if bound <= SIX_DIGITS * size || size + bound == 0.0 => match real {
+            true => number::significant(entry.re),
+            false if size == 0.0 => "0".to_owned(),
+            false => {
+                let phase = entry.arg().to_degrees();
+                format!(
+                    "{} ∠{}°",
+                    number::significant(size),
+                    format!("{phase:.3}").replace('-', "−")
+                )
+            }
+        },
+        Some(bound) if size + bound < SIX_DIGITS => "< 5e−7".to_owned(),
+        _ => "?".to_owned(),
+    }
+}
+
 fn time_constant(mode: &Mode) -> Option<(f64, f64)> {
     let constant = mode.time_constant()?;
     let bound = mode.eigenvalue().real_bound?;
@@ -394,5 +445,22 @@ impl ModeJson {
             backward_error: mode.backward_error(),
             condition: mode.condition(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_show_the_digits_that_are_known() {
+        let shown = |re, im, bound, real| component(Complex::new(re, im), bound, real);
+        assert_eq!(shown(-0.5, 0.0, Some(1e-17), true), "−0.500000");
+        assert_eq!(shown(0.0, -0.5, Some(1e-17), false), "0.500000 ∠−90.000°");
+        assert_eq!(shown(0.0, 0.0, Some(0.0), true), "0");
+        assert_eq!(shown(0.5, 0.0, Some(1e-6), true), "?");
+        assert_eq!(shown(0.5, 0.0, None, true), "?");
+        assert_eq!(shown(1e-12, 0.0, Some(1e-12), true), "< 5e−7");
+        assert_eq!(shown(0.5, 0.0, Some(f64::NAN), true), "?");
     }
 }

@@ -23,7 +23,7 @@ use super::place::{self, steps};
 use super::record;
 use super::shape::{ByName, List, Matrix, Number, Object, Ratios, Text, Two, Values};
 use super::text::Source;
-use super::words::{excerpt, hint};
+use super::words::{did_you_mean, excerpt};
 
 /// Checks all there is to check.
 pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene, SceneError> {
@@ -465,7 +465,7 @@ fn unknown_name(
         at: source.place(path),
         name: excerpt(name).into(),
         what,
-        hint: hint(name, known).into(),
+        hint: did_you_mean(name, known).into(),
     }
 }
 

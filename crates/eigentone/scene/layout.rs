@@ -9,6 +9,9 @@ use super::shape::{
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Scene {
+    /// For editors.
+    #[serde(rename = "$schema", default, deserialize_with = "given")]
+    pub(super) _schema: Option<Text>,
     #[serde(default, deserialize_with = "given")]
     pub(super) title: Option<Text>,
     #[serde(default, deserialize_with = "given")]

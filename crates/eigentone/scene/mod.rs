@@ -28,7 +28,8 @@ pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
 pub use record::{MAX_RECORD_BYTES, RecordError, read_record};
-pub use words::hint;
+pub use text::{read_file, read_text};
+pub use words::did_you_mean;
 
 /// A scene that has been read and checked.
 #[derive(Clone, Debug)]
@@ -56,7 +57,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] naming the file, the place in it, what is wrong and what would be right.
     pub fn read(path: &Path) -> Result<Scene, SceneError> {
-        Scene::parse(&text::read(path)?, path)
+        Scene::parse(&read_file(path)?, path)
     }
 
     /// Checks the text of a scene; `file` is named in errors, and beside it are the Matrix Market files

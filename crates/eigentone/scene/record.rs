@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::shape::Column;
-use super::words::{excerpt, hint};
+use super::words::{did_you_mean, excerpt};
 
 /// The largest file of samples that is read, in bytes.
 pub const MAX_RECORD_BYTES: u64 = 256 << 20;
@@ -309,7 +309,7 @@ fn place(fields: &[Field<'_>], names: bool, wanted: &Column) -> Result<usize, St
                 _ => Err(format!(
                     "there is no column named {:?}: {}",
                     excerpt(name),
-                    hint(name, &known)
+                    did_you_mean(name, &known)
                 )),
             }
         }

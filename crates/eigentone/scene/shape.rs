@@ -12,7 +12,7 @@ use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, forward_to_deserialize_any};
 
-use super::words::{excerpt, hint};
+use super::words::{did_you_mean, excerpt};
 
 /// What can be read from one kind of JSON value; each reader below refuses by default.
 trait Shape<'de>: Sized {
@@ -475,5 +475,8 @@ fn repeated(key: &str) -> String {
 
 fn unknown(key: &str, fields: &[&str]) -> String {
     let key_excerpt = excerpt(key);
-    format!("the key {key_excerpt:?} is unknown: {}", hint(key, fields))
+    format!(
+        "the key {key_excerpt:?} is unknown: {}",
+        did_you_mean(key, fields)
+    )
 }

@@ -12,8 +12,11 @@ use super::layout;
 use super::place::{self, Place, Step};
 use super::shape::Object;
 
-/// The text of a file, if it is a file, not too large, and text.
-pub(super) fn read(path: &Path) -> Result<String, SceneError> {
+/// The text of a scene file, if it is a file, not too large, and text: what [`Scene::read`](super::Scene::read) parses.
+///
+/// # Errors
+/// [`SceneError`] naming the file and what is wrong with it.
+pub fn read_file(path: &Path) -> Result<String, SceneError> {
     let file = path.to_owned();
     let failed = |source| SceneError::Read {
         file: path.to_owned(),
@@ -30,12 +33,21 @@ pub(super) fn read(path: &Path) -> Result<String, SceneError> {
     if metadata.len() > MAX_BYTES {
         return Err(SceneError::TooLarge { file });
     }
-    let mut bytes = Vec::new();
     // It may have grown.
-    let open = File::open(path).map_err(failed)?;
-    open.take(MAX_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(failed)?;
+    read_text(File::open(path).map_err(failed)?, path)
+}
+
+/// The text of a scene that comes from elsewhere, such as standard input, if it is not too large, and text; `file` is
+/// named in errors.
+///
+/// # Errors
+/// As [`read_file`].
+pub fn read_text(input: impl Read, file: &Path) -> Result<String, SceneError> {
+    let file = file.to_owned();
+    let mut bytes = Vec::new();
+    if let Err(source) = input.take(MAX_BYTES + 1).read_to_end(&mut bytes) {
+        return Err(SceneError::Read { file, source });
+    }
     if bytes.len() as u64 > MAX_BYTES {
         return Err(SceneError::TooLarge { file });
     }

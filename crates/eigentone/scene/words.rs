@@ -11,8 +11,15 @@ pub(super) fn excerpt(text: &str) -> String {
 
 /// What may have been meant by an unknown word: the known one nearest to it if one is near, or all
 /// of them.
+///
+/// ```
+/// use eigentone::scene::did_you_mean;
+///
+/// assert_eq!(did_you_mean("boddy", &["body", "wheel"]), "did you mean \"body\"?");
+/// assert_eq!(did_you_mean("x", &["body", "wheel"]), "known are \"body\" and \"wheel\"");
+/// ```
 #[must_use]
-pub fn hint(word: &str, known: &[impl AsRef<str>]) -> String {
+pub fn did_you_mean(word: &str, known: &[impl AsRef<str>]) -> String {
     const SHOWN: usize = 12;
     if let Some(near) = nearest(word, known) {
         return format!("did you mean {:?}?", excerpt(near));

@@ -98,11 +98,11 @@ fn lines<'a>(
         chosen.sort_unstable();
     }
     let when = match answer.summary.is_between() {
-        true => "at any time",
+        true => "between samples too",
         false => "at a sample",
     };
     let axis = quantity.axis(kind);
-    let mut caption = format!("Rings: the largest {} {when}.", axis.quantity);
+    let mut caption = format!("Rings: the largest {}, {when}.", axis.quantity);
     if let Some(doubts) = doubts(answer.trajectory) {
         caption += &format!(" {doubts}: no bound is known for them.");
     }

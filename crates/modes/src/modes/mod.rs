@@ -348,6 +348,16 @@ impl Modes {
         &self.modes
     }
 
+    /// How many modes there are: one for each conjugate pair or real root, each shape of a repeated root by itself.
+    pub fn len(&self) -> usize {
+        self.modes.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.modes.is_empty()
+    }
+
     /// Every finite root, conjugates and repeats included, sorted by |λ|, then Re λ, then +
     /// before − Im λ.
     pub fn eigenvalues(&self) -> &[Eigenvalue] {
@@ -424,6 +434,16 @@ pub(crate) fn order(a: &Eigenvalue, b: &Eigenvalue) -> Ordering {
         .total_cmp(&size(b))
         .then(a.value.re.total_cmp(&b.value.re))
         .then(b.value.im.total_cmp(&a.value.im))
+}
+
+/// The modes by their place in the order, from 0: `modes[0]` is the one of the smallest |λ|. As with slices, a place that does not
+/// exist panics; [`as_slice`](Modes::as_slice) has `get`.
+impl std::ops::Index<usize> for Modes {
+    type Output = Mode;
+
+    fn index(&self, place: usize) -> &Mode {
+        &self.modes[place]
+    }
 }
 
 impl<'a> IntoIterator for &'a Modes {

@@ -152,11 +152,11 @@ fn wrong_questions_are_refused() {
     for (arguments, message) in [
         (
             vec![scene, "--from", "nowhere"],
-            "\"nowhere\" is neither a coordinate nor a point",
+            "--from \"nowhere\" is no name of the scene",
         ),
         (
             vec![scene, "--to", "ground"],
-            "\"ground\" is neither a coordinate nor a point",
+            "--to \"ground\" is no name of the scene",
         ),
         (vec![scene, "--at=-1"], "0 or more"),
         (vec![scene, "--at", "nan"], "0 or more"),

@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 37] = [
+const CASES: [(&str, &str); 40] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -24,9 +24,12 @@ const CASES: [(&str, &str); 37] = [
     ("Response", "response S --steps 0,99"),
     ("Switching", "response beyond.json"),
     ("Switches", "check beyond.json"),
-    ("Frequency", "frf S --to wall"),
+    ("Frequency", "frf dashpot.json --from m0"),
+    ("UnknownName", "frf S --to wall"),
     ("", "frf S --at 1,x"),
-    ("StateSpace", "export S --from wall"),
+    ("StateSpace", "export far-apart.json"),
+    ("NoSuchScene", "scenes three-mas"),
+    ("NoSuchMethod", "check S --methods newmork"),
     ("LossFactor", "export rubber.json"),
     ("NoNoise", "random S"),
     ("HoldWithoutStep", "export S --step 0.1"),

@@ -190,7 +190,8 @@ fn motions_with_switches_are_those_of_60_digits() {
                 );
             }
             let trajectory = motion.trajectory();
-            let kinds: [(fn(&TrueSample) -> &Vec<Decimal>, _, _); 2] = [
+            type Values = fn(&TrueSample) -> &Vec<Decimal>;
+            let kinds: [(Values, _, _); 2] = [
                 (
                     |sample| &sample.displacement,
                     trajectory.displacement(),

@@ -1,6 +1,6 @@
 //! A scene of which numbers vary, and what is told of each design: for `sweep` and `optimise`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
@@ -68,14 +68,14 @@ pub struct Varied {
 impl Varied {
     /// The scene itself, and what is needed to vary these numbers of it.
     pub fn read<'a>(
-        file: &PathBuf,
+        file: &Path,
         precision: Precision,
         names: impl Iterator<Item = &'a str>,
     ) -> Result<(Scene, Varied), Failure> {
         let text = source::text(file)?;
         let scene = Scene::parse(&text, file)?;
         let mut varied = Varied {
-            file: file.clone(),
+            file: file.to_owned(),
             precision,
             value: Value::Null,
             names: Vec::new(),

@@ -87,7 +87,8 @@ def test_exponentials_are_those_of_scipy():
         found = eigentone.expm(a)
         expected = scipy.linalg.expm(a)
         assert np.abs(found.matrix - expected).sum(axis=0).max() <= 1e-13 * np.linalg.norm(expected, 1)
-        assert found.bound <= 1e-14 * np.linalg.norm(expected, 1)
+        # An estimate from the condition number.
+        assert found.bound <= 1e-13 * np.linalg.norm(expected, 1)
 
 
 def test_held_matrices_are_those_of_scipy():

@@ -139,7 +139,7 @@ def test_a_quarter_car_is_that_of_the_command_line_bit_for_bit():
         (lambda: eigentone.frf(eigentone.scene(M, C, K), 1.0, inputs="x9"), "x9"),
         (lambda: eigentone.expm([[1.0, 2.0]]), "square"),
         (lambda: eigentone.discretise(eigentone.scene(M, C, K), 0.1, hold="second"), "first"),
-        (lambda: eigentone.discretise(eigentone.scene(M, C, K), -1.0), ""),
+        (lambda: eigentone.discretise(eigentone.scene(M, C, K), -1.0), "greater than 0"),
     ],
 )
 def test_what_is_wrong_is_a_value_error_that_says_so(ask, message):

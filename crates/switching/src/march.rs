@@ -346,6 +346,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         };
         let stretch = self.places[switch].stretch.at(&self.zeta).to_f64();
         let fault = SwitchFault::BeyondGap {
+            time: self.now.to_f64(),
             stretch,
             gap: impact.gap,
         };

@@ -144,7 +144,8 @@ impl<T: Real> March<'_, '_, T> {
                     true => 0,
                     false => self.sign_of(switch, &beyond, is_due)?,
                 };
-                if place > 0 && !self.started {
+                // At the start, or where a support jumps.
+                if place > 0 {
                     return Err(self.beyond_gap(switch));
                 }
                 // Of what is held, only a jump of the rate counts.

@@ -117,12 +117,14 @@ pub enum SwitchFault {
         /// b.
         second: String,
     },
-    /// It begins beyond its gap.
+    /// It is beyond its gap at the start, or after a support has jumped.
     #[error(
-        "the motion starts with a stretch of {stretch:?} m, beyond the gap of {gap:?} m: start at the gap or before it"
+        "at t = {time:?} s the stretch is {stretch:?} m, beyond the gap of {gap:?} m: start at the gap or before it, and let no support jump beyond it"
     )]
     BeyondGap {
-        /// At t = 0, in m.
+        /// In s.
+        time: f64,
+        /// In m.
         stretch: f64,
         /// In m.
         gap: f64,

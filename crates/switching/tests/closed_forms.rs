@@ -161,6 +161,34 @@ fn a_load_breaks_a_mass_loose() {
     assert_eq!(motion.events()[0].kind, EventKind::Slip);
 }
 
+/// A wall that jumps over a mass leaves it nowhere to be; one that jumps away does nothing.
+#[test]
+fn a_wall_may_not_jump_over_a_mass() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .support("wall")
+        .spring(GROUND, "m", 100.0)
+        .build()
+        .expect("a system");
+    let jump = |height: f64| {
+        let ask = Response::of(&system).from(State::at_rest().displace("m", 0.1));
+        let ask = ask.motion(
+            "wall",
+            Quantity::Displacement,
+            Step::of(height).starting_at(1.0),
+        );
+        let problem = ask.every(0.5).until(3.0).problem().expect("a problem");
+        let switches = vec![impact("wall", "m", 0.12, 0.5)];
+        Switching::new(&problem, switches).expect("switches").run()
+    };
+    assert!(jump(0.3).expect("a motion").events().is_empty());
+    let error = jump(-0.3).expect_err("it is inside the wall").to_string();
+    assert!(
+        error.contains("at t = 1.0 s the stretch is 0.216"),
+        "{error}"
+    );
+}
+
 /// What dampers, friction, a stop and impacts take is what a motion from rest loses: of two masses, the second between a wall
 /// and a stop on the first; at least so many events happen.
 fn energy_closes(masses: &[f64], end: f64, events: usize) {

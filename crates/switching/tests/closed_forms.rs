@@ -252,3 +252,66 @@ fn energy_closes_over_ten_thousand_events() {
     energy_closes(&[1.3], 4000.0, 10_000);
     energy_closes(&[1.3, 0.7], 40.0, 250);
 }
+
+/// Two masses, the first on a spring of force kx + qx³: a chain of stops whose force is right at its corners tends to it as
+/// the square of their distance.
+#[test]
+fn a_chain_of_stops_tends_to_a_cubic_spring() {
+    let (k, q, between, reach, end) = (40.0, 900.0, 25.0, 0.5, 2.0);
+    let start = [0.4, 0.1];
+    // Kutta's method of order 4, by small steps.
+    let slope = |[a, b, u, v]: [f64; 4]| {
+        let pull = between * (b - a);
+        [u, v, pull - k * a - q * a.powi(3), -pull - 0.2 * v]
+    };
+    let plus = |z: [f64; 4], d: [f64; 4], h: f64| std::array::from_fn(|i| z[i] + h * d[i]);
+    let (mut z, steps) = ([start[0], start[1], 0.0, 0.0], 20_000);
+    let h = end / f64::from(steps);
+    for _ in 0..steps {
+        let first = slope(z);
+        let second = slope(plus(z, first, 0.5 * h));
+        let third = slope(plus(z, second, 0.5 * h));
+        let last = slope(plus(z, third, h));
+        z = std::array::from_fn(|i| {
+            z[i] + h / 6.0 * (first[i] + 2.0 * second[i] + 2.0 * third[i] + last[i])
+        });
+    }
+    let off = [8u32, 16, 32].map(|pieces| {
+        let corner = |j: u32| reach * f64::from(j) / f64::from(pieces);
+        let chord = |j: u32| {
+            let (a, b) = (corner(j), corner(j + 1));
+            k + q * (a * a + a * b + b * b)
+        };
+        let system = System::builder()
+            .mass("a", 1.0)
+            .mass("b", 1.0)
+            .spring(GROUND, "a", chord(0))
+            .spring("a", "b", between)
+            .damper(GROUND, "b", 0.2)
+            .build()
+            .expect("a system");
+        let stops = (1..pieces).flat_map(|j| {
+            [[GROUND, "a"], ["a", GROUND]].map(|ends| {
+                Switch::Stop(Stop {
+                    between: ends.map(str::to_owned),
+                    gap: corner(j),
+                    stiffness: chord(j) - chord(j - 1),
+                    damping: 0.0,
+                })
+            })
+        });
+        let from = State::at_rest()
+            .displace("a", start[0])
+            .displace("b", start[1]);
+        let motion = run(
+            Response::of(&system).from(from).every(end).until(end),
+            stops.collect(),
+        );
+        let found = motion.trajectory().displacement();
+        (found[(0, 1)] - z[0]).hypot(found[(1, 1)] - z[1])
+    });
+    assert!(off[2] < 2e-3, "{off:?}");
+    for pair in off.windows(2) {
+        assert!((3.0..6.0).contains(&(pair[0] / pair[1])), "{off:?}");
+    }
+}

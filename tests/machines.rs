@@ -4,9 +4,12 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::time::Duration;
 
-use eigentone::gallery::{Case, Decimal, TrueSample, machines, switches};
-use eigentone::modes::{Bounds, Precision};
+use eigentone::check::{Effort, OneStep, Outcome, WorkPrecision};
+use eigentone::gallery::{Case, Decimal, TrueSample, cases, machines, switches};
+use eigentone::modes::{Bounds, MatrixKind, Precision, System};
+use eigentone::report::ModeReport;
 use eigentone::response::{ResponsePlan, Trajectory, methods};
 use eigentone::scene::Scene;
 use eigentone::switching::{SwitchedMotion, Switching};
@@ -34,6 +37,71 @@ fn every_file_is_in_the_list() {
             assert_eq!(files, names.iter().map(|name| (*name).to_owned()).collect());
         }
     }
+}
+
+/// What a system was built from is written under the keys of a scene: read back by the library, or as a scene, it is the
+/// same system.
+#[test]
+fn systems_are_read_back_to_the_last_digit() {
+    let entries = |system: &System| {
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let terms = kinds.map(|kind| {
+            let terms = system
+                .terms(kind)
+                .chain(system.coupling(kind).iter().copied());
+            terms
+                .map(|term| format!("{term:?}"))
+                .collect::<Vec<String>>()
+        });
+        format!("{terms:?} {:?} {:?}", system.points(), system.names())
+    };
+    for case in cases().iter().chain(machines()).chain(switches()) {
+        let (name, scene) = (case.name(), case.scene());
+        let system = scene.system();
+        let text = serde_json::to_string(system).expect(name);
+        let back: System = serde_json::from_str(&text).expect(name);
+        assert_eq!(entries(&back), entries(system), "{name}");
+        assert_eq!(serde_json::to_string(&back).expect(name), text);
+        let again = Scene::parse(&text, Path::new("again.json")).expect(name);
+        assert_eq!(entries(again.system()), entries(system), "{name}");
+    }
+    let wrong = r#"{"masses": [{"name": "m", "mass": 1.0, "colour": "red"}]}"#;
+    let error = serde_json::from_str::<System>(wrong).expect_err("an unknown key");
+    assert!(
+        error.to_string().contains("unknown field `colour`"),
+        "{error}"
+    );
+    let wrong = r#"{"masses": [{"name": "m", "mass": -1.0}]}"#;
+    let error = serde_json::from_str::<System>(wrong).expect_err("a negative mass");
+    assert!(error.to_string().contains("-1"), "{error}");
+}
+
+/// As JSON the library's answers have the keys of the command line.
+#[test]
+fn answers_are_written_with_the_keys_of_the_command_line() {
+    let case = machines().iter().find(|case| case.name() == "half-car");
+    let scene = case.expect("a case").scene();
+    let modes = scene.system().modes().expect("modes");
+    let mut printed = Vec::new();
+    let report = ModeReport::new(&modes, scene.system().names());
+    report.json(&mut printed).expect("a vector takes it");
+    let printed = String::from_utf8(printed).expect("UTF-8");
+    assert_eq!(
+        serde_json::to_string(&modes).expect("text"),
+        printed.trim_end()
+    );
+    let problem = scene.problem().expect("a time").expect("a problem");
+    let motion = ResponsePlan::of(&problem).and_then(|plan| plan.run(&problem));
+    let motion = motion.expect("a motion");
+    let written = serde_json::to_value(&motion).expect("a value");
+    assert_eq!(written["bounds"], "proven");
+    assert_eq!(written["displacement"][1][7], motion.displacement()[(1, 7)]);
+    assert_eq!(written["outputs"][0]["value"][7], motion.output(0)[7]);
+    let proved = serde_json::to_value(scene.system().structure()).expect("a value");
+    assert_eq!(
+        (&proved["passive"], &proved["finite_roots"]),
+        (&true.into(), &8.into())
+    );
 }
 
 #[test]
@@ -257,6 +325,48 @@ fn output_steps_change_neither_events_nor_motions() {
                     assert!(off <= 1e-14 * coarse[(i, k)].abs().max(1e-3), "{name} {k}");
                 }
             }
+        }
+    }
+}
+
+/// With steps that are short enough, methods that locate events find all of them, near the times that are claimed to be exact.
+#[test]
+fn integrators_find_the_same_events() {
+    for case in switches() {
+        let (name, scene) = (case.name(), case.scene());
+        let problem = scene.problem().expect("instants").expect(name);
+        let effort = Effort {
+            instants: 50,
+            run: Duration::from_secs(10),
+            total: Duration::from_secs(20),
+        };
+        let methods = [OneStep::RungeKutta4, OneStep::Radau5];
+        let compared = WorkPrecision::measure_switched(
+            &problem,
+            &scene.switches(),
+            &methods,
+            effort,
+            &mut |_| {},
+        );
+        let rows = compared.expect(name).rows;
+        for method in methods {
+            let finest = rows.iter().rfind(|row| row.method == method.name());
+            let finest = finest.expect("a row");
+            let Outcome::Measured(one) = &finest.outcome else {
+                panic!("{name}: {finest:?}");
+            };
+            let events = one.events.expect("it has switches");
+            println!("{name}, {}: {:?} {events:?}", finest.method, one.error);
+            assert_eq!(
+                (events.found, events.in_order),
+                (events.expected, events.expected),
+                "{name}"
+            );
+            assert!(events.time < 1e-8, "{name}: {events:?}");
+            assert!(
+                one.error.is_some_and(|error| error.worst() < 1e-8),
+                "{name}: {one:?}"
+            );
         }
     }
 }

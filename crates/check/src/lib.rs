@@ -10,6 +10,7 @@
 //!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
 //!   tell beforehand how many steps they will take. The feature `stiff` adds `Bdf`, `TrBdf2` and
 //!   `Esdirk34` by the crate `diffsol`.
+//! - [`EventDriven`] integrates systems with switches, and locates their events.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;
 //!   [`ModeComparison`] does so for the mode solvers.
 //!
@@ -42,6 +43,7 @@
 //! ```
 
 mod closed_form;
+mod event_driven;
 mod exponential_comparison;
 mod instants;
 mod integrator;
@@ -57,6 +59,7 @@ pub use closed_form::{
     ChainEnds, ClosedFormError, Damping, ExactMass, ExactMotion, Kinematics, MassSpringDamper,
     OneMass, OneMassError, UndampedPair, UniformChain,
 };
+pub use event_driven::{EventDriven, EventDrivenMotion, OneStep};
 pub use exponential_comparison::{ExponentialComparison, ExponentialRow};
 pub use integrator::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Knob, Limit, Newmark,
@@ -75,5 +78,6 @@ pub use stability::{
 };
 pub use trajectory_error::TrajectoryError;
 pub use work_precision::{
-    Effort, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow, integrators,
+    Effort, EventsFound, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow,
+    integrators,
 };

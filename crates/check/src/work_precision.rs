@@ -114,6 +114,21 @@ pub struct Measurement {
     pub operations: Option<Operations>,
     /// What an integrator counted.
     pub work: Option<Work>,
+    /// Of a system with switches, how its events agree with the exact ones.
+    pub events: Option<EventsFound>,
+}
+
+/// The events of a motion beside those of the exact one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventsFound {
+    /// How many there are.
+    pub expected: usize,
+    /// How many were found.
+    pub found: usize,
+    /// How many from the first on are the same, of the same switches, in the same order.
+    pub in_order: usize,
+    /// The largest error of the time of any of these, in s.
+    pub time: f64,
 }
 
 /// How much a comparison may cost.
@@ -338,13 +353,14 @@ fn compare(
             operations: work.is_none().then(|| answer.operations()),
             time,
             work,
+            events: None,
         }),
         Err(error) => Outcome::Failed(error),
     }
 }
 
 /// The problem at no more than `most` of its instants, its last one among them.
-fn thin<'a>(problem: &Problem<'a>, most: usize) -> Result<Problem<'a>, ResponseError> {
+pub(crate) fn thin<'a>(problem: &Problem<'a>, most: usize) -> Result<Problem<'a>, ResponseError> {
     let most = most.max(1) as u128;
     // Even choice of `most` from 0 … last, ends included.
     let pick = |last: u64| {

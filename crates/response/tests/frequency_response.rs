@@ -310,6 +310,26 @@ fn what_vanishes_at_rest_hides_no_peak() {
     assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
 }
 
+/// What a force does to masses that it reaches does not depend on those that it does not reach, which come first here.
+#[test]
+fn outputs_out_of_reach_change_no_others() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 4.0)
+        .damper(GROUND, "b", 0.1)
+        .build()
+        .expect("a system");
+    let modes = system.modes().expect("modes");
+    let grid = peak_grid(&system, &modes, &[]);
+    let asked = FrequencyResponse::of(&system).from("b").to("a").to("b");
+    let both = asked.features(&grid).expect("features");
+    let alone = features(&system, "b", "b");
+    assert!(both[0].peaks().is_empty() && both[0].is_complete());
+    assert_eq!(format!("{:?}", both[1]), format!("{alone:?}"));
+}
+
 #[test]
 fn peaks_of_many_masses_are_proven_too() {
     let system = full(45, true);

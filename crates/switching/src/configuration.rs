@@ -4,7 +4,7 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use crate::error_set::ErrorSet;
 use crate::phase::{Phase, Setting};
-use crate::rows::{Row, SLACK, length};
+use crate::rows::{Row, SLACK, length, unit};
 use crate::switch::{ControlledDamper, DamperLaw, Stop, Switch};
 
 /// A switch in terms of ζ.
@@ -65,7 +65,7 @@ impl<T: Real> Configuration<T> {
         constant: T,
         [longest, reach]: [f64; 2],
     ) -> Option<Configuration<T>> {
-        let n = places.first().map_or(0, |place| place.push.len());
+        let n = w.len().isqrt();
         let one = T::ONE / constant;
         let mut whole = BallMatrix::<T>::zeros(n, n);
         for i in 0..n {
@@ -219,17 +219,12 @@ impl<T: Real> Configuration<T> {
     /// How far each entry of a state of these sizes, known to `errors`, may stray in `time` steps from what it is to first
     /// order.
     pub(crate) fn strays(&self, sizes: &[f64], errors: &ErrorSet, time: f64) -> Vec<f64> {
-        let moved = |sizes: &[f64]| -> Vec<f64> {
-            let row =
-                |row: &Vec<(usize, f64)>| row.iter().map(|(j, entry)| entry * sizes[*j]).sum();
-            self.sizes.iter().map(row).collect()
-        };
         let length = |sizes: &[f64]| {
             let scaled = sizes.iter().zip(&self.scales).map(|(a, b)| a * b);
             length(&scaled.collect::<Vec<f64>>())
         };
         let extents = errors.extents();
-        let (first, twice) = (moved(&extents), moved(&moved(sizes)));
+        let (first, twice) = (self.sized(&extents), self.sized(&self.sized(sizes)));
         let short = time * self.reach;
         let beyond = short * short * (short * length(sizes) + length(&extents));
         let each = first.iter().zip(&twice).zip(&self.scales);
@@ -237,6 +232,38 @@ impl<T: Real> Configuration<T> {
             2.0 * (time * error + time * time * curve + beyond / scale)
         })
         .collect()
+    }
+
+    /// |W| h times sizes of the entries of ζ.
+    pub(crate) fn sized(&self, sizes: &[f64]) -> Vec<f64> {
+        let row = |row: &Vec<(usize, f64)>| row.iter().map(|(j, entry)| entry * sizes[*j]).sum();
+        self.sizes.iter().map(row).collect()
+    }
+
+    /// The function of ζ that a function of ζ′ is.
+    pub(crate) fn of_rate(&self, row: &Row<T>) -> Row<T> {
+        let n = self.rows.len();
+        let mut entries = vec![T::ZERO; n];
+        let mut sizes = vec![0.0; n];
+        for ((factor, row), own) in row.entries.iter().zip(&self.rows).zip(&self.sizes) {
+            if factor.is_zero() {
+                continue;
+            }
+            for ((j, entry), (_, size)) in row.iter().zip(own) {
+                entries[*j] = entries[*j] + *factor * *entry;
+                sizes[*j] += factor.to_f64().abs() * size;
+            }
+        }
+        // The step is a power of two.
+        let seconds = T::ONE / T::from(self.step);
+        entries
+            .iter_mut()
+            .for_each(|entry| *entry = *entry * seconds);
+        let all = self.sizes.iter().flatten().map(|(_, size)| *size);
+        let norm = length(&all.collect::<Vec<f64>>());
+        let rounding = unit::<T>() * (n + 2) as f64 * length(&sizes);
+        let error = rounding + row.norm * self.error + row.error * norm;
+        Row::of(entries, error / self.step * SLACK)
     }
 
     /// Adds W ζ h to a list of states, ζ being the last.
@@ -383,6 +410,10 @@ fn guards<T: Real>(place: &Place<T>, phase: Phase, force: Option<&Row<T>>, one: 
             ]
         }
         (Switch::Friction(_), Phase::Slip(sign)) => vec![signed(sign, &place.rate)],
+        // What holds its ends may not hold what its ends are to each other: supports move.
+        (Switch::Friction(_), Phase::Idle(_)) => {
+            vec![signed(1, &place.rate), signed(-1, &place.rate)]
+        }
         (Switch::Stop(Stop { gap, .. }), phase) => {
             let beyond = place.stretch.plus_constant(-(T::from(*gap) * one));
             let sign = if phase == Phase::Closed { 1 } else { -1 };

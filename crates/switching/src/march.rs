@@ -13,7 +13,8 @@ use crate::error::SwitchingError;
 use crate::error_set::ErrorSet;
 use crate::event::Event;
 use crate::losses::{Losses, Taken};
-use crate::outputs::{Moment, Outputs, combinations};
+use crate::outputs::{Moment, Outputs, SwitchForce, combinations};
+use crate::peaks::{Followed, SwitchedPeaks};
 use crate::phase::Phase;
 use crate::root::{First, first, refine};
 use crate::rows::{Row, SLACK, dot, length, unit, upper};
@@ -29,6 +30,8 @@ pub(crate) struct Question<'a, 'b> {
     pub(crate) forms: Vec<[Form; 2]>,
     /// Whether losses are asked for.
     pub(crate) with_losses: bool,
+    /// Whether peaks are.
+    pub(crate) with_peaks: bool,
 }
 
 /// What came of an attempt with some digits.
@@ -36,6 +39,8 @@ pub(crate) struct Found {
     pub(crate) trajectory: Trajectory,
     pub(crate) events: Vec<Event>,
     pub(crate) losses: Option<Losses>,
+    pub(crate) peaks: Option<SwitchedPeaks>,
+    pub(crate) forces: Vec<SwitchForce>,
     /// Whether every instant is as good as asked for.
     pub(crate) good: bool,
 }
@@ -113,6 +118,8 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) events: Vec<Event>,
     /// Where losses are asked for.
     pub(crate) taken: Option<Taken<T>>,
+    /// Where peaks are.
+    followed: Option<Followed<T>>,
 }
 
 /// Records the instants of a step from one time up to another, but for that one.
@@ -163,7 +170,22 @@ pub(crate) fn march<T: Real, G: Real>(
     let Some(driven) = Driven::<T>::of::<G>(problem, &forms)? else {
         return Err(Halt::Undecided(SwitchingError::Stuck));
     };
-    let outputs = Outputs::of(problem, &driven, &parts, tolerance);
+    let outputs = Outputs::of(problem, &driven, &parts, question.switches.len(), tolerance);
+    let followed = question.with_peaks.then(|| {
+        let system = problem.system();
+        let [springs, dampers] =
+            [ElementKind::Spring, ElementKind::Damper].map(|kind| match problem.wants_forces() {
+                true => system.elements(kind).len(),
+                false => 0,
+            });
+        let counts = [
+            3 * system.len(),
+            problem.combinations().len(),
+            springs,
+            dampers,
+        ];
+        Followed::new(outputs.values(), counts, question.switches.len())
+    });
     let taken = question.with_losses.then(|| {
         let each = dampers.iter().zip(first..).map(|(damper, form)| {
             let [_, rate] = driven.form(form);
@@ -172,14 +194,15 @@ pub(crate) fn march<T: Real, G: Real>(
         });
         Taken::new(each.collect(), question.switches.len())
     });
-    March::new(question, driven, taken, doubt, tolerance)?.run(outputs)
+    let mut march = March::new(question, driven, doubt, tolerance)?;
+    (march.taken, march.followed) = (taken, followed);
+    march.run(outputs)
 }
 
 impl<'a, 'b, T: Real> March<'a, 'b, T> {
     fn new(
         question: &'a Question<'a, 'b>,
         driven: Driven<'a, 'b, T>,
-        taken: Option<Taken<T>>,
         doubt: Doubt,
         tolerance: f64,
     ) -> Result<March<'a, 'b, T>, Halt> {
@@ -310,7 +333,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             approach: 0,
             passes: 0,
             events: Vec::new(),
-            taken,
+            taken: None,
+            followed: None,
         })
     }
 
@@ -420,6 +444,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let series = Series::of(&self.current, &self.zeta);
             self.record(&mut outputs, &series, T::ZERO, 0.0);
         }
+        // And what is reached there.
+        let series = Series::of(&self.current, &self.zeta);
+        self.follow(&series, 0.0);
         let picked: Vec<usize> = asked
             .iter()
             .map(|index| ascending.binary_search(index).expect("it is one of them"))
@@ -430,10 +457,14 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let end = grid.time(grid.last());
         let tolerance = self.tolerance + f64::EPSILON / 2.0;
         let good = |event: &Event| event.bound <= tolerance * event.time.max(PART * end);
+        let good = outputs.is_good() && self.events.iter().all(good);
+        let (trajectory, forces) = outputs.trajectory(problem, asked, &picked);
         Ok(Found {
-            good: outputs.is_good() && self.events.iter().all(good),
-            trajectory: outputs.trajectory(problem, asked, &picked),
+            good,
+            trajectory,
+            forces,
             losses: self.taken.as_ref().map(Taken::total),
+            peaks: self.followed.and_then(Followed::total),
             events: self.events,
         })
     }
@@ -468,17 +499,30 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         if self.now.to_f64() + theta.to_f64() * step <= self.hidden.0 {
             errors.add(self.hidden.1);
         }
+        let extents = errors.extents();
+        let own = self.current.error / step * series.size + unit::<T>() * (n + 3) as f64 * speed;
+        let moved_errors = self.current.sized(&extents).into_iter();
         outputs.record(&Moment {
             zeta: &zeta,
             rate: &rate,
             along: &|row| errors.along(row),
-            rate_error: (errors.size() * self.current.reach / step
-                + self.current.error / step * series.size
-                + unit::<T>() * (n + 3) as f64 * speed)
-                * SLACK,
+            rate_errors: moved_errors
+                .map(|error| (error / step + own) * SLACK)
+                .collect(),
             rate_size: speed,
             size: series.size,
+            forces: &self.current.forces,
         });
+    }
+
+    /// Takes the peaks of a step to θ = `end`.
+    fn follow(&mut self, series: &Series<T>, end: f64) {
+        if let Some(mut followed) = self.followed.take() {
+            let (current, now) = (self.current.clone(), self.now.to_f64());
+            let off = |row: &Row<T>| self.vague(row) + row.own_error(series.size);
+            followed.step(&current, series, now, end, &off);
+            self.followed = Some(followed);
+        }
     }
 
     /// One step, to its end, the end of the piece, or an event.
@@ -502,6 +546,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         if let Some(taken) = &mut self.taken {
             taken.step(&current, &self.places, &series, end);
         }
+        self.follow(&series, end.to_f64());
         // The state there.
         self.zeta = series.at(end);
         let n = self.zeta.len();

@@ -5,6 +5,7 @@ use eigentone_modes::{ElementKind, Form};
 use eigentone_response::{Driven, Problem, Quantity, Sum, Trajectory};
 use faer::Mat;
 
+use crate::configuration::Configuration;
 use crate::error_set::UNKNOWN;
 use crate::rows::{Row, SLACK};
 
@@ -29,24 +30,48 @@ pub(crate) fn combinations(problem: &Problem<'_>, forms: &mut Vec<Form>) -> Vec<
         Sum::Pull(name) => {
             let (kind, index) = system.element_of(name).expect("checked with the problem");
             let element = &system.elements(kind)[index];
-            let quantity = match kind {
-                ElementKind::Damper => Quantity::Velocity,
-                _ => Quantity::Displacement,
-            };
-            vec![(
-                quantity,
-                place(element.stretch.clone()),
-                element.coefficient,
-            )]
+            let form = place(element.stretch.clone());
+            vec![(answered(kind), form, element.coefficient)]
         }
     };
-    problem.combinations().iter().map(parts).collect()
+    let mut parts: Vec<Parts> = problem.combinations().iter().map(parts).collect();
+    if problem.wants_forces() {
+        for kind in [ElementKind::Spring, ElementKind::Damper] {
+            for element in system.elements(kind) {
+                let form = place(element.stretch.clone());
+                parts.push(vec![(answered(kind), form, element.coefficient)]);
+            }
+        }
+    }
+    parts
+}
+
+/// What an element of a kind answers to.
+fn answered(kind: ElementKind) -> Quantity {
+    match kind {
+        ElementKind::Damper => Quantity::Velocity,
+        _ => Quantity::Displacement,
+    }
 }
 
 /// A value of the motion: a function of ζ, and one of ζ′ beside it.
-struct Value<T> {
+#[derive(Clone)]
+pub(crate) struct Value<T> {
     of_state: Option<Row<T>>,
     of_rate: Option<Row<T>>,
+}
+
+impl<T: Real> Value<T> {
+    /// The function of ζ that it is while a configuration lasts.
+    pub(crate) fn in_configuration(&self, configuration: &Configuration<T>) -> Row<T> {
+        let of_rate = self.of_rate.as_ref().map(|row| configuration.of_rate(row));
+        match (&self.of_state, of_rate) {
+            (Some(row), None) => row.clone(),
+            (None, Some(row)) => row,
+            (Some(one), Some(other)) => Row::sum(&[(1.0, one), (1.0, &other)]),
+            (None, None) => Row::of(vec![T::ZERO; configuration.rows.len()], 0.0),
+        }
+    }
 }
 
 /// All that is recorded, and what has been.
@@ -57,6 +82,8 @@ pub(crate) struct Outputs<T> {
     values: [Vec<Vec<f64>>; 3],
     bounds: [Vec<f64>; 3],
     combinations: Vec<(Vec<f64>, Vec<f64>)>,
+    /// Of each switch, where forces are asked for.
+    forces: Vec<(Vec<f64>, Vec<f64>)>,
     accelerates: bool,
     /// Of displacements and of velocities.
     largest: [f64; 2],
@@ -74,10 +101,12 @@ pub(crate) struct Moment<'m, T> {
     pub(crate) rate: &'m [T],
     /// A bound of |row·e|.
     pub(crate) along: &'m dyn Fn(&[f64]) -> f64,
-    /// A bound of the error of ζ′, and of its length.
-    pub(crate) rate_error: f64,
+    /// Bounds of the errors of the entries of ζ′, and of its length.
+    pub(crate) rate_errors: Vec<f64>,
     pub(crate) rate_size: f64,
     pub(crate) size: f64,
+    /// The forces of the switches.
+    pub(crate) forces: &'m [Option<Row<T>>],
 }
 
 impl<T: Real> Outputs<T> {
@@ -85,6 +114,7 @@ impl<T: Real> Outputs<T> {
         problem: &Problem<'_>,
         driven: &Driven<'_, '_, T>,
         parts: &[Parts],
+        switches: usize,
         tolerance: f64,
     ) -> Outputs<T> {
         let row = |known| Row::with_constant(known, T::ZERO);
@@ -120,6 +150,10 @@ impl<T: Real> Outputs<T> {
             values: [Vec::new(), Vec::new(), Vec::new()],
             bounds: [Vec::new(), Vec::new(), Vec::new()],
             combinations: vec![(Vec::new(), Vec::new()); parts.len()],
+            forces: match problem.wants_forces() {
+                true => vec![(Vec::new(), Vec::new()); switches],
+                false => Vec::new(),
+            },
             accelerates: problem.wants_acceleration(),
             largest: [0.0; 2],
             missed: [0.0; 2],
@@ -131,6 +165,23 @@ impl<T: Real> Outputs<T> {
     /// Whether ζ′ is needed.
     pub(crate) fn need_rate(&self) -> bool {
         self.accelerates || self.combined.iter().any(|value| value.of_rate.is_some())
+    }
+
+    /// Displacements, velocities and accelerations of all coordinates, then what is combined of them.
+    pub(crate) fn values(&self) -> Vec<Value<T>> {
+        let motions = (0..3).flat_map(|kind| {
+            self.coordinates.iter().map(move |rows| match kind {
+                2 => Value {
+                    of_state: None,
+                    of_rate: Some(rows[1].clone()),
+                },
+                kind => Value {
+                    of_state: Some(rows[kind].clone()),
+                    of_rate: None,
+                },
+            })
+        });
+        motions.chain(self.combined.iter().cloned()).collect()
     }
 
     pub(crate) fn record(&mut self, moment: &Moment<'_, T>) {
@@ -179,6 +230,13 @@ impl<T: Real> Outputs<T> {
             values.push(value);
             bounds.push(off);
         }
+        for (force, (values, bounds)) in moment.forces.iter().zip(&mut self.forces) {
+            let known = force.as_ref().map(|row| of_state(row, moment));
+            let (exact, error) = known.unwrap_or((T::ZERO, 0.0));
+            let (value, off) = rounded(exact, error, self.tolerance.is_finite());
+            values.push(value);
+            bounds.push(off);
+        }
     }
 
     /// Whether every instant is as good as asked for, or lost only beside the largest motion of all.
@@ -195,7 +253,7 @@ impl<T: Real> Outputs<T> {
         problem: &Problem<'_>,
         steps: Vec<u64>,
         picked: &[usize],
-    ) -> Trajectory {
+    ) -> (Trajectory, Vec<SwitchForce>) {
         let grid = problem.grid();
         let times = steps.iter().map(|step| grid.time(*step)).collect();
         let n = problem.system().len();
@@ -217,14 +275,29 @@ impl<T: Real> Outputs<T> {
                 .with_acceleration_bound(bounds(&self.bounds[2])),
             false => trajectory,
         };
-        let outputs = problem.combinations().iter().zip(self.combinations);
-        let outputs = outputs.map(|(combination, (values, all))| {
-            let values = picked.iter().map(|k| values[*k]).collect();
-            (combination.name.clone(), values, bounds(&all))
-        });
-        trajectory.with_outputs(outputs)
+        let taken = |(values, all): (Vec<f64>, Vec<f64>)| {
+            let values: Vec<f64> = picked.iter().map(|k| values[*k]).collect();
+            (values, bounds(&all))
+        };
+        let mut outputs: Vec<_> = self.combinations.into_iter().map(taken).collect();
+        let forces = outputs.split_off(problem.combinations().len());
+        let names = problem.combinations().iter();
+        let outputs = names.zip(outputs);
+        let outputs = outputs.map(|(one, (values, bounds))| (one.name.clone(), values, bounds));
+        let trajectory = trajectory.with_outputs(outputs);
+        let trajectory = match problem.wants_forces() {
+            true => {
+                let springs = problem.system().elements(ElementKind::Spring).len();
+                trajectory.with_forces(springs, forces)
+            }
+            false => trajectory,
+        };
+        (trajectory, self.forces.into_iter().map(taken).collect())
     }
 }
+
+/// The values of a force at the instants, and their bounds.
+pub(crate) type SwitchForce = (Vec<f64>, Vec<Option<f64>>);
 
 fn of_state<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
     let error = (moment.along)(&row.rounded) + row.own_error(moment.size);
@@ -232,7 +305,9 @@ fn of_state<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
 }
 
 fn of_rate<T: Real>(row: &Row<T>, moment: &Moment<'_, T>) -> (T, f64) {
-    let error = row.norm * moment.rate_error + row.own_error(moment.rate_size);
+    let errors = row.rounded.iter().zip(&moment.rate_errors);
+    let along: f64 = errors.map(|(entry, error)| entry.abs() * error).sum();
+    let error = along + row.own_error(moment.rate_size);
     (row.at(moment.rate), error * SLACK)
 }
 

@@ -30,7 +30,15 @@ pub(crate) fn first<T: Real>(coefficients: &[T], margin: f64) -> First {
     if coefficients[0].to_f64() > (rest + margin) * (1.0 + 1e-12) {
         return First::None;
     }
-    // bᵢ = Σₖ C(i,k)/C(p,k) aₖ, by repeated sums.
+    let bernstein = bernstein(coefficients);
+    let rounding = 2f64.powi(T::UNIT_LOG2) * 4.0 * (count * count) as f64;
+    let margin = margin + rounding * (rest + coefficients[0].to_f64().abs());
+    search(&bernstein, margin, 0.0, 1.0)
+}
+
+/// The coefficients in Bernstein's basis of Σ aₖ θᵏ on [0, 1]: bᵢ = Σₖ C(i,k)/C(p,k) aₖ, by repeated sums.
+pub(crate) fn bernstein<T: Real>(coefficients: &[T]) -> Vec<T> {
+    let count = coefficients.len();
     let degree = count - 1;
     let mut bernstein: Vec<T> = coefficients.to_vec();
     for (k, entry) in bernstein.iter_mut().enumerate() {
@@ -45,9 +53,7 @@ pub(crate) fn first<T: Real>(coefficients: &[T], margin: f64) -> First {
             bernstein[i] = bernstein[i] + before;
         }
     }
-    let rounding = 2f64.powi(T::UNIT_LOG2) * 4.0 * (count * count) as f64;
-    let margin = margin + rounding * (rest + coefficients[0].to_f64().abs());
-    search(&bernstein, margin, 0.0, 1.0)
+    bernstein
 }
 
 fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64) -> First {
@@ -110,7 +116,7 @@ fn once<T: Real>(bernstein: &[T], margin: f64) -> bool {
 }
 
 /// De Casteljau's division.
-fn divided<T: Real>(bernstein: &[T], cut: f64) -> (Vec<T>, Vec<T>) {
+pub(crate) fn divided<T: Real>(bernstein: &[T], cut: f64) -> (Vec<T>, Vec<T>) {
     let count = bernstein.len();
     let mut row = bernstein.to_vec();
     let mut left = Vec::with_capacity(count);

@@ -10,7 +10,7 @@ use std::rc::Rc;
 use eigentone_digits::Real;
 
 use crate::change::Change;
-use crate::configuration::{Configuration, clipped};
+use crate::configuration::{Configuration, Guard, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Doubt, Halt, March};
@@ -434,7 +434,7 @@ impl<T: Real> March<'_, '_, T> {
         each.collect()
     }
 
-    /// Changes the first phase that disagrees with its own law, until none does.
+    /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
         const MOST: usize = 500;
         let mut turns = vec![0; phases.len()];
@@ -457,12 +457,18 @@ impl<T: Real> March<'_, '_, T> {
             let size = self.size();
             self.orders = vec![usize::MAX; configuration.guards.len()];
             let mut wrong = None;
-            let mut number = 0;
-            for (at, guard) in configuration.guards.iter().enumerate() {
-                number = match at > 0 && configuration.guards[at - 1].switch == guard.switch {
-                    true => number + 1,
-                    false => 0,
-                };
+            // Frictions last: what holds by its static limit is asked beside laws that all others agree with, those of
+            // frictions that stand aside among them.
+            let is_friction =
+                |guard: &Guard<T>| matches!(phases[guard.switch], Phase::Stick | Phase::Slip(_));
+            let mut order: Vec<usize> = (0..configuration.guards.len()).collect();
+            order.sort_by_key(|at| is_friction(&configuration.guards[*at]));
+            for at in order {
+                let guard = &configuration.guards[at];
+                let before = configuration.guards[..at].iter().rev();
+                let number = before
+                    .take_while(|other| other.switch == guard.switch)
+                    .count();
                 let is_due = due.contains(&guard.switch);
                 let row = &guard.row;
                 let mut sign = 0;
@@ -539,7 +545,8 @@ impl<T: Real> March<'_, '_, T> {
                     high,
                     rate: -rate,
                 },
-                (Phase::Idle(side), _) => Phase::Idle(side),
+                (Phase::Idle(_), 0) => Phase::Slip(-1),
+                (Phase::Idle(_), _) => Phase::Slip(1),
             };
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
             let slides = matches!(phases[switch], Phase::Slip(_) | Phase::Free);

@@ -8,6 +8,8 @@ use crate::error::SwitchingError;
 use crate::event::Event;
 use crate::losses::Losses;
 use crate::march::{Doubt, Found, Halt, Question, march};
+use crate::outputs::SwitchForce;
+use crate::peaks::SwitchedPeaks;
 use crate::switch::Switch;
 
 /// A problem whose system has switches.
@@ -22,6 +24,8 @@ pub struct SwitchedMotion {
     trajectory: Trajectory,
     events: Vec<Event>,
     losses: Option<Losses>,
+    peaks: Option<SwitchedPeaks>,
+    forces: Vec<SwitchForce>,
 }
 
 impl SwitchedMotion {
@@ -38,6 +42,22 @@ impl SwitchedMotion {
     /// Where energy went, if [asked for](Switching::with_losses).
     pub fn losses(&self) -> Option<&Losses> {
         self.losses.as_ref()
+    }
+
+    /// The highest and lowest values between the instants too, if [asked for](Switching::with_peaks).
+    pub fn peaks(&self) -> Option<&SwitchedPeaks> {
+        self.peaks.as_ref()
+    }
+
+    /// The force of a switch on b along its stretch at the instants, in N, apart from the impulses of impacts. `None` where
+    /// forces [were not asked for](eigentone_response::Problem::with_forces), or there is no such switch.
+    pub fn switch_force(&self, switch: usize) -> Option<&[f64]> {
+        self.forces.get(switch).map(|(values, _)| &values[..])
+    }
+
+    /// How far each of its values may be off, as the bounds of the motion say; `None` where nothing is known.
+    pub fn switch_force_bound(&self, switch: usize) -> Option<&[Option<f64>]> {
+        self.forces.get(switch).map(|(_, bounds)| &bounds[..])
     }
 }
 
@@ -59,6 +79,7 @@ impl<'a, 'b> Switching<'a, 'b> {
             problem,
             switches,
             with_losses: false,
+            with_peaks: false,
         };
         Ok(Switching { question })
     }
@@ -67,6 +88,12 @@ impl<'a, 'b> Switching<'a, 'b> {
     /// the digits taken. It costs more than the motion.
     pub fn with_losses(mut self) -> Switching<'a, 'b> {
         self.question.with_losses = true;
+        self
+    }
+
+    /// With the highest and lowest displacements, velocities, accelerations and forces between the instants.
+    pub fn with_peaks(mut self) -> Switching<'a, 'b> {
+        self.question.with_peaks = true;
         self
     }
 
@@ -92,6 +119,8 @@ impl<'a, 'b> Switching<'a, 'b> {
             },
             events: found.events,
             losses: found.losses,
+            peaks: found.peaks,
+            forces: found.forces,
         };
         let rungs: [(Run, usize, Doubt); 3] = [
             (march::<DoubleDouble, Wide<4>>, 32, Doubt::Refused),

@@ -4,7 +4,10 @@ use std::f64::consts::PI;
 
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{Harmonic, Quantity, Ramp, Response, State, Step};
-use eigentone_switching::{EventKind, Friction, Impact, Stop, Switch, SwitchedMotion, Switching};
+use eigentone_switching::{
+    ControlledDamper, DamperLaw, EventKind, Friction, Impact, Stop, Switch, SwitchedMotion,
+    Switching,
+};
 
 fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
     Switch::Friction(Friction {
@@ -313,5 +316,102 @@ fn a_chain_of_stops_tends_to_a_cubic_spring() {
     assert!(off[2] < 2e-3, "{off:?}");
     for pair in off.windows(2) {
         assert!((3.0..6.0).contains(&(pair[0] / pair[1])), "{off:?}");
+    }
+}
+
+/// A damper that is high while the body rises, against a ground that sinks: where the body turns round it is low, and the
+/// friction holds what the high damping would tear loose.
+#[test]
+fn friction_holds_beside_the_damping_that_follows() {
+    let system = System::builder()
+        .mass("body", 1.0)
+        .support("wheel")
+        .build()
+        .expect("a system");
+    let ask = Response::of(&system)
+        .from(State::at_rest().push("body", 1.0))
+        .motion("wheel", Quantity::Displacement, Ramp::of(-1.0))
+        .every(0.125)
+        .until(1.0);
+    let damper = Switch::ControlledDamper(ControlledDamper {
+        between: ["wheel".to_owned(), "body".to_owned()],
+        low: 2.0,
+        high: 10.0,
+        law: DamperLaw::OnOffSkyhook,
+    });
+    let hold = friction(GROUND, "body", 1.0, 3.0);
+    for switches in [vec![hold.clone(), damper.clone()], vec![damper, hold]] {
+        let motion = run(ask.clone(), switches);
+        // v′ = −10 (v + 1) − 1.
+        let stop = (2.1f64 / 1.1).ln() / 10.0;
+        let mut kinds: Vec<EventKind> = motion.events().iter().map(|event| event.kind).collect();
+        kinds.sort_by_key(|kind| *kind == EventKind::Switch);
+        assert_eq!(kinds, [EventKind::Stick, EventKind::Switch]);
+        for event in motion.events() {
+            close(event.time, stop, 1e-14);
+        }
+        let x = motion.trajectory().displacement();
+        close(x[(0, x.ncols() - 1)], 0.1 - 1.1 * stop, 1e-14);
+    }
+}
+
+/// Without switches it is the linear motion.
+#[test]
+fn no_switch_leaves_the_motion_linear() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 4.0)
+        .build()
+        .expect("a system");
+    let ask = Response::of(&system).from(State::at_rest().displace("m", 1.0));
+    let motion = run(ask.every(0.25).until(10.0), Vec::new());
+    assert!(motion.events().is_empty());
+    let x = motion.trajectory().displacement();
+    for (k, time) in motion.trajectory().times().iter().enumerate() {
+        assert!((x[(0, k)] - (2.0 * time).cos()).abs() < 1e-15);
+    }
+}
+
+/// A mass between two frictions, one on the ground and one on a support that swings: the stronger one holds it, and the
+/// other slides the other way at each turn.
+#[test]
+fn the_stronger_of_two_frictions_holds() {
+    let (amplitude, frequency) = (0.1, 4.0);
+    let system = System::builder()
+        .mass("m", 0.1)
+        .support("plate")
+        .build()
+        .expect("a system");
+    let swing = Harmonic::of(amplitude, frequency);
+    for (on_ground, on_plate, speed) in [(2.0, 1.0, 0.0), (1.0, 2.0, amplitude * frequency)] {
+        let ask = Response::of(&system)
+            .from(State::at_rest().push("m", speed))
+            .motion("plate", Quantity::Displacement, swing)
+            .every(0.125)
+            .until(4.0);
+        let ground = friction(GROUND, "m", on_ground, on_ground);
+        let plate = friction("plate", "m", on_plate, on_plate);
+        for switches in [[ground.clone(), plate.clone()], [plate, ground]] {
+            let motion = run(ask.clone(), switches.to_vec());
+            let turns = motion.events().iter().zip(0..);
+            for (event, k) in turns {
+                assert_eq!(event.kind, EventKind::Slip);
+                close(event.time, (f64::from(k) + 0.5) * PI / frequency, 1e-14);
+            }
+            assert_eq!(motion.events().len(), 5);
+            let x = motion.trajectory().displacement();
+            for (k, time) in motion.trajectory().times().iter().enumerate() {
+                let wanted = if speed == 0.0 {
+                    0.0
+                } else {
+                    amplitude * (frequency * time).sin()
+                };
+                assert!(
+                    (x[(0, k)] - wanted).abs() < 1e-16,
+                    "{time}: {} {wanted}",
+                    x[(0, k)]
+                );
+            }
+        }
     }
 }

@@ -1,11 +1,13 @@
 //! Random systems with switches against a time-stepping scheme that knows nothing of events, and against themselves.
 
 use eigentone_modes::{GROUND, Precision, System};
-use eigentone_response::{Harmonic, Response, State};
+use eigentone_response::{Harmonic, Response, State, Trajectory};
+
 use eigentone_switching::{
-    ControlledDamper, DamperLaw, Friction, Impact, Stop, Switch, SwitchedMotion, Switching,
-    SwitchingError,
+    ControlledDamper, DamperLaw, Event, EventKind, Friction, Impact, Stop, Switch, SwitchedMotion,
+    Switching, SwitchingError,
 };
+use faer::MatRef;
 use proptest::prelude::*;
 
 /// Masses in a chain, the first at the ground; each with an initial state.
@@ -67,6 +69,76 @@ impl Given {
     }
 }
 
+impl Given {
+    /// Whether all samples between two of its events are of one law: where an event was missed, some are not.
+    fn keeps_its_law(&self, events: &[&Event], motion: &Trajectory) -> Result<(), String> {
+        /// Smaller values have no sign.
+        const NOTHING: f64 = 1e-12;
+        let (x, v) = (motion.displacement(), motion.velocity());
+        let at = |values: MatRef<'_, f64>, place: usize, k: usize| match place {
+            0 => 0.0,
+            place => values[(place - 1, k)],
+        };
+        let between = |values, a: usize, b: usize, k| at(values, b, k) - at(values, a, k);
+        let sign = |value: f64| i8::from(value > NOTHING) - i8::from(value < -NOTHING);
+        let mut next = events.iter().peekable();
+        let mut last = None;
+        // What the samples since the last event may be: of three laws each.
+        let mut may = [true; 3];
+        for (k, time) in motion.times().iter().enumerate() {
+            while next.peek().is_some_and(|event| event.time <= *time) {
+                last = next.next();
+                may = [true; 3];
+            }
+            let near = last.into_iter().chain(next.peek().copied());
+            if near
+                .into_iter()
+                .any(|event| (event.time - time).abs() < 1e-9)
+            {
+                continue;
+            }
+            let here = match *self {
+                Given::Friction(a, b, ..) => {
+                    let rate = sign(between(v, a, b, k));
+                    let slides = last.is_some_and(|event| event.kind == EventKind::Slip);
+                    // Sliding may begin at rest.
+                    [rate >= 0, rate <= 0, !slides && rate == 0]
+                }
+                Given::Stop(a, b, gap, ..) => {
+                    let beyond = sign(between(x, a, b, k) - gap);
+                    [beyond >= 0, beyond <= 0, false]
+                }
+                Given::Impact(a, b, gap, _) => {
+                    let beyond = sign(between(x, a, b, k) - gap);
+                    let touches = last.is_some_and(|event| event.kind == EventKind::Contact);
+                    [touches && beyond == 0, !touches && beyond <= 0, false]
+                }
+                Given::Damper(a, b, low, high, sky) => {
+                    let (rate, body) = (between(v, a, b, k), at(v, b, k));
+                    match sky {
+                        None => {
+                            let power = sign(body).signum() * sign(rate);
+                            [power >= 0, power <= 0, sign(body) == 0]
+                        }
+                        Some(sky) => {
+                            let side = |c: f64| sign(sky * body - c * rate) * sign(rate);
+                            let (low, high) = (side(low), side(high));
+                            [low <= 0, high >= 0, low >= 0 && high <= 0]
+                        }
+                    }
+                }
+            };
+            for (may, here) in may.iter_mut().zip(here) {
+                *may &= here;
+            }
+            if may == [false; 3] {
+                return Err(format!("no law since {last:?} at t = {time:?}"));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Chain {
     fn system(&self) -> System {
         let mut builder = System::builder();
@@ -104,7 +176,7 @@ impl Chain {
             .problem()
             .expect("a problem");
         let switches = self.switches.iter().map(Given::switch).collect();
-        Switching::new(&problem, switches)?.run()
+        Switching::new(&problem, switches)?.with_peaks().run()
     }
 
     /// The displacements at the end by Moreau's scheme with small steps: friction by impulses within their limits, found
@@ -293,6 +365,9 @@ fn is_refusal(error: &SwitchingError) -> bool {
     }
 }
 
+/// Samples between two instants of the coarse motion.
+const DENSE: usize = 256;
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 8, ..ProptestConfig::with_cases(cases()) })]
 
@@ -305,19 +380,40 @@ proptest! {
             Err(error) => return Err(TestCaseError::fail(error.to_string())),
         };
         // Output steps change neither the events nor the motion.
-        let finer = chain.run(0.0078125, END, Precision::default()).expect("as before");
+        let finer = chain.run(0.0625 / DENSE as f64, END, Precision::default()).expect("as before");
         prop_assert_eq!(motion.events().len(), finer.events().len());
         for (a, b) in motion.events().iter().zip(finer.events()) {
             prop_assert_eq!((a.switch, a.kind), (b.switch, b.kind));
             prop_assert!((a.time - b.time).abs() <= a.bound + b.bound, "{:?} {:?}", a, b);
         }
         let (coarse, fine) = (motion.trajectory(), finer.trajectory());
+        for (switch, given) in chain.switches.iter().enumerate() {
+            let own = finer.events().iter().filter(|event| event.switch == switch).collect::<Vec<_>>();
+            if let Err(missed) = given.keeps_its_law(&own, fine) {
+                return Err(TestCaseError::fail(format!("switch {switch}: {missed}")));
+            }
+        }
         for k in 0..coarse.len() {
-            let bound = coarse.displacement_bound()[k].expect("proven") + fine.displacement_bound()[8 * k].expect("proven");
+            let bound = coarse.displacement_bound()[k].expect("proven") + fine.displacement_bound()[DENSE * k].expect("proven");
             for i in 0..chain.masses.len() {
-                let off = (coarse.displacement()[(i, k)] - fine.displacement()[(i, 8 * k)]).abs();
+                let off = (coarse.displacement()[(i, k)] - fine.displacement()[(i, DENSE * k)]).abs();
                 prop_assert!(off <= bound, "{i} {k}: {off:e} {bound:e}");
                 prop_assert!(bound < 1e-14, "{bound:e}");
+            }
+        }
+        // Peaks are not below any sample, and not above them by more than happens in between.
+        let peaks = finer.peaks().expect("asked for");
+        for i in 0..chain.masses.len() {
+            let [x, v, a] = [peaks.displacement(i), peaks.velocity(i), peaks.acceleration(i)].map(|peaks| (peaks.highest, peaks.lowest));
+            let fastest = v.0.value.abs().max(v.1.value.abs());
+            let hardest = a.0.value.abs().max(a.1.value.abs());
+            let impulses = chain.switches.iter().any(|given| matches!(given, Given::Impact(..)));
+            for (values, (high, low), rate) in [(fine.displacement(), x, fastest), (fine.velocity(), v, hardest)] {
+                let (top, bottom) = (0..fine.len()).fold((f64::MIN, f64::MAX), |(top, bottom), k| (values[(i, k)].max(top), values[(i, k)].min(bottom)));
+                prop_assert!(high.value >= top - high.bound && low.value <= bottom + low.bound, "{i}: {high:?} {top:?}, {low:?} {bottom:?}");
+                let between = rate * 0.0625 / DENSE as f64 + 1e-12;
+                let jumps = impulses && rate == hardest;
+                prop_assert!(jumps || high.value <= top + between && low.value >= bottom - between, "{i}: {high:?} {top:?}, {low:?} {bottom:?}");
             }
         }
         // Nothing passes a rigid stop.

@@ -94,13 +94,16 @@ impl EquationOfMotion {
         acceleration: &mut [f64],
     ) {
         self.pull(state, acceleration);
-        let push = |coordinate: usize, force: f64| {
-            for (i, mobility) in &self.mobility[coordinate] {
-                acceleration[*i] += mobility * force;
-            }
-        };
+        let push = |coordinate: usize, force: f64| self.push(coordinate, force, acceleration);
         let time = forces.start() + elapsed;
         forces.problem.forces(forces.piece, time, order, push);
+    }
+
+    /// Adds what a force on a coordinate accelerates.
+    pub(crate) fn push(&self, coordinate: usize, force: f64, acceleration: &mut [f64]) {
+        for (i, mobility) in &self.mobility[coordinate] {
+            acceleration[*i] += mobility * force;
+        }
     }
 
     /// −M⁻¹(C x′ + K x) for the state [x; x′].

@@ -121,17 +121,17 @@ pub(super) fn integrate(
 }
 
 /// A part of a stretch that is divided into equal steps.
-struct Leg {
+pub(crate) struct Leg {
     /// Seconds since the stretch began.
-    start: f64,
-    count: u64,
-    h: f64,
+    pub(crate) start: f64,
+    pub(crate) count: u64,
+    pub(crate) h: f64,
     /// The grid index at its end, if it is one of the stretch's.
-    stop: Option<u64>,
+    pub(crate) stop: Option<u64>,
 }
 
 /// The legs of a stretch, in order.
-fn legs(stretch: &Stretch<'_>, substeps: u32) -> impl Iterator<Item = Leg> {
+pub(crate) fn legs(stretch: &Stretch<'_>, substeps: u32) -> impl Iterator<Item = Leg> {
     let mut here = stretch.start;
     milestones(stretch).map(move |stop| {
         let next = stop.map_or(stretch.end, |index| stretch.stop(index));

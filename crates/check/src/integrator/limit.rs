@@ -23,14 +23,14 @@ impl Default for Limit {
 }
 
 /// Counts steps against a limit.
-pub(super) struct Meter {
+pub(crate) struct Meter {
     limit: Limit,
     started: Instant,
     steps: u64,
 }
 
 impl Meter {
-    pub(super) fn start(limit: Limit) -> Meter {
+    pub(crate) fn start(limit: Limit) -> Meter {
         Meter {
             limit,
             started: Instant::now(),
@@ -39,7 +39,7 @@ impl Meter {
     }
 
     /// The steps counted.
-    pub(super) fn steps(&self) -> u64 {
+    pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
 
@@ -49,7 +49,7 @@ impl Meter {
     }
 
     /// Counts one more step, or says that it is one too many.
-    pub(super) fn step(&mut self) -> Result<(), String> {
+    pub(crate) fn step(&mut self) -> Result<(), String> {
         /// Reading the clock costs as much as a small step.
         const STEPS_BETWEEN_READINGS: u64 = 64;
         if self.steps == self.limit.steps {

@@ -7,7 +7,7 @@ mod dop853;
 mod dormand_prince;
 mod embedded;
 mod equation;
-mod fixed_step;
+pub(crate) mod fixed_step;
 mod generalized_alpha;
 mod hht_alpha;
 mod implicit_system;
@@ -24,6 +24,10 @@ mod stiff;
 mod work;
 
 use eigentone_response::{Problem, ResponseError, ResponseMethod, Trajectory};
+
+pub(crate) use course::{Stretch, follow};
+pub(crate) use equation::{EquationOfMotion, Forces};
+pub(crate) use limit::Meter;
 
 pub use dop853::Dop853;
 pub use dormand_prince::DormandPrince5;

@@ -220,6 +220,7 @@ fn the_front_is_of_error_and_time() {
             time,
             operations: None,
             work: None,
+            events: None,
         }),
     };
     let table = WorkPrecision {

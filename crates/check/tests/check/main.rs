@@ -7,6 +7,7 @@
 //! - `integrators`: their order, their tolerance, the laws they keep and what they foretell;
 //! - `reference`: the reference in more digits against closed forms, its laws, and what it refuses;
 //! - `motions`: supports that move, by the exact methods and by an integrator;
+//! - `switched`: motions with switches at random, by integrators that locate events;
 //! - `comparisons`: the measure of error, and what a comparison does with methods that fail.
 
 #[path = "../../../../tests/page/mod.rs"]
@@ -23,3 +24,4 @@ mod one_mass;
 mod reference;
 mod scenes;
 mod stability;
+mod switched;

@@ -236,6 +236,7 @@ impl<'a, 'b> Collector<'a, 'b> {
         let trajectory = match self.problem.wants_forces() {
             true => {
                 let springs = self.problem.system().elements(ElementKind::Spring);
+                let forces = forces.into_iter().map(|force| (force.values, force.bounds));
                 trajectory.with_forces(springs.len(), forces)
             }
             false => trajectory,

@@ -6,6 +6,8 @@ mod history;
 mod method;
 mod operations;
 mod output;
+#[cfg(feature = "serde")]
+mod serial;
 mod trajectory;
 
 pub(crate) use collector::{BUDGET, Collector, Wanted, check_size};

@@ -96,8 +96,20 @@ impl Trajectory {
         }
     }
 
-    /// The same with the forces in so many springs, and in dampers after them.
-    pub(super) fn with_forces(self, springs: usize, mut forces: Vec<Combined>) -> Trajectory {
+    /// The same with the forces in so many springs, and in dampers after them: of each the values at the instants, and their
+    /// bounds.
+    ///
+    /// # Panics
+    /// If there are fewer forces than springs.
+    pub fn with_forces(
+        self,
+        springs: usize,
+        forces: impl IntoIterator<Item = (Vec<f64>, Vec<Option<f64>>)>,
+    ) -> Trajectory {
+        let forces = forces.into_iter();
+        let mut forces: Vec<Combined> = forces
+            .map(|(values, bounds)| Combined { values, bounds })
+            .collect();
         let dampers = forces.split_off(springs);
         Trajectory {
             forces: Some([forces, dampers]),

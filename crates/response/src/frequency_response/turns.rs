@@ -32,7 +32,8 @@ pub(super) struct Turns {
 /// Series about the points of one input's axes.
 #[derive(Default)]
 pub(super) struct Centers {
-    known: HashMap<(bool, u64, u64), Option<Rc<Center>>>,
+    /// By the number of equations, which outputs out of reach have none of, the direction and both ends.
+    known: HashMap<(usize, bool, u64, u64), Option<Rc<Center>>>,
     work: u64,
 }
 
@@ -269,7 +270,7 @@ impl Axis {
 
     /// The equations of the system alone, which all outputs share.
     fn direct(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Rc<Center>> {
-        let key = (self.backward, low.to_bits(), high.to_bits());
+        let key = (self.n, self.backward, low.to_bits(), high.to_bits());
         if let Some(known) = centers.known.get(&key) {
             return known.clone();
         }
@@ -390,7 +391,9 @@ impl Axis {
     /// The limit of |H| for x → 0.
     fn at_zero(&self, centers: &mut Centers) -> Option<(f64, f64)> {
         let found = centers.known.iter();
-        let found = found.filter(|((backward, low, _), _)| *backward == self.backward && *low == 0);
+        let found = found.filter(|((n, backward, low, _), _)| {
+            (*n, *backward, *low) == (self.n, self.backward, 0)
+        });
         let center = found.filter_map(|(_, center)| center.clone()).next()?;
         let power = usize::try_from(self.power).ok()?;
         let mut series = self.series(&center, false, power + 1);

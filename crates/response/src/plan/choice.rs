@@ -64,12 +64,12 @@ impl ResponsePlan {
         if let Precision::Certified { .. } = problem.precision() {
             match ByCertifiedExponential.refuses(problem) {
                 None => {
-                    let reason = "doubles would not prove their bounds".to_owned();
+                    let reason = "its bounds would be estimates".to_owned();
                     left_out.push((BySuperposition.name(), reason.clone()));
                     left_out.push((ByExponential.name(), reason));
                     return Ok(ResponsePlan {
                         method: &ByCertifiedExponential,
-                        reason: "proven bounds, with the digits that they ask for".to_owned(),
+                        reason: "proven bounds, with as many digits as they take".to_owned(),
                         left_out,
                         found: None,
                     });

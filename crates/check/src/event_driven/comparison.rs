@@ -1,0 +1,136 @@
+//! Integrators that locate events beside the exact motion between them.
+
+use std::time::Instant;
+
+use eigentone_response::{Problem, ResponseError};
+use eigentone_switching::{Event, Switch, SwitchedMotion, Switching, SwitchingError};
+
+use super::{EventDriven, OneStep};
+use crate::integrator::Limit;
+use crate::run_time::RunTime;
+use crate::trajectory_error::TrajectoryError;
+use crate::truth::MotionTruth;
+use crate::work_precision::{
+    Effort, EventsFound, Measurement, Outcome, Pick, Progress, WorkPrecision, WorkPrecisionRow,
+    thin,
+};
+
+impl WorkPrecision {
+    /// The same of a system with switches: the exact motion, then each of these methods with 1, 2, 4 … substeps, halved until
+    /// two answers in a row agree to 1e-10 of the peak, until it is stopped, or 4096. Errors are measured from the exact motion.
+    ///
+    /// # Errors
+    /// [`SwitchingError`] where there is no exact motion.
+    pub fn measure_switched(
+        problem: &Problem<'_>,
+        switches: &[Switch],
+        methods: &[OneStep],
+        effort: Effort,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<WorkPrecision, SwitchingError> {
+        const MOST: u32 = 4096;
+        const ALIKE: f64 = 1e-10;
+        let started = Instant::now();
+        let problem = &thin(problem, effort.instants)?;
+        let total = 1 + methods.len() * (MOST.ilog2() as usize + 1);
+        let exact = Switching::new(problem, switches.to_vec())?;
+        let (exact, time) = RunTime::of(|| exact.run())?;
+        let trajectory = exact.trajectory().clone();
+        let name = trajectory.method();
+        let truth = MotionTruth::Doubles(Box::new(trajectory));
+        let mut rows = vec![WorkPrecisionRow {
+            method: name,
+            knob: None,
+            outcome: Outcome::Measured(Measurement {
+                error: None,
+                stable: true,
+                bounds: exact.trajectory().bounds(),
+                digits: exact.trajectory().digits(),
+                operations: None,
+                time,
+                work: None,
+                events: Some(found(exact.events(), &exact)),
+            }),
+        }];
+        for method in methods {
+            let mut last = None;
+            let settings = (0..=MOST.ilog2()).map(|power| 1 << power);
+            for substeps in settings {
+                let method = EventDriven {
+                    method: *method,
+                    substeps,
+                };
+                let (name, knob) = (method.method.name(), Some(method.knob()));
+                progress(Progress {
+                    done: rows.len(),
+                    total,
+                    method: name,
+                    knob,
+                });
+                let left = effort.total.saturating_sub(started.elapsed());
+                let limit = Limit {
+                    steps: u64::MAX,
+                    time: Some(effort.run.min(left)),
+                };
+                let run = || method.integrate(problem, switches, limit);
+                let (outcome, answer) = match RunTime::of(run) {
+                    Ok((motion, time)) => {
+                        let measured = Outcome::Measured(Measurement {
+                            error: truth.error_of(&motion.trajectory),
+                            stable: truth.is_stable(&motion.trajectory),
+                            bounds: motion.trajectory.bounds(),
+                            digits: motion.trajectory.digits(),
+                            operations: None,
+                            time,
+                            work: Some(motion.work),
+                            events: Some(found(&motion.events, &exact)),
+                        });
+                        (measured, Some(motion.trajectory))
+                    }
+                    Err(ResponseError::NotApplicable { reason, .. }) => {
+                        (Outcome::Refused { reason }, None)
+                    }
+                    Err(error) => (Outcome::Failed(error), None),
+                };
+                rows.push(WorkPrecisionRow {
+                    method: name,
+                    knob,
+                    outcome,
+                });
+                let Some(answer) = answer else { break };
+                let agree = last.replace(answer).is_some_and(|before| {
+                    let now = last.as_ref().expect("just put there");
+                    TrajectoryError::between(&before, now).worst() < ALIKE
+                });
+                if agree {
+                    break;
+                }
+            }
+        }
+        Ok(WorkPrecision {
+            reference: name,
+            instants: exact.trajectory().len(),
+            rows,
+            pick: Some(Pick {
+                row: 0,
+                reason: "the motion between events is exact, and no event is missed".to_owned(),
+                left_out: Vec::new(),
+            }),
+        })
+    }
+}
+
+/// How events agree with the exact ones.
+fn found(events: &[Event], exact: &SwitchedMotion) -> EventsFound {
+    let both = events.iter().zip(exact.events());
+    let same = both.take_while(|(one, other)| (one.switch, one.kind) == (other.switch, other.kind));
+    let apart: Vec<f64> = same
+        .map(|(one, other)| (one.time - other.time).abs())
+        .collect();
+    EventsFound {
+        expected: exact.events().len(),
+        found: events.len(),
+        in_order: apart.len(),
+        time: apart.iter().copied().fold(0.0, f64::max),
+    }
+}

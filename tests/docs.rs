@@ -1,6 +1,11 @@
 //! The pages in docs/ and every other Markdown file: links and pictures are there, formulas are numbered
 //! and tested, examples print what is shown.
 
+#[path = "docs/guarantees.rs"]
+mod guarantees;
+#[path = "docs/readme.rs"]
+mod readme;
+
 mod page;
 
 use std::collections::{BTreeSet, HashMap};

@@ -11,6 +11,8 @@ mod library;
 #[path = "errors/listing.rs"]
 mod listing;
 mod page;
+#[path = "errors/sentences.rs"]
+mod sentences;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,13 @@
 //! Laws that the answers keep, whatever the system: none of these tests knows how they are computed.
 
+#[path = "laws/analogies.rs"]
+mod analogies;
+#[path = "laws/integrators.rs"]
+mod integrators;
+mod page;
+#[path = "laws/response.rs"]
+mod response;
+
 use eigentone::gallery::cases;
 use eigentone::modes::{Node, solvers};
 use eigentone::prelude::*;

@@ -1,5 +1,8 @@
 //! `report.html`: what is in it, that nothing can break out of it, and how it looks in a browser.
 
+#[path = "report/sha256.rs"]
+mod sha256;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -63,7 +66,9 @@ fn tags(html: &str) -> Vec<String> {
     let body = html.strip_prefix("<!DOCTYPE html>").expect("a document");
     let (head, rest) = body.split_once("<style>").expect("a style");
     let (_, rest) = rest.split_once("</style>").expect("its end");
-    for part in format!("{head}{rest}").split('<').skip(1) {
+    let (rest, end) = rest.split_once("<script>").expect("a script");
+    let (_, end) = end.split_once("</script>").expect("its end");
+    for part in format!("{head}{rest}{end}").split('<').skip(1) {
         let (tag, text) = part.split_once('>').expect("every tag ends");
         assert!(!text.contains('>'), "{part}");
         let name = tag
@@ -174,14 +179,14 @@ const FLUTTER: &str = r#"{"title": "Flutter",
     "initial": {"x1": {"displacement": 0.001}}, "time": {"end": 20, "step": 0.05}}"#;
 
 #[test]
-fn it_loads_nothing_and_runs_nothing_and_is_well_formed() {
+fn it_loads_nothing_and_runs_its_own_script_alone_and_is_well_formed() {
     for (case, report) in short_cases().zip(&GALLERY.1) {
         let html = fs::read_to_string(report).expect("it was written");
         tags(&html);
         for foreign in [
             "http:",
             "https:",
-            "<script",
+            "<script ",
             "<link",
             "src=",
             "url(",
@@ -190,9 +195,17 @@ fn it_loads_nothing_and_runs_nothing_and_is_well_formed() {
         ] {
             assert!(!html.contains(foreign), "{}: {foreign}", case.name());
         }
-        assert!(html.contains("Content-Security-Policy") && html.contains("prefers-color-scheme"));
+        assert!(html.contains("prefers-color-scheme"));
+        let parts = html.split("<script>").collect::<Vec<_>>();
+        assert_eq!(parts.len(), 2, "{}", case.name());
+        let (script, _) = parts[1].split_once("</script>").expect("its end");
+        let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src";
+        let hash = sha256::base64(&sha256::digest(script.as_bytes()));
+        let allowed = format!("Content-Security-Policy\" content=\"{policy} 'sha256-{hash}'\"");
+        assert!(html.contains(&allowed), "{hash} is the script's");
+        let drawn = html.replace(script, "");
         assert!(
-            !html.contains("NaN") && !html.contains("inf "),
+            !drawn.contains("NaN") && !drawn.contains("inf "),
             "{}",
             case.name()
         );
@@ -210,7 +223,7 @@ fn it_loads_nothing_and_runs_nothing_and_is_well_formed() {
 #[test]
 fn it_has_what_the_scene_needs_and_no_more() {
     let directory = fresh("report-parts");
-    let still = ["scene", "plan", "modes", "shapes", "bounds"];
+    let still = ["scene", "plan", "modes", "shapes", "frequency", "bounds"];
     let text = |name: &str| {
         let case = cases()
             .iter()
@@ -219,12 +232,20 @@ fn it_has_what_the_scene_needs_and_no_more() {
         html(&directory, name, case.scene_text())
     };
     assert_eq!(sections(&text("triple-defect")), still);
-    let moving = ["scene", "plan", "modes", "shapes", "response", "bounds"];
+    let moving = [
+        "scene",
+        "plan",
+        "modes",
+        "shapes",
+        "frequency",
+        "response",
+        "bounds",
+    ];
     let html = text("three-mass-1");
     assert_eq!(sections(&html), moving);
     assert!(html.contains("<h3>Energy</h3>") && !html.contains("<h3>Participation</h3>"));
     // The peaks are those of the motion, not of its samples: README.md has them from elsewhere.
-    assert!(html.contains("m2: 7.16802 m at 1.06064 s"));
+    assert!(html.contains("m2</span>: 7.16802 m at 1.06064 s"));
     let driven = self::html(&directory, "pair", &pair("Two masses", ["a", "b"]));
     assert!(sections(&driven).contains(&"steady-state"));
     // Undamped: effective masses that add up to the whole.
@@ -255,11 +276,65 @@ fn names_change_nothing_but_text() {
 #[test]
 fn long_motions_of_many_masses_stay_below_a_megabyte() {
     let directory = fresh("report-size");
-    let html = html(&directory, "row", &row(40, 4_000));
-    assert!(html.len() < 1_000_000, "{} bytes", html.len());
-    assert!(html.contains("too many for a readable drawing"));
-    assert!(html.contains("Drawn are the 10 of 40 that go farthest."));
-    tags(&html);
+    for (masses, samples) in [(12, 2_000), (60, 4_000)] {
+        let html = html(&directory, "row", &row(masses, samples));
+        assert!(html.len() < 1_000_000, "{} bytes", html.len());
+        tags(&html);
+        // Each curve in a panel of its own.
+        let panels = html.matches("aria-label=\"Displacement: ").count();
+        assert_eq!(panels, masses.min(50));
+        assert_eq!(
+            html.contains("Drawn are the 50 of 60 that go farthest."),
+            masses == 60
+        );
+        assert_eq!(
+            html.contains("too many for a readable drawing"),
+            masses == 60
+        );
+    }
+}
+
+/// Every colour against what is behind it, in both schemes, by the contrast of WCAG 2.1: text 4.5, drawings 3.
+#[test]
+fn colours_have_the_contrast_of_wcag_aa() {
+    let style = include_str!("../crates/eigentone/report/page/style.css");
+    let schemes: Vec<&str> = style.split(":root {").skip(1).take(2).collect();
+    for (scheme, block) in ["light", "dark"].iter().zip(schemes) {
+        let luminance = |name: &str| -> f64 {
+            let (_, value) = block.split_once(&format!("--{name}: #")).expect(name);
+            let channel = |k: usize| {
+                let byte = u8::from_str_radix(&value[2 * k..2 * k + 2], 16).expect("two digits");
+                let c = f64::from(byte) / 255.0;
+                if c <= 0.04045 {
+                    c / 12.92
+                } else {
+                    ((c + 0.055) / 1.055).powf(2.4)
+                }
+            };
+            0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)
+        };
+        let contrast = |a: &str, b: &str| {
+            let (a, b) = (luminance(a), luminance(b));
+            (a.max(b) + 0.05) / (a.min(b) + 0.05)
+        };
+        let text = [
+            ("ink", "page"),
+            ("ink", "card"),
+            ("ink", "box"),
+            ("soft", "page"),
+            ("soft", "card"),
+            ("c0", "page"),
+            ("c1", "card"),
+        ];
+        let lines = (0..7).map(|k| format!("c{k}"));
+        let drawn: Vec<(String, &str)> = lines.map(|colour| (colour, "card")).collect();
+        let text = text.map(|(a, b)| (a.to_owned(), b, 4.5));
+        let drawn = drawn.into_iter().map(|(a, b)| (a, b, 3.0));
+        for (a, b, least) in text.into_iter().chain(drawn) {
+            let found = contrast(&a, b);
+            assert!(found >= least, "{scheme}: {a} on {b} has {found:.2}");
+        }
+    }
 }
 
 /// A machine of displacements and rotations names the units of both, and draws them apart.

@@ -285,6 +285,28 @@ fn files_do_not_know_each_other_in_circles() {
     }
 }
 
+/// Who wants modes and motions alone builds neither the command line nor scenes, reports or integrators.
+#[test]
+fn modes_and_response_alone_take_few_packages() {
+    let cargo = std::process::Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--edges", "normal", "--prefix", "none"])
+        .args(["--package", "eigentone", "--no-default-features"])
+        .arg("--manifest-path")
+        .arg(root().join("Cargo.toml"))
+        .output()
+        .expect("cargo runs");
+    let said = String::from_utf8_lossy(&cargo.stderr);
+    assert!(cargo.status.success(), "{said}");
+    let list = String::from_utf8_lossy(&cargo.stdout).into_owned();
+    let name = |line: &str| line.split(" (").next().unwrap_or_default().to_owned();
+    let packages: BTreeSet<String> = list.lines().map(name).collect();
+    assert!(packages.len() < 60, "{}: {packages:#?}", packages.len());
+    for foreign in ["clap", "serde", "eigentone-check"] {
+        let starts = |package: &String| package.starts_with(&format!("{foreign} "));
+        assert!(!packages.iter().any(starts), "{foreign}");
+    }
+}
+
 #[test]
 fn paths_are_found_wherever_they_stand() {
     let text = "use crate::b::{C, d::E};\n// crate::no::One\nlet x = crate::f::g();\nuse other_crate::h;\n#[cfg(test)]\nmod tests {\n    use crate::z::Z;\n}\n";

@@ -1,6 +1,10 @@
 //! Evaluates every numbered formula of docs/theory.md, (1) to (38), on systems small enough to see
 //! through, against the answers of the library. `tests/docs.rs` checks that none is left out.
 
+mod page;
+#[path = "theory/published.rs"]
+mod published;
+
 use std::f64::consts::PI;
 
 use eigentone::modes::{

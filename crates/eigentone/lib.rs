@@ -78,16 +78,23 @@
 //!
 //! # Features
 //!
-//! `cli`, on by default, builds the command line; `gallery`, which it needs, the scenes with known answers; `stiff` adds
-//! integrators of the crate `diffsol` to the comparisons; `rayon` spreads sweeps over threads. `default-features = false` leaves all out.
+//! `cli`, on by default, builds the command line, and needs `check`, `scene`, `report` and `gallery`, the modules of
+//! these names; [`tables`] is there with the first three. `serde`, which `report` needs, writes [`System`](modes::System)s under the keys
+//! of scenes and reads them back, and writes [`Modes`](modes::Modes), [`Trajectory`](response::Trajectory) and
+//! [`Structure`](modes::Structure). `stiff` adds integrators of the crate `diffsol` to the comparisons; `rayon`
+//! spreads sweeps over threads. `default-features = false` leaves all out, and with them half of the packages.
 
 #[cfg(feature = "gallery")]
 pub mod gallery;
 pub mod prelude;
+#[cfg(feature = "report")]
 pub mod report;
+#[cfg(feature = "scene")]
 pub mod scene;
+#[cfg(all(feature = "check", feature = "report", feature = "scene"))]
 pub mod tables;
 
+#[cfg(feature = "check")]
 pub use eigentone_check as check;
 pub use eigentone_design as design;
 pub use eigentone_modes as modes;

@@ -23,7 +23,7 @@ const CASES: [(&str, &str); 40] = [
     ("Response", "response growing.json"),
     ("Response", "response S --steps 0,99"),
     ("Switching", "response beyond.json"),
-    ("Switches", "check beyond.json"),
+    ("Switches", "tables beyond.json --out tables"),
     ("Frequency", "frf dashpot.json --from m0"),
     ("UnknownName", "frf S --to wall"),
     ("", "frf S --at 1,x"),

@@ -100,7 +100,9 @@ fn analyzed(scene: &Scene) {
         let summary = Summary::of(problem, &trajectory, &modes).expect("an instant");
         Some((plan, trajectory, summary, SteadyState::of(problem)))
     });
+    let participation = Participation::of_parts(system);
     let analysis = Analysis {
+        participation: &participation,
         title: "a scene",
         system,
         structure: system.structure(),
@@ -142,9 +144,11 @@ fn analyzed(scene: &Scene) {
         analysis: &analysis,
         frequency: None,
         energy: energy.as_ref(),
-        participation: &Participation::of_parts(system),
     };
-    clean(&page.html());
+    // Its script has words of its own.
+    let html = page.html();
+    let (drawn, _) = html.split_once("<script>").expect("a script");
+    clean(drawn);
 }
 
 fn checked(scene: &Scene) {

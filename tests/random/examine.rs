@@ -6,6 +6,7 @@ use eigentone::response::{
     ElementForces, Energy, Problem, ResponsePlan, SteadyState, Summary, Trajectory,
 };
 use eigentone::scene::Scene;
+use eigentone::switching::Switching;
 
 /// The certified tolerance of a second answer, which must agree with the first.
 const LOOSE: Precision = Precision::Certified { tolerance: 1e-6 };
@@ -69,6 +70,52 @@ pub fn examined(scene: &Scene, proven: Proven) -> Answers {
     answers
 }
 
+/// Solves a scene with switches in doubles, and with proof, twice.
+///
+/// # Panics
+/// As above.
+#[allow(dead_code)] // only some of those who share this ask
+pub fn examined_with_switches(scene: &Scene) {
+    /// Turns of the quickest motion: more only take longer.
+    const LONGEST: f64 = 1e3;
+    let quickest = scene.system().modes_to(Precision::Double).map(|modes| {
+        let sizes = modes.eigenvalues().iter().map(|root| root.value.norm());
+        sizes.fold(0.0, f64::max)
+    });
+    let (Some(end), Ok(quickest)) = (scene.end(), quickest) else {
+        return;
+    };
+    if quickest * end > LONGEST {
+        return;
+    }
+    let problem = scene.problem().expect("it has an end");
+    let problem = problem.expect("it was checked when it was read");
+    let motion = |precision: Precision| {
+        let problem = problem.clone().to(precision);
+        let motion = Switching::new(&problem, scene.switches())
+            .map_err(said)
+            .ok()?;
+        let motion = motion.run().map_err(said).ok()?;
+        check_motion(motion.trajectory(), "between events");
+        let mut before = 0.0;
+        for event in motion.events() {
+            assert!(event.time >= before && event.time <= end, "{event:?}");
+            assert!(event.bound >= 0.0, "{event:?}");
+            before = event.time;
+        }
+        Some(motion)
+    };
+    let _ = motion(Precision::Double);
+    if let (Some(tight), Some(loose)) = (motion(Precision::default()), motion(LOOSE)) {
+        agree_in_motion(tight.trajectory(), loose.trajectory());
+        let (tight, loose) = (tight.events(), loose.events());
+        assert_eq!(tight.len(), loose.len());
+        for (a, b) in tight.iter().zip(loose) {
+            assert!((a.time - b.time).abs() <= a.bound + b.bound, "{a:?} {b:?}");
+        }
+    }
+}
+
 /// An error says something, in one line.
 pub fn said<E: std::error::Error>(error: E) {
     let message = error.to_string();
@@ -81,18 +128,23 @@ pub fn said<E: std::error::Error>(error: E) {
 fn motion(problem: &Problem<'_>) -> Option<Trajectory> {
     let plan = ResponsePlan::of(problem).map_err(said).ok()?;
     let trajectory = plan.run(problem).map_err(said).ok()?;
-    for (part, bounds) in parts(&trajectory) {
+    check_motion(&trajectory, &plan.reason);
+    Some(trajectory)
+}
+
+/// Numbers that are some, with bounds.
+fn check_motion(trajectory: &Trajectory, reason: &str) {
+    for (part, bounds) in parts(trajectory) {
         assert_eq!(bounds.len(), trajectory.len());
         for (k, bound) in bounds.iter().enumerate() {
             for i in 0..part.nrows() {
-                assert!(part[(i, k)].is_finite(), "{} at {k}: {part:?}", plan.reason);
+                assert!(part[(i, k)].is_finite(), "{reason} at {k}: {part:?}");
             }
             assert!(bound.is_none_or(|bound| bound >= 0.0), "{bound:?}");
             let proven = trajectory.bounds() == Bounds::Proven;
             assert!(!proven || bound.is_some());
         }
     }
-    Some(trajectory)
 }
 
 fn parts(trajectory: &Trajectory) -> [(faer::MatRef<'_, f64>, &[Option<f64>]); 2] {

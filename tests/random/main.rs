@@ -22,7 +22,7 @@ use proptest::prelude::*;
 use choices::Choices;
 use estimates::agree_with_estimates;
 use everything::{every_command, every_quick_command, peaks_and_settling_hold};
-use examine::{Proven, examined};
+use examine::{Proven, examined, examined_with_switches};
 
 fn parse(text: &str) -> Result<Scene, SceneError> {
     Scene::parse(text, Path::new("scene.json"))
@@ -77,6 +77,15 @@ proptest! {
                 drop(examined(&scene, Proven::Nothing));
                 every_quick_command(&scene);
             }
+            Err(error) => check_message(&error),
+        }
+    }
+
+    #[test]
+    fn switched_machines_are_answered_or_refused(bytes in vec(any::<u8>(), 1..300)) {
+        let text = scene::switched_machine(&mut Choices::of(&bytes));
+        match parse(&text) {
+            Ok(scene) => examined_with_switches(&scene),
             Err(error) => check_message(&error),
         }
     }

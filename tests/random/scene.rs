@@ -52,6 +52,77 @@ pub fn text(choices: &mut Choices<'_>) -> String {
 /// The text of a machine: points on masses and supports, supports that move, damping of the whole, outputs.
 #[allow(dead_code)] // only some of those who share this ask
 pub fn machine(choices: &mut Choices<'_>) -> String {
+    machine_with(choices, |_, _, _| Vec::new())
+}
+
+/// The same with switches between its names.
+#[allow(dead_code)] // only some of those who share this ask
+pub fn switched_machine(choices: &mut Choices<'_>) -> String {
+    machine_with(choices, switches)
+}
+
+/// More members of a machine, from the names of all that moves and how far its numbers lie apart.
+type More = fn(&mut Choices<'_>, &[String], Spread) -> Vec<String>;
+
+fn switches(choices: &mut Choices<'_>, names: &[String], spread: Spread) -> Vec<String> {
+    let each = (0..1 + choices.below(4)).map(|_| {
+        let places = names.len() + 1;
+        let first = choices.below(places);
+        let second = (first + 1 + choices.below(places - 1)) % places;
+        let name = |place: usize| names.get(place).map_or("ground", String::as_str);
+        let between = format!("\"between\": [\"{}\", \"{}\"]", name(first), name(second));
+        let (low, high) = (spread.positive(choices), spread.positive(choices));
+        let gap = match choices.below(3) {
+            0 => 0.0,
+            1 => spread.signed(choices),
+            _ => spread.positive(choices),
+        };
+        let (key, rest) = match choices.below(5) {
+            0 => ("frictions", format!("\"force\": {low:?}")),
+            1 => (
+                "frictions",
+                format!("\"force\": {low:?}, \"static\": {high:?}"),
+            ),
+            2 => {
+                let damping = if choices.once_in(2) { high } else { 0.0 };
+                (
+                    "stops",
+                    format!("\"gap\": {gap:?}, \"stiffness\": {low:?}, \"damping\": {damping:?}"),
+                )
+            }
+            3 => {
+                let restitution = choices.pick(&[0.0, 0.5, 0.8, 1.0]);
+                (
+                    "impacts",
+                    format!("\"gap\": {gap:?}, \"restitution\": {restitution:?}"),
+                )
+            }
+            _ => {
+                let law = match choices.once_in(2) {
+                    true => "\"law\": \"on-off skyhook\"".to_owned(),
+                    false => format!("\"law\": \"clipped skyhook\", \"sky\": {low:?}"),
+                };
+                let high = low.max(high);
+                (
+                    "controlled_dampers",
+                    format!("{law}, \"low\": {low:?}, \"high\": {high:?}"),
+                )
+            }
+        };
+        (key, format!("{{{between}, {rest}}}"))
+    });
+    let each: Vec<(&str, String)> = each.collect();
+    let list = |key: &'static str| {
+        let own = each.iter().filter(|(kind, _)| *kind == key);
+        let own: Vec<&str> = own.map(|(_, text)| text.as_str()).collect();
+        format!("\"{key}\": [{}]", own.join(", "))
+    };
+    ["frictions", "stops", "impacts", "controlled_dampers"]
+        .map(list)
+        .to_vec()
+}
+
+fn machine_with(choices: &mut Choices<'_>, more: More) -> String {
     let n = 1 + choices.below(LARGEST / 2);
     let spread = Spread::draw(choices);
     let names: Vec<String> = (1..=n).map(|i| format!("m{i}")).collect();
@@ -126,6 +197,7 @@ pub fn machine(choices: &mut Choices<'_>) -> String {
         )
     });
     let outputs: Vec<String> = outputs.collect();
+    members.extend(more(choices, &all, spread));
     members.push(format!("\"outputs\": [{}]", outputs.join(", ")));
     let end = step * count as f64;
     members.push(format!(

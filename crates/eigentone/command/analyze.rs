@@ -77,7 +77,8 @@ impl Analyze {
         let asked = match scene.problem() {
             Some(problem) if !switches.is_empty() => {
                 let problem = problem.map_err(Failure::response(file))?;
-                Some(problem.to(self.question.precision()))
+                let problem = problem.to(self.question.precision());
+                Some(problem.with_acceleration().with_forces())
             }
             _ => None,
         };
@@ -86,7 +87,8 @@ impl Analyze {
             Some(problem) => {
                 progress.say("response");
                 let motion = Switching::new(problem, scene.switches());
-                let motion = motion.and_then(|switching| switching.with_losses().run());
+                let motion =
+                    motion.and_then(|switching| switching.with_losses().with_peaks().run());
                 Some(motion.map_err(Failure::switching(file, switches.clone()))?)
             }
         };
@@ -98,7 +100,9 @@ impl Analyze {
             motion,
             switches: &switches,
         });
+        let participation = Participation::of_parts(system);
         let analysis = Analysis {
+            participation: &participation,
             title: scene.title().unwrap_or(&name),
             system,
             structure,
@@ -168,15 +172,11 @@ fn solve<'a>(
     })
 }
 
-/// Of scenes that have outputs or supports, from what they drive or from their supports; `None` for others, and where it
-/// would take long.
+/// From what the scene drives, else its supports, else each mass of few; `None` where it would take long.
 fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunctions, Vec<Features>)> {
     /// Functions times coordinates: beyond it the rest of the analysis waits.
     const MOST: usize = 200;
     let system = scene.system();
-    if scene.outputs().is_empty() && system.supports().is_empty() {
-        return None;
-    }
     let asked = frf::asked(scene, &[], &[]);
     let grid = match scene.frequencies() {
         Some(given) => given.to_vec(),
@@ -188,6 +188,25 @@ fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunction
     }
     let features = asked.features(&peak_grid(system, modes, scene.loss_factors()));
     Some((asked.at(&grid).ok()?, features.ok()?))
+}
+
+fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> Result<(), Failure> {
+    files.write("accelerations.csv", |out| report.accelerations(out))?;
+    files.write("forces.csv", |out| report.forces(out))?;
+    if report.has_outputs() {
+        files.write("outputs.csv", |out| report.outputs(out))?;
+    }
+    files.write("peaks.csv", |out| report.peaks(out))?;
+    let plots = [
+        ("acceleration.svg", report.acceleration_plot(title)),
+        ("forces.svg", report.force_plot(title)),
+    ];
+    for (name, plot) in plots {
+        if let Some(plot) = plot {
+            files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
+        }
+    }
+    Ok(())
 }
 
 fn write(
@@ -212,19 +231,7 @@ fn write(
         files.write("response.csv", |out| response.csv(out))?;
         let trajectory = answer.trajectory;
         let report = DemandReport::new(answer.problem, trajectory, answer.summary.extrema());
-        files.write("accelerations.csv", |out| report.accelerations(out))?;
-        files.write("forces.csv", |out| report.forces(out))?;
-        files.write("peaks.csv", |out| report.peaks(out))?;
-        let title = analysis.title;
-        let plots = [
-            ("acceleration.svg", report.acceleration_plot(title)),
-            ("forces.svg", report.force_plot(title)),
-        ];
-        for (name, plot) in plots {
-            if let Some(plot) = plot {
-                files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
-            }
-        }
+        write_demands(&report, analysis.title, &mut files)?;
         if let Some(energy) = &energy {
             let report = EnergyReport::new(energy, trajectory);
             files.write("energy.csv", |out| report.csv(out))?;
@@ -238,6 +245,7 @@ fn write(
         files.write("response.json", |out| response.json(out))?;
         files.write("response.csv", |out| response.csv(out))?;
         files.write("events.csv", |out| events_csv(events, report.switches, out))?;
+        write_demands(&report.demands(), analysis.title, &mut files)?;
         for (name, plot) in report.plots() {
             files.write(&name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
@@ -267,12 +275,10 @@ fn write(
             files.write(name, |out| out.write_all(plot.svg().as_bytes()))?;
         }
     }
-    let participation = Participation::of_parts(system);
     let page = Page {
         analysis,
         energy: energy.as_ref(),
         frequency,
-        participation: &participation,
     };
     files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;
     files.keep()

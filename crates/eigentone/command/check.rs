@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use eigentone::check::{
-    Effort, ExponentialComparison, Integrator, ModeComparison, Progress as Row, WorkPrecision,
-    integrators,
+    Effort, ExponentialComparison, Integrator, ModeComparison, OneStep, Progress as Row,
+    WorkPrecision, integrators,
 };
 use eigentone::report::CheckReport;
 use eigentone::response::{ResponseMethod, methods};
@@ -13,9 +13,13 @@ use eigentone::scene::did_you_mean;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, memory, print, refuse_switches};
+use super::{Failure, Question, memory, print, tell_switches};
 
-type Methods = (Vec<&'static dyn ResponseMethod>, Vec<Box<dyn Integrator>>);
+type Methods = (
+    Vec<&'static dyn ResponseMethod>,
+    Vec<Box<dyn Integrator>>,
+    Vec<OneStep>,
+);
 
 /// Compares every solver and method that applies: error, run time, work
 #[derive(Debug, Args)]
@@ -37,8 +41,8 @@ impl Check {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
-        refuse_switches(&self.question.scene, &scene, "check")?;
-        let (exact, integrators) = self.methods()?;
+        let switches = scene.switches();
+        let (exact, integrators, stepping) = self.methods(!switches.is_empty())?;
         self.question.admit_modes(&scene)?;
         let motion = memory::of_motion(&scene, memory::instants(&scene));
         self.question.admit(motion)?;
@@ -54,9 +58,27 @@ impl Check {
             let step = problem.grid().step();
             ExponentialComparison::measure(scene.system(), step, &mut tell).ok()
         });
-        let response = problem.map(|problem| {
-            WorkPrecision::measure(&problem, &exact, &integrators, Effort::default(), &mut tell)
-        });
+        let places = scene.switch_places();
+        let response = match &problem {
+            Some(problem) if !switches.is_empty() => {
+                let effort = Effort::default();
+                let compared = WorkPrecision::measure_switched(
+                    problem, &switches, &stepping, effort, &mut tell,
+                );
+                Some(Ok(compared.map_err(Failure::switching(file, places))?))
+            }
+            Some(problem) => {
+                let effort = Effort::default();
+                Some(WorkPrecision::measure(
+                    problem,
+                    &exact,
+                    &integrators,
+                    effort,
+                    &mut tell,
+                ))
+            }
+            None => None,
+        };
         let name = self.question.name();
         let report = CheckReport {
             title: scene.title().unwrap_or(&name),
@@ -68,6 +90,7 @@ impl Check {
             write(&report, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
+        tell_switches(file, &scene);
         print(|out| match self.json {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),
@@ -79,14 +102,19 @@ impl Check {
         }
     }
 
-    /// The exact methods and the integrators that are asked for, by their names in the table.
-    fn methods(&self) -> Result<Methods, Failure> {
-        let (mut exact, mut integrators) = (methods().to_vec(), integrators());
+    /// The exact methods and the integrators that are asked for, by their names in the table; of scenes with switches, those
+    /// that locate events.
+    fn methods(&self, switched: bool) -> Result<Methods, Failure> {
+        let (mut exact, mut integrators, mut stepping) = match switched {
+            true => (Vec::new(), Vec::new(), OneStep::ALL.to_vec()),
+            false => (methods().to_vec(), integrators(), Vec::new()),
+        };
         if self.methods.is_empty() {
-            return Ok((exact, integrators));
+            return Ok((exact, integrators, stepping));
         }
         let mut all: Vec<&str> = exact.iter().map(|method| method.name()).collect();
         all.extend(integrators.iter().map(|method| method.name()));
+        all.extend(stepping.iter().map(|method| method.name()));
         all.dedup();
         let asked = |known: &str| {
             let same = |name: &String| name.trim().to_lowercase() == known.to_lowercase();
@@ -101,7 +129,8 @@ impl Check {
         }
         exact.retain(|method| asked(method.name()).is_some());
         integrators.retain(|method| asked(method.name()).is_some());
-        Ok((exact, integrators))
+        stepping.retain(|method| asked(method.name()).is_some());
+        Ok((exact, integrators, stepping))
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What a shell reports of a program that Ctrl-C ended.
 const STATUS: i32 = 130;
@@ -12,17 +12,31 @@ const STATUS: i32 = 130;
 /// The files that are not complete. Whoever holds the list is not interrupted.
 static TEMPORARIES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// From now on an interrupt removes the temporary files and ends the program.
-pub fn watch() {
+/// What would have been quicker.
+static QUICKER: OnceLock<&str> = OnceLock::new();
+
+/// From now on an interrupt removes the temporary files, says what is quicker, and ends the program.
+pub fn watch(quicker: Option<&'static str>) {
+    if let Some(quicker) = quicker {
+        let _ = QUICKER.set(quicker); // once for a program
+    }
     // Without a handler an interrupt ends the program as well, only less tidily.
     let _ = ctrlc::set_handler(|| {
         let temporaries = hold();
         for temporary in temporaries.iter() {
             let _ = fs::remove_file(temporary);
         }
+        if let Some(quicker) = self::quicker() {
+            eprintln!("interrupted; quicker: {quicker}");
+        }
         // The list is still held, so that no other file comes to be.
         process::exit(STATUS);
     });
+}
+
+/// What is quicker than the command that runs, if anything is.
+pub fn quicker() -> Option<&'static str> {
+    QUICKER.get().copied()
 }
 
 /// The list, and with it the time until it is dropped.

@@ -70,7 +70,7 @@ enum Command {
 impl Cli {
     /// Runs the command and prints its result on standard output, or nothing if it fails.
     pub fn run(self) -> Result<(), Failure> {
-        interrupt::watch();
+        interrupt::watch(self.command.quicker());
         match self.command {
             Command::Analyze(command) => command.run(),
             Command::Modes(command) => command.run(),
@@ -89,6 +89,29 @@ impl Cli {
             Command::Scenes(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Manual(command) => command.run(),
+        }
+    }
+}
+
+impl Command {
+    /// What to ask for in place of an answer that takes too long.
+    fn quicker(&self) -> Option<&'static str> {
+        match self {
+            Command::Analyze(_) | Command::Response(_) => Some(
+                "--precision double, with estimated bounds; fewer instants, by a larger time.step or `response --steps 0,100`",
+            ),
+            Command::Modes(_) => Some(
+                "--precision double, with estimated bounds; some modes alone, by --lowest or --near",
+            ),
+            Command::Frf(_) => Some(
+                "fewer functions, by --from and --to; --at for single frequencies; --precision double, with estimated bounds",
+            ),
+            Command::Check(_) => Some("fewer methods, by --methods; a smaller time.end"),
+            Command::Sweep(_) => Some("fewer designs, or a part of them by --shard 1/4"),
+            Command::Random(_) | Command::Spectrum(_) | Command::Campbell(_) => {
+                Some("--precision double, with estimated bounds")
+            }
+            _ => None,
         }
     }
 }

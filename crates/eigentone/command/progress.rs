@@ -3,13 +3,17 @@
 use std::io::{self, IsTerminal};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::interrupt::quicker;
 
 /// Work that takes less says nothing.
 const PATIENCE: Duration = Duration::from_millis(250);
 const TURN: Duration = Duration::from_millis(100);
+/// After which what is quicker is said.
+const LONG: Duration = Duration::from_secs(10);
 
 /// Turns until it is dropped, then leaves no trace.
 #[derive(Debug)]
@@ -26,6 +30,7 @@ impl Progress {
         let turn = move || {
             let mut bar: Option<ProgressBar> = None;
             let mut wait = PATIENCE;
+            let start = Instant::now();
             loop {
                 match receiver.recv_timeout(wait) {
                     Ok(next) => message = next,
@@ -33,7 +38,11 @@ impl Progress {
                     Err(RecvTimeoutError::Timeout) => {
                         wait = TURN;
                         let bar = bar.get_or_insert_with(spinner);
-                        bar.set_message(message.clone());
+                        let quicker = quicker().filter(|_| start.elapsed() > LONG);
+                        bar.set_message(match quicker {
+                            Some(quicker) => format!("{message}; quicker: {quicker}"),
+                            None => message.clone(),
+                        });
                         bar.tick();
                     }
                 }

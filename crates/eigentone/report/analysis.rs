@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use eigentone_modes::{Bounds, CoordinateKind, Modes, Structure, System};
+use eigentone_modes::{
+    Bounds, CoordinateKind, Modes, Participation, ParticipationError, Structure, System,
+};
 use eigentone_response::{
     Destination, Problem, Quantity, Reached, ResponsePlan, SteadyState, SteadyStateError, Summary,
     Trajectory,
@@ -13,6 +15,7 @@ use super::demands::DemandReport;
 use super::modes::ModeReport;
 use super::number;
 use super::outline::{self, Outline};
+use super::participation;
 use super::plot::{Line, Plot};
 use super::response::doubts;
 use super::steady_state::SteadyStateReport;
@@ -29,9 +32,14 @@ pub struct Analysis<'a> {
     pub structure: &'a Structure,
     /// Its modes.
     pub modes: &'a Modes,
+    /// Effective modal masses of the parts that springs and dampers join: [`Participation::of_parts`].
+    pub participation: &'a [(Vec<usize>, Result<Participation, ParticipationError>)],
     /// Its response, if one was asked for.
     pub response: Option<Answer<'a>>,
 }
+
+/// Modes of which participation is looked at.
+const MOST_PARTICIPATING: usize = 24;
 
 /// A response, how it was computed, and what becomes of each coordinate.
 pub struct Answer<'a> {
@@ -82,6 +90,13 @@ impl Analysis<'_> {
         section(&mut text, "Modes", &modes.text());
         if let Some(shapes) = modes.shapes() {
             section(&mut text, "Shapes", &shapes);
+        }
+        for (heading, part) in participation::parts(self) {
+            if let Ok(table) = part
+                && table.rows() <= MOST_PARTICIPATING
+            {
+                section(&mut text, &heading, &table.text());
+            }
         }
         if let Some(answer) = &self.response {
             let table = answer.table(self.system).text() + answer.explained();
@@ -355,15 +370,15 @@ impl Answer<'_> {
     /// What the columns mean.
     pub(super) fn explained(&self) -> &'static str {
         if self.summary.is_between() {
-            "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
-             largest displacement, between samples too. Overshoot: how far it goes past that end, in % of the way there from\n\
-             where it is at t = 0, if that is at least a tenth of the largest deviation. Settled after: the last time\n\
-             outside ±2 % of the largest deviation from that end.\n"
+            "Ends at: the equilibrium under the loads that last, the final value of samples among them. Peak: the\n\
+             largest displacement, between samples too. Overshoot: how far the motion goes beyond that end, in % of the way\n\
+             from its start to that end; given where this way is at least a tenth of the largest distance from that end.\n\
+             Settled after: the last time farther from that end than 2 % of the largest distance.\n"
         } else {
-            "Ends at: the equilibrium under the final constant loads; the last value of samples is one. Peak: the\n\
-             largest displacement at a sample. Overshoot: how far it goes past that end, in % of the way there from\n\
-             where it is at t = 0, if that is at least a tenth of the largest deviation. Settled after: the last sample\n\
-             outside ±2 % of the largest deviation from that end.\n"
+            "Ends at: the equilibrium under the loads that last, the final value of samples among them. Peak: the\n\
+             largest displacement at a sample. Overshoot: how far the motion goes beyond that end, in % of the way\n\
+             from its start to that end; given where this way is at least a tenth of the largest distance from that end.\n\
+             Settled after: the last sample farther from that end than 2 % of the largest distance.\n"
         }
     }
 }
@@ -406,6 +421,7 @@ mod tests {
                 system: &system,
                 structure: system.structure(),
                 modes: &modes,
+                participation: &[],
                 response: Some(Answer {
                     problem: &problem,
                     plan: &plan,

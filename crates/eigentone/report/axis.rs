@@ -161,15 +161,34 @@ impl Ruler {
         }
         (self.low, self.high) = (low, high);
         let each = ((high - low) / 9.0).ceil().max(1.0) as i32;
-        let powers = (low.ceil() as i32)..=(high.floor() as i32);
-        self.ticks = powers
-            .filter(|power| power.rem_euclid(each) == 0)
-            .map(|power| Tick {
-                at: self.between(f64::from(power)),
-                label: format!("10{}", superscript(power)),
+        // Where powers are few, their doubles and fivefolds too.
+        let factors: &[u32] = if high - low <= 2.1 { &[1, 2, 5] } else { &[1] };
+        let powers = (low.floor() as i32)..=(high.floor() as i32);
+        let powers = powers.filter(|power| power.rem_euclid(each) == 0);
+        let marks = powers.flat_map(|power| factors.iter().map(move |factor| (power, *factor)));
+        let place = |(power, factor)| f64::from(power) + f64::from(factor).log10();
+        let shown = marks.filter(|mark| (low..=high).contains(&place(*mark)));
+        self.ticks = shown
+            .map(|(power, factor)| Tick {
+                at: self.between(place((power, factor))),
+                label: match factor {
+                    1 => format!("10{}", superscript(power)),
+                    _ => format!("{factor}·10{}", superscript(power)),
+                },
                 zero: false,
             })
             .collect();
+    }
+
+    /// Leaves out ticks until there are no more than so many; the one at zero stays.
+    pub(super) fn keep(&mut self, most: usize) {
+        let each = self.ticks.len().div_ceil(most.max(1)).max(1);
+        let zero = self.ticks.iter().position(|tick| tick.zero).unwrap_or(0);
+        let mut index = 0;
+        self.ticks.retain(|_| {
+            index += 1;
+            (index - 1) % each == zero % each
+        });
     }
 
     /// The value in units of the power of ten that the label names.

@@ -1,10 +1,11 @@
-//! What a motion demands of a machine: accelerations of coordinates and forces in springs and dampers, as CSV and plots,
-//! and the peaks of these and of the outputs.
+//! What a motion demands of a machine: accelerations of coordinates and forces in springs, dampers and switches, as CSV and
+//! plots, and the peaks of these and of the outputs.
 
 use std::io::{self, Write};
 
 use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
 use eigentone_response::{Extrema, Peaks, Problem, Quantity, Reached, Trajectory};
+use eigentone_switching::{SwitchedMotion, SwitchedPeaks};
 
 use super::axis::Axis;
 use super::csv;
@@ -23,6 +24,8 @@ pub struct DemandReport<'a> {
     problem: &'a Problem<'a>,
     trajectory: &'a Trajectory,
     extrema: Option<&'a Extrema>,
+    /// With the names of its switches.
+    switched: Option<(&'a SwitchedMotion, &'a [String])>,
 }
 
 /// One quantity along the motion.
@@ -46,7 +49,25 @@ impl<'a> DemandReport<'a> {
             problem,
             trajectory,
             extrema,
+            switched: None,
         }
+    }
+
+    /// The same with the forces of these switches, and peaks from the motion that has them, whose trajectory it is.
+    pub fn with_switches(
+        self,
+        motion: &'a SwitchedMotion,
+        switches: &'a [String],
+    ) -> DemandReport<'a> {
+        DemandReport {
+            switched: Some((motion, switches)),
+            ..self
+        }
+    }
+
+    /// The peaks of a motion with switches.
+    fn switched_peaks(&self) -> Option<&'a SwitchedPeaks> {
+        self.switched.and_then(|(motion, _)| motion.peaks())
     }
 
     /// One row for each instant with all digits: step, instant, the acceleration of each coordinate, and a bound of all.
@@ -61,12 +82,29 @@ impl<'a> DemandReport<'a> {
     }
 
     /// One row for each instant with all digits: step, instant, the tension in each spring and damper, in their order, under
-    /// its name or those of both ends, and then the bound of each. Nothing where forces were not asked for.
+    /// its name or those of both ends, the force of each switch on its second end, and then the bound of each. Nothing where
+    /// forces were not asked for.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn forces(&self, out: impl Write) -> io::Result<()> {
         let all = self.of_elements();
+        let bounds = all.iter();
+        let bounds = bounds.map(|one| (format!("bound {}", one.label), one.bounds));
+        self.csv(out, &all, &bounds.collect::<Vec<_>>())
+    }
+
+    /// Whether there are outputs.
+    pub fn has_outputs(&self) -> bool {
+        self.trajectory.outputs().next().is_some()
+    }
+
+    /// One row for each instant with all digits: step, instant, the outputs in their order, and then the bound of each.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn outputs(&self, out: impl Write) -> io::Result<()> {
+        let all: Vec<Demand<'a>> = self.of_outputs().collect();
         let bounds = all.iter();
         let bounds = bounds.map(|one| (format!("bound {}", one.label), one.bounds));
         self.csv(out, &all, &bounds.collect::<Vec<_>>())
@@ -175,7 +213,10 @@ impl<'a> DemandReport<'a> {
                 unit: unit::motion(Some(system.kind_of(i)), Quantity::Acceleration),
                 values: values.row(i).iter().copied().collect(),
                 bounds: self.trajectory.acceleration_bound(),
-                peaks: self.extrema.and_then(|extrema| extrema.acceleration(i)),
+                peaks: match self.switched_peaks() {
+                    Some(peaks) => Some(peaks.acceleration(i)),
+                    None => self.extrema.and_then(|extrema| extrema.acceleration(i)),
+                },
             })
         });
         all.into_iter().flatten().collect()
@@ -196,10 +237,31 @@ impl<'a> DemandReport<'a> {
                     unit: unit::force(element.kind),
                     values: values.to_vec(),
                     bounds,
-                    peaks: self.extrema.and_then(|extrema| extrema.force(kind, index)),
+                    peaks: match self.switched_peaks() {
+                        Some(peaks) => peaks.force(kind, index),
+                        None => self.extrema.and_then(|extrema| extrema.force(kind, index)),
+                    },
                 });
             }
         }
+        // What a switch joins is not known here: of one kind of coordinates it is that.
+        let kinds: Vec<_> = unit::kinds(system).collect();
+        let unit = unit::force(match kinds[..] {
+            [kind] => Some(kind),
+            _ => None,
+        });
+        let switches = self.switched.into_iter();
+        let switches = switches
+            .flat_map(|(motion, names)| names.iter().enumerate().map(move |one| (motion, one)));
+        all.extend(switches.filter_map(|(motion, (switch, name))| {
+            Some(Demand {
+                label: name.clone(),
+                unit,
+                values: motion.switch_force(switch)?.to_vec(),
+                bounds: motion.switch_force_bound(switch)?,
+                peaks: motion.peaks().map(|peaks| peaks.switch(switch)),
+            })
+        }));
         all
     }
 
@@ -208,14 +270,19 @@ impl<'a> DemandReport<'a> {
             problem,
             trajectory,
             extrema,
+            ..
         } = *self;
+        let switched = self.switched_peaks();
         let all = trajectory.outputs().zip(problem.combinations());
         all.enumerate().map(move |(i, (name, combination))| Demand {
             label: format!("output {name}"),
             unit: unit::output(problem.system(), combination),
             values: trajectory.output(i).to_vec(),
             bounds: trajectory.output_bound(i),
-            peaks: extrema.and_then(|extrema| extrema.output(i)),
+            peaks: match switched {
+                Some(peaks) => Some(peaks.output(i)),
+                None => extrema.and_then(|extrema| extrema.output(i)),
+            },
         })
     }
 

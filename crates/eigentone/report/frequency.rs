@@ -140,14 +140,14 @@ impl<'a> FrequencyReport<'a> {
             .collect();
         match open.as_slice() {
             [] => {
-                "complete by proof: no function has another peak or dip at any frequency".to_owned()
+                "proven complete: no function has another peak or dip at any frequency".to_owned()
             }
             open if open.len() == features.len() => {
                 "not proved to be complete: peaks and dips were sought between many frequencies"
                     .to_owned()
             }
             open => format!(
-                "complete by proof, but for {}: there peaks and dips were sought between many frequencies",
+                "proven complete but for {}: of these, peaks and dips were searched for on a grid of frequencies only",
                 open.join(", ")
             ),
         }

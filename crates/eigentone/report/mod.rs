@@ -6,21 +6,25 @@
 mod analysis;
 mod axis;
 mod campbell;
+#[cfg(feature = "check")]
 mod check;
 pub(crate) mod csv;
 mod demands;
 mod energy;
 mod events;
 mod frequency;
+#[cfg(feature = "check")]
 mod heat_map;
 mod modes;
 mod number;
 mod outline;
 mod page;
+mod participation;
 mod plot;
 mod random;
 mod response;
 mod spectrum;
+#[cfg(feature = "check")]
 mod stability;
 mod state_space;
 mod steady_state;
@@ -35,6 +39,7 @@ use eigentone_modes::Bounds;
 pub use analysis::{Analysis, Answer};
 pub use axis::{Axis, Scale};
 pub use campbell::CampbellReport;
+#[cfg(feature = "check")]
 pub use check::CheckReport;
 pub use demands::{DemandReport, MOST_DEMANDS};
 pub use energy::EnergyReport;
@@ -46,6 +51,7 @@ pub use plot::{Line, Plot, Ring};
 pub use random::RandomReport;
 pub use response::ResponseReport;
 pub use spectrum::SpectrumReport;
+#[cfg(feature = "check")]
 pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
 pub use sweep::{SweepReport, SweptDesign};

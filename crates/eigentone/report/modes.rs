@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 use std::io::{self, Write};
 
-use eigentone_modes::{Mode, Modes, Motion};
+use eigentone_modes::{Bounds, Eigenvalue, Mode, Modes, Motion};
 use num_complex::Complex;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::csv;
 use super::number;
@@ -334,15 +334,15 @@ fn whole(count: Option<usize>) -> String {
 
 /// The contract between this program and what reads its JSON: names and order stay.
 #[derive(Serialize)]
-struct Json {
-    bounds: &'static str,
-    eigenvalues: Vec<EigenvalueJson>,
+struct Json<'a> {
+    bounds: Bounds,
+    eigenvalues: &'a [Eigenvalue],
     infinite: usize,
     /// Whether it is proved that no root that was asked for is missing.
     complete: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     selected: Option<SelectedJson>,
-    modes: Vec<ModeJson>,
+    modes: &'a [Mode],
 }
 
 /// There only where some of the modes were asked for.
@@ -354,96 +354,18 @@ struct SelectedJson {
     counted: bool,
 }
 
-#[derive(Serialize)]
-struct EigenvalueJson {
-    re: f64,
-    im: f64,
-    bound: Option<f64>,
-    real_bound: Option<f64>,
-    #[serde(skip_serializing_if = "is_false")]
-    doubtful: bool,
-}
-
-#[derive(Serialize)]
-struct ComplexJson {
-    re: f64,
-    im: f64,
-}
-
-#[derive(Serialize)]
-struct ModeJson {
-    #[serde(serialize_with = "motion_name")]
-    motion: Motion,
-    natural_frequency: f64,
-    damped_frequency: f64,
-    damping_ratio: Option<f64>,
-    time_constant: Option<f64>,
-    eigenvalue: ComplexJson,
-    multiplicity: Option<usize>,
-    /// There where the multiplicity is not.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cluster: Option<usize>,
-    defective: Option<bool>,
-    shape: Vec<ComplexJson>,
-    shape_bound: Option<Vec<f64>>,
-    backward_error: f64,
-    condition: Option<f64>,
-}
-
-fn is_false(value: &bool) -> bool {
-    !value
-}
-
-fn motion_name<S: Serializer>(motion: &Motion, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(motion)
-}
-
-impl Json {
-    fn of(modes: &Modes, selected: Option<bool>) -> Json {
-        let roots = modes.eigenvalues().iter();
+impl Json<'_> {
+    fn of(modes: &Modes, selected: Option<bool>) -> Json<'_> {
         Json {
-            bounds: super::worth(modes.bounds()),
-            eigenvalues: roots
-                .map(|root| EigenvalueJson {
-                    re: root.value.re,
-                    im: root.value.im,
-                    bound: root.bound,
-                    real_bound: root.real_bound,
-                    doubtful: root.is_doubtful(),
-                })
-                .collect(),
+            bounds: modes.bounds(),
+            eigenvalues: modes.eigenvalues(),
             infinite: modes.infinite(),
             complete: selected.unwrap_or(modes.is_complete()),
             selected: selected.map(|counted| SelectedJson {
                 of: 2 * modes.coordinates() - modes.infinite(),
                 counted,
             }),
-            modes: modes.iter().map(ModeJson::of).collect(),
-        }
-    }
-}
-
-impl ModeJson {
-    fn of(mode: &Mode) -> ModeJson {
-        let root = mode.eigenvalue().value;
-        let shape = mode.shape().iter();
-        ModeJson {
-            motion: mode.motion(),
-            natural_frequency: mode.natural_frequency().radians_per_second(),
-            damped_frequency: mode.damped_frequency().radians_per_second(),
-            damping_ratio: mode.damping_ratio(),
-            time_constant: mode.time_constant(),
-            eigenvalue: ComplexJson {
-                re: root.re,
-                im: root.im,
-            },
-            multiplicity: mode.multiplicity(),
-            cluster: mode.cluster(),
-            defective: mode.is_defective(),
-            shape: shape.map(|x| ComplexJson { re: x.re, im: x.im }).collect(),
-            shape_bound: mode.shape_bound().map(<[f64]>::to_vec),
-            backward_error: mode.backward_error(),
-            condition: mode.condition(),
+            modes: modes.as_slice(),
         }
     }
 }

@@ -28,6 +28,7 @@ pub(crate) fn short(value: f64) -> String {
 }
 
 /// A number with three significant digits and its power of ten, for what spans many of them.
+#[cfg(feature = "check")]
 pub(crate) fn scientific(value: f64) -> String {
     if value.is_infinite() {
         return "∞".to_owned();

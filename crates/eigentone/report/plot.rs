@@ -40,8 +40,19 @@ pub struct Line<'a> {
     name: String,
     len: usize,
     point: Box<dyn Fn(usize) -> (f64, f64) + 'a>,
-    marked: bool,
-    joined: bool,
+    look: Look,
+}
+
+/// How the points of a line are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Look {
+    Joined,
+    Marked,
+    Dots,
+    /// A stroke from the lower edge to the upper one at each x.
+    Upright,
+    /// A band from the lower edge to the upper one between two x.
+    Shaded,
 }
 
 impl<'a> Line<'a> {
@@ -52,16 +63,30 @@ impl<'a> Line<'a> {
             name: name.to_owned(),
             len,
             point: Box::new(point),
-            marked: false,
-            joined: true,
+            look: Look::Joined,
+        }
+    }
+
+    /// Strokes across the whole height at so many instants, by their index.
+    pub fn upright(name: &str, len: usize, x: impl Fn(usize) -> f64 + 'a) -> Line<'a> {
+        Line {
+            look: Look::Upright,
+            ..Line::new(name, len, move |k| (x(k), 0.0))
+        }
+    }
+
+    /// Bands across the whole height from one x to another, so many, by their index.
+    pub fn shaded(name: &str, len: usize, ends: impl Fn(usize) -> [f64; 2] + 'a) -> Line<'a> {
+        Line {
+            look: Look::Shaded,
+            ..Line::new(name, 2 * len, move |k| (ends(k / 2)[k % 2], 0.0))
         }
     }
 
     /// Dots alone, without a line through them.
     pub fn dots(self) -> Line<'a> {
         Line {
-            marked: true,
-            joined: false,
+            look: Look::Dots,
             ..self
         }
     }
@@ -69,7 +94,7 @@ impl<'a> Line<'a> {
     /// The same line with a dot on every point.
     pub fn marked(self) -> Line<'a> {
         Line {
-            marked: true,
+            look: Look::Marked,
             ..self
         }
     }
@@ -120,7 +145,9 @@ impl Plot<'_> {
         for line in &self.lines {
             for (x, y) in self.points(line) {
                 xs.include(x);
-                ys.include(y);
+                if !matches!(line.look, Look::Upright | Look::Shaded) {
+                    ys.include(y);
+                }
             }
         }
         if let Some(Ring { at, .. }) = &self.ring {
@@ -233,6 +260,9 @@ impl Plot<'_> {
         x: &Ruler,
         y: &Ruler,
     ) -> String {
+        if let Look::Upright | Look::Shaded = line.look {
+            return self.draw_across(svg, index, line, x);
+        }
         let places: Vec<(f64, f64)> =
             Thinned::of(self.points(line).map(|(px, py)| (x.place(px), y.place(py)))).collect();
         let Some(((x0, y0), rest)) = places.split_first() else {
@@ -250,10 +280,10 @@ impl Plot<'_> {
         } else {
             stroke(index)
         };
-        if line.joined {
+        if line.look != Look::Dots {
             let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
         }
-        if line.marked {
+        if line.look != Look::Joined {
             // A point by itself has no line that leads the eye to it.
             let size = if places.len() == 1 { 5.0 } else { DOT };
             places
@@ -263,16 +293,45 @@ impl Plot<'_> {
         stroke
     }
 
+    /// Draws what crosses the whole height.
+    fn draw_across(&self, svg: &mut String, index: usize, line: &Line<'_>, x: &Ruler) -> String {
+        let colour = COLOURS[index % COLOURS.len()];
+        let places: Vec<f64> = self.points(line).map(|(px, _)| x.place(px)).collect();
+        let mut path = String::new();
+        if line.look == Look::Shaded {
+            for ends in places.chunks_exact(2) {
+                let (from, to) = (ends[0], ends[1].max(ends[0] + 0.5));
+                let _ = write!(path, "M{from:.1} {TOP}V{BOTTOM}H{to:.1}V{TOP}z");
+            }
+            let stroke = format!(r##" stroke="{colour}" stroke-opacity="0.25""##);
+            let fill = format!(r##" fill="{colour}" fill-opacity="0.12" stroke="none""##);
+            let _ = writeln!(svg, r##"<path d="{path}"{fill}/>"##);
+            return stroke;
+        }
+        // Many in one column are one.
+        let mut last = f64::NEG_INFINITY;
+        for place in places {
+            if place - last >= 0.5 {
+                let _ = write!(path, "M{place:.1} {TOP}V{BOTTOM}");
+                last = place;
+            }
+        }
+        let stroke = format!(r##" stroke="{colour}""##);
+        let _ = writeln!(svg, r##"<path d="{path}"{stroke} stroke-width="0.7"/>"##);
+        stroke
+    }
+
     fn legend(&self, svg: &mut String, strokes: &[String]) {
         let count = self.lines.len();
         let shown = if count > LEGEND { LEGEND - 1 } else { count };
         let x = self.right() + 18.0;
         for (index, line) in self.lines.iter().take(shown).enumerate() {
             let y = TOP + 12.0 + 23.0 * index as f64;
-            if line.joined {
+            let width = if line.look == Look::Shaded { 12.0 } else { 2.2 };
+            if line.look != Look::Dots {
                 let _ = writeln!(
                     svg,
-                    r##"<path d="M{x} {y}h34" fill="none" stroke-width="2.2"{}/>"##,
+                    r##"<path d="M{x} {y}h34" fill="none" stroke-width="{width}"{}/>"##,
                     strokes[index],
                 );
             }
@@ -283,7 +342,7 @@ impl Plot<'_> {
                 y + 5.0,
                 escape(&shorten(&line.name, LETTERS)),
             );
-            if line.marked {
+            if let Look::Marked | Look::Dots = line.look {
                 mark(svg, index, (x + 17.0, y), DOT);
             }
         }

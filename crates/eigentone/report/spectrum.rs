@@ -94,7 +94,7 @@ impl<'a> SpectrumReport<'a> {
             .flat_map(|(_, peaks)| peaks.iter().map(relative));
         let worst = relative.filter(|off| off.is_finite()).fold(0.0, f64::max);
         text + &format!(
-            "\nLargest values at any time, relative to the base but for the acceleration, which is absolute; all are proven to within {} of themselves.\n",
+            "\nLargest values at any time, relative to the base but for the acceleration, which is absolute; each is proven within a relative error of {}.\n",
             number::bound(worst)
         )
     }

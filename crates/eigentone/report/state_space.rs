@@ -76,7 +76,7 @@ impl<'a> StateSpaceReport<'a> {
             text += &table.text();
         }
         let largest = number::bound(largest);
-        text += &format!("\nEntries are proven to within {largest} of themselves");
+        text += &format!("\nEvery entry is proven within a relative error of {largest}");
         if small > 0 {
             let entries = number::count(small, "entry that is", "entries that are");
             text +=

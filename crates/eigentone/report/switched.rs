@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use eigentone_modes::Bounds;
 use eigentone_response::{Problem, Quantity};
-use eigentone_switching::SwitchedMotion;
+use eigentone_switching::{EventKind, SwitchedMotion};
 
 use super::axis::Axis;
+use super::demands::DemandReport;
 use super::events;
 use super::number;
-use super::outline;
+use super::outline::{self, Outline};
 use super::plot::{Line, Plot};
 use super::table::visible;
 use super::unit;
@@ -47,19 +48,17 @@ impl SwitchedReport<'_> {
             number::significant(largest(trajectory.displacement_bound())),
         );
         let system = self.problem.system();
-        let values = trajectory.displacement();
-        text.push_str("largest displacement at the samples\n");
-        for (i, name) in system.names().iter().enumerate() {
-            let at = (0..values.ncols()).max_by(|a, b| {
-                let size = |k: usize| values[(i, k)].abs();
-                size(*a).total_cmp(&size(*b))
-            });
-            if let Some(k) = at {
+        if let Some(peaks) = self.motion.peaks() {
+            text.push_str("largest displacement, between samples too\n");
+            for (i, name) in system.names().iter().enumerate() {
                 let unit = unit::motion(Some(system.kind_of(i)), Quantity::Displacement);
-                let (value, time) = (values[(i, k)], trajectory.times()[k]);
-                let [value, time] = [value, time].map(number::significant);
+                let peak = peaks.displacement(i).largest();
+                let [value, time] = [peak.value, peak.time].map(number::significant);
                 let _ = writeln!(text, "  {}: {value} {unit} at {time} s", visible(name));
             }
+        }
+        if let Some(demands) = self.demands().text() {
+            let _ = write!(text, "\n{demands}\n");
         }
         if let Some(losses) = self.motion.losses() {
             text.push_str("energy taken, J (a stop that is pressed holds a part of it)\n");
@@ -83,7 +82,44 @@ impl SwitchedReport<'_> {
         text
     }
 
-    /// Displacements and velocities at the samples, by kinds of coordinates, each with the name of its file.
+    /// Accelerations and forces, with their peaks.
+    pub fn demands(&self) -> DemandReport<'_> {
+        let report = DemandReport::new(self.problem, self.motion.trajectory(), None);
+        report.with_switches(self.motion, self.switches)
+    }
+
+    /// When switches act: a stroke at each impact and each other law of a damper, a band while a friction holds or a stop is
+    /// pressed.
+    fn events(&self) -> Vec<Line<'_>> {
+        let times = self.motion.trajectory().times();
+        let end = times.last().copied().unwrap_or(0.0);
+        let mut lines = Vec::new();
+        for (switch, name) in self.switches.iter().enumerate() {
+            let mut strokes = Vec::new();
+            let mut bands: Vec<[f64; 2]> = Vec::new();
+            let mut since = None;
+            for event in self.motion.events() {
+                match event.kind {
+                    _ if event.switch != switch => {}
+                    EventKind::Stick | EventKind::Contact => since = Some(event.time),
+                    EventKind::Slip | EventKind::Release => {
+                        bands.extend(since.take().map(|from| [from, event.time]));
+                    }
+                    EventKind::Impact | EventKind::Switch => strokes.push(event.time),
+                }
+            }
+            bands.extend(since.map(|from| [from, end]));
+            if !bands.is_empty() {
+                lines.push(Line::shaded(name, bands.len(), move |k| bands[k]));
+            }
+            if !strokes.is_empty() {
+                lines.push(Line::upright(name, strokes.len(), move |k| strokes[k]));
+            }
+        }
+        lines
+    }
+
+    /// Displacements and velocities, by kinds of coordinates, with the events, each with the name of its file.
     pub fn plots(&self) -> Vec<(String, Plot<'_>)> {
         let system = self.problem.system();
         let trajectory = self.motion.trajectory();
@@ -101,15 +137,25 @@ impl SwitchedReport<'_> {
             };
             let name = name.name(kind);
             let of_kind = (0..system.len()).filter(|i| system.kind_of(*i) == kind);
-            let lines = of_kind.map(|i| {
-                let point = move |k: usize| (trajectory.times()[k], values[(i, k)]);
-                Line::new(&system.names()[i], trajectory.len(), point)
-            });
+            let peaks = self.motion.peaks();
+            let mut lines: Vec<Line<'_>> = of_kind
+                .map(|i| {
+                    let own = peaks.map(|peaks| match quantity {
+                        Quantity::Displacement => peaks.displacement(i),
+                        _ => peaks.velocity(i),
+                    });
+                    let sample = move |k: usize| values[(i, k)];
+                    let outline = Outline::of_peaks(trajectory.times(), sample, own);
+                    let name = &system.names()[i];
+                    Line::new(name, outline.len(), move |k| outline.point(k))
+                })
+                .collect();
+            lines.extend(self.events());
             let plot = Plot {
                 title: self.title.to_owned(),
                 x: Axis::linear("time", "s"),
                 y: Axis::linear(name, unit::motion(Some(kind), quantity)),
-                lines: lines.collect(),
+                lines,
                 ring: None,
             };
             (format!("{}.svg", name.replace(' ', "-")), plot)

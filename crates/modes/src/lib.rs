@@ -75,4 +75,6 @@ pub use solver::{
 pub use sparse::{Amplitudes, SparseDynamicStiffness, SparseError, SparseModes, SparseWork};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
-pub use system::{Beam, BeamEnd, BuildError, Parameter, Rod, RodEnd, System, SystemBuilder};
+pub use system::{
+    Beam, BeamEnd, BuildError, NoCoordinate, Parameter, Rod, RodEnd, System, SystemBuilder,
+};

@@ -103,6 +103,8 @@ struct MethodJson<'a> {
     time: Option<TimeJson>,
     operations: Option<OperationsJson>,
     work: Option<WorkJson>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    events: Option<EventsJson>,
 }
 
 #[derive(Serialize)]
@@ -119,6 +121,14 @@ struct OperationsJson {
     exponentials: u64,
     products: f64,
     steps: u64,
+}
+
+#[derive(Serialize)]
+struct EventsJson {
+    expected: usize,
+    found: usize,
+    in_order: usize,
+    time_error: f64,
 }
 
 #[derive(Serialize)]
@@ -255,6 +265,14 @@ impl<'a> MethodJson<'a> {
                 factorisations: work.factorisations,
                 solves: work.solves,
             }),
+            events: measurement
+                .and_then(|measurement| measurement.events)
+                .map(|events| EventsJson {
+                    expected: events.expected,
+                    found: events.found,
+                    in_order: events.in_order,
+                    time_error: events.time,
+                }),
         }
     }
 }

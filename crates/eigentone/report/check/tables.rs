@@ -1,8 +1,8 @@
 //! What people read of a comparison.
 
 use eigentone_check::{
-    ExponentialComparison, Measurement, ModeComparison, ModeComparisonRow, ModeOutcome, Outcome,
-    RunTime, WorkPrecision, WorkPrecisionRow,
+    EventsFound, ExponentialComparison, Measurement, ModeComparison, ModeComparisonRow,
+    ModeOutcome, Outcome, RunTime, WorkPrecision, WorkPrecisionRow,
 };
 
 use eigentone_response::ResponseError;
@@ -15,6 +15,10 @@ use crate::report::worth;
 /// What the errors of a response mean.
 const ERROR: &str = "Error of x: the largest difference of a displacement at any of these instants, relative to the peak, the \
      largest displacement of any coordinate at any of them. Error of v: the same of velocities.";
+
+/// What is said of events.
+const EVENTS: &str = "Events: how many from the first on are those of the exact motion, in its order, and the largest error of their times. \
+     Steps are halved until two answers in a row agree to 1e-10.";
 
 /// More rows that beat the pick are only counted.
 const MOST_NAMED: usize = 3;
@@ -120,6 +124,21 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
             rows().map(|row| or_none(error(row).map(|error| error.velocity))),
         )
         .column("stable", Align::Left, rows().map(stable));
+    let events = |row| measured(row).and_then(|one| one.events);
+    let table = match rows().any(|row| events(row).is_some()) {
+        true => table
+            .column(
+                "events",
+                Align::Left,
+                rows().map(|row| events(row).map_or(NONE.to_owned(), agreement)),
+            )
+            .column(
+                "their times, s",
+                Align::Right,
+                rows().map(|row| or_none(events(row).map(|events| events.time))),
+            ),
+        false => table,
+    };
     let times = rows().map(|row| measured(row).map(|one| one.time));
     Section {
         heading: format!(
@@ -132,8 +151,27 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
             .column("front", Align::Left, on_front)
             .column("", Align::Left, notes),
         remarks: std::iter::once(ERROR.to_owned())
+            .chain(
+                rows()
+                    .any(|row| events(row).is_some())
+                    .then(|| EVENTS.to_owned()),
+            )
             .chain(remarks(response))
             .collect(),
+    }
+}
+
+/// How many events agree.
+fn agreement(events: EventsFound) -> String {
+    let EventsFound {
+        expected,
+        found,
+        in_order,
+        ..
+    } = events;
+    match found == expected && in_order == expected {
+        true => format!("all {expected}"),
+        false => format!("{in_order} of {expected}, {found} found"),
     }
 }
 
@@ -221,7 +259,8 @@ fn remarks(response: &WorkPrecision) -> Vec<String> {
     }
     let beating = response.beating(pick.row);
     if beating.is_empty() {
-        remarks.push("It is on the front: nothing is as accurate and faster.".to_owned());
+        remarks
+            .push("It is on the front: no other method is both as accurate and faster.".to_owned());
         return remarks;
     }
     for row in beating

@@ -1,4 +1,5 @@
-//! A chart of lines over common axes, in the colours of the page, with its legend below.
+//! A chart of lines over common axes, in the colours of the page: together with a legend below, or, where they are many,
+//! each in a panel of its own. The script of the page reads points and axes back from the drawing.
 
 use std::fmt::Write;
 
@@ -6,28 +7,68 @@ use crate::report::axis::{Axis, Range, Ruler, Scale};
 use crate::report::plot::{escape, shorten};
 use crate::report::thinned::Thinned;
 
-const WIDTH: f64 = 520.0;
-const HEIGHT: f64 = 320.0;
-const LEFT: f64 = 74.0;
-const RIGHT: f64 = WIDTH - 14.0;
-const TOP: f64 = 12.0;
-const BOTTOM: f64 = HEIGHT - 48.0;
 /// Colours that the style has for lines.
 pub(super) const COLOURS: usize = 7;
-/// With so many and the colours, the first 42 lines all differ.
+/// Beside colours, for readers who do not see these.
 const DASHES: [&str; 6] = ["", "7 3", "2 3", "8 3 2 3", "13 3", "8 3 2 3 2 3"];
 /// A line this many times longer than the drawing is wide fills an area, where dashes are noise.
 const DENSE: f64 = 12.0;
-/// Letters of a name in the legend.
+/// Letters of a name in the legend, and of the note beside it.
 const LETTERS: usize = 40;
+/// Lines that are told apart in one drawing; more have panels of their own.
+const TOGETHER: usize = 8;
+/// Lines of one chart that are drawn at all.
+pub(super) const LINES: usize = 50;
+/// The drawing area in the units of its points, both ways.
+const GRID: f64 = 1e5;
+/// Points of all lines of a chart, and of one line.
+const POINTS: usize = 24_000;
+const POINTS_OF_ONE: usize = 3_000;
+
+/// Where the drawing area lies in a drawing, and how many divisions its axes have at most.
+struct Frame {
+    width: f64,
+    height: f64,
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+    font: f64,
+    divisions: usize,
+}
+
+const CARD: Frame = Frame {
+    width: 520.0,
+    height: 320.0,
+    left: 74.0,
+    right: 506.0,
+    top: 12.0,
+    bottom: 272.0,
+    font: 13.0,
+    divisions: usize::MAX,
+};
+const PANEL: Frame = Frame {
+    width: 260.0,
+    height: 130.0,
+    left: 58.0,
+    right: 250.0,
+    top: 10.0,
+    bottom: 104.0,
+    font: 12.0,
+    divisions: 4,
+};
 
 /// A line through points that are asked for by their index, as often as needed.
 pub(super) struct Series<'a> {
     pub(super) name: String,
+    /// What the legend says of it; may be empty.
+    pub(super) note: String,
     pub(super) len: usize,
     pub(super) point: Box<dyn Fn(usize) -> (f64, f64) + 'a>,
     /// Points that stand out.
     pub(super) marks: Vec<(f64, f64)>,
+    /// Without it, dots.
+    pub(super) joined: bool,
 }
 
 pub(super) struct Chart<'a> {
@@ -50,21 +91,48 @@ impl Chart<'_> {
                 ys.include(y);
             }
         }
-        let x = Ruler::of(&self.x, xs, 0.0, LEFT, RIGHT);
-        let y = Ruler::of(&self.y, ys, 0.05, BOTTOM, TOP);
+        let together = self.series.len() <= TOGETHER;
+        let frame = if together { CARD } else { PANEL };
+        let mut x = Ruler::of(&self.x, xs, 0.0, frame.left, frame.right);
+        let mut y = Ruler::of(&self.y, ys, 0.05, frame.bottom, frame.top);
+        x.keep(frame.divisions);
+        y.keep(frame.divisions);
         let heading = escape(&self.heading);
-        let mut out = format!(
-            "<figure>\n<h3>{heading}</h3>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{heading}\" font-size=\"13\">\n"
-        );
-        axes(&mut out, &x, &y);
-        out.push_str("<g>\n");
-        let mut styles = vec![String::new(); self.series.len()];
-        for (index, series) in self.series.iter().enumerate().rev() {
-            styles[index] = self.draw(&mut out, index, series, &x, &y);
+        let class = if together { "plot" } else { "plot wide" };
+        let mut out = format!("<figure class=\"{class}\">\n<h3>{heading}</h3>\n");
+        let all: Vec<usize> = (0..self.series.len()).collect();
+        if together {
+            let styles = self.drawing(&mut out, &heading, &frame, (&x, &y), &all);
+            let entries = self.series.iter().zip(&styles).enumerate();
+            let entries = entries.map(|(index, (series, style))| {
+                let colour = index % COLOURS;
+                format!(
+                    "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><path class=\"l{} s{colour}\" d=\"{}\"{style}/></svg>{}</li>\n",
+                    if series.joined { "" } else { " dots" },
+                    if series.joined { "M1 6H29" } else { "M15 6h0" },
+                    series.label()
+                )
+            });
+            let _ = writeln!(
+                out,
+                "<ul class=\"legend\">\n{}</ul>",
+                entries.collect::<String>()
+            );
+        } else {
+            let (across, up) = (escape(&x.label), escape(&y.label));
+            let _ = writeln!(
+                out,
+                "<p class=\"soft\">Across: {across}. Up: {up}. All panels have the same axes.</p>\n<div class=\"panels\">"
+            );
+            for index in all {
+                let series = &self.series[index];
+                let _ = writeln!(out, "<div class=\"panel\">\n<p>{}</p>", series.label());
+                let what = format!("{heading}: {}", escape(&series.name));
+                self.drawing(&mut out, &what, &frame, (&x, &y), &[index]);
+                out.push_str("</div>\n");
+            }
+            out.push_str("</div>\n");
         }
-        out.push_str("</g>\n</svg>\n");
-        let names = self.series.iter().map(|series| series.name.as_str());
-        out.push_str(&legend(names.zip(&styles)));
         if !self.caption.is_empty() {
             let _ = writeln!(out, "<figcaption>{}</figcaption>", escape(&self.caption));
         }
@@ -80,57 +148,174 @@ impl Chart<'_> {
             .filter(move |(x, y)| shown(self.x.scale, *x) && shown(self.y.scale, *y))
     }
 
-    /// Draws a line and its marks, and gives the style that the legend shows.
-    fn draw(
+    /// Draws the axes and some of the lines, and gives the styles that the legend shows.
+    fn drawing(
         &self,
         out: &mut String,
-        index: usize,
-        series: &Series<'_>,
-        x: &Ruler,
-        y: &Ruler,
-    ) -> String {
-        let places = self
-            .points(series)
-            .map(|(px, py)| (x.place(px), y.place(py)));
+        what: &str,
+        frame: &Frame,
+        (x, y): (&Ruler, &Ruler),
+        lines: &[usize],
+    ) -> Vec<String> {
+        let Frame {
+            width,
+            height,
+            left,
+            right,
+            top,
+            bottom,
+            font,
+            ..
+        } = frame;
+        let _ = writeln!(
+            out,
+            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{what}\" font-size=\"{font}\">"
+        );
+        out.push_str("<g class=\"axes\">\n");
+        divisions(out, x, y);
+        out.push_str("</g>\n");
+        edges(out, x, y);
+        if lines.len() == self.series.len() {
+            labels(out, x, y);
+        }
+        let _ = writeln!(
+            out,
+            "<svg class=\"area\" x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {GRID} {GRID}\" preserveAspectRatio=\"none\" data-x=\"{}\" data-y=\"{}\" data-n=\"{}\">",
+            right - left,
+            bottom - top,
+            described(&self.x, x),
+            described(&self.y, y),
+            frame.divisions.min(8)
+        );
+        let mut styles = vec![String::new(); lines.len()];
+        for (style, index) in styles.iter_mut().zip(lines).rev() {
+            *style = self.draw(out, *index, x, y);
+        }
+        out.push_str("</svg>\n</svg>\n");
+        styles
+    }
+
+    /// Draws a line and its marks, and gives the style that the legend shows.
+    fn draw(&self, out: &mut String, index: usize, x: &Ruler, y: &Ruler) -> String {
+        let series = &self.series[index];
+        // Each column keeps four points at most.
+        let columns = (POINTS / self.series.len() / 4).min(POINTS_OF_ONE / 4) as f64;
+        let across = columns / (x.to - x.from);
+        let places = self.points(series);
+        let places = places.map(|(px, py)| ((x.place(px) - x.from) * across, y.place(py)));
         let places: Vec<(f64, f64)> = Thinned::of(places).collect();
-        let mut path = String::new();
-        for (k, (px, py)) in places.iter().enumerate() {
-            let letter = if k == 0 { 'M' } else { 'L' };
-            let _ = write!(path, "{letter}{px:.1} {py:.1}");
-        }
-        if places.len() == 1 {
-            path.push_str("h0"); // a dot
-        }
+        let on_grid = |place: f64, from: f64, to: f64| {
+            ((place - from) / (to - from) * GRID)
+                .round()
+                .clamp(-1e9, 1e9) as i64
+        };
+        let grid: Vec<(i64, i64)> = places
+            .iter()
+            .map(|(px, py)| (on_grid(*px, 0.0, columns), on_grid(*py, y.to, y.from)))
+            .collect();
         let length: f64 = places.windows(2).map(|p| (p[1].1 - p[0].1).abs()).sum();
-        let style = if length > DENSE * (RIGHT - LEFT) {
+        let dotted = !series.joined || grid.len() == 1;
+        let style = if dotted {
+            String::new()
+        } else if length > DENSE * (x.to - x.from) {
             " stroke-opacity=\"0.65\"".to_owned()
         } else {
-            dashes(index)
+            match DASHES[index % DASHES.len()] {
+                "" => String::new(),
+                dashes if self.series.len() <= TOGETHER => {
+                    format!(" stroke-dasharray=\"{dashes}\"")
+                }
+                _ => String::new(), // alone in its panel
+            }
         };
-        if !path.is_empty() {
+        let colour = index % COLOURS;
+        if !grid.is_empty() {
             let _ = writeln!(
                 out,
-                "<path class=\"l s{}\" d=\"{path}\"{style}/>",
-                index % COLOURS
+                "<path class=\"l{} s{colour}\" data-i=\"{index}\" d=\"{}\"{style}/>",
+                if dotted { " dots" } else { "" },
+                if dotted { dots(&grid) } else { path(&grid) }
             );
         }
         // A peak may leave the doubles.
         let shown = |(px, py): &&(f64, f64)| px.is_finite() && py.is_finite();
-        for (px, py) in series.marks.iter().filter(shown) {
+        let marks = series.marks.iter().filter(shown).map(|(px, py)| {
+            (
+                on_grid(x.place(*px), x.from, x.to),
+                on_grid(y.place(*py), y.to, y.from),
+            )
+        });
+        let marks: Vec<(i64, i64)> = marks.collect();
+        if !marks.is_empty() {
+            let dots = dots(&marks);
             let _ = writeln!(
                 out,
-                "<circle class=\"mark s{}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"4.5\"/>",
-                index % COLOURS,
-                x.place(*px),
-                y.place(*py)
+                "<path class=\"l ring s{colour}\" data-m=\"{index}\" d=\"{dots}\"/><path class=\"l hole\" data-m=\"{index}\" d=\"{dots}\"/>"
             );
         }
         style
     }
 }
 
+impl Series<'_> {
+    /// What the legend says.
+    fn label(&self) -> String {
+        let name = escape(&shorten(&self.name, LETTERS));
+        let note = match self.note.as_str() {
+            "" => String::new(),
+            note => format!(": {}", escape(&shorten(note, LETTERS))),
+        };
+        format!("<span><span class=\"name\">{name}</span>{note}</span>")
+    }
+}
+
+/// What the script has to know of an axis: how it is divided, the power of ten, both ends divided by it (or their logarithms),
+/// the quantity and the unit.
+fn described(axis: &Axis, ruler: &Ruler) -> String {
+    let scale = match axis.scale {
+        Scale::Linear => "linear",
+        Scale::Logarithmic => "logarithmic",
+    };
+    let Ruler {
+        power, low, high, ..
+    } = ruler;
+    let words = format!(
+        "{scale}|{power}|{low:e}|{high:e}|{}|{}",
+        axis.quantity, axis.unit
+    );
+    escape(&words)
+}
+
+/// A line in steps from point to point, which are short to write.
+fn path(points: &[(i64, i64)]) -> String {
+    let mut out = format!("M{} {}l", points[0].0, points[0].1);
+    for pair in points.windows(2) {
+        for step in [pair[1].0 - pair[0].0, pair[1].1 - pair[0].1] {
+            // A sign parts numbers as well as a space does.
+            if step >= 0 && !out.ends_with('l') {
+                out.push(' ');
+            }
+            let _ = write!(out, "{step}");
+        }
+    }
+    out
+}
+
+/// Lines without length, which round ends make dots whatever the scales are.
+fn dots(points: &[(i64, i64)]) -> String {
+    let each = points.iter();
+    each.map(|(x, y)| format!("M{x} {y}h0")).collect()
+}
+
 /// Grid, tick labels and what the axes show.
 pub(super) fn axes(out: &mut String, x: &Ruler, y: &Ruler) {
+    divisions(out, x, y);
+    edges(out, x, y);
+    labels(out, x, y);
+}
+
+/// Grid and tick labels.
+fn divisions(out: &mut String, x: &Ruler, y: &Ruler) {
     let (left, right, top, bottom) = (x.from, x.to, y.to, y.from);
     for tick in &x.ticks {
         let class = if tick.zero { "z" } else { "g" };
@@ -164,34 +349,72 @@ pub(super) fn axes(out: &mut String, x: &Ruler, y: &Ruler) {
             at = tick.at,
         );
     }
+}
+
+/// The lines of the axes.
+fn edges(out: &mut String, x: &Ruler, y: &Ruler) {
+    let (left, right, top, bottom) = (x.from, x.to, y.to, y.from);
     let _ = writeln!(
         out,
-        "<path class=\"a\" d=\"M{left} {top}V{bottom}H{right}\"/>\n<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n<text transform=\"translate(14 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        f64::midpoint(left, right),
-        bottom + 38.0,
+        "<path class=\"a\" d=\"M{left} {top}V{bottom}H{right}\"/>"
+    );
+}
+
+/// What the axes show.
+fn labels(out: &mut String, x: &Ruler, y: &Ruler) {
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>\n<text transform=\"translate(14 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+        f64::midpoint(x.from, x.to),
+        y.from + 38.0,
         escape(&x.label),
-        f64::midpoint(top, bottom),
+        f64::midpoint(y.to, y.from),
         escape(&y.label),
     );
 }
 
-fn dashes(index: usize) -> String {
-    match DASHES[index % DASHES.len()] {
-        "" => String::new(),
-        dashes => format!(" stroke-dasharray=\"{dashes}\""),
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn legend<'a>(entries: impl Iterator<Item = (&'a str, &'a String)>) -> String {
-    let mut out = String::from("<ul class=\"legend\">\n");
-    for (index, (name, style)) in entries.enumerate() {
-        let _ = writeln!(
-            out,
-            "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><path class=\"l s{}\" d=\"M1 6H29\"{}/></svg><span>{}</span></li>",
-            index % COLOURS,
-            style,
-            escape(&shorten(name, LETTERS)),
+    /// Steps, added up as a browser does, lead to every point.
+    #[test]
+    fn a_path_goes_through_its_points() {
+        let points = [(0, 5), (7, -3), (7, 12), (100_000, 0), (100_000, -1)];
+        let path = path(&points);
+        assert_eq!(path, "M0 5l7-8 0 15 99993-12 0-1");
+    }
+
+    #[test]
+    fn many_lines_have_panels_of_their_own() {
+        let chart = |count: usize| {
+            let series = (0..count).map(|i| Series {
+                name: format!("m{i}"),
+                note: String::new(),
+                len: 100_000,
+                point: Box::new(move |k| (k as f64, ((k * (i + 1)) as f64).sin())),
+                marks: Vec::new(),
+                joined: true,
+            });
+            let chart = Chart {
+                heading: "Many".to_owned(),
+                x: Axis::linear("time", "s"),
+                y: Axis::linear("displacement", "m"),
+                series: series.collect(),
+                caption: String::new(),
+            };
+            chart.figure()
+        };
+        let (few, many) = (chart(8), chart(50));
+        assert_eq!(few.matches("class=\"area\"").count(), 1);
+        assert_eq!(many.matches("class=\"area\"").count(), 50);
+        assert_eq!(many.matches("data-i=").count(), 50);
+        // However long the motion is.
+        assert!(
+            few.len() < 400_000 && many.len() < 500_000,
+            "{} {}",
+            few.len(),
+            many.len()
         );
     }
-    out + "</ul>\n"
 }

@@ -19,9 +19,11 @@ pub(super) fn figure(energy: &Energy, trajectory: &Trajectory) -> String {
         .filter(|(_, values)| values.iter().any(|value| *value != 0.0));
     let series = kinds.map(|(name, values)| Series {
         name: name.to_owned(),
+        note: String::new(),
         len: times.len().min(values.len()),
         point: Box::new(move |k| (times[k], values[k])),
         marks: Vec::new(),
+        joined: true,
     });
     let chart = Chart {
         heading: "Energy".to_owned(),

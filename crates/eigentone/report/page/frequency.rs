@@ -2,13 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::chart::{Chart, Series};
+use super::chart::{Chart, LINES, Series};
 use super::html::{remark, table};
 use crate::report::axis::Axis;
 use crate::report::frequency::{FrequencyReport, NOTABLE};
-
-/// Lines in one chart.
-const LINES: usize = 8;
 
 pub(super) fn body(report: &FrequencyReport<'_>) -> String {
     let functions = report.functions.functions();
@@ -23,6 +20,11 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
     let chart = |unit: &String| {
         let own = functions.iter().enumerate();
         let own = own.filter(|(_, function)| report.unit(function) == *unit);
+        let count = own.clone().count();
+        let mut caption = "Rings: peaks, at their true places.".to_owned();
+        if count > LINES {
+            caption += &format!(" Drawn are the first {LINES} of {count}.");
+        }
         let series = own.take(LINES).map(|(index, function)| {
             let features = report.features.and_then(|features| features.get(index));
             let peaks = features.into_iter().flat_map(|features| features.peaks());
@@ -31,6 +33,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
                 .filter_map(|peak| Some((peak.frequency().0 / TAU, peak.gain()?.0)));
             Series {
                 name: report.name(function),
+                note: String::new(),
                 len: frequencies.len(),
                 point: Box::new(move |k| {
                     let known = function.values()[k].known();
@@ -38,6 +41,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
                     (frequencies[k] / TAU, size)
                 }),
                 marks: marks.collect(),
+                joined: true,
             }
         });
         let chart = Chart {
@@ -45,7 +49,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
             x: Axis::logarithmic("frequency", "Hz"),
             y: Axis::logarithmic("|H|", unit),
             series: series.collect(),
-            caption: "Rings: peaks, at their true places.".to_owned(),
+            caption,
         };
         chart.figure()
     };

@@ -12,7 +12,11 @@ pub(super) struct Section {
     pub(super) body: String,
 }
 
-/// A document that loads nothing and runs nothing.
+/// The one script that may run, and its SHA-256, by which the page allows it and no other.
+const SCRIPT: &str = include_str!("script.js");
+const SCRIPT_HASH: &str = "Me7mE7/v5b+PZULeGR7TggazsH92SGU38d/HSFHxLj4=";
+
+/// A document that loads nothing.
 pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let title = escape(title);
     let mut out = format!(
@@ -20,7 +24,7 @@ pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String 
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{SCRIPT_HASH}'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <meta name="generator" content="eigentone">
@@ -51,7 +55,11 @@ pub(super) fn document(title: &str, lead: &str, sections: &[Section]) -> String 
             escape(heading)
         );
     }
-    out + "</main>\n</body>\n</html>\n"
+    let _ = write!(
+        out,
+        "</main>\n<script>{SCRIPT}</script>\n</body>\n</html>\n"
+    );
+    out
 }
 
 /// A paragraph of plain text.

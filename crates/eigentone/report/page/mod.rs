@@ -1,7 +1,8 @@
-//! The report as one page of HTML that loads nothing, runs nothing, prints, and follows the reader's
-//! light or dark.
+//! The report as one page of HTML that loads nothing, prints, and follows the reader's light or dark. Its script adds
+//! reading, zoom and sorting to what is all there without it.
 
 mod chart;
+mod damping;
 mod energy;
 mod frequency;
 mod html;
@@ -10,17 +11,16 @@ mod motion;
 mod pole_map;
 mod schematic;
 
-use eigentone_modes::{CoordinateKind, ElementKind, Participation, ParticipationError};
+use eigentone_modes::ElementKind;
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::Analysis;
 use super::frequency::FrequencyReport;
 use super::modes::ModeReport;
 use super::number;
-use super::plot::{escape, shorten};
+use super::participation;
+use super::plot::escape;
 use super::steady_state::SteadyStateReport;
-use super::table::{Align, Table};
-use super::unit;
 use html::{Section, definitions, paragraph, remark, table};
 
 /// What the page is made from. What is `None` is left out.
@@ -31,8 +31,6 @@ pub struct Page<'a> {
     pub energy: Option<&'a Energy>,
     /// Frequency responses with their peaks.
     pub frequency: Option<FrequencyReport<'a>>,
-    /// Effective modal masses of the parts that springs and dampers join: [`Participation::of_parts`].
-    pub participation: &'a [(Vec<usize>, Result<Participation, ParticipationError>)],
 }
 
 impl Page<'_> {
@@ -48,12 +46,12 @@ impl Page<'_> {
             heading: "Mode shapes".to_owned(),
             body: mode_shapes::figures(self.analysis.modes, self.analysis.system),
         });
-        sections.extend(self.response());
         sections.extend(self.frequency.as_ref().map(|report| Section {
             id: "frequency",
             heading: "Frequency response".to_owned(),
             body: frequency::body(report),
         }));
+        sections.extend(self.response());
         sections.push(self.bounds());
         html::document(self.analysis.title, &self.lead(), &sections)
     }
@@ -122,8 +120,9 @@ impl Page<'_> {
             body += &remark(line);
         }
         body += &format!(
-            "<div class=\"cards\">\n{}</div>\n",
-            pole_map::figures(modes)
+            "<div class=\"cards\">\n{}{}</div>\n",
+            pole_map::figures(modes),
+            damping::figure(modes).unwrap_or_default()
         );
         body += &self.participation();
         Section {
@@ -135,35 +134,15 @@ impl Page<'_> {
 
     fn participation(&self) -> String {
         let mut out = String::new();
-        let several = self.participation.len() > 1;
-        for (coordinates, participation) in self.participation {
-            match participation {
-                Ok(one) if one.total_mass() > 0.0 => {
-                    let names = coordinates
-                        .iter()
-                        .map(|i| self.analysis.system.names()[*i].as_str());
-                    let names = shorten(&names.collect::<Vec<&str>>().join(", "), 60);
-                    let of = if several {
-                        format!(" of {}", escape(&names))
-                    } else {
-                        String::new()
-                    };
-                    out += &format!("<h3>Participation{of}</h3>\n");
-                    let kind = self.analysis.system.kind_of(coordinates[0]);
-                    let is_alone = unit::kinds(self.analysis.system).count() == 1;
-                    out += &table(&participation_table(one, kind, is_alone));
-                }
-                Err(error @ ParticipationError::NoCommonDirection) => {
-                    out += "<h3>Participation</h3>\n";
-                    out += &paragraph(&format!("There are no effective masses: {error}."));
-                }
-                _ => {}
-            }
+        for (heading, part) in participation::parts(self.analysis) {
+            out += &format!("<h3>{}</h3>\n", escape(&heading));
+            out += &match part {
+                Ok(one) => table(&one),
+                Err(reason) => paragraph(&reason),
+            };
         }
-        if self.participation.iter().any(|(_, part)| part.is_ok()) {
-            out += &remark(
-                "For a motion of the ground that is the same for all coordinates that springs and dampers join, which have one direction and unit. Effective masses add up to the mass of these, and moments of inertia to theirs.",
-            );
+        if !out.is_empty() {
+            out += &remark(participation::EXPLAINED);
         }
         out
     }
@@ -221,50 +200,4 @@ impl Page<'_> {
             body,
         }
     }
-}
-
-/// Of a direction of one kind; shapes that go beyond it, to coordinates of the other kind, have masses without a unit.
-fn participation_table(
-    participation: &Participation,
-    kind: CoordinateKind,
-    is_alone: bool,
-) -> Table {
-    let what = match kind {
-        CoordinateKind::Displacement => "mass",
-        CoordinateKind::Rotation => "inertia",
-    };
-    let unit = unit::inertia(Some(kind));
-    let of_shape = if is_alone { unit } else { "" };
-    let modal = unit::labelled(&format!("modal {what}"), of_shape);
-    let effective = unit::labelled(&format!("effective {what}"), unit);
-    let modes = participation.modes();
-    let stiffness = modes.stiffness().iter().zip(modes.mass());
-    // A mode that springs push away has none.
-    let frequencies = stiffness.map(|(k, m)| (*k >= 0.0).then(|| (k / m).sqrt()));
-    let column = |values: &[f64]| number::column(values.iter().copied().map(Some));
-    let total = participation.total_mass();
-    let shares = participation
-        .effective_masses()
-        .iter()
-        .map(|mass| Some(100.0 * mass / total));
-    let count = modes.mass().len();
-    Table::default()
-        .column("#", Align::Right, (1..=count).map(|k| k.to_string()))
-        .column(
-            "undamped ω, rad/s",
-            Align::Point,
-            number::column(frequencies),
-        )
-        .column(&modal, Align::Point, column(modes.mass()))
-        .column(
-            "participation",
-            Align::Point,
-            column(participation.factors()),
-        )
-        .column(
-            &effective,
-            Align::Point,
-            column(participation.effective_masses()),
-        )
-        .column("of the total, %", Align::Point, number::column(shares))
 }

@@ -2,16 +2,13 @@
 
 use eigentone_modes::{Bounds, CoordinateKind, System};
 
-use super::chart::{Chart, Series};
+use super::chart::{Chart, LINES, Series};
 use crate::report::analysis::Answer;
 use crate::report::axis::Axis;
 use crate::report::number;
 use crate::report::outline::{Outline, Quantity};
 use crate::report::response::doubts;
 use crate::report::unit;
-
-/// Lines in one chart.
-const LINES: usize = 10;
 
 /// The charts of a response, those of rotations after the others.
 pub(super) fn figures(answer: &Answer<'_>, system: &System) -> String {
@@ -50,9 +47,11 @@ pub(super) fn bounds(answer: &Answer<'_>, system: &System) -> Option<String> {
             let drawn = move |k: usize| bounds[k].filter(|bound| *bound >= least);
             Series {
                 name,
+                note: String::new(),
                 len: times.len(),
                 point: Box::new(move |k| (times[k], drawn(k).unwrap_or(f64::NAN))),
                 marks: Vec::new(),
+                joined: true,
             }
         })
         .collect();
@@ -113,9 +112,9 @@ fn lines<'a>(
         let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
         let (time, most) = peak(row);
         Series {
-            name: format!(
-                "{}: {} {} at {} s",
-                crate::report::plot::shorten(&system.names()[row], 14),
+            name: crate::report::plot::shorten(&system.names()[row], 14),
+            note: format!(
+                "{} {} at {} s",
                 number::significant(most),
                 axis.unit,
                 number::significant(time)
@@ -123,6 +122,7 @@ fn lines<'a>(
             len: outline.len(),
             point: Box::new(move |k| outline.point(k)),
             marks: vec![(time, most)],
+            joined: true,
         }
     });
     let mut heading = axis.quantity.clone();

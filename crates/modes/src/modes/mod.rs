@@ -1,6 +1,8 @@
 //! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality.
 
 mod plan;
+#[cfg(feature = "serde")]
+mod serial;
 
 use std::cmp::Ordering;
 

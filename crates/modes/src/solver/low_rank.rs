@@ -49,12 +49,9 @@ impl ModeSolver for LowRank {
             return Some("it was given a damping matrix, not dampers alone".to_owned());
         }
         if n < SMALLEST || 2 * dampers * dampers > n {
-            let are = if dampers == 1 {
-                "damper is"
-            } else {
-                "dampers are"
-            };
-            return Some(format!("{dampers} {are} not few beside {n} coordinates"));
+            return Some(format!(
+                "it gains nothing here: it takes far fewer dampers than coordinates, and there are {dampers} and {n}"
+            ));
         }
         let rigid = structure.rigid_motions() != Some(0);
         rigid.then(|| "springs do not hold every motion".to_owned())

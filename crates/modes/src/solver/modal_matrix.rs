@@ -59,7 +59,7 @@ impl ModeSolver for ModalMatrix {
     }
 
     fn reason(&self) -> &'static str {
-        "damping that couples the undamped modes: eigenvalues in their energies"
+        "damping couples the undamped modes: eigenvalues of the state matrix in modal coordinates"
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {

@@ -27,7 +27,7 @@ impl ModeSolver for DamperFactor {
 
     fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
         if !has_no_springs(system) || structure.is_undamped() {
-            return Some("not of masses and dampers alone".to_owned());
+            return Some("it is for masses and dampers alone".to_owned());
         }
         if structure.massless().is_empty() {
             return Some("there are no massless nodes".to_owned());

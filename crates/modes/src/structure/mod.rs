@@ -19,6 +19,8 @@ pub(crate) mod rayleigh;
 #[cfg(test)]
 pub(crate) mod samples;
 mod semidefinite;
+#[cfg(feature = "serde")]
+mod serial;
 mod support;
 pub(crate) mod symmetric;
 mod undamped;
@@ -349,7 +351,7 @@ impl fmt::Display for Structure {
         let kinds: Vec<&str> = self.not_symmetric().map(letter).collect();
         match kinds.as_slice() {
             [] => f.write_str(
-                "symmetric: M, C and K equal their transposes; loads and responses can trade places",
+                "symmetric: M, C and K equal their transposes; what a load at a does at b, the same load at b does at a",
             )?,
             [kind] => write!(f, "not symmetric: {kind} differs from its transpose")?,
             kinds => write!(
@@ -373,7 +375,7 @@ impl fmt::Display for Structure {
                 Some(Passive::Elements) => {
                     "\nsupported: every coordinate reaches the ground through springs"
                 }
-                _ => "\nsupported: no motion is free of forces from K",
+                _ => "\nsupported: stiffness resists every motion",
             })?;
         }
         for part in &self.floating {
@@ -520,7 +522,7 @@ mod tests {
         assert!(!structure.is_undamped());
         assert_eq!(
             structure.to_string(),
-            "symmetric: M, C and K equal their transposes; loads and responses can trade places\n\
+            "symmetric: M, C and K equal their transposes; what a load at a does at b, the same load at b does at a\n\
              passive: every spring and damper is ≥ 0; no motion grows\n\
              classically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself\n\
              no undamped mode: every vibration moves a damper\n\

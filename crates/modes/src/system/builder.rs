@@ -39,22 +39,22 @@ const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKin
 #[derive(Clone, Debug, Default)]
 #[must_use = "a builder does nothing until `build` is called"]
 pub struct SystemBuilder {
-    masses: Vec<(String, f64)>,
+    pub(super) masses: Vec<(String, f64)>,
     /// Indices of those that are inertias.
-    rotations: Vec<usize>,
-    beams: Vec<Beam>,
-    rods: Vec<Rod>,
-    rayleigh: Option<Rayleigh>,
-    modal: Option<ModalRatios>,
-    points: Vec<GivenPoint>,
-    supports: Vec<String>,
-    elements: Vec<Joint>,
-    matrices: Vec<(MatrixKind, Entries)>,
+    pub(super) rotations: Vec<usize>,
+    pub(super) beams: Vec<Beam>,
+    pub(super) rods: Vec<Rod>,
+    pub(super) rayleigh: Option<Rayleigh>,
+    pub(super) modal: Option<ModalRatios>,
+    pub(super) points: Vec<GivenPoint>,
+    pub(super) supports: Vec<String>,
+    pub(super) elements: Vec<Joint>,
+    pub(super) matrices: Vec<(MatrixKind, Entries)>,
 }
 
 /// A matrix as it was given.
 #[derive(Clone, Debug)]
-enum Entries {
+pub(super) enum Entries {
     Dense(Mat<f64>),
     Sparse(SparseColMat<usize, f64>),
 }
@@ -261,6 +261,8 @@ impl SystemBuilder {
     /// # Errors
     /// A [`BuildError`] naming the first thing that is wrong.
     pub fn build(self) -> Result<System, BuildError> {
+        #[cfg(feature = "serde")]
+        let given = Arc::new(self.clone());
         let continua = Continua::of(&self.beams, &self.rods, self.masses.len())?;
         let (names, masses) = self.coordinates(&continua)?;
         let n = names.len();
@@ -321,7 +323,13 @@ impl SystemBuilder {
         if determinant::vanishes(&model) {
             return Err(BuildError::Singular);
         }
-        Ok(model.into())
+        let system = System::from(model);
+        #[cfg(feature = "serde")]
+        let system = System {
+            given: Some(given),
+            ..system
+        };
+        Ok(system)
     }
 
     /// Names and masses of the coordinates: of the masses, then of beams and rods; without any, from the matrices'

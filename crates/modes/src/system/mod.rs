@@ -9,7 +9,10 @@ mod gyroscopic;
 mod kinds;
 mod parameter;
 mod places;
+#[cfg(feature = "serde")]
+mod serial;
 
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use faer::sparse::SparseColMatRef;
@@ -36,6 +39,9 @@ pub struct System {
     model: Model,
     /// Proved when first asked for; clones share it.
     structure: Arc<OnceLock<Structure>>,
+    /// What it was built from, to be written down.
+    #[cfg(feature = "serde")]
+    given: Option<Arc<SystemBuilder>>,
 }
 
 impl System {
@@ -88,6 +94,28 @@ impl System {
     /// The index of the coordinate `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.model.index_of(name)
+    }
+
+    /// The same, where a name that is none is an error: rows of trajectories and components of shapes are found by it.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, System};
+    ///
+    /// let system = System::builder().mass("body", 1.0).spring(GROUND, "body", 4.0).build()?;
+    /// let body = system.coordinate("body")?;
+    /// assert_eq!(system.modes()?[0].shape()[body].re, 1.0);
+    /// let wrong = system.coordinate("bdoy").unwrap_err();
+    /// assert_eq!(wrong.to_string(), "there is no coordinate \"bdoy\": there is \"body\"");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`NoCoordinate`], which names those that there are.
+    pub fn coordinate(&self, name: &str) -> Result<usize, NoCoordinate> {
+        self.index_of(name).ok_or_else(|| NoCoordinate {
+            name: name.to_owned(),
+            names: Arc::clone(self.model.names()),
+        })
     }
 
     /// What the coordinate of this index measures: a displacement, or an angle if it was given by
@@ -224,11 +252,46 @@ impl System {
     }
 }
 
+/// A name that no coordinate has.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoCoordinate {
+    /// The name.
+    pub name: String,
+    names: Arc<[String]>,
+}
+
+impl fmt::Display for NoCoordinate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 12;
+        let shown: Vec<String> = self
+            .names
+            .iter()
+            .take(SHOWN)
+            .map(|name| format!("{name:?}"))
+            .collect();
+        let verb = if self.names.len() == 1 { "is" } else { "are" };
+        write!(
+            f,
+            "there is no coordinate {:?}: there {verb} {}",
+            self.name,
+            shown.join(", ")
+        )?;
+        match self.names.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+impl std::error::Error for NoCoordinate {}
+
 impl From<Model> for System {
     fn from(model: Model) -> System {
         System {
             model,
             structure: Arc::default(),
+            #[cfg(feature = "serde")]
+            given: None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! DOP853 and the exact response agree on the gallery. They share nothing but the equation of
 //! motion.
 //!
-//! `cargo test --release --test integrators -- --nocapture` prints how far apart they are.
+//! `cargo test --release --test laws integrators -- --nocapture` prints how far apart they are.
 
 use eigentone::check::{Dop853, Integrator, Limit};
 use eigentone::gallery::cases;

@@ -6,8 +6,6 @@
 //! value lies from it, relative to the printed number. That distance is known to one digit, and half of
 //! that digit is allowed for.
 
-mod page;
-
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 
@@ -173,7 +171,7 @@ fn hold(name: &str, rows: &[Row]) {
         }
         let _ = writeln!(tables, "{}", row.line());
     }
-    page::assert_shown("validation.md", name, &tables);
+    crate::page::assert_shown("validation.md", name, &tables);
 }
 
 /// Masses m1, m2, …; joins between them, 0 being the ground.

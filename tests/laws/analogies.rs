@@ -1,7 +1,5 @@
 //! One oscillator in five guises: the numbers of docs/analogies.md, and that they are the same oscillator.
 
-mod page;
-
 use std::f64::consts::PI;
 use std::fmt::Write;
 
@@ -154,6 +152,6 @@ fn five_guises_are_one_oscillator() {
             unit = units[0],
         );
     }
-    page::assert_shown("analogies.md", "values", &same);
-    page::assert_shown("analogies.md", "motion", &moves);
+    crate::page::assert_shown("analogies.md", "values", &same);
+    crate::page::assert_shown("analogies.md", "motion", &moves);
 }

@@ -1,14 +1,12 @@
 //! Estimated bounds, in doubles, against answers known to 34 digits.
 //!
-//! `cargo test --release --test estimated -- --nocapture` prints what each one reaches.
-
-mod known;
+//! `cargo test --release --test certified estimated -- --nocapture` prints what each one reaches.
 
 use std::fmt::Write as _;
 
 use eigentone::modes::{Bounds, Precision};
 
-use known::{KNOWN, U, none_wrong, pairs};
+use crate::known::{KNOWN, U, none_wrong, pairs};
 
 #[test]
 fn bounds_hold() {

@@ -2050,3 +2050,33 @@ fn motions_with_switches_are_analysed_between_the_samples() {
     let plot = fs::read_to_string(out.join("velocity.svg")).expect("it was written");
     assert!(plot.contains(">impacts[0]<"), "{plot}");
 }
+
+/// A block on a belt: its cycle, and the scene that starts on it and comes back.
+#[test]
+fn the_cycle_of_a_block_on_a_belt_repeats_itself() {
+    let scene = r#"{"masses": [{"name": "block", "mass": 1}], "supports": ["belt"],
+            "motions": [{"of": "belt", "displacement": {"ramp": {"rate": 0.5}}}],
+            "springs": [{"between": ["ground", "block"], "stiffness": 100}],
+            "frictions": [{"between": ["belt", "block"], "force": 3, "static": 5}],
+            "initial": {"block": {"velocity": 0.5}},
+            "time": {"end": 4, "step": 0.01}}"#;
+    let text = piped(&["cycle", "-"], scene);
+    assert!(text.contains("\nstable: "), "{text}");
+    let json: Value = serde_json::from_str(&piped(&["cycle", "-", "--json"], scene)).expect("JSON");
+    let period = json["period"].as_f64().expect("a number");
+    let slip = 2.0 * (std::f64::consts::PI - 0.4f64.atan()) / 10.0;
+    assert!((period - slip - 0.08).abs() < 1e-15, "{period}");
+    assert_eq!(json["stable"], true);
+    assert_eq!(json["events"].as_array().expect("a list").len(), 2);
+    let csv = piped(&["cycle", "-", "--csv"], scene);
+    assert_eq!(csv.lines().count(), 2);
+    let started = piped(&["cycle", "-", "--as-scene"], scene);
+    let motion: Value =
+        serde_json::from_str(&piped(&["response", "-", "--json"], &started)).expect("JSON");
+    let x = motion["displacement"]["block"].as_array().expect("a list");
+    let x: Vec<f64> = x.iter().filter_map(Value::as_f64).collect();
+    assert_eq!(x.len(), 257);
+    assert!((x[0] - x[256]).abs() < 1e-12 && (x[0] - x[100]).abs() > 1e-3);
+    let error = refused(&["cycle", "tests/gallery/scenes/two-mass-free.json"], 2);
+    assert!(error.contains("do not repeat themselves"), "{error}");
+}

@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 40] = [
+const CASES: [(&str, &str); 41] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -24,6 +24,7 @@ const CASES: [(&str, &str); 40] = [
     ("Response", "response S --steps 0,99"),
     ("Switching", "response beyond.json"),
     ("Switches", "tables beyond.json --out tables"),
+    ("Cycle", "cycle growing.json --cycles 1"),
     ("Frequency", "frf dashpot.json --from m0"),
     ("UnknownName", "frf S --to wall"),
     ("", "frf S --at 1,x"),

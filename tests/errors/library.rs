@@ -16,7 +16,7 @@ use eigentone::response::{
     Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState,
     Step, Sum, Sweep, Versine, expm, receptance,
 };
-use eigentone::switching::{Friction, Impact, Switch, Switching};
+use eigentone::switching::{Friction, Impact, Period, Switch, Switching};
 use eigentone::tables::{ModeTable, ResponseTable};
 use faer::sparse::SparseColMat;
 use faer::{Mat, mat};
@@ -24,7 +24,7 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 27] = [
+pub const ENUMS: [(&str, &str); 28] = [
     ("crates/design/src/campbell.rs", "CampbellError"),
     ("crates/design/src/minimax.rs", "OptimumError"),
     ("crates/design/src/range.rs", "RangeError"),
@@ -32,6 +32,7 @@ pub const ENUMS: [(&str, &str); 27] = [
     ("crates/design/src/follower.rs", "FollowError"),
     ("crates/switching/src/error.rs", "SwitchingError"),
     ("crates/switching/src/switch.rs", "SwitchFault"),
+    ("crates/switching/src/cycle_error.rs", "CycleError"),
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
     ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
@@ -69,7 +70,7 @@ pub const ENUMS: [(&str, &str); 27] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 26] = [
+const LEFT_OUT: [(&str, &str); 29] = [
     (
         "CampbellError::Modes",
         "passes on a `ModesError`, all of which are shown or named here",
@@ -109,6 +110,18 @@ const LEFT_OUT: [(&str, &str); 26] = [
     (
         "SwitchingError::Endless",
         "no system is known whose events come without end and without a limit",
+    ),
+    (
+        "CycleError::Switching",
+        "passes on a `SwitchingError`, all of which are shown or named here",
+    ),
+    (
+        "CycleError::Lost",
+        "is said of motions that do not come near a periodic one, as chaotic ones",
+    ),
+    (
+        "SwitchingError::OutOfRange",
+        "takes a stop of 1e308 N/m that a mass of 1e-5 kg presses on",
     ),
     (
         "SwitchingError::Stuck",
@@ -263,6 +276,11 @@ fn design_errors(listing: &mut Listing) {
     }
 }
 
+fn to_a_hundred_seconds(response: Response<'_>) -> Problem<'_> {
+    let problem = response.every(1.0).until(100.0).problem();
+    problem.expect("a problem")
+}
+
 fn switching_errors(listing: &mut Listing) {
     let held = single(1.0, 0.0, 4.0);
     let stiff = System::builder().mass("m0", 1.0).mass("m1", 1.0);
@@ -286,6 +304,14 @@ fn switching_errors(listing: &mut Listing) {
         let problem = problem.expect("a problem");
         Switching::new(&problem, switches)?.run()
     };
+    let cycle = |problem: &Problem<'_>, period: Period| {
+        let switching = Switching::new(problem, Vec::new())?;
+        switching.limit_cycle(period)
+    };
+    let damped = single(1.0, 0.5, 4.0);
+    let pushed = to_a_hundred_seconds(Response::of(&damped).load("m0", Harmonic::of(1.0, 3.0)));
+    let free = System::builder().mass("m0", 1.0).build().expect("a system");
+    let unheld = to_a_hundred_seconds(Response::of(&free));
     list! { listing:
         friction(GROUND, "m1", 1.0).check(&held);
         friction("m0", "m0", 1.0).check(&held);
@@ -293,6 +319,11 @@ fn switching_errors(listing: &mut Listing) {
         run(&held, vec![wall(-0.1)]);
         run(&held, vec![wall(0.0), wall(0.0)]);
         run(&stiff, vec![friction(GROUND, "m0", 0.0)]);
+        cycle(&pushed, Period::Seconds(0.0));
+        cycle(&pushed, Period::Seconds(2.0));
+        cycle(&pushed, Period::Free);
+        cycle(&unheld, Period::Cycles(1));
+        cycle(&unheld, Period::Seconds(2.0));
     }
 }
 

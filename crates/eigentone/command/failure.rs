@@ -7,7 +7,7 @@ use eigentone::design::CampbellError;
 use eigentone::modes::{ModesError, SparseError};
 use eigentone::response::{FrequencyError, ResponseError, SpectrumError, StateSpaceError};
 use eigentone::scene::{RecordError, SceneError};
-use eigentone::switching::SwitchingError;
+use eigentone::switching::{CycleError, SwitchingError};
 use eigentone::tables::TableError;
 use thiserror::Error;
 
@@ -68,6 +68,8 @@ pub enum Failure {
         first: String,
         what: &'static str,
     },
+    #[error("{}: {error}", scene.display())]
+    Cycle { scene: PathBuf, error: CycleError },
     #[error("{}: {}", scene.display(), frequency(error))]
     Frequency {
         scene: PathBuf,
@@ -279,6 +281,10 @@ impl Failure {
                 | SwitchingError::Dependent { .. }
                 | SwitchingError::TooLong { .. } => 2,
                 _ => 1,
+            },
+            Failure::Cycle { error, .. } => match error {
+                CycleError::Lost => 1,
+                _ => 2,
             },
             Failure::Modes { .. }
             | Failure::Table { .. }

@@ -3,6 +3,7 @@
 mod analyze;
 mod campbell;
 mod check;
+mod cycle;
 mod export;
 mod failure;
 mod files;
@@ -56,6 +57,7 @@ enum Command {
     Campbell(campbell::Campbell),
     Sweep(sweep::Sweep),
     Optimise(optimise::Optimise),
+    Cycle(cycle::Cycle),
     Export(export::Export),
     Check(check::Check),
     Stability(stability::Stability),
@@ -81,6 +83,7 @@ impl Cli {
             Command::Campbell(command) => command.run(),
             Command::Sweep(command) => command.run(),
             Command::Optimise(command) => command.run(),
+            Command::Cycle(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),
             Command::Stability(command) => command.run(),
@@ -107,6 +110,9 @@ impl Command {
                 "fewer functions, by --from and --to; --at for single frequencies; --precision double, with estimated bounds",
             ),
             Command::Check(_) => Some("fewer methods, by --methods; a smaller time.end"),
+            Command::Cycle(_) => {
+                Some("a start nearer to the periodic motion, and a smaller time.end")
+            }
             Command::Sweep(_) => Some("fewer designs, or a part of them by --shard 1/4"),
             Command::Random(_) | Command::Spectrum(_) | Command::Campbell(_) => {
                 Some("--precision double, with estimated bounds")

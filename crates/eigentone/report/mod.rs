@@ -9,6 +9,7 @@ mod campbell;
 #[cfg(feature = "check")]
 mod check;
 pub(crate) mod csv;
+mod cycle;
 mod demands;
 mod energy;
 mod events;
@@ -41,6 +42,7 @@ pub use axis::{Axis, Scale};
 pub use campbell::CampbellReport;
 #[cfg(feature = "check")]
 pub use check::CheckReport;
+pub use cycle::CycleReport;
 pub use demands::{DemandReport, MOST_DEMANDS};
 pub use energy::EnergyReport;
 pub use events::events_csv;

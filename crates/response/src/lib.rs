@@ -77,7 +77,7 @@ pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
 pub use problem::{
     AppliedLoad, Channel, Combination, Drive, HalfSine, Harmonic, Hold, Impulse, Instant, Load,
     LoadError, MAX_STEPS, Piece, Polynomial, Problem, Quantity, Ramp, ResponseError, Samples,
-    State, Step, Straight, Sum, TimeGrid, Timeline, Versine,
+    State, Step, Straight, Sum, TimeGrid, Timeline, Versine, turns,
 };
 pub use quantity::{
     CoordinateSummary, Destination, Discontinuity, ElementForces, Energy, Extrema, Extremum,

@@ -15,17 +15,20 @@ impl Change {
     pub(crate) fn compose(&mut self, map: &[f64], n: usize) {
         self.map = Some(match self.map.take() {
             None => map.to_vec(),
-            Some(before) => {
-                let mut product = vec![0.0; n * n];
-                for i in 0..n {
-                    for k in 0..n {
-                        for j in 0..n {
-                            product[i * n + j] += map[i * n + k] * before[k * n + j];
-                        }
-                    }
-                }
-                product
-            }
+            Some(before) => product(n, map, &before),
         });
     }
+}
+
+/// A B of square matrices by rows.
+pub(crate) fn product(n: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut product = vec![0.0; n * n];
+    for i in 0..n {
+        for k in (0..n).filter(|k| a[i * n + k] != 0.0) {
+            for j in 0..n {
+                product[i * n + j] += a[i * n + k] * b[k * n + j];
+            }
+        }
+    }
+    product
 }

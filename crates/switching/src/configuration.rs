@@ -54,9 +54,18 @@ pub(crate) struct Configuration<T> {
     pub(crate) power: Vec<f64>,
 }
 
+/// Why phases make no system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unfit {
+    /// What is held depends on each other, so that the forces are not unique.
+    Dependent,
+    /// Rates leave the range of doubles.
+    OutOfRange,
+}
+
 impl<T: Real> Configuration<T> {
     /// From the system without switches, the dense `w` with its error. `constant` is the entry of ζ that stays, which stands
-    /// for 1; a step is not longer than `longest`, nor ‖Wh‖ larger than `reach`. `None` where what is held depends on each other, so that the forces are not unique.
+    /// for 1; a step is not longer than `longest`, nor ‖Wh‖ larger than `reach`.
     pub(crate) fn of(
         w: &[T],
         w_error: f64,
@@ -64,7 +73,7 @@ impl<T: Real> Configuration<T> {
         phases: &[Phase],
         constant: T,
         [longest, reach]: [f64; 2],
-    ) -> Option<Configuration<T>> {
+    ) -> Result<Configuration<T>, Unfit> {
         let n = w.len().isqrt();
         let one = T::ONE / constant;
         let mut whole = BallMatrix::<T>::zeros(n, n);
@@ -111,7 +120,7 @@ impl<T: Real> Configuration<T> {
                 }
             }
             let answers = relations.times(&pushes);
-            let gain = answers.solve(&relations)?;
+            let gain = answers.solve(&relations).ok_or(Unfit::Dependent)?;
             let force = gain.times(&whole).negated();
             // The errors of the relations and pushes, to first order and half as much again.
             let size = |matrix: &BallMatrix<T>| {
@@ -159,7 +168,10 @@ impl<T: Real> Configuration<T> {
             [across, down]
         });
         let [across, down] = sums.fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
-        let norm = (across * down).sqrt() * SLACK;
+        let norm = across.sqrt() * down.sqrt() * SLACK;
+        if !norm.is_finite() {
+            return Err(Unfit::OutOfRange);
+        }
         // A power of two, so that W·h is not rounded.
         let step = match norm > 0.0 {
             true => 2f64.powi((reach / norm).log2().floor() as i32).min(longest),
@@ -194,7 +206,7 @@ impl<T: Real> Configuration<T> {
                 rows.into_iter().map(move |row| Guard { switch, row })
             });
         let guards = guards.collect();
-        Some(Configuration {
+        Ok(Configuration {
             power: exponential(n, &rounded, 1.0),
             rows,
             sizes,

@@ -54,7 +54,7 @@ pub enum SwitchingError {
     },
     /// The motion is too quick beside the time asked for.
     #[error(
-        "it would take about {steps:.0e} short steps, as the quickest motion is of {rate:.1e} rad/s: ask for less time or take softer springs"
+        "it would take about {steps:.0e} more short steps, as the quickest motion is of {rate:.1e} rad/s: ask for less time or take softer springs"
     )]
     TooLong {
         /// How many.
@@ -62,6 +62,11 @@ pub enum SwitchingError {
         /// In rad/s.
         rate: f64,
     },
+    /// Rates leave the range of doubles.
+    #[error(
+        "forces beside masses leave the range of doubles: choose other units, or fewer orders of magnitude"
+    )]
+    OutOfRange,
     /// The digits do not suffice to divide by the masses.
     #[error("no number of digits in reach tells a matrix to be divided by from a singular one")]
     Stuck,

@@ -27,6 +27,8 @@
 
 mod change;
 mod configuration;
+mod cycle;
+mod cycle_error;
 mod error;
 mod error_set;
 mod event;
@@ -42,6 +44,8 @@ mod settle;
 mod switch;
 mod switching;
 
+pub use cycle::{LimitCycle, Period};
+pub use cycle_error::CycleError;
 pub use error::SwitchingError;
 pub use event::{Event, EventKind};
 pub use losses::Losses;

@@ -7,8 +7,8 @@ use eigentone_digits::{DoubleDouble, Real};
 use eigentone_modes::{ElementKind, Form};
 use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
-use crate::change::Change;
-use crate::configuration::{Configuration, Place, exponential, length_of};
+use crate::change::{Change, product};
+use crate::configuration::{Configuration, Place, Unfit, exponential, length_of};
 use crate::error::SwitchingError;
 use crate::error_set::ErrorSet;
 use crate::event::Event;
@@ -85,7 +85,7 @@ pub(crate) struct March<'a, 'b, T> {
     limits: [f64; 2],
     pub(crate) places: Vec<Place<T>>,
     pub(crate) phases: Vec<Phase>,
-    known: HashMap<Vec<Phase>, Option<Rc<Configuration<T>>>>,
+    known: HashMap<Vec<Phase>, Result<Rc<Configuration<T>>, Unfit>>,
     pub(crate) current: Rc<Configuration<T>>,
     /// Of each guard, how many derivatives are 0 at the start of the step; none of those of `usize::MAX` leaves 0.
     pub(crate) orders: Vec<usize>,
@@ -103,6 +103,8 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) bounced: Vec<bool>,
     /// Of each switch, the largest speed at an impact.
     pub(crate) largest: Vec<f64>,
+    /// Of each switch, when it bounced last, three times at most.
+    pub(crate) turns: Vec<Vec<T>>,
     /// Beside that, bounces of this speed are not seen.
     pub(crate) invisible: f64,
     /// Until when, in s, bounces go on that are left out, and what they may do to ζ.
@@ -115,11 +117,17 @@ pub(crate) struct March<'a, 'b, T> {
     approach: usize,
     /// How many steps in a row passed what could not be told.
     passes: i32,
+    /// How many multiplications are left, and how many a step takes, about.
+    budget: f64,
+    cost: f64,
     pub(crate) events: Vec<Event>,
     /// Where losses are asked for.
     pub(crate) taken: Option<Taken<T>>,
     /// Where peaks are.
     followed: Option<Followed<T>>,
+    /// Where asked for, how ζ follows ζ at the start, by rows: the product of all steps and jumps, with what the time of an
+    /// event does (Aizerman and Gantmakher, Q. J. Mech. Appl. Math. 11, 1958).
+    pub(crate) tangent: Option<Vec<f64>>,
 }
 
 /// Records the instants of a step from one time up to another, but for that one.
@@ -200,6 +208,67 @@ pub(crate) fn march<T: Real, G: Real>(
 }
 
 impl<'a, 'b, T: Real> March<'a, 'b, T> {
+    /// The motion's own start, by a system computed with the digits of G, with no form in view but those of the switches.
+    pub(crate) fn of<G: Real>(
+        question: &'a Question<'a, 'b>,
+        doubt: Doubt,
+        tolerance: f64,
+    ) -> Result<March<'a, 'b, T>, Halt> {
+        let forms: Vec<_> = question.forms.iter().flatten().cloned().collect();
+        let Some(driven) = Driven::<T>::of::<G>(question.problem, &forms)? else {
+            return Err(Halt::Undecided(SwitchingError::Stuck));
+        };
+        March::new(question, driven, doubt, tolerance)
+    }
+
+    /// Leaves but a part of the multiplications that a motion may take.
+    pub(crate) fn spare(&mut self, part: f64) {
+        self.budget *= part;
+    }
+
+    /// Displacements and then velocities of all coordinates, as functions of ζ.
+    pub(crate) fn motion(&self) -> Vec<Row<T>> {
+        let count = self.question.problem.system().len();
+        let [x, v]: [Vec<_>; 2] = [0, 1].map(|kind| {
+            let each = (0..count).map(|i| {
+                let [x, v] = self.driven.coordinate(i);
+                Row::with_constant(if kind == 0 { x } else { v }, T::ZERO)
+            });
+            each.collect()
+        });
+        x.into_iter().chain(v).collect()
+    }
+
+    /// Starts from other displacements and then velocities, known to these bounds, with the tangent; and what a unit of each
+    /// adds to ζ.
+    pub(crate) fn place(&mut self, motion: &[T], off: &[f64]) -> Vec<Vec<f64>> {
+        let n = self.zeta.len();
+        let start = |motion: &[T]| {
+            let mut zeta = self.driven.start_from(motion);
+            zeta.push(self.constant);
+            zeta
+        };
+        let rest = start(&vec![T::ZERO; motion.len()]);
+        let enter = (0..motion.len()).map(|j| {
+            let mut unit = vec![T::ZERO; motion.len()];
+            unit[j] = T::ONE;
+            let each = start(&unit);
+            let each = each.iter().zip(&rest).map(|(a, b)| (*a - *b).to_f64());
+            each.collect()
+        });
+        let enter: Vec<Vec<f64>> = enter.collect();
+        self.zeta = start(motion);
+        let mut errors = vec![0.0; n];
+        for (column, off) in enter.iter().zip(off) {
+            let each = errors.iter_mut().zip(column);
+            each.for_each(|(error, entry)| *error += entry.abs() * off);
+        }
+        self.errors.add_each(&errors);
+        let identity = |at: usize| f64::from(u8::from(at / n == at % n));
+        self.tangent = Some((0..n * n).map(identity).collect());
+        enter
+    }
+
     fn new(
         question: &'a Question<'a, 'b>,
         driven: Driven<'a, 'b, T>,
@@ -297,11 +366,12 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .collect();
         let count = places.len();
         let w_error = upper(w_error);
-        let Some(current) =
-            Configuration::of(&w, w_error, &places, &phases, constant, [longest, reach])
-        else {
-            return Err(Halt::Undecided(SwitchingError::Stuck));
-        };
+        let limits = [longest, reach];
+        let current = Configuration::of(&w, w_error, &places, &phases, constant, limits);
+        let current = current.map_err(|unfit| match unfit {
+            Unfit::Dependent => Halt::Undecided(SwitchingError::Stuck),
+            Unfit::OutOfRange => Halt::Failed(SwitchingError::OutOfRange),
+        })?;
         // What is left out is of its second order.
         let invisible = (tolerance.min(1e-15) * 2f64.powi(-24)).sqrt();
         let invisible = invisible.min(2f64.powi(T::UNIT_LOG2 / 8));
@@ -311,7 +381,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             w,
             w_error,
             constant,
-            limits: [longest, reach],
+            limits,
             places,
             phases,
             known: HashMap::new(),
@@ -326,15 +396,19 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             jumped: true,
             bounced: vec![false; count],
             largest: vec![0.0; count],
+            turns: vec![Vec::new(); count],
             invisible,
             hidden: (0.0, 0.0),
             delays: vec![None; count],
             added: vec![0.0; n + 1],
             approach: 0,
             passes: 0,
+            budget: BUDGET,
+            cost: cost::<T>(n + 1),
             events: Vec::new(),
             taken: None,
             followed: None,
+            tangent: None,
         })
     }
 
@@ -346,9 +420,12 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let known = self.known.entry(phases.to_vec()).or_insert_with(make);
         let switch = phases.iter().rposition(|phase| phase.holds()).unwrap_or(0);
         let time = self.now.to_f64();
-        known
-            .clone()
-            .ok_or(Halt::Failed(SwitchingError::Dependent { time, switch }))
+        known.clone().map_err(|unfit| {
+            Halt::Failed(match unfit {
+                Unfit::Dependent => SwitchingError::Dependent { time, switch },
+                Unfit::OutOfRange => SwitchingError::OutOfRange,
+            })
+        })
     }
 
     /// Whether a value beside numbers of a size is a coincidence: as far as half of the digits tell it is 0.
@@ -392,10 +469,52 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         length_of(&self.zeta)
     }
 
+    /// Goes through all pieces up to a time, which is known to a bound.
+    pub(crate) fn go(
+        &mut self,
+        (end, blur): (T, f64),
+        record: &mut Recorder<'_, 'a, 'b, T>,
+    ) -> Result<(), Halt> {
+        let problem = self.question.problem;
+        let pieces = problem.timeline().pieces();
+        let origin = Instant::on_grid(problem.grid(), 0);
+        for piece in 0..pieces.len() {
+            let own = self.driven.len();
+            let added = self.driven.begin(piece, &mut self.zeta[..own]);
+            self.errors.add(upper(added));
+            self.jumped = true;
+            let change = self.settle(&[])?;
+            if let Some(map) = &change.map {
+                self.turn(map);
+            }
+            self.note(change, 0.0);
+            self.started = true;
+            let next = pieces.get(piece + 1);
+            let next = next.map(|next| self.driven.seconds(&origin, &next.start_instant()));
+            let (until, uncertain) = match next {
+                Some((start, uncertain)) if start < end => (start, upper(uncertain)),
+                _ => (end, blur),
+            };
+            while self.now < until {
+                self.step(until, uncertain, record)?;
+            }
+            if until == end {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Multiplies the tangent, where there is one.
+    fn turn(&mut self, map: &[f64]) {
+        if let Some(tangent) = &mut self.tangent {
+            *tangent = product(self.zeta.len(), map, tangent);
+        }
+    }
+
     fn run(mut self, mut outputs: Outputs<T>) -> Result<Found, Halt> {
         let problem = self.question.problem;
         let grid = problem.grid();
-        let pieces = problem.timeline().pieces();
         let origin = Instant::on_grid(grid, 0);
         // The indices asked for, by time.
         let asked: Vec<u64> = match problem.instants() {
@@ -410,35 +529,20 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .map(|index| Instant::on_grid(grid, *index))
             .peekable();
         let last = Instant::on_grid(grid, grid.last());
-        for piece in 0..pieces.len() {
-            let own = self.driven.len();
-            let added = self.driven.begin(piece, &mut self.zeta[..own]);
-            self.errors.add(upper(added));
-            self.jumped = true;
-            let change = self.settle(&[])?;
-            self.note(change, 0.0);
-            self.started = true;
-            let end = pieces
-                .get(piece + 1)
-                .map_or(last, |next| next.start_instant());
-            let (until, uncertain) = self.driven.seconds(&origin, &end);
-            let uncertain = upper(uncertain);
-            while self.now < until {
-                let mut record = |march: &March<'_, 'b, T>, series: &Series<T>, from: T, to: T| {
-                    while let Some(instant) = samples.peek() {
-                        let (time, off) = march.driven.seconds(&origin, instant);
-                        if time >= to {
-                            break;
-                        }
-                        let theta = (time - from) / T::from(march.current.step);
-                        let theta = if theta < T::ZERO { T::ZERO } else { theta };
-                        march.record(&mut outputs, series, theta, upper(off));
-                        samples.next();
-                    }
-                };
-                self.step(until, uncertain, &mut record)?;
+        let (until, uncertain) = self.driven.seconds(&origin, &last);
+        let mut record = |march: &March<'_, 'b, T>, series: &Series<T>, from: T, to: T| {
+            while let Some(instant) = samples.peek() {
+                let (time, off) = march.driven.seconds(&origin, instant);
+                if time >= to {
+                    break;
+                }
+                let theta = (time - from) / T::from(march.current.step);
+                let theta = if theta < T::ZERO { T::ZERO } else { theta };
+                march.record(&mut outputs, series, theta, upper(off));
+                samples.next();
             }
-        }
+        };
+        self.go((until, upper(uncertain)), &mut record)?;
         // The end itself, after all that happens there.
         if samples.peek().is_some() {
             let series = Series::of(&self.current, &self.zeta);
@@ -551,10 +655,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.zeta = series.at(end);
         let n = self.zeta.len();
         match end == T::ONE {
-            true => self.errors.map(&current.power),
-            false => self
-                .errors
-                .map(&exponential(n, &current.rounded, end.to_f64())),
+            true => {
+                self.errors.map(&current.power);
+                self.turn(&current.power);
+            }
+            false => {
+                let power = exponential(n, &current.rounded, end.to_f64());
+                self.errors.map(&power);
+                self.turn(&power);
+            }
         }
         let clock = unit::<T>() * 4.0 * (to.to_f64().abs() + current.step)
             + if at_end { uncertain } else { 0.0 };
@@ -804,6 +913,12 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 }
             }
             let added = errors.mapped_with(&shift, change.map.as_deref());
+            let identity = |at: usize| f64::from(u8::from(at / n == at % n));
+            let map = shift
+                .iter()
+                .enumerate()
+                .map(|(at, shift)| shift + change.map.as_ref().map_or(identity(at), |map| map[at]));
+            self.turn(&map.collect::<Vec<f64>>());
             let late = residual / -fall;
             let rest: Vec<f64> = jump.iter().map(|entry| entry.abs() * late).collect();
             self.errors = added;
@@ -829,6 +944,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             self.errors.add_each(&rest);
         } else {
             self.errors.add(leap * bound / old.step);
+            if let Some(map) = &change.map {
+                self.turn(map);
+            }
         }
         self.note(change, time_bound);
         Ok(())
@@ -846,9 +964,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             } else {
                 rounding
             };
+            // While bounces go on that are left out, nothing else is known better than to their time.
+            let among = if delay > 0.0 {
+                0.0
+            } else {
+                (self.hidden.0 - time).max(0.0)
+            };
             self.events.push(Event {
                 time: late,
-                bound: (bound + more + off) * SLACK,
+                bound: (bound + more + off + among) * SLACK,
                 switch,
                 kind,
             });
@@ -856,12 +980,13 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
     }
 
     /// Ends what would take too long.
-    fn check_length(&self, until: T) -> Result<(), Halt> {
+    fn check_length(&mut self, until: T) -> Result<(), Halt> {
+        self.budget -= self.cost;
         const MOST_EVENTS: usize = 5_000_000;
         const MOST_STEPS: f64 = 3e7;
         const WINDOW: usize = 20_000;
         let steps = (until - self.now).to_f64() / self.current.step;
-        if steps > MOST_STEPS {
+        if steps > MOST_STEPS || self.budget < 0.0 {
             let rate = self.current.reach / self.current.step;
             return Err(Halt::Failed(SwitchingError::TooLong { steps, rate }));
         }
@@ -881,6 +1006,16 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             _ => Ok(()),
         }
     }
+}
+
+/// As many multiplications of 32 digits as take a minute or two, about.
+const BUDGET: f64 = 2e10;
+
+/// How many of those a step of n entries takes, about.
+fn cost<T: Real>(n: usize) -> f64 {
+    const TERMS: f64 = 32.0;
+    let weight = f64::from(T::UNIT_LOG2) / f64::from(DoubleDouble::UNIT_LOG2);
+    TERMS * (n * n) as f64 * weight * weight
 }
 
 /// Wζ·h, about.

@@ -239,6 +239,11 @@ impl<T: Real> March<'_, '_, T> {
                 }
                 None => {
                     self.bounced[switch] = restitution > 0.0;
+                    let turns = &mut self.turns[switch];
+                    if turns.len() == 3 {
+                        turns.remove(0);
+                    }
+                    turns.push(self.now);
                     change.happened.push((switch, EventKind::Impact, 0.0, 0.0));
                 }
             }
@@ -308,11 +313,47 @@ impl<T: Real> March<'_, '_, T> {
         if seen && left * left > 2.0 * away * hidden {
             return None;
         }
+        if self.is_joined(switch) {
+            let (delay, off) = self.by_ratio(switch)?;
+            return Some((delay, off, left));
+        }
         let once = 1.0 / away + 1.0 / (away * back).sqrt();
         let delay = left * once / (1.0 - restitution * (back / away).sqrt());
         // Beyond the parabola, and of the speed.
         let curved = delay * first.max(second) + self.vague(rate) / speed;
         (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+    }
+
+    /// Whether other switches take part in the last bounces, so that none is like a free one: but for those of the same ends.
+    fn is_joined(&self, switch: usize) -> bool {
+        let Some(since) = self.turns[switch].first() else {
+            return false;
+        };
+        let since = since.to_f64();
+        let alike = |other| {
+            [0, 1]
+                .iter()
+                .any(|form| self.along(switch, other, *form).is_some())
+        };
+        let events = self.events.iter().rev();
+        let mut recent = events.take_while(|event| event.time >= since);
+        recent.any(|event| event.switch != switch && !alike(event.switch))
+    }
+
+    /// How long it takes until bounces have died out that shrink by one ratio, as speeds and times do where accelerations
+    /// follow from signs of speeds alone; and how well that is known, as ratios draw nearer to each other.
+    fn by_ratio(&self, switch: usize) -> Option<(f64, f64)> {
+        /// How far two ratios in a row may differ, beside themselves.
+        const ALIKE: f64 = 1e-3;
+        let [first, second, third] = self.turns[switch][..] else {
+            return None;
+        };
+        let spans = [second - first, third - second, self.now - third].map(|span| span.to_f64());
+        let [before, ratio] = [spans[1] / spans[0], spans[2] / spans[1]];
+        let change = (ratio - before).abs();
+        let delay = spans[2] * ratio / (1.0 - ratio);
+        let off = 4.0 * spans[2] * change / ((1.0 - ratio) * (1.0 - ratio)) + 1e-12 * delay;
+        (ratio < 1.0 && change <= ALIKE * ratio).then_some((delay, off))
     }
 
     /// Whether no other rigid stop bounces where the bounces of one die out, in `delay` s.

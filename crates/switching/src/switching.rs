@@ -97,6 +97,10 @@ impl<'a, 'b> Switching<'a, 'b> {
         self
     }
 
+    pub(crate) fn question(&self) -> &Question<'a, 'b> {
+        &self.question
+    }
+
     /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
     /// tolerance and the events ask for, and all bounds are proven; what half of the digits cannot tell from a coincidence is
     /// taken as one, as two events at one time are. With [`Precision::Double`] the digits that decide the events do, and bounds are
@@ -131,12 +135,19 @@ impl<'a, 'b> Switching<'a, 'b> {
                 false => (march::<Wide<4>, Wide<4>>, 77, Doubt::Ignored),
             },
         ];
+        let mut loose = None;
         for (at, (run, digits, doubt)) in rungs.into_iter().enumerate() {
             let last = at + 1 == rungs.len();
             match run(&self.question, relative, doubt) {
                 Ok(answer) if answer.good || last => return Ok(found(answer, digits)),
-                Err(halt) if last || !halt.is_undecided() => return Err(halt.into()),
-                _ => {}
+                Ok(answer) => loose = Some(found(answer, digits)),
+                Err(halt) if last || !halt.is_undecided() => {
+                    // More digits take too long: what there is has its bounds.
+                    let error = SwitchingError::from(halt);
+                    let too_long = matches!(error, SwitchingError::TooLong { .. });
+                    return loose.filter(|_| too_long).ok_or(error);
+                }
+                Err(_) => {}
             }
         }
         Err(SwitchingError::Stuck)

@@ -151,6 +151,57 @@ fn a_belt_makes_stick_and_slip() {
     }
 }
 
+/// A ball is pushed against a block that a friction holds: each impact lets the block slide a little, by the square of the
+/// speed, so that speeds and times shrink by one ratio σ, and bounces have died out after v τ/(1 − σ).
+#[test]
+fn bounces_on_a_block_that_slides_die_out_in_time() {
+    let (block, ball, force, push, r, gap) = (3.0, 1.0, 12.0, 2.0, 0.5, 0.25);
+    let system = System::builder()
+        .mass("block", block)
+        .mass("ball", ball)
+        .build();
+    let system = system.expect("a system");
+    let speed = (2.0 * push / ball * gap).sqrt();
+    let first = speed / (push / ball);
+    let total = block + ball;
+    let slide = (1.0 + r) * ball / total;
+    let back = 1.0 - (1.0 + r) * block / total;
+    let way = slide * slide * block / (2.0 * force);
+    let ratio = (back * back + 2.0 * push / ball * way).sqrt();
+    let time = (ratio - back) / (push / ball);
+    for precision in [
+        Precision::default(),
+        Precision::Certified { tolerance: 1e-6 },
+        Precision::Double,
+    ] {
+        let ask = Response::of(&system)
+            .load("ball", Step::of(push))
+            .every(0.1)
+            .until(3.0)
+            .to(precision);
+        let impacts = impact("block", "ball", gap, r);
+        let motion = run(ask, vec![impacts, friction(GROUND, "block", force, force)]);
+        let contact = motion
+            .events()
+            .iter()
+            .find(|event| event.kind == EventKind::Contact);
+        let contact = contact.expect("it comes to rest on the block");
+        let wanted = first + speed * time / (1.0 - ratio);
+        assert!(
+            (contact.time - wanted).abs() <= contact.bound + 1e-15,
+            "{contact:?} {wanted:?}"
+        );
+        assert!(contact.bound < 1e-8, "{contact:?}");
+        // Where the block has come to: all ways that it slid.
+        let x = motion.trajectory().displacement();
+        close(
+            x[(0, x.ncols() - 1)],
+            speed * speed * way / (1.0 - ratio * ratio),
+            1e-12,
+        );
+    }
+}
+
 /// A force that grows and swings breaks a mass loose.
 #[test]
 fn a_load_breaks_a_mass_loose() {

@@ -33,6 +33,9 @@ pub(super) struct March {
     gaps: BTreeSet<BigRational>,
 }
 
+/// Numbers of so many bits cost little more than their allocation.
+const FEW_WORDS: f64 = 768.0;
+
 impl March {
     pub(super) fn new(form: DrivenForm, times: Vec<BigRational>) -> March {
         let mut stops: BTreeSet<&BigRational> = times.iter().collect();
@@ -65,7 +68,8 @@ impl March {
         last.map_or(0, |last| halvings(&self.form.motion, last))
     }
 
-    /// About how many multiplications one attempt with numbers of `bits` bits takes.
+    /// About how many multiplications of a few words one attempt with numbers of `bits` bits takes. Long ones cost as much as
+    /// many of those (Karatsuba and Ofman 1962).
     pub(super) fn work(&self, bits: u64) -> f64 {
         let order = self.form.motion.nrows() as f64;
         let terms = bits as f64 / 5.0;
@@ -76,7 +80,8 @@ impl March {
             .gaps
             .iter()
             .map(|gap| exponential(halvings(&self.form.motion, gap) as f64));
-        growth + gaps.sum::<f64>() + self.stops.len() as f64 * order * order
+        let count = growth + gaps.sum::<f64>() + self.stops.len() as f64 * order * order;
+        count * (bits as f64 / FEW_WORDS).powf(1.585).max(1.0)
     }
 
     /// The motion at the instants asked for, computed with `bits` bits; `None` if they are too few.

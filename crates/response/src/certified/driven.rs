@@ -1,6 +1,6 @@
 //! State and loads of a problem as one linear system, piece by piece.
 
-use eigentone_digits::{Magnitude, Real};
+use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::Form;
 
 use super::clock::{Clock, Moment};
@@ -138,6 +138,19 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
     /// ζ at t = 0, before the first piece begins.
     pub fn start(&self) -> KnownVector<T> {
         self.generator.start(self.problem)
+    }
+
+    /// The same from other displacements and then velocities of all coordinates, without bounds.
+    ///
+    /// # Panics
+    /// If there are not two for each coordinate.
+    pub fn start_from(&self, motion: &[T]) -> Vec<T> {
+        assert_eq!(motion.len(), 2 * self.problem.system().len(), "two each");
+        let mut given = BallMatrix::zeros(motion.len(), 1);
+        for (i, value) in motion.iter().enumerate() {
+            given.set(i, 0, *value, Magnitude::ZERO);
+        }
+        self.generator.start_from(&given).0
     }
 
     /// The seconds from one instant to another.

@@ -302,7 +302,12 @@ impl<T: Real> Generator<T> {
 
     /// ζ at t = 0 without straight loads, and its error.
     pub(crate) fn start(&self, problem: &Problem<'_>) -> (Vec<T>, Magnitude) {
-        let state = self.enter.times(&self.given(problem));
+        self.start_from(&motion(problem))
+    }
+
+    /// The same from other displacements and then velocities.
+    pub(crate) fn start_from(&self, motion: &BallMatrix<T>) -> (Vec<T>, Magnitude) {
+        let state = self.enter.times(&self.initial.times(motion));
         let mut zeta: Vec<T> = (0..state.rows()).map(|i| state.middle(i, 0)).collect();
         zeta.resize(self.w.len(), T::ZERO);
         for cosine in (self.states + 1..self.pulses).step_by(2) {
@@ -320,15 +325,9 @@ impl<T: Real> Generator<T> {
             .sqrt()
     }
 
-    /// The state at t = 0 in its own coordinates, before any blow.
+    /// The state at t = 0 in its own coordinates, before any impulse.
     pub(crate) fn given(&self, problem: &Problem<'_>) -> BallMatrix<T> {
-        let given = problem.initial_displacement().iter();
-        let given = given.chain(problem.initial_velocity());
-        let mut motion = BallMatrix::zeros(2 * problem.system().len(), 1);
-        for (i, value) in given.enumerate() {
-            motion.set(i, 0, T::from(*value), Magnitude::ZERO);
-        }
-        self.initial.times(&motion)
+        self.initial.times(&motion(problem))
     }
 
     /// The state of rest in its own coordinates.
@@ -439,6 +438,17 @@ impl<T: Real> Generator<T> {
         }
         total
     }
+}
+
+/// Displacements and then velocities at t = 0.
+fn motion<T: Real>(problem: &Problem<'_>) -> BallMatrix<T> {
+    let given = problem.initial_displacement().iter();
+    let given = given.chain(problem.initial_velocity());
+    let mut motion = BallMatrix::zeros(2 * problem.system().len(), 1);
+    for (i, value) in given.enumerate() {
+        motion.set(i, 0, T::from(*value), Magnitude::ZERO);
+    }
+    motion
 }
 
 impl<T: Real> Output<T> {

@@ -36,6 +36,7 @@ pub use load::{
 pub(crate) use plant::Plant;
 pub use question::{Drive, Problem};
 pub(crate) use rate::Rate;
+pub use rate::turns;
 pub use state::State;
 pub(crate) use straight_load::{Known, StraightLoad, sum};
 pub(crate) use straight_loads::StraightLoads;

@@ -36,6 +36,12 @@ impl Rate {
     }
 }
 
+/// The seconds of so many turns at an angular frequency in rad/s.
+pub fn turns<T: Real>(count: u32, frequency: f64) -> T {
+    let (half_turn, _) = pi::<T>();
+    half_turn * T::from(2.0 * f64::from(count)) / T::from(frequency)
+}
+
 /// π by Machin's formula, 16 arctan(1/5) − 4 arctan(1/239), and a bound of the relative error.
 fn pi<T: Real>() -> Known<T> {
     let mut terms = 0.0;

@@ -1,0 +1,351 @@
+//! Periodic motions against closed forms and against what the motion itself tends to.
+
+use std::f64::consts::{PI, TAU};
+
+use eigentone_modes::{GROUND, System};
+use eigentone_response::{Harmonic, Problem, Quantity, Ramp, Response, State};
+use eigentone_switching::{
+    ControlledDamper, CycleError, DamperLaw, EventKind, Friction, Impact, LimitCycle, Period, Stop,
+    Switch, Switching,
+};
+
+fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
+    Switch::Friction(Friction {
+        between: [a.into(), b.into()],
+        force,
+        static_force,
+    })
+}
+
+fn cycle(
+    problem: &Problem<'_>,
+    switches: &[Switch],
+    period: Period,
+) -> Result<LimitCycle, CycleError> {
+    let switching = Switching::new(problem, switches.to_vec()).expect("switches");
+    switching.limit_cycle(period)
+}
+
+fn close(found: f64, wanted: f64, relative: f64) {
+    assert!(
+        (found - wanted).abs() <= relative * wanted.abs(),
+        "{found:?} for {wanted:?}"
+    );
+}
+
+/// What starts on it comes back after each period: three of them, by the motion from doubles.
+fn comes_back<'s>(
+    system: &System,
+    ask: impl Fn(State) -> Response<'s>,
+    switches: &[Switch],
+    cycle: &LimitCycle,
+) {
+    let ask = ask(cycle.state(system))
+        .every(cycle.period)
+        .until(3.0 * cycle.period);
+    let problem = ask.problem().expect("a problem");
+    let switching = Switching::new(&problem, switches.to_vec()).expect("switches");
+    let motion = switching.run().expect("a motion");
+    let [x, v] = [
+        motion.trajectory().displacement(),
+        motion.trajectory().velocity(),
+    ];
+    for i in 0..system.len() {
+        for k in 0..4 {
+            for (found, wanted) in [
+                (x[(i, k)], cycle.displacement[i]),
+                (v[(i, k)], cycle.velocity[i]),
+            ] {
+                assert!(
+                    (found - wanted).abs() < 1e-11,
+                    "{i} {k}: {found:?} for {wanted:?}"
+                );
+            }
+        }
+    }
+    // Three times the events of one, but for those at its very start.
+    assert_eq!(motion.events().len(), 3 * cycle.events.len());
+}
+
+/// Stick until x = fs/k, then a slip about fk/k: all of the last period is forgotten in the next stick.
+#[test]
+fn a_mass_on_a_belt() {
+    let (m, k, u, fk, fs) = (1.0, 100.0, 0.5, 3.0, 5.0);
+    let system = System::builder()
+        .mass("m", m)
+        .spring(GROUND, "m", k)
+        .support("belt")
+        .damper("belt", "m", 0.0);
+    let system = system.build().expect("a system");
+    let ask = |state| {
+        Response::of(&system)
+            .motion("belt", Quantity::Displacement, Ramp::of(u))
+            .from(state)
+    };
+    let switches = [friction("belt", "m", fk, fs)];
+    let problem = ask(State::at_rest().push("m", u))
+        .every(0.01)
+        .until(4.0)
+        .problem()
+        .expect("a problem");
+    let found = cycle(&problem, &switches, Period::Free).expect("a cycle");
+    let w = (k / m).sqrt();
+    let slip = 2.0 * (PI - ((fs - fk) / k * w / u).atan()) / w;
+    let stick = 2.0 * (fs - fk) / k / u;
+    close(found.period, slip + stick, 1e-15);
+    assert!(found.period_bound < 1e-15);
+    let [x, v] = [found.displacement[0], found.velocity[0]];
+    close(
+        (x - fk / k).hypot(v / w),
+        ((fs - fk) / k).hypot(u / w),
+        1e-15,
+    );
+    assert_eq!(found.multipliers.len(), 1);
+    assert!(
+        found.multipliers[0].norm() < 1e-14,
+        "{:?}",
+        found.multipliers
+    );
+    assert_eq!(found.stable, Some(true));
+    let kinds: Vec<EventKind> = found.events.iter().map(|event| event.kind).collect();
+    assert_eq!(kinds, [EventKind::Stick, EventKind::Slip]);
+    comes_back(&system, ask, &switches, &found);
+}
+
+/// Without switches it is the steady state, and disturbances go as e^{λT}.
+#[test]
+fn a_linear_oscillator_under_a_harmonic_force() {
+    let (m, c, k, f, o) = (2.0, 0.6, 18.0, 5.0, 2.2);
+    let system = System::builder()
+        .mass("m", m)
+        .spring(GROUND, "m", k)
+        .damper(GROUND, "m", c);
+    let system = system.build().expect("a system");
+    let problem = Response::of(&system)
+        .load("m", Harmonic::of(f, o))
+        .every(0.1)
+        .until(5.0);
+    let problem = problem.problem().expect("a problem");
+    let found = cycle(&problem, &[], Period::Cycles(1)).expect("a cycle");
+    close(found.period, TAU / o, 1e-15);
+    // x = Im(H e^{iΩt}), H = F/(k − mΩ² + icΩ).
+    let (re, im) = (k - m * o * o, c * o);
+    let size = re * re + im * im;
+    close(found.displacement[0], -f * im / size, 1e-14);
+    close(found.velocity[0], f * o * re / size, 1e-14);
+    let decay = (-c / (2.0 * m) * TAU / o).exp();
+    for multiplier in &found.multipliers {
+        close(multiplier.norm(), decay, 1e-13);
+    }
+    let turn = (k / m - (c / (2.0 * m)).powi(2)).sqrt() * TAU / o;
+    close(found.multipliers[0].re, decay * turn.cos(), 1e-12);
+    assert_eq!(found.stable, Some(true));
+    let wrong = cycle(&problem, &[], Period::Seconds(2.0));
+    assert_eq!(wrong, Err(CycleError::NotRepeating { period: 2.0 }));
+    let none = cycle(&problem, &[], Period::Seconds(f64::NAN));
+    assert!(matches!(none, Err(CycleError::Period { .. })));
+}
+
+/// An undamped mass that touches a rigid stop at its place of rest, driven at Ω: with θ = 2πω/Ω the phase φ of the impact has
+/// tan φ = (1 + r)Ω / ((1 − r) ω tan θ/2), and an impact shrinks areas of (x, v) by r² (Shaw and Holmes, J. Sound Vib. 90,
+/// 1983).
+#[test]
+fn a_driven_mass_hits_a_stop_once_a_cycle() {
+    let (m, k, f, o, r) = (1.0, 1.0, 1.0, 2.6, 0.7);
+    let w: f64 = 1.0;
+    let system = System::builder()
+        .mass("m", m)
+        .spring(GROUND, "m", k)
+        .build()
+        .expect("a system");
+    let ask = |state| {
+        Response::of(&system)
+            .load("m", Harmonic::of(f, o))
+            .from(state)
+    };
+    let switches = [Switch::Impact(Impact {
+        between: [GROUND.into(), "m".into()],
+        gap: 0.0,
+        restitution: r,
+    })];
+    let problem = ask(State::at_rest().displace("m", -1.0))
+        .every(0.1)
+        .until(300.0);
+    let problem = problem.problem().expect("a problem");
+    let found = cycle(&problem, &switches, Period::Cycles(1)).expect("a cycle");
+    assert_eq!(found.events.len(), 1);
+    let half = PI * w / o;
+    let phase = ((1.0 + r) * o / ((1.0 - r) * w * half.tan())).atan();
+    let found_phase = o * found.events[0].time;
+    let turns = (found_phase - phase) / PI;
+    assert!(
+        (turns - turns.round()).abs() < 1e-14,
+        "{found_phase} for {phase}"
+    );
+    let area = found
+        .multipliers
+        .iter()
+        .map(|multiplier| multiplier.norm())
+        .product::<f64>();
+    close(area, r * r, 1e-13);
+    assert_eq!(found.stable, Some(true));
+    comes_back(&system, ask, &switches, &found);
+}
+
+/// Two masses on a belt, and a damper that is switched over a road that swings: what the motion tends to.
+#[test]
+fn machines_tend_to_it() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 2.0)
+        .spring(GROUND, "a", 90.0)
+        .spring("a", "b", 60.0);
+    let system = system
+        .damper("a", "b", 0.4)
+        .support("belt")
+        .damper("belt", "a", 0.0);
+    let system = system.build().expect("a system");
+    let ask = |state| {
+        Response::of(&system)
+            .motion("belt", Quantity::Displacement, Ramp::of(0.3))
+            .from(state)
+    };
+    let switches = [
+        friction("belt", "a", 4.0, 9.0),
+        friction("belt", "b", 0.1, 0.1),
+    ];
+    let problem = ask(State::at_rest())
+        .every(0.1)
+        .until(60.0)
+        .problem()
+        .expect("a problem");
+    let found = cycle(&problem, &switches, Period::Free).expect("a cycle");
+    assert_eq!(found.stable, Some(true));
+    comes_back(&system, ask, &switches, &found);
+
+    let system = System::builder()
+        .mass("body", 300.0)
+        .mass("wheel", 40.0)
+        .support("road");
+    let system = system
+        .spring("road", "wheel", 180e3)
+        .spring("wheel", "body", 18e3)
+        .damper("wheel", "body", 200.0);
+    let system = system.build().expect("a system");
+    let ask = |state| {
+        let road = Harmonic::of(0.02, 9.0);
+        Response::of(&system)
+            .motion("road", Quantity::Displacement, road)
+            .from(state)
+    };
+    let laws = [
+        DamperLaw::OnOffSkyhook,
+        DamperLaw::ClippedSkyhook { sky: 2000.0 },
+    ];
+    for law in laws {
+        let switches = [Switch::ControlledDamper(ControlledDamper {
+            between: ["wheel".into(), "body".into()],
+            low: 100.0,
+            high: 3000.0,
+            law,
+        })];
+        let problem = ask(State::at_rest())
+            .every(0.1)
+            .until(12.0)
+            .problem()
+            .expect("a problem");
+        let found = cycle(&problem, &switches, Period::Cycles(1)).expect("a cycle");
+        assert_eq!(found.stable, Some(true));
+        comes_back(&system, ask, &switches, &found);
+        // It is what 12 s leave of the motion from rest, but for the largest multiplier to that many periods.
+        let left = found.multipliers[0].norm().powf(12.0 / found.period);
+        assert!(left < 1e-3, "{left}");
+    }
+}
+
+/// Symmetric stops and negative damping: disturbances of the cycle shrink by its multiplier.
+#[test]
+fn a_self_excited_mass_between_stops() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 4.0)
+        .damper(GROUND, "m", -0.2);
+    let system = system.build().expect("a system");
+    let ask = |state| Response::of(&system).from(state);
+    let stop = |between: [&str; 2]| {
+        Switch::Stop(Stop {
+            between: between.map(String::from),
+            gap: 1.0,
+            stiffness: 50.0,
+            damping: 3.0,
+        })
+    };
+    let switches = [stop([GROUND, "m"]), stop(["m", GROUND])];
+    let problem = ask(State::at_rest().displace("m", 0.5))
+        .every(0.1)
+        .until(60.0)
+        .problem();
+    let problem = problem.expect("a problem");
+    let found = cycle(&problem, &switches, Period::Free).expect("a cycle");
+    assert_eq!(found.stable, Some(true));
+    comes_back(&system, ask, &switches, &found);
+    // The distance from the section across the cycle, one and three periods on.
+    let rate = |x: f64, v: f64| [v, -4.0 * x + 0.2 * v];
+    let [x, v] = [found.displacement[0], found.velocity[0]];
+    let [fx, fv] = rate(x, v);
+    let e = 1e-5;
+    let disturbed = State::at_rest()
+        .displace("m", x - e * fv)
+        .push("m", v + e * fx);
+    let problem = ask(disturbed)
+        .every(found.period)
+        .until(3.0 * found.period)
+        .problem();
+    let problem = problem.expect("a problem");
+    let motion = Switching::new(&problem, switches.to_vec())
+        .expect("switches")
+        .run();
+    let motion = motion.expect("a motion");
+    let [xs, vs] = [
+        motion.trajectory().displacement(),
+        motion.trajectory().velocity(),
+    ];
+    let across = |k: usize| (vs[(0, k)] - v) * fx - (xs[(0, k)] - x) * fv;
+    let multiplier = found.multipliers[0].re;
+    assert!(multiplier > 1e-4, "{multiplier}");
+    close(across(1) / across(0), multiplier, 1e-3);
+    close(across(2) / across(1), multiplier, 1e-3);
+}
+
+/// What is no cycle is said to be none.
+#[test]
+fn what_does_not_repeat_itself_is_refused() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 4.0)
+        .build();
+    let system = system.expect("a system");
+    let problem = Response::of(&system)
+        .from(State::at_rest().displace("m", 1.0))
+        .every(0.1)
+        .until(60.0);
+    let problem = problem.problem().expect("a problem");
+    let free = |switches: &[Switch]| cycle(&problem, switches, Period::Free);
+    assert_eq!(
+        free(&[friction(GROUND, "m", 0.3, 0.3)]),
+        Err(CycleError::NoRepetition { end: 60.0 })
+    );
+    assert_eq!(free(&[]), Err(CycleError::NoRepetition { end: 60.0 }));
+    assert_eq!(
+        cycle(&problem, &[], Period::Cycles(1)),
+        Err(CycleError::NoHarmonic)
+    );
+    // Every swing of an undamped mass between stops is periodic.
+    let stop = Switch::Stop(Stop {
+        between: [GROUND.into(), "m".into()],
+        gap: 0.5,
+        stiffness: 9.0,
+        damping: 0.0,
+    });
+    assert_eq!(free(&[stop]), Err(CycleError::NotIsolated));
+}

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-use eigentone::gallery::{Case, cases, machines};
+use eigentone::gallery::{Case, cases, machines, switches};
 use serde_json::{Value, json};
 
 /// What a browser may be called. Without any the test of looks is skipped.
@@ -44,7 +44,7 @@ fn report(directory: &Path, name: &str, scene: &str) -> PathBuf {
 const LONG: &str = "undamped-long";
 
 fn short_cases() -> impl Iterator<Item = &'static Case> {
-    let all = cases().iter().chain(machines());
+    let all = cases().iter().chain(machines()).chain(switches());
     all.filter(|case| case.name() != LONG)
 }
 
@@ -254,6 +254,24 @@ fn it_has_what_the_scene_needs_and_no_more() {
     let html = self::html(&directory, "flutter", FLUTTER);
     assert!(html.contains("no parts to draw") && !html.contains("<h3>Energy</h3>"));
     assert!(html.contains("<span>growing</span>"));
+    let belt = switches()
+        .iter()
+        .find(|case| case.name() == "belt-stick-slip");
+    let belt = belt.expect("a case");
+    let html = self::html(&directory, belt.name(), belt.scene_text());
+    // The belt reaches the masses through friction alone: there is no frequency response.
+    assert_eq!(
+        sections(&html),
+        ["scene", "plan", "modes", "shapes", "response", "bounds"]
+    );
+    for part in ["Events", "Energy taken", "Accelerations and forces"] {
+        assert!(html.contains(&format!("<h3>{part}</h3>")), "{part}");
+    }
+    let bands = html.split("data-m=\"2\"").nth(1).expect("when it sticks");
+    let bands = bands.split("/>").next().expect("a path");
+    let truth = belt.truth();
+    let stuck = truth.events.iter().filter(|event| event.what == "stick");
+    assert_eq!(bands.matches('z').count(), stuck.count());
 }
 
 #[test]

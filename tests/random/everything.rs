@@ -116,6 +116,7 @@ fn analyzed(scene: &Scene) {
                 steady_state,
             },
         ),
+        switched: None,
     };
     clean(&analysis.text());
     let report = ModeReport::new(&modes, system.names());

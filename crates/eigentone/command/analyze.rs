@@ -9,8 +9,8 @@ use eigentone::report::{
     ResponseReport, SwitchedReport, events_csv,
 };
 use eigentone::response::{
-    Energy, Features, FrequencyFunctions, Problem, ResponseError, ResponsePlan, SteadyState,
-    SteadyStateError, Summary, Trajectory, peak_grid,
+    Energy, Features, FrequencyFunctions, FrequencyValue, Problem, ResponseError, ResponsePlan,
+    SteadyState, SteadyStateError, Summary, Trajectory, peak_grid,
 };
 use eigentone::scene::Scene;
 use eigentone::switching::Switching;
@@ -108,11 +108,12 @@ impl Analyze {
             structure,
             modes: &modes,
             response,
+            switched,
         };
         if let Some(directory) = &self.out {
             progress.say("report");
             let files = Files::into(directory)?.beside(file);
-            write(&analysis, switched.as_ref(), &scene, files)?;
+            write(&analysis, &scene, files)?;
         }
         drop(progress);
         tell_switches(&self.question.scene, &scene);
@@ -121,11 +122,7 @@ impl Analyze {
                 true => analysis.explained(),
                 false => analysis.text(),
             };
-            out.write_all(text.as_bytes())?;
-            match &switched {
-                Some(report) => write!(out, "\n{}", report.text()),
-                None => Ok(()),
-            }
+            out.write_all(text.as_bytes())
         })?;
         self.question.tell_loss_factors(&scene);
         self.question.tell_doubts(&modes);
@@ -172,7 +169,7 @@ fn solve<'a>(
     })
 }
 
-/// From what the scene drives, else its supports, else each mass of few; `None` where it would take long.
+/// From what the scene drives, else its supports, else each mass of few; `None` where it would take long, or nothing moves.
 fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunctions, Vec<Features>)> {
     /// Functions times coordinates: beyond it the rest of the analysis waits.
     const MOST: usize = 200;
@@ -186,8 +183,15 @@ fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunction
     if count * system.len() > MOST {
         return None;
     }
+    let functions = asked.at(&grid).ok()?;
+    // Supports may reach the masses through switches alone.
+    let is_zero = |value: &FrequencyValue| value.known().is_some_and(|(h, _)| h.norm() == 0.0);
+    let mut all = functions.functions().iter();
+    if all.all(|function| function.values().iter().all(is_zero)) {
+        return None;
+    }
     let features = asked.features(&peak_grid(system, modes, scene.loss_factors()));
-    Some((asked.at(&grid).ok()?, features.ok()?))
+    Some((functions, features.ok()?))
 }
 
 fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> Result<(), Failure> {
@@ -209,12 +213,7 @@ fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> R
     Ok(())
 }
 
-fn write(
-    analysis: &Analysis<'_>,
-    switched: Option<&SwitchedReport<'_>>,
-    scene: &Scene,
-    mut files: Files,
-) -> Result<(), Failure> {
+fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, system.names());
     // Without symmetric matrices there is no energy to speak of.
@@ -237,7 +236,7 @@ fn write(
             files.write("energy.csv", |out| report.csv(out))?;
         }
     }
-    if let Some(report) = switched {
+    if let Some(report) = &analysis.switched {
         let events = report.motion.events();
         let response = ResponseReport::new(report.motion.trajectory(), system.names())
             .with_units(report.problem)

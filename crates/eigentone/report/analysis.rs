@@ -19,6 +19,7 @@ use super::participation;
 use super::plot::{Line, Plot};
 use super::response::doubts;
 use super::steady_state::SteadyStateReport;
+use super::switched::SwitchedReport;
 use super::table::{Align, Table, visible};
 use super::unit;
 
@@ -36,6 +37,8 @@ pub struct Analysis<'a> {
     pub participation: &'a [(Vec<usize>, Result<Participation, ParticipationError>)],
     /// Its response, if one was asked for.
     pub response: Option<Answer<'a>>,
+    /// Its motion, if it has switches.
+    pub switched: Option<SwitchedReport<'a>>,
 }
 
 /// Modes of which participation is looked at.
@@ -55,31 +58,43 @@ pub struct Answer<'a> {
     pub steady_state: &'a Result<SteadyState, SteadyStateError>,
 }
 
+/// Why there is no motion.
+const NO_TIME: &str = "the scene has no `time`";
+
 impl Analysis<'_> {
     /// Title, what was proved, what ran, the mode table with shapes, the response in a few numbers for each mass, peaks of
     /// accelerations and forces where the trajectory has them, and how far the numbers can be off.
     pub fn text(&self) -> String {
         let mut plan = format!("modes by {}", self.modes.plan().solver);
-        match &self.response {
-            Some(answer) => {
-                let _ = write!(plan, "; response by {}", answer.plan.method.name());
+        let _ = match (&self.response, &self.switched) {
+            (Some(answer), _) => write!(plan, "; response by {}", answer.plan.method.name()),
+            (None, Some(report)) => {
+                write!(plan, "; response {}", report.motion.trajectory().method())
             }
-            None => plan.push_str("; no response: the scene has no `time`"),
-        }
+            (None, None) => write!(plan, "; no response: {NO_TIME}"),
+        };
         plan.push_str(" (--explain says why)");
         self.with_plan(&plan)
     }
 
     /// The same with the whole plan: why these methods ran and what was left out.
     pub fn explained(&self) -> String {
+        self.with_plan(&self.plan())
+    }
+
+    /// Why these methods ran and what was left out, in lines.
+    pub(super) fn plan(&self) -> String {
         let mut plan = self.modes.plan().to_string();
-        match &self.response {
-            Some(answer) => {
-                let _ = write!(plan, "\n{}", answer.plan);
-            }
-            None => plan.push_str("\nleft out the response: the scene has no `time`"),
-        }
-        self.with_plan(&plan)
+        let _ = match (&self.response, &self.switched) {
+            (Some(answer), _) => write!(plan, "\n{}", answer.plan),
+            (None, Some(report)) => write!(
+                plan,
+                "\nresponse {}: the scene has switches, and is linear between their events",
+                report.motion.trajectory().method()
+            ),
+            (None, None) => write!(plan, "\nleft out the response: {NO_TIME}"),
+        };
+        plan
     }
 
     fn with_plan(&self, plan: &str) -> String {
@@ -111,6 +126,11 @@ impl Analysis<'_> {
             }
             if let Some(steady) = answer.steady(self.system) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
+            }
+        }
+        if let Some(report) = &self.switched {
+            for (heading, body) in report.sections() {
+                section(&mut text, &heading, &body);
             }
         }
         section(&mut text, "Bounds", &self.bounds());
@@ -177,6 +197,12 @@ impl Analysis<'_> {
         }
     }
 
+    /// The motion, with switches or without.
+    pub(super) fn trajectory(&self) -> Option<&Trajectory> {
+        let linear = self.response.as_ref().map(|answer| answer.trajectory);
+        linear.or_else(|| Some(self.switched.as_ref()?.motion.trajectory()))
+    }
+
     /// What kind of bounds these are, and the largest.
     pub(super) fn bounds(&self) -> String {
         let roots = self.modes.eigenvalues();
@@ -196,8 +222,7 @@ impl Analysis<'_> {
         if without > 0 {
             let _ = write!(text, "; {without} of {} roots are doubtful", roots.len());
         }
-        if let Some(answer) = &self.response {
-            let trajectory = answer.trajectory;
+        if let Some(trajectory) = self.trajectory() {
             let _ = match trajectory.bounds() {
                 Bounds::Proven => write!(
                     text,
@@ -242,13 +267,7 @@ impl Analysis<'_> {
 
 impl Answer<'_> {
     pub(super) fn heading(&self) -> String {
-        let times = self.trajectory.times();
-        let end = times.last().map_or(0.0, |end| *end);
-        let samples = number::count(times.len(), "sample", "samples");
-        match times.len() {
-            1 => format!("Response, {samples} at {} s", number::short(end)),
-            _ => format!("Response, {samples} from 0 to {} s", number::short(end)),
-        }
+        heading(self.trajectory)
     }
 
     /// The steady state or why there is none; `None` without harmonic loads.
@@ -384,6 +403,17 @@ impl Answer<'_> {
 }
 
 /// A heading, and its lines indented.
+/// How many samples there are, until when.
+pub(super) fn heading(trajectory: &Trajectory) -> String {
+    let times = trajectory.times();
+    let end = times.last().map_or(0.0, |end| *end);
+    let samples = number::count(times.len(), "sample", "samples");
+    match times.len() {
+        1 => format!("Response, {samples} at {} s", number::short(end)),
+        _ => format!("Response, {samples} from 0 to {} s", number::short(end)),
+    }
+}
+
 fn section(text: &mut String, heading: &str, body: &str) {
     let _ = writeln!(text, "\n{heading}");
     for line in body.lines() {

@@ -18,6 +18,10 @@ use super::unit;
 /// A table of more of them is not looked at: `peaks.csv` has all.
 pub const MOST_DEMANDS: usize = 24;
 
+/// What signs mean.
+pub(super) const TENSIONS: &str =
+    "Forces are tensions: a spring or damper that is pulled has a positive one.";
+
 /// Prints accelerations and forces, those that a trajectory has.
 #[derive(Clone, Copy, Debug)]
 pub struct DemandReport<'a> {
@@ -133,7 +137,7 @@ impl<'a> DemandReport<'a> {
 
     /// The largest value of each acceleration and force at any time; `None` where there are none, where they are not known
     /// between the samples, and where there are too many to look at.
-    pub(super) fn text(&self) -> Option<String> {
+    pub(super) fn table(&self) -> Option<Table> {
         let all: Vec<Demand<'a>> = self
             .of_coordinates()
             .into_iter()
@@ -165,10 +169,12 @@ impl<'a> DemandReport<'a> {
                 Align::Right,
                 peaks.iter().map(|peak| number::bound(peak.bound)),
             );
-        Some(
-            table.text()
-                + "Forces are tensions: a spring or damper that is pulled has a positive one.\n",
-        )
+        Some(table)
+    }
+
+    /// The same as text, with what signs mean.
+    pub(super) fn text(&self) -> Option<String> {
+        Some(format!("{}{TENSIONS}\n", self.table()?.text()))
     }
 
     /// Accelerations against time; `None` where there are none.

@@ -71,12 +71,21 @@ pub(super) struct Series<'a> {
     pub(super) joined: bool,
 }
 
+/// When something acts: bands behind the lines.
+#[derive(Clone)]
+pub(super) struct Spans {
+    pub(super) name: String,
+    /// From where to where; a stroke where both are one.
+    pub(super) of: Vec<[f64; 2]>,
+}
+
 pub(super) struct Chart<'a> {
     pub(super) heading: String,
     pub(super) x: Axis,
     pub(super) y: Axis,
     /// The first is drawn on top.
     pub(super) series: Vec<Series<'a>>,
+    pub(super) behind: Vec<Spans>,
     /// Text below; may be empty.
     pub(super) caption: String,
 }
@@ -113,11 +122,7 @@ impl Chart<'_> {
                     series.label()
                 )
             });
-            let _ = writeln!(
-                out,
-                "<ul class=\"legend\">\n{}</ul>",
-                entries.collect::<String>()
-            );
+            self.legend(&mut out, &entries.collect::<String>());
         } else {
             let (across, up) = (escape(&x.label), escape(&y.label));
             let _ = writeln!(
@@ -132,11 +137,29 @@ impl Chart<'_> {
                 out.push_str("</div>\n");
             }
             out.push_str("</div>\n");
+            self.legend(&mut out, "");
         }
         if !self.caption.is_empty() {
             let _ = writeln!(out, "<figcaption>{}</figcaption>", escape(&self.caption));
         }
         out + "</figure>\n"
+    }
+
+    /// Entries of lines, then of what acts behind them.
+    fn legend(&self, out: &mut String, lines: &str) {
+        let behind = (self.series.len()..).zip(&self.behind);
+        let behind: String = behind
+            .map(|(index, spans)| {
+                format!(
+                    "<li><svg viewBox=\"0 0 30 12\" aria-hidden=\"true\"><path class=\"l band s{}\" d=\"M9 1h12v10h-12z\"/></svg><span class=\"name\">{}</span></li>\n",
+                    index % COLOURS,
+                    escape(&shorten(&spans.name, LETTERS))
+                )
+            })
+            .collect();
+        if !(lines.is_empty() && behind.is_empty()) {
+            let _ = writeln!(out, "<ul class=\"legend\">\n{lines}{behind}</ul>");
+        }
     }
 
     /// The points that can be shown.
@@ -187,6 +210,13 @@ impl Chart<'_> {
             described(&self.y, y),
             frame.divisions.min(8)
         );
+        for (index, spans) in (self.series.len()..).zip(&self.behind) {
+            let (colour, bands) = (index % COLOURS, bands(&spans.of, x, (right - left) * 2.0));
+            let _ = writeln!(
+                out,
+                "<path class=\"l band s{colour}\" data-m=\"{index}\" d=\"{bands}\"/>"
+            );
+        }
         let mut styles = vec![String::new(); lines.len()];
         for (style, index) in styles.iter_mut().zip(lines).rev() {
             *style = self.draw(out, *index, x, y);
@@ -307,6 +337,22 @@ fn dots(points: &[(i64, i64)]) -> String {
     each.map(|(x, y)| format!("M{x} {y}h0")).collect()
 }
 
+/// Bands over the whole height, at most so many; those that would not be told apart are one.
+fn bands(spans: &[[f64; 2]], x: &Ruler, most: f64) -> String {
+    let on_grid = |value: f64| ((x.place(value) - x.from) / (x.to - x.from) * GRID).round() as i64;
+    let mut last = i64::MIN;
+    let mut out = String::new();
+    for [from, to] in spans {
+        let (from, to) = (on_grid(*from).max(last), on_grid(*to));
+        if to <= last {
+            continue;
+        }
+        last = to + (GRID / most) as i64;
+        let _ = write!(out, "M{from} 0V{GRID}H{to}V0z");
+    }
+    out
+}
+
 /// Grid, tick labels and what the axes show.
 pub(super) fn axes(out: &mut String, x: &Ruler, y: &Ruler) {
     divisions(out, x, y);
@@ -401,6 +447,7 @@ mod tests {
                 x: Axis::linear("time", "s"),
                 y: Axis::linear("displacement", "m"),
                 series: series.collect(),
+                behind: Vec::new(),
                 caption: String::new(),
             };
             chart.figure()

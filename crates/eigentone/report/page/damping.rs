@@ -39,6 +39,7 @@ pub(super) fn figure(modes: &Modes) -> Option<String> {
         x: Axis::logarithmic("natural frequency", "Hz"),
         y: Axis::logarithmic("damping ratio", ""),
         series: series.collect(),
+        behind: Vec::new(),
         caption,
     };
     (count > 1).then(|| chart.figure())

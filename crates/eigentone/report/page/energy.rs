@@ -30,6 +30,7 @@ pub(super) fn figure(energy: &Energy, trajectory: &Trajectory) -> String {
         x: Axis::linear("time", "s"),
         y: Axis::linear("energy", "J"),
         series: series.collect(),
+        behind: Vec::new(),
         caption: "At every instant kinetic + potential + dissipated = initial energy + work."
             .to_owned(),
     };

@@ -49,6 +49,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
             x: Axis::logarithmic("frequency", "Hz"),
             y: Axis::logarithmic("|H|", unit),
             series: series.collect(),
+            behind: Vec::new(),
             caption,
         };
         chart.figure()

@@ -14,14 +14,18 @@ mod schematic;
 use eigentone_modes::ElementKind;
 use eigentone_response::{Energy, Problem};
 
-use super::analysis::Analysis;
+use super::analysis::{Analysis, heading};
+use super::demands::TENSIONS;
 use super::frequency::FrequencyReport;
 use super::modes::ModeReport;
 use super::number;
 use super::participation;
 use super::plot::escape;
 use super::steady_state::SteadyStateReport;
+use super::switched::HELD;
+use chart::Spans;
 use html::{Section, definitions, paragraph, remark, table};
+use motion::{Motion, Source};
 
 /// What the page is made from. What is `None` is left out.
 pub struct Page<'a> {
@@ -35,7 +39,8 @@ pub struct Page<'a> {
 
 impl Page<'_> {
     fn problem(&self) -> Option<&Problem<'_>> {
-        self.analysis.response.as_ref().map(|answer| answer.problem)
+        let linear = self.analysis.response.as_ref().map(|answer| answer.problem);
+        linear.or_else(|| self.analysis.switched.as_ref().map(|report| report.problem))
     }
 
     /// The page as HTML.
@@ -52,6 +57,7 @@ impl Page<'_> {
             body: frequency::body(report),
         }));
         sections.extend(self.response());
+        sections.extend(self.switched());
         sections.push(self.bounds());
         html::document(self.analysis.title, &self.lead(), &sections)
     }
@@ -100,15 +106,10 @@ impl Page<'_> {
     }
 
     fn plan(&self) -> Section {
-        let mut lines = self.analysis.modes.plan().to_string();
-        match &self.analysis.response {
-            Some(answer) => lines += &format!("\n{}", answer.plan),
-            None => lines.push_str("\nleft out the response: the scene has no `time`"),
-        }
         Section {
             id: "plan",
             heading: "Plan".to_owned(),
-            body: definitions(&lines),
+            body: definitions(&self.analysis.plan()),
         }
     }
 
@@ -153,7 +154,12 @@ impl Page<'_> {
         };
         let system = self.analysis.system;
         let mut body = String::from("<div class=\"cards\">\n");
-        body += &motion::figures(answer, system);
+        body += &motion::figures(&Motion {
+            system,
+            trajectory: answer.trajectory,
+            peaks: Source::Summary(answer.summary),
+            behind: Vec::new(),
+        });
         if let Some(energy) = self.energy {
             body += &energy::figure(energy, answer.trajectory);
         }
@@ -188,11 +194,73 @@ impl Page<'_> {
         sections
     }
 
+    fn switched(&self) -> Option<Section> {
+        /// Events that are looked at; `events.csv` has all.
+        const EVENTS: usize = 500;
+        let report = self.analysis.switched.as_ref()?;
+        let trajectory = report.motion.trajectory();
+        let mut body = String::new();
+        if let Some(peaks) = report.motion.peaks() {
+            let behind = report.acting().into_iter().map(|one| {
+                let strokes = one.strokes.into_iter().map(|time| [time, time]);
+                let mut of: Vec<[f64; 2]> = one.spans.into_iter().chain(strokes).collect();
+                of.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                Spans {
+                    name: one.name.to_owned(),
+                    of,
+                }
+            });
+            let figures = motion::figures(&Motion {
+                system: self.analysis.system,
+                trajectory,
+                peaks: Source::Switched(peaks),
+                behind: behind.collect(),
+            });
+            body += &format!("<div class=\"cards\">\n{figures}</div>\n");
+            body += &remark(
+                "Bands: while a friction holds or a stop is pressed. Strokes: impacts, and changes of controlled dampers.",
+            );
+        }
+        body += &paragraph(&format!("The motion is {}.", report.explained()));
+        let parts = [
+            (
+                "Largest displacements, between samples too",
+                report.peaks(),
+                "",
+            ),
+            (
+                "Accelerations and forces",
+                report.demands().table(),
+                TENSIONS,
+            ),
+            ("Energy taken", report.losses(), HELD),
+        ];
+        for (heading, part, note) in parts {
+            let Some(part) = part else { continue };
+            body += &format!("<h3>{heading}</h3>\n{}", table(&part));
+            if !note.is_empty() {
+                body += &remark(note);
+            }
+        }
+        let (events, more) = report.first_events(EVENTS);
+        if events.rows() > 0 {
+            body += &format!("<h3>Events</h3>\n{}", table(&events));
+        }
+        if more > 0 {
+            body += &remark(&format!("… and {more} more, which events.csv lists."));
+        }
+        Some(Section {
+            id: "response",
+            heading: heading(trajectory),
+            body,
+        })
+    }
+
     fn bounds(&self) -> Section {
         let mut body = definitions(&self.analysis.bounds());
-        let response = self.analysis.response.as_ref();
-        body += &response
-            .and_then(|answer| motion::bounds(answer, self.analysis.system))
+        let trajectory = self.analysis.trajectory();
+        body += &trajectory
+            .and_then(|trajectory| motion::bounds(trajectory, self.analysis.system))
             .unwrap_or_default();
         Section {
             id: "bounds",

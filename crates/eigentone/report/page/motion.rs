@@ -1,21 +1,86 @@
 //! Displacements and velocities against time, with their peaks, and their bounds.
 
 use eigentone_modes::{Bounds, CoordinateKind, System};
+use eigentone_response::{Peaks, Summary, Trajectory};
+use eigentone_switching::SwitchedPeaks;
 
-use super::chart::{Chart, LINES, Series};
-use crate::report::analysis::Answer;
+use super::chart::{Chart, LINES, Series, Spans};
 use crate::report::axis::Axis;
 use crate::report::number;
 use crate::report::outline::{Outline, Quantity};
 use crate::report::response::doubts;
 use crate::report::unit;
 
-/// The charts of a response, those of rotations after the others.
-pub(super) fn figures(answer: &Answer<'_>, system: &System) -> String {
-    let kinds = unit::kinds(system);
+/// A motion to be drawn.
+pub(super) struct Motion<'a> {
+    pub(super) system: &'a System,
+    pub(super) trajectory: &'a Trajectory,
+    pub(super) peaks: Source<'a>,
+    /// When switches act.
+    pub(super) behind: Vec<Spans>,
+}
+
+/// Where peaks are known from.
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    Summary(&'a Summary),
+    Switched(&'a SwitchedPeaks),
+}
+
+impl<'a> Source<'a> {
+    fn switched(peaks: &SwitchedPeaks, quantity: Quantity, row: usize) -> &Peaks {
+        match quantity {
+            Quantity::Displacement => peaks.displacement(row),
+            Quantity::Velocity => peaks.velocity(row),
+        }
+    }
+
+    /// When, and what, the largest is.
+    fn largest(self, quantity: Quantity, row: usize) -> (f64, f64) {
+        match self {
+            Source::Summary(summary) => {
+                let one = &summary.coordinates()[row];
+                match quantity {
+                    Quantity::Displacement => (one.peak_time, one.peak),
+                    Quantity::Velocity => (one.fastest_time, one.fastest),
+                }
+            }
+            Source::Switched(peaks) => {
+                let peak = Source::switched(peaks, quantity, row).largest();
+                (peak.time, peak.value)
+            }
+        }
+    }
+
+    fn outline(self, quantity: Quantity, trajectory: &'a Trajectory, row: usize) -> Outline<'a> {
+        match self {
+            Source::Summary(summary) => Outline::of(quantity, trajectory, summary, row),
+            Source::Switched(peaks) => {
+                let samples = match quantity {
+                    Quantity::Displacement => trajectory.displacement(),
+                    Quantity::Velocity => trajectory.velocity(),
+                };
+                let peaks = Source::switched(peaks, quantity, row);
+                let sample = move |k| samples[(row, k)];
+                Outline::of_peaks(trajectory.times(), sample, Some(peaks))
+            }
+        }
+    }
+
+    fn is_between(self) -> bool {
+        match self {
+            Source::Summary(summary) => summary.is_between(),
+            Source::Switched(_) => true,
+        }
+    }
+}
+
+/// The charts of a motion, those of rotations after the others.
+pub(super) fn figures(motion: &Motion<'_>) -> String {
+    let kinds = unit::kinds(motion.system);
     let each = kinds.flat_map(|kind| {
         [Quantity::Displacement, Quantity::Velocity]
-            .map(|quantity| lines(answer, system, kind, quantity).figure())
+            .map(|quantity| lines(motion, kind, quantity).figure())
     });
     each.collect()
 }
@@ -24,8 +89,7 @@ pub(super) fn figures(answer: &Answer<'_>, system: &System) -> String {
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// How far displacements and velocities may be off, against time.
-pub(super) fn bounds(answer: &Answer<'_>, system: &System) -> Option<String> {
-    let trajectory = answer.trajectory;
+pub(super) fn bounds(trajectory: &Trajectory, system: &System) -> Option<String> {
     let times = trajectory.times();
     let of_all = |what: &str, quantity| unit::labelled(what, &unit::of_all(system, quantity));
     let kinds = [
@@ -65,6 +129,7 @@ pub(super) fn bounds(answer: &Answer<'_>, system: &System) -> Option<String> {
             x: Axis::linear("time", "s"),
             y: Axis::logarithmic(kind, ""),
             series,
+            behind: Vec::new(),
             caption:
                 "Over all coordinates. Where no line is drawn the value is exact, has no bound, or one below \
                  1e−9 of the largest."
@@ -75,19 +140,9 @@ pub(super) fn bounds(answer: &Answer<'_>, system: &System) -> Option<String> {
 }
 
 /// The lines that go farthest of one kind of coordinate, in the order of their coordinates.
-fn lines<'a>(
-    answer: &'a Answer<'_>,
-    system: &'a System,
-    kind: CoordinateKind,
-    quantity: Quantity,
-) -> Chart<'a> {
-    let peak = |row: usize| {
-        let one = &answer.summary.coordinates()[row];
-        match quantity {
-            Quantity::Displacement => (one.peak_time, one.peak),
-            Quantity::Velocity => (one.fastest_time, one.fastest),
-        }
-    };
+fn lines<'a>(motion: &'a Motion<'_>, kind: CoordinateKind, quantity: Quantity) -> Chart<'a> {
+    let (system, source) = (motion.system, motion.peaks);
+    let peak = |row: usize| source.largest(quantity, row);
     let own = (0..system.len()).filter(|row| system.kind_of(*row) == kind);
     let mut chosen: Vec<usize> = own.collect();
     let count = chosen.len();
@@ -96,20 +151,20 @@ fn lines<'a>(
         chosen.truncate(LINES);
         chosen.sort_unstable();
     }
-    let when = match answer.summary.is_between() {
+    let when = match source.is_between() {
         true => "between samples too",
         false => "at a sample",
     };
     let axis = quantity.axis(kind);
     let mut caption = format!("Rings: the largest {}, {when}.", axis.quantity);
-    if let Some(doubts) = doubts(answer.trajectory) {
+    if let Some(doubts) = doubts(motion.trajectory) {
         caption += &format!(" {doubts}: no bound is known for them.");
     }
     if count > LINES {
         caption += &format!(" Drawn are the {LINES} of {count} that go farthest.");
     }
     let series = chosen.into_iter().map(|row| {
-        let outline = Outline::of(quantity, answer.trajectory, answer.summary, row);
+        let outline = source.outline(quantity, motion.trajectory, row);
         let (time, most) = peak(row);
         Series {
             name: crate::report::plot::shorten(&system.names()[row], 14),
@@ -132,6 +187,7 @@ fn lines<'a>(
         x: Axis::linear("time", "s"),
         series: series.collect(),
         y: axis,
+        behind: motion.behind.clone(),
         caption,
     }
 }

@@ -247,7 +247,10 @@
       });
     }
 
-    figure.querySelectorAll(".legend li").forEach((entry, index) => {
+    // Where each curve has a panel, the legend has only what acts behind all.
+    const entries = [...figure.querySelectorAll(".legend li")], first = names.length - entries.length;
+    entries.forEach((entry, place) => {
+      const index = first + place;
       const inside = [...entry.childNodes];
       const made = button(entry, "", "Show or hide " + names[index], () => {
         const on = made.getAttribute("aria-pressed") !== "true";

@@ -1462,8 +1462,8 @@ fn spectra_have_the_shape_that_was_agreed_on() {
 }
 
 /// Two oscillators joined by a spring of 1e-6, of which the first is varied past the second; noise of 1 on it.
-fn veering() -> String {
-    let folder = fresh("sweep");
+fn veering(name: &str) -> String {
+    let folder = fresh(name);
     fs::create_dir_all(&folder).expect("it can be made");
     let file = folder.join("veering.json");
     let text = r#"{"masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 1}],
@@ -1475,7 +1475,7 @@ fn veering() -> String {
 
 #[test]
 fn a_sweep_follows_roots_and_its_parts_are_the_whole() {
-    let scene = veering();
+    let scene = veering("sweep");
     let vary = [
         "--vary",
         "soil.stiffness=1,3,5,7",
@@ -2085,4 +2085,137 @@ fn the_cycle_of_a_block_on_a_belt_repeats_itself() {
     assert!((x[0] - x[256]).abs() < 1e-12 && (x[0] - x[100]).abs() > 1e-3);
     let error = refused(&["cycle", "tests/gallery/scenes/two-mass-free.json"], 2);
     assert!(error.contains("do not repeat themselves"), "{error}");
+}
+
+/// 1e5 designs in eight parts, of which two are killed and go on: the whole is that of one run, to the byte.
+#[test]
+fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {
+    let scene = veering("sweep-killed");
+    let whole = fresh("sweep-whole");
+    let parts = fresh("sweep-parts");
+    let [whole, parts] = [&whole, &parts].map(|path| path.to_str().expect("a UTF-8 path"));
+    let arguments = |more: &[&str]| -> Vec<String> {
+        let vary = ["soil.stiffness=1:7:100", "/masses/1/mass=1:1.5:1000"];
+        let start = ["sweep", &scene, "--vary", vary[0], "--vary", vary[1]];
+        let all = start.iter().chain(&["--metric", "damping"]).chain(more);
+        all.map(|text| (*text).to_owned()).collect()
+    };
+    let run = |more: &[&str]| {
+        let arguments = arguments(more);
+        let output = eigentone(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert!(output.status.success(), "{output:?}");
+        output
+    };
+    run(&["--out", whole]);
+    let part = |i: u32| format!("{i}/8");
+    for i in (1..=8).filter(|i| ![3, 6].contains(i)) {
+        run(&["--out", parts, "--shard", &part(i)]);
+    }
+    for i in [3, 6] {
+        let growing = Path::new(parts).join(format!("sweep.{i}-of-8.csv.part"));
+        let mut child = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+            .args(arguments(&["--out", parts, "--shard", &part(i)]))
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the binary runs");
+        while fs::metadata(&growing).map_or(0, |file| file.len()) < 10_000 {
+            let ended = child.try_wait().expect("a child");
+            assert!(ended.is_none(), "it was to be killed");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        child.kill().expect("it runs");
+        child.wait().expect("it ended");
+        assert!(growing.exists());
+    }
+    let error = refused(&["merge", parts], 2);
+    assert!(
+        error.contains("3 (not complete: --resume goes on), 6 (not complete"),
+        "{error}"
+    );
+    let other = arguments(&["--out", parts, "--shard", "3/8", "--resume"]);
+    let other: Vec<&str> = other
+        .iter()
+        .map(|text| match text.as_str() {
+            "soil.stiffness=1:7:100" => "soil.stiffness=1:8:100",
+            text => text,
+        })
+        .collect();
+    let error = refused(&other, 2);
+    assert!(error.contains("another \"vary\""), "{error}");
+    for i in [3, 6] {
+        run(&["--out", parts, "--shard", &part(i), "--resume"]);
+    }
+    let again = run(&["--out", parts, "--shard", "3/8", "--resume"]);
+    assert!(again.stdout.is_empty());
+    assert!(String::from_utf8_lossy(&again.stderr).contains("complete already"));
+    let told = printed(&["merge", parts]);
+    assert!(told.ends_with("sweep.csv: 100000 designs\n"), "{told}");
+    let names = [
+        "sweep.csv",
+        "sweep.json",
+        "sweep.html",
+        "metric-1.svg",
+        "stability.svg",
+        "roots.svg",
+    ];
+    for name in names {
+        let [one, other] = [whole, parts].map(|place| {
+            fs::read(Path::new(place).join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+        });
+        assert!(one == other && !one.is_empty(), "{name}");
+    }
+    fs::remove_file(Path::new(parts).join("sweep.5-of-8.csv")).expect("it is there");
+    assert!(refused(&["merge", parts], 2).contains("missing: 5"));
+    assert!(refused(&["merge", whole], 2).contains("no part of a sweep"));
+}
+
+/// Random trees of masses, heavily and hardly damped: the largest gain that doubles find is the proven one.
+#[test]
+fn gains_in_doubles_are_the_proven_ones() {
+    let folder = fresh("sweep-gains");
+    fs::create_dir_all(&folder).expect("a folder");
+    let mut state = 20_261_123u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1u64 << 24) as f64
+    };
+    for k in 0..12 {
+        let n = 1 + (6.0 * next()) as usize;
+        let mut number = |low: f64, high: f64| 10f64.powf(low + (high - low) * next());
+        let (mut masses, mut springs, mut dampers) = (Vec::new(), Vec::new(), Vec::new());
+        for i in 0..n {
+            let name = format!("m{i}");
+            let other = match i {
+                0 => "ground".to_owned(),
+                _ => format!("m{}", (number(0.0, 3.0) as usize) % i),
+            };
+            masses.push(serde_json::json!({"name": name, "mass": number(-2.0, 2.0)}));
+            springs.push(serde_json::json!({"name": format!("s{i}"), "between": [other, name], "stiffness": number(-2.0, 4.0)}));
+            dampers
+                .push(serde_json::json!({"between": [other, name], "damping": number(-5.0, 2.0)}));
+        }
+        let scene = serde_json::json!({"masses": masses, "springs": springs, "dampers": dampers});
+        let file = folder.join(format!("{k}.json"));
+        fs::write(&file, scene.to_string()).expect("it can be written");
+        let (file, metric) = (file.to_str().expect("UTF-8"), format!("gain m0 m{}", n - 1));
+        let gains = |precision: &str| -> Vec<f64> {
+            let vary = "s0.stiffness=0.01:10000:4:log";
+            let arguments = ["sweep", file, "--vary", vary, "--metric", &metric, "--json"];
+            let text = printed(&[&arguments[..], &["--precision", precision]].concat());
+            let lines = text
+                .lines()
+                .map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+            lines
+                .map(|line| line["metrics"][&metric].as_f64().expect("a gain"))
+                .collect()
+        };
+        for (quick, proven) in gains("double").into_iter().zip(gains("certified")) {
+            assert!(
+                (quick - proven).abs() <= 1e-8 * proven,
+                "{k}: {quick} for {proven}"
+            );
+        }
+    }
 }

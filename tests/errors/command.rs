@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 41] = [
+const CASES: [(&str, &str); 42] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -47,6 +47,7 @@ const CASES: [(&str, &str); 41] = [
     ("Campbell", "campbell S --speeds 2,1"),
     ("", "campbell S --speeds 1:2"),
     ("Study", "sweep S --vary m.mas=1:2:3"),
+    ("Parts", "merge ."),
     ("Study", "optimise S --vary m.mass=-2:-1 --minimise damping"),
     ("", "optimise S --vary m.mass=2:1 --minimise damping"),
     ("Table", "tables late.json --out tables --steps 1,9999"),

@@ -353,12 +353,15 @@ impl<'a> Campbell<'a> {
                 continue;
             }
             let [from, to] = [stations[k + 1].ratio, stations[k].ratio];
+            let goal = Follower::at(&stations[k].system, &stations[k].modes);
+            let mut goal = Some(goal.map_err(failure(k))?);
             let followed = follower.advance(|t| {
-                let station = match t == 1.0 {
-                    true => return Some((stations[k].system.clone(), stations[k].modes.clone())),
-                    false => self.at_with(from + t * (to - from), Precision::Double),
-                };
-                station.ok().map(|station| (station.system, station.modes))
+                if t == 1.0 {
+                    return goal.take();
+                }
+                let station = self.at_with(from + t * (to - from), Precision::Double);
+                let station = station.ok()?;
+                Follower::at(&station.system, &station.modes).ok()
             });
             sure &= followed.map_err(failure(k))? == Followed::Surely;
             columns.push(follower.roots().to_vec());

@@ -5,6 +5,8 @@
 //! own, far from all others, and no two roots can have come close on the way; else it is halved. So a step that jumps over a
 //! veering, where shapes look exchanged and roots are not, is refined until the gap is seen.
 
+use std::ops::Range;
+
 use eigentone_modes::{MatrixKind, Modes, System};
 use faer::Mat;
 use num_complex::Complex;
@@ -26,11 +28,9 @@ const MOST: usize = 200;
 /// let solve = |k: f64| {
 ///     let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
 ///     let system = builder.spring(GROUND, "a", k).spring(GROUND, "b", 4.0).build().ok()?;
-///     let modes = system.modes().ok()?;
-///     Some((system, modes))
+///     Follower::at(&system, &system.modes().ok()?).ok()
 /// };
-/// let (system, modes) = solve(1.0).ok_or("no modes")?;
-/// let mut follower = Follower::at(&system, &modes)?;
+/// let mut follower = solve(1.0).ok_or("no modes")?;
 /// assert_eq!(follower.roots()[0].im, 1.0);
 /// follower.advance(|t| solve(1.0 + 8.0 * t))?;
 /// assert_eq!(follower.roots()[0].im, 3.0);
@@ -40,7 +40,7 @@ const MOST: usize = 200;
 #[derive(Clone, Debug)]
 pub struct Follower {
     here: Station,
-    roots: Vec<Complex<f64>>,
+    order: Vec<usize>,
 }
 
 /// How sure the places are after a step.
@@ -84,12 +84,8 @@ pub enum FollowError {
 struct Station {
     /// M, C, K.
     matrices: [Mat<f64>; 3],
-    roots: Vec<Root>,
-}
-
-#[derive(Clone, Debug)]
-struct Root {
-    value: Complex<f64>,
+    roots: Vec<Complex<f64>>,
+    /// The shapes of each, one behind the other.
     right: Vec<Complex<f64>>,
     left: Vec<Complex<f64>>,
 }
@@ -101,18 +97,37 @@ impl Follower {
     /// [`FollowError::SomeModes`].
     pub fn at(system: &System, modes: &Modes) -> Result<Follower, FollowError> {
         let here = Station::of(system, modes)?;
-        let roots = here.values();
-        Ok(Follower { here, roots })
+        let order = (0..here.roots.len()).collect();
+        Ok(Follower { here, order })
     }
 
     /// Every finite root of the design, each at its place.
     pub fn roots(&self) -> &[Complex<f64>] {
-        &self.roots
+        &self.here.roots
     }
 
-    /// Goes to the end of a path of designs, of which `solve` gives those at t from 0, exclusive, where this stands, to 1.
-    /// It is asked for t = 1 first, and for others between as far as roots come close to each other. `None` says that there is
-    /// no design at t.
+    /// Which root stands at each place: its index where the design is the [start](Self::at).
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
+    /// The same design with root `order[i]` of this one at place i, as the order of another that has come to a design which this
+    /// one has come from.
+    ///
+    /// # Panics
+    /// If `order` does not have each place once.
+    #[must_use]
+    pub fn ordered(self, order: &[usize]) -> Follower {
+        assert_eq!(order.len(), self.order.len(), "each place once");
+        Follower {
+            order: order.iter().map(|at| self.order[*at]).collect(),
+            here: self.here.ordered(order),
+        }
+    }
+
+    /// Goes to the end of a path of designs, of which `solve` gives those at t from 0, exclusive, where this stands, to 1, as
+    /// [`at`](Self::at) does. It is asked for t = 1 first, and for others between as far as roots come close to each other.
+    /// `None` says that there is no design at t.
     ///
     /// Where a conjugate pair has become two real roots, the first of its places has the larger one.
     ///
@@ -120,55 +135,73 @@ impl Follower {
     /// [`FollowError`]; then it stays where it was.
     pub fn advance(
         &mut self,
-        mut solve: impl FnMut(f64) -> Option<(System, Modes)>,
+        mut solve: impl FnMut(f64) -> Option<Follower>,
     ) -> Result<Followed, FollowError> {
-        let mut station = |t: f64| -> Result<Station, FollowError> {
-            let (system, modes) = solve(t).ok_or(FollowError::NoDesign)?;
-            Station::of(&system, &modes)
-        };
-        let goal = station(1.0)?;
-        let (expected, found) = (self.roots.len(), goal.roots.len());
+        let goal = solve(1.0).ok_or(FollowError::NoDesign)?.here;
+        let (expected, found) = (self.here.roots.len(), goal.roots.len());
         if expected != found {
             return Err(FollowError::Count { expected, found });
         }
+        let (here, order, is_sure) = match self.here.certain(&goal) {
+            Some(order) => {
+                let here = goal.ordered(&order).with_shapes_of(&self.here);
+                (here, order, true)
+            }
+            None => match self.walk(&goal, solve) {
+                Some((last, order)) => {
+                    let here = goal.ordered(&order).with_shapes_of(&last);
+                    (here, order, true)
+                }
+                None => {
+                    let order = self.here.nearest(&goal);
+                    (goal.ordered(&order), order, false)
+                }
+            },
+        };
+        self.order = order;
+        let before = std::mem::replace(&mut self.here, here);
+        Ok(
+            match is_sure && !coincide(&before.roots, &self.here.roots) {
+                true => Followed::Surely,
+                false => Followed::Doubtful,
+            },
+        )
+    }
+
+    /// Steps to a goal that one step does not reach surely: the last design before it, and the order of its roots.
+    fn walk(
+        &self,
+        goal: &Station,
+        mut solve: impl FnMut(f64) -> Option<Follower>,
+    ) -> Option<(Station, Vec<usize>)> {
+        let expected = self.here.roots.len();
         let mut here = self.here.clone();
-        let (mut t, mut step, mut spent) = (0.0, 1.0, 0);
+        let (mut t, mut step, mut spent) = (0.0, 0.5, 0);
         loop {
             let is_last = t + step >= 1.0;
-            let next = if is_last {
-                Some(goal.clone())
+            let between = if is_last {
+                None
             } else {
                 spent += 1;
-                let between = station(t + step).ok();
+                let between = solve(t + step).map(|between| between.here);
                 between.filter(|between| between.roots.len() == expected)
             };
-            let certain = next.as_ref().and_then(|next| here.certain(next));
-            match (next, certain) {
-                (Some(next), Some(order)) => {
-                    here = next.ordered(&order).with_shapes_of(here);
-                    if is_last {
-                        break;
-                    }
+            let next = match is_last {
+                true => Some(goal),
+                false => between.as_ref(),
+            };
+            match next.and_then(|next| here.certain(next)) {
+                Some(order) if is_last => return Some((here, order)),
+                Some(order) => {
+                    // There is a design between: it was told from the one here.
+                    here = between?.ordered(&order).with_shapes_of(&here);
                     t += step;
                     step *= 2.0;
                 }
-                _ if spent < MOST * expected && t + 0.5 * step > t => step *= 0.5,
-                _ => {
-                    let order = here.nearest(&goal);
-                    self.here = goal.ordered(&order);
-                    self.roots = self.here.values();
-                    return Ok(Followed::Doubtful);
-                }
+                None if spent < MOST * expected && t + 0.5 * step > t => step *= 0.5,
+                None => return None,
             }
         }
-        let roots = here.values();
-        let followed = match coincide(&self.roots, &roots) {
-            true => Followed::Doubtful,
-            false => Followed::Surely,
-        };
-        self.here = here;
-        self.roots = roots;
-        Ok(followed)
     }
 }
 
@@ -180,57 +213,74 @@ impl Station {
             MatrixKind::Damping => system.damping_matrix(),
             MatrixKind::Stiffness => system.stiffness_matrix(),
         });
-        let conjugate = |x: &[Complex<f64>]| x.iter().map(Complex::conj).collect::<Vec<_>>();
-        let mut roots = Vec::new();
+        let (n, count) = (system.len(), modes.eigenvalues().len());
+        let mut roots = Vec::with_capacity(count);
+        let (mut right, mut left) = (Vec::with_capacity(n * count), Vec::with_capacity(n * count));
         for mode in modes {
-            let right = mode.shape().to_vec();
-            let root = Root {
-                value: mode.eigenvalue().value,
-                left: mode
-                    .left_shape()
-                    .map_or_else(|| conjugate(&right), <[_]>::to_vec),
-                right,
-            };
+            let value = mode.eigenvalue().value;
             for _ in 0..mode.roots() {
-                let other = Root {
-                    value: root.value.conj(),
-                    right: conjugate(&root.right),
-                    left: conjugate(&root.left),
-                };
-                roots.push(root.clone());
-                if root.value.im != 0.0 {
-                    roots.push(other);
+                let start = right.len();
+                roots.push(value);
+                right.extend_from_slice(mode.shape());
+                match mode.left_shape() {
+                    Some(shape) => left.extend_from_slice(shape),
+                    None => left.extend(mode.shape().iter().map(Complex::conj)),
+                }
+                if value.im != 0.0 {
+                    roots.push(value.conj());
+                    for shapes in [&mut right, &mut left] {
+                        for k in start..start + n {
+                            shapes.push(shapes[k].conj());
+                        }
+                    }
                 }
             }
         }
-        let (expected, found) = (modes.eigenvalues().len(), roots.len());
+        let (expected, found) = (count, roots.len());
         match expected == found {
-            true => Ok(Station { matrices, roots }),
+            true => Ok(Station {
+                matrices,
+                roots,
+                right,
+                left,
+            }),
             false => Err(FollowError::SomeModes { expected, found }),
         }
     }
 
-    fn values(&self) -> Vec<Complex<f64>> {
-        self.roots.iter().map(|root| root.value).collect()
+    /// Where the shapes of a root stand.
+    fn entries(&self, root: usize) -> Range<usize> {
+        let n = self.matrices[0].nrows();
+        n * root..n * (root + 1)
     }
 
     /// The same with root `order[i]` at place i.
     fn ordered(self, order: &[usize]) -> Station {
-        let roots = order.iter().map(|&j| self.roots[j].clone());
+        if order.iter().enumerate().all(|(i, root)| i == *root) {
+            return self;
+        }
+        let shapes = |shapes: &[Complex<f64>]| -> Vec<Complex<f64>> {
+            let each = order.iter();
+            each.flat_map(|root| &shapes[self.entries(*root)])
+                .copied()
+                .collect()
+        };
         Station {
-            roots: roots.collect(),
+            roots: order.iter().map(|root| self.roots[*root]).collect(),
+            right: shapes(&self.right),
+            left: shapes(&self.left),
             matrices: self.matrices,
         }
     }
 
     /// The same with the shapes of the design before for roots that coincide, of which the own shapes predict nothing.
-    fn with_shapes_of(mut self, before: Station) -> Station {
-        let values = self.values();
-        for (i, known) in before.roots.into_iter().enumerate() {
-            let mut others = values.iter().enumerate().filter(|(k, _)| *k != i);
-            if others.any(|(_, other)| touch(values[i], *other)) {
-                let value = values[i];
-                self.roots[i] = Root { value, ..known };
+    fn with_shapes_of(mut self, before: &Station) -> Station {
+        for i in 0..self.roots.len() {
+            let mut others = self.roots.iter().enumerate().filter(|(k, _)| *k != i);
+            if others.any(|(_, other)| touch(self.roots[i], *other)) {
+                let own = self.entries(i);
+                self.right[own.clone()].copy_from_slice(&before.right[own.clone()]);
+                self.left[own.clone()].copy_from_slice(&before.left[own]);
             }
         }
         self
@@ -238,8 +288,9 @@ impl Station {
 
     /// Where the root at each place is to be expected in another design.
     fn predicted(&self, other: &Station) -> Vec<Complex<f64>> {
-        let predicted = self.roots.iter().map(|root| {
-            let [m, c, k] = other.matrices.each_ref().map(|matrix| root.form(matrix));
+        let predicted = self.roots.iter().enumerate().map(|(at, root)| {
+            let (x, y) = (&self.right[self.entries(at)], &self.left[self.entries(at)]);
+            let [m, c, k] = other.matrices.each_ref().map(|matrix| form(y, matrix, x));
             let half = (c * c - m * k * 4.0).sqrt();
             let sum = if (c.conj() * half).re < 0.0 {
                 c - half
@@ -249,21 +300,21 @@ impl Station {
             // One root without cancellation, and the other from their product.
             let both = [-sum / (m * 2.0), -k * 2.0 / sum];
             let finite = both.into_iter().filter(|value| value.is_finite());
-            let near = |value: &Complex<f64>| (value - root.value).norm();
+            let near = |value: &Complex<f64>| (value - root).norm();
             let nearest = finite.min_by(|a, b| near(a).total_cmp(&near(b)));
-            nearest.unwrap_or(root.value)
+            nearest.unwrap_or(*root)
         });
         predicted.collect()
     }
 
     /// The root of another design that each goes to, if all are sure.
     fn certain(&self, other: &Station) -> Option<Vec<usize>> {
-        let (from, to, predicted) = (self.values(), other.values(), self.predicted(other));
+        let (from, to, predicted) = (&self.roots, &other.roots, self.predicted(other));
         let n = from.len();
         let mut order = vec![None; n];
         let mut taken = vec![false; n];
         for i in 0..n {
-            let (nearest, near, second) = nearest_two(predicted[i], &to, &taken);
+            let (nearest, near, second) = nearest_two(predicted[i], to, &taken);
             // A pair becomes two real roots together, below.
             let alike = (from[i].im == 0.0) == (to[nearest].im == 0.0);
             if near <= 0.25 * second && alike {
@@ -274,8 +325,8 @@ impl Station {
         for i in 0..n {
             if order[i].is_none() {
                 let meeting = Meeting {
-                    from: &from,
-                    to: &to,
+                    from,
+                    to,
                     predicted: &predicted,
                 };
                 let (k, [first, second]) = meeting.of(i, &order, &taken)?;
@@ -299,7 +350,7 @@ impl Station {
 
     /// The nearest root of another design for each, by predictions, each root once.
     fn nearest(&self, other: &Station) -> Vec<usize> {
-        let to = other.values();
+        let to = &other.roots;
         let mut free: Vec<usize> = (0..to.len()).collect();
         let predicted = self.predicted(other).into_iter();
         let chosen = predicted.map(|expected| {
@@ -312,17 +363,15 @@ impl Station {
     }
 }
 
-impl Root {
-    /// y*Ax.
-    fn form(&self, matrix: &Mat<f64>) -> Complex<f64> {
-        let mut sum = Complex::ZERO;
-        for (j, x) in self.right.iter().enumerate() {
-            let column = matrix.col_as_slice(j).iter().zip(&self.left);
-            let along: Complex<f64> = column.map(|(entry, y)| y.conj() * *entry).sum();
-            sum += along * x;
-        }
-        sum
+/// y*Ax.
+fn form(y: &[Complex<f64>], matrix: &Mat<f64>, x: &[Complex<f64>]) -> Complex<f64> {
+    let mut sum = Complex::ZERO;
+    for (j, x) in x.iter().enumerate() {
+        let column = matrix.col_as_slice(j).iter().zip(y);
+        let along: Complex<f64> = column.map(|(entry, y)| y.conj() * *entry).sum();
+        sum += along * x;
     }
+    sum
 }
 
 /// A pair of roots that meets on the real axis within a step.

@@ -71,21 +71,42 @@ impl Grid {
         Some(values)
     }
 
-    /// The design that one is followed from: the one before it in the last range of which it has not the first value. So its
-    /// roots are found at the same places whichever part it is in. `None` for the first, and beyond the last.
+    /// The design that one is followed from: the one before it in the last range of which it has not the first value, or, for
+    /// every 4096th value of that range, the 4096th before it. So its roots are found at the same places whichever part it is
+    /// in, and no part has to begin far before its first design. `None` for the first, and beyond the last.
     pub fn before(&self, index: u64) -> Option<u64> {
         if index == 0 || index >= self.count {
             return None;
         }
+        const STRIDE: u64 = 4096;
         let mut step = 1;
         for range in self.ranges.iter().rev() {
             let length = range.values().len() as u64;
-            if !(index / step).is_multiple_of(length) {
+            let place = (index / step) % length;
+            if place > 0 {
+                let is_stride = place.is_multiple_of(STRIDE);
+                step *= if is_stride { STRIDE } else { 1 };
                 break;
             }
             step *= length;
         }
         Some(index - step)
+    }
+
+    /// The designs about this one that follow each other in one piece: at most 32 that differ in the last range, and of which only
+    /// the first may be followed from one that is not its neighbour. Empty beyond the last.
+    pub fn run(&self, index: u64) -> ops::Range<u64> {
+        const LONGEST: u64 = 32;
+        if index >= self.count {
+            return index..index;
+        }
+        let length = self
+            .ranges
+            .last()
+            .map_or(1, |range| range.values().len() as u64);
+        let (row, place) = (index - index % length, index % length);
+        let start = place - place % LONGEST;
+        row + start..row + (start + LONGEST).min(length)
     }
 
     /// The indices of one of so many parts, from 1, that follow each other and differ by one design at most.
@@ -146,6 +167,37 @@ mod tests {
             let differing = own.iter().zip(&other).filter(|(a, b)| a != b);
             assert!(before < index && differing.count() == 1);
         }
+    }
+
+    #[test]
+    fn long_ranges_are_followed_in_strides() {
+        let grid = grid(&["1:2:3", "1:2:10000"]);
+        assert_eq!(grid.before(10_001), Some(10_000));
+        assert_eq!(grid.before(10_000), Some(0));
+        assert_eq!(grid.before(18_192), Some(14_096));
+        assert_eq!(grid.before(14_096), Some(10_000));
+        // However far it is, a design is reached by few.
+        let path = std::iter::successors(Some(29_999), |index| grid.before(*index));
+        assert!(path.count() < 2 * 4096 + 4);
+    }
+
+    #[test]
+    fn runs_are_a_partition() {
+        let grid = grid(&["1,2,3", "1:2:5000"]);
+        let mut next = 0;
+        while next < grid.count() {
+            let run = grid.run(next);
+            assert!(run.start == next && run.end > next && run.end - next <= 32);
+            assert!(run.clone().all(|index| grid.run(index) == run));
+            assert!(
+                run.clone()
+                    .skip(1)
+                    .all(|index| grid.before(index) == Some(index - 1))
+            );
+            next = run.end;
+        }
+        assert_eq!(next, grid.count());
+        assert!(grid.run(next).is_empty());
     }
 
     #[test]

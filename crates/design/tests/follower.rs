@@ -1,28 +1,24 @@
 //! Roots keep their places, however long the steps are.
 
 use eigentone_design::{Followed, Follower};
-use eigentone_modes::{GROUND, Modes, Precision, System};
+use eigentone_modes::{GROUND, Precision, System};
 use num_complex::Complex;
 
-fn solved(system: System) -> Option<(System, Modes)> {
+fn solved(system: System) -> Option<Follower> {
     let modes = system.modes_to(Precision::Double).ok()?;
-    Some((system, modes))
+    Follower::at(&system, &modes).ok()
 }
 
 /// Two oscillators, the first of stiffness `k`, with a spring between them.
-fn two(k: f64, coupling: f64) -> Option<(System, Modes)> {
+fn two(k: f64, coupling: f64) -> Option<Follower> {
     let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
     let builder = builder.spring(GROUND, "a", k).spring(GROUND, "b", 4.0);
     solved(builder.spring("a", "b", coupling).build().ok()?)
 }
 
 /// The roots at the end of a path in equal steps, and whether they are sure.
-fn walked(
-    steps: usize,
-    solve: &dyn Fn(f64) -> Option<(System, Modes)>,
-) -> (Vec<Complex<f64>>, bool) {
-    let (system, modes) = solve(0.0).expect("a start");
-    let mut follower = Follower::at(&system, &modes).expect("all modes");
+fn walked(steps: usize, solve: &dyn Fn(f64) -> Option<Follower>) -> (Vec<Complex<f64>>, bool) {
+    let mut follower = solve(0.0).expect("a start");
     let mut sure = true;
     for k in 0..steps {
         let at = |t: f64| (k as f64 + t) / steps as f64;

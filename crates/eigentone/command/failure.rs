@@ -123,6 +123,8 @@ pub enum Failure {
     NoSuchMethod { name: String, hint: String },
     #[error("{}: {message}", scene.display())]
     Study { scene: PathBuf, message: String },
+    #[error("{}: {message}", file.display())]
+    Parts { file: PathBuf, message: String },
     #[error("{}: this result would replace the scene itself: give --out another directory", file.display())]
     OverScene { file: PathBuf },
     #[error("{}: cannot be written: {error}", file.display())]
@@ -231,6 +233,7 @@ impl Failure {
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
             | Failure::Study { .. }
+            | Failure::Parts { .. }
             | Failure::UnknownName { .. }
             | Failure::NoSuchScene { .. }
             | Failure::NoSuchMethod { .. }

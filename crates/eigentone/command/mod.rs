@@ -4,6 +4,7 @@ mod analyze;
 mod campbell;
 mod check;
 mod cycle;
+mod designs;
 mod export;
 mod failure;
 mod files;
@@ -12,9 +13,11 @@ mod frequency;
 mod frf;
 mod interrupt;
 mod memory;
+mod merge;
 mod modes;
 mod new;
 mod optimise;
+mod parts;
 mod progress;
 mod random;
 mod response;
@@ -56,6 +59,7 @@ enum Command {
     Spectrum(spectrum::Spectrum),
     Campbell(campbell::Campbell),
     Sweep(sweep::Sweep),
+    Merge(merge::Merge),
     Optimise(optimise::Optimise),
     Cycle(cycle::Cycle),
     Export(export::Export),
@@ -82,6 +86,7 @@ impl Cli {
             Command::Spectrum(command) => command.run(),
             Command::Campbell(command) => command.run(),
             Command::Sweep(command) => command.run(),
+            Command::Merge(command) => command.run(),
             Command::Optimise(command) => command.run(),
             Command::Cycle(command) => command.run(),
             Command::Export(command) => command.run(),
@@ -113,7 +118,9 @@ impl Command {
             Command::Cycle(_) => {
                 Some("a start nearer to the periodic motion, and a smaller time.end")
             }
-            Command::Sweep(_) => Some("fewer designs, or a part of them by --shard 1/4"),
+            Command::Sweep(_) => Some(
+                "fewer designs, or a part of them by --shard 1/4; what --out has already, --resume goes on with",
+            ),
             Command::Random(_) | Command::Spectrum(_) | Command::Campbell(_) => {
                 Some("--precision double, with estimated bounds")
             }

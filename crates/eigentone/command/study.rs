@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
-use eigentone::modes::{Modes, Precision};
+use eigentone::modes::{Eigenvalue, Modes, Precision};
 use eigentone::response::{
     Combination, Destination, Extrema, LargestGain, Quantity, ResponsePlan, Sum, Summary, peak_grid,
 };
@@ -63,6 +63,8 @@ pub struct Varied {
     names: Vec<String>,
     /// A JSON Pointer for each name.
     pointers: Vec<String>,
+    /// The text of the scene around the varied numbers, and which of them comes next.
+    pieces: Vec<(String, Option<usize>)>,
 }
 
 impl Varied {
@@ -80,6 +82,7 @@ impl Varied {
             value: Value::Null,
             names: Vec::new(),
             pointers: Vec::new(),
+            pieces: Vec::new(),
         };
         varied.value = serde_json::from_str(text.trim_start_matches('\u{feff}'))
             .map_err(|error| varied.refuse(error.to_string()))?;
@@ -92,7 +95,13 @@ impl Varied {
             varied.pointers.push(pointer);
             varied.names.push(name.to_owned());
         }
+        varied.pieces = pieces(&varied.value, &varied.pointers);
         Ok((scene, varied))
+    }
+
+    /// The scene as it was read.
+    pub fn scene(&self) -> &Value {
+        &self.value
     }
 
     pub fn names(&self) -> impl Iterator<Item = &str> {
@@ -117,13 +126,16 @@ impl Varied {
 
     /// The scene with these numbers, and its modes.
     pub fn solve(&self, values: &[f64]) -> Result<(Scene, Modes), String> {
-        let mut value = self.value.clone();
-        for (pointer, number) in self.pointers.iter().zip(values) {
-            if let Some(place) = value.pointer_mut(pointer) {
-                *place = Value::from(*number);
+        const NUMBER: usize = 25;
+        let length = self.pieces.iter().map(|(piece, _)| piece.len() + NUMBER);
+        let mut text = String::with_capacity(length.sum());
+        for (piece, next) in &self.pieces {
+            text.push_str(piece);
+            if let Some(next) = next {
+                text.push_str(&Value::from(values[*next]).to_string());
             }
         }
-        let scene = Scene::parse(&value.to_string(), &self.file).map_err(|error| {
+        let scene = Scene::parse(&text, &self.file).map_err(|error| {
             let message = error.to_string();
             // Lines and columns are not those of the file.
             let place = format!("{}:", self.file.display());
@@ -159,6 +171,14 @@ impl Varied {
                 )),
             },
             Kind::Gain(from, to) => {
+                if self.precision == Precision::Double && modes.eigenvalues().iter().all(decays) {
+                    let peaks = peaks_of_gain(scene, modes, from, to)?;
+                    let largest = peaks
+                        .and_then(|all| all.into_iter().map(|(_, size)| size).reduce(f64::max));
+                    if largest.is_some() {
+                        return Ok(largest);
+                    }
+                }
                 let grid = peak_grid(scene.system(), modes, scene.loss_factors());
                 let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
                 let features = asked.features(&grid).map_err(|error| error.to_string())?;
@@ -188,6 +208,11 @@ impl Varied {
     }
 }
 
+/// Whether a root is clearly to the left of the axis: near it, only a proof tells whether a gain is finite.
+fn decays(root: &Eigenvalue) -> bool {
+    !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
+}
+
 /// Each root but 0 with its damping ratio.
 pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     let roots = modes.into_iter().map(|mode| mode.eigenvalue().value);
@@ -206,8 +231,10 @@ pub fn peaks_of_gain(
 ) -> Result<Option<Vec<(f64, f64)>>, String> {
     /// Points of the even grid.
     const EVEN: usize = 60;
-    /// Each narrows the brackets about ten times.
-    const ROUNDS: usize = 5;
+    /// Each narrows the brackets about ten times near a peak, and until then it comes nearer.
+    const ROUNDS: usize = 20;
+    /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
+    const FLAT: f64 = 1e-13;
     let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
     let look = |frequencies: &[f64]| -> Result<Option<Vec<f64>>, String> {
         let functions = asked.at(frequencies).map_err(|error| error.to_string())?;
@@ -248,6 +275,10 @@ pub fn peaks_of_gain(
         .map(|k| [k - 1, *k, k + 1].map(|k| (grid[k], values[k])))
         .collect();
     for _ in 0..ROUNDS {
+        let is_flat = |[a, b, c]: &[(f64, f64); 3]| a.1.min(c.1) >= b.1 * (1.0 - FLAT);
+        if brackets.iter().all(is_flat) {
+            break;
+        }
         let tried: Vec<[f64; 3]> = brackets.iter().map(vertex).collect();
         let Some(values) = look(&tried.concat())? else {
             return Ok(None);
@@ -342,6 +373,35 @@ fn settling(scene: &Scene, modes: &Modes, name: &str) -> Result<Option<f64>, Str
             _ => None,
         }),
     )
+}
+
+/// The text of a value around the numbers at these places.
+fn pieces(value: &Value, pointers: &[String]) -> Vec<(String, Option<usize>)> {
+    let given = value.to_string();
+    let mut sign = "vary".to_owned();
+    while given.contains(&sign) {
+        sign.push('y');
+    }
+    let mark = |k: usize| format!("{sign}-{k}");
+    let mut marked = value.clone();
+    for (k, pointer) in pointers.iter().enumerate() {
+        if let Some(place) = marked.pointer_mut(pointer) {
+            *place = Value::from(mark(k));
+        }
+    }
+    let text = marked.to_string();
+    let mut places: Vec<(usize, usize)> = (0..pointers.len())
+        .filter_map(|k| Some((text.find(&format!("\"{}\"", mark(k)))?, k)))
+        .collect();
+    places.sort_unstable();
+    let mut pieces = Vec::new();
+    let mut from = 0;
+    for (at, k) in places {
+        pieces.push((text[from..at].to_owned(), Some(k)));
+        from = at + mark(k).len() + 2;
+    }
+    pieces.push((text[from..].to_owned(), None));
+    pieces
 }
 
 /// A JSON object in the order given.

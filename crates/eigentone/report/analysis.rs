@@ -452,6 +452,7 @@ mod tests {
                 structure: system.structure(),
                 modes: &modes,
                 participation: &[],
+                switched: None,
                 response: Some(Answer {
                     problem: &problem,
                     plan: &plan,

@@ -16,6 +16,7 @@ mod events;
 mod frequency;
 #[cfg(feature = "check")]
 mod heat_map;
+mod map;
 mod modes;
 mod number;
 mod outline;
@@ -56,7 +57,7 @@ pub use spectrum::SpectrumReport;
 #[cfg(feature = "check")]
 pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
-pub use sweep::{SweepReport, SweptDesign};
+pub use sweep::{SweepReport, SweepTable, SweptDesign};
 pub use switched::SwitchedReport;
 
 /// What bounds are worth, as JSON says it.

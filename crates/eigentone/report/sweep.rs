@@ -1,10 +1,13 @@
-//! The designs of a sweep as CSV and plots.
+//! The designs of a sweep as CSV, plots, maps and a page.
 
 use std::io::{self, Write};
 
-use super::axis::Axis;
+use super::axis::{Axis, Scale};
 use super::csv;
+use super::map::Map;
+use super::page;
 use super::plot::{Line, Plot};
+use super::table::visible;
 
 /// One design of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,94 +24,253 @@ pub struct SweptDesign {
     pub is_doubtful: bool,
 }
 
-/// Designs in the order of their indices.
+/// The columns of a table of designs: a row has index, parameters, metrics, roots, and whether places are doubtful.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SweepTable {
+    /// What varies.
+    pub parameters: Vec<String>,
+    /// What is told of each design.
+    pub metrics: Vec<String>,
+}
+
+impl SweepTable {
+    /// The header of a table of designs that have so many roots.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn header(&self, roots: usize, out: &mut impl Write) -> io::Result<()> {
+        let names = self.parameters.iter().chain(&self.metrics);
+        let names = names.map(|name| csv::text(&visible(name)).into_owned());
+        let roots = (1..=roots).flat_map(|k| [format!("re {k}"), format!("im {k}")]);
+        let head = ["design".to_owned()].into_iter().chain(names).chain(roots);
+        csv::row(out, head.chain(["doubtful".to_owned()]))
+    }
+
+    /// A row with all digits.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn row(&self, design: &SweptDesign, out: &mut impl Write) -> io::Result<()> {
+        let values = design.values.iter().map(|value| csv::number(*value));
+        let metrics = design.metrics.iter().map(|value| csv::optional(*value));
+        let roots = design.roots.iter().flatten().map(|part| csv::number(*part));
+        let cells = [design.index.to_string()].into_iter().chain(values);
+        let cells = cells.chain(metrics).chain(roots);
+        csv::row(out, cells.chain([design.is_doubtful.to_string()]))
+    }
+
+    /// The design of a row; `None` where it is none of this table.
+    pub fn read(&self, row: &str) -> Option<SweptDesign> {
+        let mut cells = row.trim_end().split(',');
+        let index = cells.next()?.parse().ok()?;
+        let mut rest: Vec<&str> = cells.collect();
+        let is_doubtful = rest.pop()?.parse().ok()?;
+        let (parameters, metrics) = (self.parameters.len(), self.metrics.len());
+        let number = |cell: &&str| cell.parse::<f64>().ok();
+        let values = rest.get(..parameters)?.iter().map(number);
+        let told = rest.get(parameters..parameters + metrics)?.iter();
+        let told = told.map(|cell| match *cell {
+            "" => Some(None),
+            cell => cell.parse().ok().map(Some),
+        });
+        let parts = rest.get(parameters + metrics..)?.iter().map(number);
+        let parts = parts.collect::<Option<Vec<f64>>>()?;
+        Some(SweptDesign {
+            index,
+            values: values.collect::<Option<_>>()?,
+            metrics: told.collect::<Option<_>>()?,
+            roots: parts
+                .chunks_exact(2)
+                .map(|part| [part[0], part[1]])
+                .collect(),
+            is_doubtful,
+        })
+    }
+}
+
+/// All designs of a sweep, in the order of their indices.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepReport<'a> {
     /// What stands above the plots.
     pub title: &'a str,
-    /// What varies, the last first.
-    pub parameters: &'a [&'a str],
-    /// What is told of each design.
-    pub metrics: &'a [&'a str],
+    /// What varies, of which the last goes through its values first, and what is told.
+    pub table: &'a SweepTable,
     /// The designs.
     pub designs: &'a [SweptDesign],
 }
 
+/// A curve over the last parameter: the values of the others, and its designs.
+pub(super) type Family<'a> = (String, &'a [SweptDesign]);
+
 impl SweepReport<'_> {
-    /// A row for each design with all digits.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn csv(&self, mut out: &mut dyn Write) -> io::Result<()> {
-        let places = self.designs.iter().map(|design| design.roots.len()).max();
-        let names = self.parameters.iter().chain(self.metrics);
-        let names = names.map(|name| csv::text(name).into_owned());
-        let roots = (1..=places.unwrap_or(0)).flat_map(|k| [format!("re {k}"), format!("im {k}")]);
-        let head = ["design".to_owned()].into_iter().chain(names).chain(roots);
-        csv::row(&mut out, head.chain(["doubtful".to_owned()]))?;
-        for design in self.designs {
-            let values = design.values.iter().map(|value| csv::number(*value));
-            let metrics = design.metrics.iter().map(|value| csv::optional(*value));
-            let roots = design.roots.iter().flatten().map(|part| csv::number(*part));
-            let cells = [design.index.to_string()].into_iter().chain(values);
-            let cells = cells.chain(metrics).chain(roots);
-            csv::row(&mut out, cells.chain([design.is_doubtful.to_string()]))?;
+    /// Name and SVG of each metric, as a curve or a few for the choices of the other parameters, as a map over two; of the
+    /// largest Re λ over two; and of the roots in the complex plane.
+    pub fn drawings(&self) -> Vec<(String, String)> {
+        let mut drawings = Vec::new();
+        for k in 0..self.table.metrics.len() {
+            let svg = self.map(k).or_else(|| Some(self.curves(k)?.svg()));
+            drawings.extend(svg.map(|svg| (format!("metric-{}.svg", k + 1), svg)));
         }
-        Ok(())
+        let stability = self.stability();
+        drawings.extend(stability.map(|svg| ("stability.svg".to_owned(), svg)));
+        drawings.push(("roots.svg".to_owned(), self.roots().svg()));
+        drawings
     }
 
-    /// Name and plot of each metric, a curve for each design of all parameters but the last, and of the roots in the complex
-    /// plane.
-    pub fn plots(&self) -> Vec<(String, Plot<'_>)> {
-        let families: Vec<&[SweptDesign]> = self
+    /// One page of HTML that loads nothing: curves to read values from, maps, roots and a table.
+    pub fn html(&self) -> String {
+        page::sweep::html(self)
+    }
+
+    /// The curves over the last parameter.
+    pub(super) fn families(&self) -> Vec<Family<'_>> {
+        let others = self.table.parameters.len().saturating_sub(1);
+        let families = self
             .designs
-            .chunk_by(|a, b| {
-                let others = a.values.len().saturating_sub(1);
-                a.values[..others] == b.values[..others]
-            })
-            .collect();
-        let last = self.parameters.last().copied().unwrap_or_default();
-        let mut plots = Vec::new();
-        for (k, metric) in self.metrics.iter().enumerate() {
-            let lines = families.iter().map(|family| {
-                let others = self.parameters.iter().zip(&family[0].values);
-                let others = others.take(self.parameters.len().saturating_sub(1));
-                let others: Vec<String> = others.map(|(_, value)| format!("{value}")).collect();
-                let name = match others.is_empty() {
-                    true => (*metric).to_owned(),
-                    false => others.join(", "),
-                };
-                let family = *family;
-                Line::new(&name, family.len(), move |i| {
-                    let value = family[i].values.last().copied().unwrap_or(f64::NAN);
-                    (value, family[i].metrics[k].unwrap_or(f64::NAN))
-                })
-            });
-            let plot = Plot {
-                title: format!("{}: {metric}", self.title),
-                x: Axis::linear(last, ""),
-                y: Axis::linear(metric, ""),
-                lines: lines.collect(),
-                ring: None,
-            };
-            plots.push((format!("metric-{}.svg", k + 1), plot));
+            .chunk_by(|a, b| a.values[..others] == b.values[..others]);
+        let named = families.map(|family| {
+            let names = self.table.parameters.iter().zip(&family[0].values);
+            let names = names
+                .take(others)
+                .map(|(name, value)| format!("{name} {value}"));
+            (names.collect::<Vec<_>>().join(", "), family)
+        });
+        named.collect()
+    }
+
+    /// What the last parameter and a metric are drawn on.
+    pub(super) fn axes(&self, metric: usize) -> [Axis; 2] {
+        let last = self.table.parameters.len() - 1;
+        let values = self.designs.iter().map(|design| design.values[last]);
+        let metric = &self.table.metrics[metric];
+        [
+            scaled(&self.table.parameters[last], values),
+            Axis::linear(metric, ""),
+        ]
+    }
+
+    /// Curves of a metric; `None` where they are too many to be told apart.
+    fn curves(&self, k: usize) -> Option<Plot<'_>> {
+        const MOST: usize = 12;
+        let families = self.families();
+        if families.len() > MOST {
+            return None;
         }
-        let places = self.designs.iter().map(|design| design.roots.len()).max();
-        let lines = (0..places.unwrap_or(0)).map(|k| {
+        let [x, y] = self.axes(k);
+        let lines = families.into_iter().map(|(name, family)| {
+            let name = if name.is_empty() {
+                self.table.metrics[k].clone()
+            } else {
+                name
+            };
+            Line::new(&name, family.len(), move |i| {
+                let value = family[i].values.last().copied().unwrap_or(f64::NAN);
+                (value, family[i].metrics[k].unwrap_or(f64::NAN))
+            })
+        });
+        Some(Plot {
+            title: format!("{}: {}", self.title, self.table.metrics[k]),
+            x,
+            y,
+            lines: lines.collect(),
+            ring: None,
+        })
+    }
+
+    /// A metric over two parameters.
+    pub(super) fn map(&self, k: usize) -> Option<String> {
+        self.over_two(&self.table.metrics[k], &|design| design.metrics[k])
+    }
+
+    /// The largest Re λ over two parameters: above 0 motions grow.
+    pub(super) fn stability(&self) -> Option<String> {
+        self.over_two("largest Re λ, 1/s", &|design| {
+            design.roots.iter().map(|root| root[0]).reduce(f64::max)
+        })
+    }
+
+    fn over_two(&self, what: &str, value: &dyn Fn(&SweptDesign) -> Option<f64>) -> Option<String> {
+        let [first, second] = self.table.parameters.as_slice() else {
+            return None;
+        };
+        // Values may be listed in any order.
+        let sorted = |values: Vec<f64>| {
+            let mut order: Vec<usize> = (0..values.len()).collect();
+            order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+            let places: Vec<f64> = order.iter().map(|at| values[*at]).collect();
+            let ascend = places.len() > 1 && places.windows(2).all(|pair| pair[0] < pair[1]);
+            ascend.then_some((order, places))
+        };
+        let families = self.families();
+        let lengths = families.iter().map(|(_, family)| family.len());
+        let columns = families.first()?.1.len();
+        if !lengths.clone().all(|length| length == columns) {
+            return None;
+        }
+        let across = families[0].1.iter().map(|design| design.values[1]);
+        let (to_right, xs) = sorted(across.collect())?;
+        let (upwards, ys) = sorted(
+            families
+                .iter()
+                .map(|(_, family)| family[0].values[0])
+                .collect(),
+        )?;
+        let map = Map {
+            title: format!("{}: {what}", self.title),
+            axes: [
+                scaled(second, xs.iter().copied()),
+                scaled(first, ys.iter().copied()),
+            ],
+            places: [xs, ys],
+            what,
+            value: Box::new(|i, j| value(&families[upwards[j]].1[to_right[i]])),
+        };
+        map.svg()
+    }
+
+    /// Dots of the roots, each place in its colour.
+    fn roots(&self) -> Plot<'_> {
+        let lines = (0..self.places()).map(|k| {
             let line = Line::new(&format!("root {}", k + 1), self.designs.len(), move |i| {
-                let root = self.designs[i].roots.get(k);
-                root.map_or((f64::NAN, f64::NAN), |root| (root[0], root[1]))
+                self.root(i, k)
             });
             line.dots()
         });
-        let plot = Plot {
+        Plot {
             title: format!("{}: roots", self.title),
             x: Axis::linear("Re λ", "1/s"),
             y: Axis::linear("Im λ", "rad/s"),
             lines: lines.collect(),
             ring: None,
-        };
-        plots.push(("roots.svg".to_owned(), plot));
-        plots
+        }
     }
+
+    /// How many roots a design has at most.
+    pub(super) fn places(&self) -> usize {
+        let places = self.designs.iter().map(|design| design.roots.len());
+        places.max().unwrap_or(0)
+    }
+
+    /// The root at a place in a design, as a point.
+    pub(super) fn root(&self, design: usize, place: usize) -> (f64, f64) {
+        let root = self.designs[design].roots.get(place);
+        root.map_or((f64::NAN, f64::NAN), |root| (root[0], root[1]))
+    }
+}
+
+/// An axis of equal ratios where the values have them.
+fn scaled(name: &str, values: impl Iterator<Item = f64>) -> Axis {
+    let mut axis = Axis::linear(name, "");
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    if let [first, .., middle_or_last] = values[..] {
+        let middle = values[values.len() / 2];
+        let share = (values.len() / 2) as f64 / (values.len() - 1) as f64;
+        let even = first + share * (middle_or_last - first);
+        if first > 0.0 && middle_or_last / first > 10.0 && middle < even / 2.0 {
+            axis.scale = Scale::Logarithmic;
+        }
+    }
+    axis
 }

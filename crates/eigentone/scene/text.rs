@@ -93,6 +93,10 @@ impl<'a> Source<'a> {
 
     /// The scene as it is laid out in JSON, with nothing checked but its form.
     pub(super) fn layout(&self) -> Result<layout::Scene, SceneError> {
+        // To know the place of what is wrong takes longer than to read what is right.
+        if let Ok(Object(scene)) = serde_json::from_str(self.text) {
+            return Ok(scene);
+        }
         let mut json = serde_json::Deserializer::from_str(self.text);
         let scene: Object<layout::Scene> = serde_path_to_error::deserialize(&mut json)
             .map_err(|error| self.refusal(steps(error.path()), error.into_inner()))?;

@@ -10,6 +10,7 @@ mod mode_shapes;
 mod motion;
 mod pole_map;
 mod schematic;
+pub(super) mod sweep;
 
 use eigentone_modes::ElementKind;
 use eigentone_response::{Energy, Problem};

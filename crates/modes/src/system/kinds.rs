@@ -49,6 +49,9 @@ impl Kinds {
         // What all ends of the elements at a place of these names agree on.
         let agreed = |known: &HashMap<&str, CoordinateKind>| {
             let mut told: HashMap<String, Option<CoordinateKind>> = HashMap::new();
+            if points.is_empty() && supports.is_empty() {
+                return told;
+            }
             for [a, b] in elements.iter().map(|element| &element.ends) {
                 for (name, other) in [(a, b), (b, a)] {
                     if let Some(kind) = joined(known, name, other) {

@@ -1,5 +1,8 @@
 //! The `eigentone` command from outside: what it prints and writes, and what it ends with.
 
+#[path = "cli/fit.rs"]
+mod fit;
+
 use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};

@@ -9,7 +9,7 @@ use super::listing::Listing;
 pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 42] = [
+const CASES: [(&str, &str); 44] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -50,6 +50,8 @@ const CASES: [(&str, &str); 42] = [
     ("Parts", "merge ."),
     ("Study", "optimise S --vary m.mass=-2:-1 --minimise damping"),
     ("", "optimise S --vary m.mass=2:1 --minimise damping"),
+    ("Record", "fit S --vary m.mass --to record.csv"),
+    ("Study", "fit S --vary m.mas --to record.csv"),
     ("Table", "tables late.json --out tables --steps 1,9999"),
     ("Table", "tables S --out tables --steps 99"),
     ("OverScene", "analyze results/modes.json --out results"),

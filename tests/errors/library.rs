@@ -4,7 +4,7 @@ use eigentone::check::{
     ChainEnds, DormandPrince5, ExactMass, Integrator, Limit, MassSpringDamper, Reference,
     UniformChain,
 };
-use eigentone::design::{Campbell, Grid, Range, minimise};
+use eigentone::design::{Campbell, Grid, Range, fit, minimise};
 use eigentone::modes::{
     Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
     Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
@@ -24,9 +24,10 @@ use num_complex::Complex;
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 28] = [
+pub const ENUMS: [(&str, &str); 29] = [
     ("crates/design/src/campbell.rs", "CampbellError"),
     ("crates/design/src/minimax.rs", "OptimumError"),
+    ("crates/design/src/fit.rs", "FitError"),
     ("crates/design/src/range.rs", "RangeError"),
     ("crates/design/src/grid.rs", "GridError"),
     ("crates/design/src/follower.rs", "FollowError"),
@@ -273,6 +274,10 @@ fn design_errors(listing: &mut Listing) {
         minimise(&[], |_| None);
         minimise(&[(2.0, 1.0)], |_| None);
         minimise(&[(1.0, 2.0)], |_| None);
+        fit(&[], false, |_| None);
+        fit(&[0.0], false, |_| None);
+        fit(&[1.0], false, |_| None);
+        fit(&[1.0], false, |_| Some(Vec::new()));
     }
 }
 

@@ -5,9 +5,11 @@
 //! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis. [`Campbell`] follows the modes of a
 //! rotor along its speed, and encloses its critical speeds.
 //! [`minimise`] finds where the largest of several functions is least, and shows that it is.
+//! [`fit`] finds parameters from measurements, and how well these tell them.
 //! Nothing here prints or reads files.
 
 mod campbell;
+mod fit;
 mod follower;
 mod grid;
 mod minimax;
@@ -15,6 +17,7 @@ mod programme;
 mod range;
 
 pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
+pub use fit::{Fit, FitError, fit};
 pub use follower::{FollowError, Followed, Follower};
 pub use grid::{Grid, GridError};
 pub use minimax::{Optimum, OptimumError, Piece, minimise};

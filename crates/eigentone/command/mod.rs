@@ -8,10 +8,12 @@ mod designs;
 mod export;
 mod failure;
 mod files;
+mod fit;
 mod form;
 mod frequency;
 mod frf;
 mod interrupt;
+mod measured;
 mod memory;
 mod merge;
 mod modes;
@@ -61,6 +63,7 @@ enum Command {
     Sweep(sweep::Sweep),
     Merge(merge::Merge),
     Optimise(optimise::Optimise),
+    Fit(fit::Fit),
     Cycle(cycle::Cycle),
     Export(export::Export),
     Check(check::Check),
@@ -88,6 +91,7 @@ impl Cli {
             Command::Sweep(command) => command.run(),
             Command::Merge(command) => command.run(),
             Command::Optimise(command) => command.run(),
+            Command::Fit(command) => command.run(),
             Command::Cycle(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),

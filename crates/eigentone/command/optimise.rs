@@ -74,6 +74,9 @@ impl Optimise {
             (OptimumError::Nowhere { .. }, Some(why)) => refuse(why),
             (error, _) => refuse(error.to_string()),
         })?;
+        // What was followed was in doubles.
+        let varied = varied.to(Precision::default());
+        let refuse = |why: String| varied.refuse(format!("{}: {why}", metric.text));
         let (scene, modes) = varied.solve(&optimum.point).map_err(refuse)?;
         let value = varied.measure(&metric.kind, &scene, &modes);
         let value = value.map_err(refuse)?;

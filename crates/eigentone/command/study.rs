@@ -1,4 +1,4 @@
-//! A scene of which numbers vary, and what is told of each design: for `sweep` and `optimise`.
+//! A scene of which numbers vary, and what is told of each design: for `sweep`, `optimise` and `fit`.
 
 use std::path::{Path, PathBuf};
 use std::slice::from_ref;
@@ -124,8 +124,42 @@ impl Varied {
         design.join(", ")
     }
 
+    /// The numbers of the scene as it was read.
+    pub fn start(&self) -> Vec<f64> {
+        let all = self
+            .pointers
+            .iter()
+            .map(|pointer| self.value.pointer(pointer));
+        let all = all.map(|value| value.and_then(Value::as_f64));
+        all.map(|value| value.unwrap_or(f64::NAN)).collect()
+    }
+
+    /// What the scene is with these numbers, as it would be written.
+    pub fn written(&self, values: &[f64]) -> Value {
+        let mut written = self.value.clone();
+        for (pointer, value) in self.pointers.iter().zip(values) {
+            if let Some(place) = written.pointer_mut(pointer) {
+                *place = Value::from(*value);
+            }
+        }
+        written
+    }
+
+    /// The same numbers of the same scene, to another precision.
+    pub fn to(self, precision: Precision) -> Varied {
+        Varied { precision, ..self }
+    }
+
     /// The scene with these numbers, and its modes.
     pub fn solve(&self, values: &[f64]) -> Result<(Scene, Modes), String> {
+        let scene = self.scene_of(values)?;
+        let modes = scene.system().modes_to(self.precision);
+        let modes = modes.map_err(|error| error.to_string())?;
+        Ok((scene, modes))
+    }
+
+    /// The scene with these numbers.
+    pub fn scene_of(&self, values: &[f64]) -> Result<Scene, String> {
         const NUMBER: usize = 25;
         let length = self.pieces.iter().map(|(piece, _)| piece.len() + NUMBER);
         let mut text = String::with_capacity(length.sum());
@@ -135,7 +169,7 @@ impl Varied {
                 text.push_str(&Value::from(values[*next]).to_string());
             }
         }
-        let scene = Scene::parse(&text, &self.file).map_err(|error| {
+        Scene::parse(&text, &self.file).map_err(|error| {
             let message = error.to_string();
             // Lines and columns are not those of the file.
             let place = format!("{}:", self.file.display());
@@ -143,10 +177,7 @@ impl Varied {
                 .strip_prefix(&place)
                 .and_then(|rest| rest.split_once(": "));
             rest.map_or(message.clone(), |(_, rest)| rest.to_owned())
-        })?;
-        let modes = scene.system().modes_to(self.precision);
-        let modes = modes.map_err(|error| error.to_string())?;
-        Ok((scene, modes))
+        })
     }
 
     /// A metric, or `None` where it is infinite or not known.
@@ -316,7 +347,7 @@ fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
 }
 
 /// Refuses what has no linear motion in time.
-fn motion(scene: &Scene) -> Result<eigentone::response::Problem<'_>, String> {
+pub fn motion(scene: &Scene) -> Result<eigentone::response::Problem<'_>, String> {
     if let Some(first) = scene.switch_places().into_iter().next() {
         return Err(format!(
             "the scene has {first}, and this metric is for linear motions alone"

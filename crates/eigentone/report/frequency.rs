@@ -255,6 +255,18 @@ impl<'a> FrequencyReport<'a> {
         writeln!(out)
     }
 
+    /// The headers that real part, imaginary part and bound of each function have in CSV.
+    pub fn headers(&self) -> Vec<String> {
+        let each = self.functions.functions().iter().flat_map(|function| {
+            let (name, unit) = (self.name(function), self.unit(function));
+            ["re", "im", "bound"].map(|part| {
+                let header = unit::bracketed(&format!("{name} {part}"), &unit);
+                csv::text(&header).into_owned()
+            })
+        });
+        each.collect()
+    }
+
     /// One row for each frequency with all digits: rad/s, Hz, then real part, imaginary part and bound of each function.
     ///
     /// # Errors
@@ -262,15 +274,7 @@ impl<'a> FrequencyReport<'a> {
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         let functions = self.functions.functions();
         let first = ["frequency [rad/s]".to_owned(), "frequency [Hz]".to_owned()];
-        let headers = functions.iter().flat_map(|function| {
-            let (name, unit) = (self.name(function), self.unit(function));
-            ["re", "im", "bound"].map(|part| unit::bracketed(&format!("{name} {part}"), &unit))
-        });
-        let headers = first.into_iter().chain(headers);
-        csv::row(
-            &mut out,
-            headers.map(|header| csv::text(&header).into_owned()),
-        )?;
+        csv::row(&mut out, first.into_iter().chain(self.headers()))?;
         for (k, &frequency) in self.functions.frequencies().iter().enumerate() {
             let first = [frequency, frequency / TAU].map(csv::number);
             let values = functions.iter().flat_map(|function| {

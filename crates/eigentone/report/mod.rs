@@ -8,6 +8,7 @@ mod axis;
 mod campbell;
 #[cfg(feature = "check")]
 mod check;
+mod columns;
 pub(crate) mod csv;
 mod cycle;
 mod demands;
@@ -43,6 +44,7 @@ pub use axis::{Axis, Scale};
 pub use campbell::CampbellReport;
 #[cfg(feature = "check")]
 pub use check::CheckReport;
+pub use columns::motion_columns;
 pub use cycle::CycleReport;
 pub use demands::{DemandReport, MOST_DEMANDS};
 pub use energy::EnergyReport;

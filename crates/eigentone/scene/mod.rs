@@ -27,7 +27,7 @@ use eigentone_switching::Switch;
 pub use error::{MAX_BYTES, SceneError};
 pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
 pub use place::Place;
-pub use record::{MAX_RECORD_BYTES, RecordError, read_record};
+pub use record::{MAX_RECORD_BYTES, RecordError, Table, read_record};
 pub use text::{read_file, read_text};
 pub use words::did_you_mean;
 

@@ -1,7 +1,7 @@
-//! A column of numbers in a text file: the values of samples that were measured.
+//! Columns of numbers in a text file: the values of samples that were measured.
 //!
 //! Read strictly: a field that is missing, empty or no finite number is an error that names line and column. Nothing is
-//! filled in.
+//! filled in; of a whole table an empty field says that nothing was measured.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -70,14 +70,92 @@ pub fn read_record(path: &Path, column: Option<&str>) -> Result<Vec<f64>, Record
 
 /// The numbers of one column.
 pub(super) fn read(path: &Path, column: &Column) -> Result<Vec<f64>, RecordError> {
-    let file = path.to_owned();
     let bytes = bytes(path)?;
-    values(&String::from_utf8_lossy(&bytes), column).map_err(|refusal| RecordError::Text {
-        file,
-        line: refusal.line,
-        column: refusal.column,
-        problem: refusal.problem,
-    })
+    let values = values(&String::from_utf8_lossy(&bytes), column);
+    values.map_err(|refusal| refusal.of(path))
+}
+
+/// A text file with named columns, of which some have numbers.
+#[derive(Clone, Debug)]
+pub struct Table {
+    file: PathBuf,
+    text: String,
+    names: Vec<String>,
+}
+
+impl Table {
+    /// Reads the file: its first line has the names.
+    ///
+    /// # Errors
+    /// [`RecordError`] where it cannot be read, has no names, two columns of one name, or lines of different lengths.
+    pub fn read(path: &Path) -> Result<Table, RecordError> {
+        let text = String::from_utf8_lossy(&bytes(path)?).into_owned();
+        Table::of(path, text)
+    }
+
+    fn of(path: &Path, text: String) -> Result<Table, RecordError> {
+        let mut names: Vec<String> = Vec::new();
+        let found = rows(&text, Separator::of_names, |line, fields| {
+            if !names.is_empty() {
+                return Ok(());
+            }
+            names = fields.iter().map(|field| field.name().into()).collect();
+            let is_new = |(i, name): (usize, &String)| !names[..i].contains(name);
+            let again = names.iter().enumerate().position(|one| !is_new(one));
+            let problem = match again {
+                Some(i) => format!("two columns are named {:?}", excerpt(&names[i])),
+                None if names.iter().all(|name| name.parse::<f64>().is_err()) => return Ok(()),
+                None => "the first line needs the name of each column".to_owned(),
+            };
+            let column = fields[again.unwrap_or(0)].column;
+            Err(Refusal {
+                line,
+                column,
+                problem,
+            })
+        });
+        found.map_err(|refusal| refusal.of(path))?;
+        let file = path.to_owned();
+        Ok(Table { file, text, names })
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The numbers of a column with their lines in the file, from 1 on; `None` where the field is empty.
+    ///
+    /// # Errors
+    /// [`RecordError`] naming the field that is no finite number.
+    pub fn column(&self, index: usize) -> Result<Vec<(usize, Option<f64>)>, RecordError> {
+        let mut values = Vec::new();
+        let mut is_first = true;
+        let found = rows(&self.text, Separator::of_names, |line, fields| {
+            if !std::mem::take(&mut is_first)
+                && let Some(field) = fields.get(index)
+            {
+                let value = match field.text {
+                    "" => None,
+                    _ => Some(field.number(line)?),
+                };
+                values.push((line, value));
+            }
+            Ok(())
+        });
+        found.map_err(|refusal| refusal.of(&self.file))?;
+        Ok(values)
+    }
+
+    /// Says that a line is wrong.
+    pub fn refuse(&self, line: usize, problem: String) -> RecordError {
+        let refusal = Refusal {
+            line,
+            column: 1,
+            problem,
+        };
+        refusal.of(&self.file)
+    }
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, RecordError> {
@@ -110,6 +188,17 @@ struct Refusal {
     problem: String,
 }
 
+impl Refusal {
+    fn of(self, file: &Path) -> RecordError {
+        RecordError::Text {
+            file: file.to_owned(),
+            line: self.line,
+            column: self.column,
+            problem: self.problem,
+        }
+    }
+}
+
 /// What stands between the fields of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Separator {
@@ -128,6 +217,14 @@ impl Separator {
             })
         });
         found.map_or(Separator::Blanks, Separator::Character)
+    }
+
+    /// The same of names in which blanks are.
+    fn of_names(line: &str) -> Separator {
+        match Separator::of(line) {
+            Separator::Blanks => Separator::Character('\t'),
+            found => found,
+        }
     }
 
     fn is(self, c: char) -> bool {
@@ -152,6 +249,27 @@ impl<'a> Field<'a> {
             Some(text) => text.replace("\"\"", "\"").into(),
             None => self.text.into(),
         }
+    }
+
+    fn number(&self, line: usize) -> Result<f64, Refusal> {
+        let value = self.text.parse().ok();
+        value
+            .filter(|value: &f64| value.is_finite())
+            .ok_or_else(|| {
+                let problem = match self.text {
+                    "" => "the field is empty: a sample is missing, and none is made up for it"
+                        .to_owned(),
+                    text => format!(
+                        "{:?} is not a finite number: write one with a point, as 0.25 or 2.5e-1",
+                        excerpt(text)
+                    ),
+                };
+                Refusal {
+                    line,
+                    column: self.column,
+                    problem,
+                }
+            })
     }
 
     /// What no number begins with.
@@ -193,77 +311,83 @@ fn fields(line: &str, separator: Separator) -> Vec<Field<'_>> {
     fields
 }
 
-fn values(text: &str, wanted: &Column) -> Result<Vec<f64>, Refusal> {
+/// The fields of each line that has any, with its number from 1 on: always as many, and no empty line between them.
+fn rows(
+    text: &str,
+    separator: impl Fn(&str) -> Separator,
+    mut each: impl FnMut(usize, &[Field<'_>]) -> Result<(), Refusal>,
+) -> Result<(), Refusal> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut layout: Option<(Separator, usize, usize)> = None;
-    let mut values = Vec::new();
+    let mut layout: Option<(Separator, usize)> = None;
+    let mut has_numbers = false;
     let mut empty = None;
-    let mut last = 0;
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
-        last = number;
-        let refusal = |column, problem| Refusal {
-            line: number,
-            column,
-            problem,
-        };
         if line.trim().is_empty() {
-            empty = empty.or(Some(number).filter(|_| !values.is_empty()));
+            empty = empty.or(Some(number).filter(|_| has_numbers));
             continue;
         }
-        let separator = layout.map_or_else(|| Separator::of(line), |(separator, ..)| separator);
+        let separator = layout.map_or_else(|| separator(line), |(separator, _)| separator);
         let fields = fields(line, separator);
         if fields.is_empty() {
             continue;
         }
+        let refusal = |line, problem| Refusal {
+            line,
+            column: 1,
+            problem,
+        };
         if let Some(line) = empty {
             let problem =
                 "the line is empty: each line from the first to the last sample needs a number"
                     .to_owned();
-            return Err(Refusal {
-                line,
-                column: 1,
-                problem,
-            });
+            return Err(refusal(line, problem));
         }
-        let (count, place) = match layout {
-            Some((_, count, place)) => (count, place),
+        let found = fields.len();
+        match layout {
+            None => {
+                has_numbers = !fields.iter().all(Field::is_name);
+                layout = Some((separator, found));
+            }
+            Some((_, count)) if found != count => {
+                let problem = format!(
+                    "the line has {found} fields, the first one has {count}: give a number in each column"
+                );
+                return Err(refusal(number, problem));
+            }
+            Some(_) => has_numbers = true,
+        }
+        each(number, &fields)?;
+    }
+    Ok(())
+}
+
+fn values(text: &str, wanted: &Column) -> Result<Vec<f64>, Refusal> {
+    let mut found: Option<usize> = None;
+    let mut values = Vec::new();
+    rows(text, Separator::of, |line, fields| {
+        let at = match found {
+            Some(at) => at,
             None => {
                 let names = fields.iter().all(Field::is_name);
-                let place = place(&fields, names, wanted).map_err(|problem| refusal(1, problem))?;
-                layout = Some((separator, fields.len(), place));
+                let at = place(fields, names, wanted).map_err(|problem| Refusal {
+                    line,
+                    column: 1,
+                    problem,
+                })?;
+                found = Some(at);
                 if names {
-                    continue;
+                    return Ok(());
                 }
-                (fields.len(), place)
+                at
             }
         };
-        if fields.len() != count {
-            let found = fields.len();
-            let problem = format!(
-                "the line has {found} fields, the first one has {count}: give a number in each column"
-            );
-            return Err(refusal(1, problem));
-        }
-        let field = &fields[place];
-        match field.text.parse::<f64>() {
-            Ok(value) if value.is_finite() => values.push(value),
-            _ => {
-                let problem = match field.text {
-                    "" => "the field is empty: a sample is missing, and none is made up for it"
-                        .to_owned(),
-                    text => format!(
-                        "{:?} is not a finite number: write one with a point, as 0.25 or 2.5e-1",
-                        excerpt(text)
-                    ),
-                };
-                return Err(refusal(field.column, problem));
-            }
-        }
-    }
+        values.push(fields[at].number(line)?);
+        Ok(())
+    })?;
     match values.is_empty() {
         true => Err(Refusal {
-            line: last.max(1),
+            line: text.lines().count().max(1),
             column: 1,
             problem: "the file ends without a number: give at least one sample".to_owned(),
         }),
@@ -343,6 +467,26 @@ mod tests {
             values("\"a, b\",\"c\"\"d\"\n1,2", &named("c\"d")).expect("quotes"),
             [2.0]
         );
+    }
+
+    #[test]
+    fn tables_have_names_and_may_have_holes() {
+        let read = |text: &str| Table::of(Path::new("table.csv"), text.to_owned());
+        let table = read("# modes\nf [Hz],\"a, b\",what\n1.5,,x\n,2,y\n").expect("a table");
+        assert_eq!(table.names(), ["f [Hz]", "a, b", "what"]);
+        let columns = [0, 1].map(|k| table.column(k).expect("numbers"));
+        assert_eq!(columns[0], [(3, Some(1.5)), (4, None)]);
+        assert_eq!(columns[1], [(3, None), (4, Some(2.0))]);
+        let error = table.column(2).expect_err("text").to_string();
+        assert!(error.contains("table.csv:3:6: \"x\" is not"), "{error}");
+        for (text, says) in [
+            ("a,a\n1,2\n", ":1:3: two columns are named \"a\""),
+            ("1,2\n3,4\n", ":1:1: the first line needs the name"),
+            ("a,b\n1\n", ":2:1: the line has 1 fields"),
+        ] {
+            let error = read(text).expect_err(text).to_string();
+            assert!(error.contains(says), "{error}");
+        }
     }
 
     #[test]

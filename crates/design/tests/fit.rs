@@ -1,0 +1,154 @@
+//! Parameters from measurements of which they are known.
+
+use eigentone_design::{FitError, fit};
+use eigentone_modes::{GROUND, Precision, System};
+
+/// 1/(k − mω² + icω) at each ω, as real and imaginary parts.
+fn receptance(p: &[f64], frequencies: &[f64]) -> Vec<f64> {
+    let [m, c, k] = [p[0], p[1], p[2]];
+    let each = frequencies.iter().flat_map(|w| {
+        let (re, im) = (k - m * w * w, c * w);
+        let size = re * re + im * im;
+        [re / size, -im / size]
+    });
+    each.collect()
+}
+
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// By Box and Muller.
+    fn normal(&mut self) -> f64 {
+        let (a, b) = (self.uniform(), self.uniform());
+        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
+    }
+}
+
+#[test]
+fn planted_parameters_are_found_to_ten_digits() {
+    let truth = [2.0, 0.3, 200.0];
+    let frequencies: Vec<f64> = (0..30).map(|k| 6.0 + 0.3 * f64::from(k)).collect();
+    let data = receptance(&truth, &frequencies);
+    for start in [[2.1, 0.25, 190.0], [2.2, 0.6, 200.0], [1.9, 0.1, 205.0]] {
+        let found = fit(&start, false, |p| {
+            let model = receptance(p, &frequencies);
+            Some(model.iter().zip(&data).map(|(a, b)| a - b).collect())
+        });
+        let found = found.expect("a fit");
+        assert!(
+            found.is_settled && found.undetermined.is_empty(),
+            "{found:?}"
+        );
+        for (value, wanted) in found.point.iter().zip(truth) {
+            assert!((value / wanted - 1.0).abs() < 1e-11, "{found:?}");
+        }
+    }
+}
+
+/// Springs of a chain from its frequencies and damping ratios.
+#[test]
+fn a_chain_is_found_from_its_modes() {
+    let modes = |p: &[f64]| -> Option<Vec<f64>> {
+        let mut builder = System::builder();
+        for i in 0..4 {
+            builder = builder.mass(format!("m{i}"), 1.0 + 0.5 * f64::from(i));
+        }
+        let places = [GROUND, "m0", "m1", "m2", "m3"];
+        for i in 0..4 {
+            builder = builder.spring(places[i], places[i + 1], p[i]);
+        }
+        let system = builder.damper(GROUND, "m0", p[4]).damper("m2", "m3", 0.4);
+        let modes = system.build().ok()?.modes_to(Precision::Double).ok()?;
+        let each = modes.iter().flat_map(|mode| {
+            let frequency = mode.natural_frequency().radians_per_second();
+            [Some(frequency.ln()), mode.damping_ratio()]
+        });
+        each.collect()
+    };
+    let truth = [120.0, 80.0, 95.0, 60.0, 0.7];
+    let data = modes(&truth).expect("modes");
+    let found = fit(&[100.0, 100.0, 80.0, 80.0, 0.5], false, |p| {
+        let model = modes(p)?;
+        Some(model.iter().zip(&data).map(|(a, b)| a - b).collect())
+    });
+    let found = found.expect("a fit");
+    for (value, wanted) in found.point.iter().zip(truth) {
+        assert!((value / wanted - 1.0).abs() < 1e-10, "{found:?}");
+    }
+}
+
+/// 2000 noisy measurements: the interval has the truth in 95 ± 2 % of them, with the deviation known and not.
+#[test]
+fn intervals_hold_what_they_say() {
+    let truth = [2.0, 0.9, 200.0];
+    let frequencies: Vec<f64> = (0..8).map(|k| 8.0 + 0.6 * f64::from(k)).collect();
+    let exact = receptance(&truth, &frequencies);
+    let deviation = 2e-4;
+    for known in [true, false] {
+        let mut noise = Noise(20_261_123);
+        let mut within = [0usize; 3];
+        const TIMES: usize = 2000;
+        for _ in 0..TIMES {
+            let data: Vec<f64> = exact
+                .iter()
+                .map(|value| value + deviation * noise.normal())
+                .collect();
+            let found = fit(&[2.2, 0.8, 210.0], known, |p| {
+                let model = receptance(p, &frequencies);
+                let left = model.iter().zip(&data).map(|(a, b)| a - b);
+                Some(
+                    left.map(|rest| if known { rest / deviation } else { rest })
+                        .collect(),
+                )
+            });
+            let found = found.expect("a fit");
+            assert!(found.is_settled);
+            for i in 0..3 {
+                let reach = found.interval[i].expect("it is determined");
+                within[i] += usize::from((found.point[i] - truth[i]).abs() <= reach);
+            }
+        }
+        for count in within {
+            let share = count as f64 / TIMES as f64;
+            assert!((share - 0.95).abs() <= 0.02, "{known}: {share}");
+        }
+    }
+}
+
+/// Frequencies tell ratios of stiffness and mass alone.
+#[test]
+fn what_nothing_tells_is_said() {
+    let found = fit(&[3.0, 2.0, 5.0], false, |p| {
+        Some(vec![(p[0] / p[1]).sqrt() - 1.0, 0.1, -0.1])
+    });
+    let found = found.expect("a fit");
+    assert_eq!(found.undetermined.len(), 2);
+    assert_eq!(found.interval, [None, None, None]);
+    let [first, second] = [&found.undetermined[0], &found.undetermined[1]];
+    assert_eq!(first, &[0.0, 0.0, 1.0]);
+    assert!((found.point[0] / found.point[1] - 1.0).abs() < 1e-12);
+    let ratio = second[0] / second[1];
+    assert!((ratio - 1.0).abs() < 1e-6 && second[2] == 0.0, "{second:?}");
+    assert_eq!(fit(&[], false, |_| None).err(), Some(FitError::Empty));
+    let error = fit(&[1.0, 0.0], false, |_| None).err();
+    assert_eq!(
+        error,
+        Some(FitError::Start {
+            index: 1,
+            value: 0.0
+        })
+    );
+    assert_eq!(fit(&[1.0], false, |_| None).err(), Some(FitError::NoAnswer));
+    assert_eq!(
+        fit(&[1.0], false, |_| Some(Vec::new())).err(),
+        Some(FitError::NoData)
+    );
+}

@@ -1,0 +1,257 @@
+//! `eigentone fit SCENE --vary PATH … --to FILE [--json | --as-scene]`.
+
+use std::cell::{Cell, OnceCell};
+use std::fmt::Write as _;
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use clap::Args;
+use eigentone::design::{self, FitError, fit};
+use eigentone::modes::Precision;
+use serde_json::{Value, json};
+
+use super::measured::{Measured, Unfit};
+use super::progress::Progress;
+use super::study::{Varied, object};
+use super::{Failure, print, source};
+
+/// Finds the numbers of the scene that agree best with measurements, and how well these tell them
+#[derive(Debug, Args)]
+pub struct Fit {
+    /// The scene file; - is standard input
+    #[arg(value_parser = source::parser())]
+    scene: PathBuf,
+    /// What is to be found: NAME.key or a JSON Pointer; the search starts at its value in the scene; may be repeated
+    #[arg(long, required = true, value_name = "PATH")]
+    vary: Vec<String>,
+    /// The measurements, in CSV with the column names of `modes --csv`, `frf --csv` or `response --csv`
+    #[arg(long, value_name = "FILE")]
+    to: PathBuf,
+    /// Print one JSON object with every digit
+    #[arg(long)]
+    json: bool,
+    /// Print the scene with the numbers that were found
+    #[arg(long, conflicts_with = "json")]
+    as_scene: bool,
+}
+
+impl Fit {
+    pub fn run(self) -> Result<(), Failure> {
+        let names = self.vary.iter().map(String::as_str);
+        let (scene, varied) = Varied::read(&self.scene, Precision::Double, names)?;
+        let measured = Measured::read(&self.to, &scene).map_err(|unfit| match unfit {
+            Unfit::Record(error) => error.into(),
+            Unfit::Scene(message) => varied.refuse(message),
+        })?;
+        if !measured.left_out.is_empty() {
+            let names: Vec<String> = measured
+                .left_out
+                .iter()
+                .map(|name| format!("{name:?}"))
+                .collect();
+            // Nothing is left to tell it to if standard error is closed.
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: left out: {}",
+                self.to.display(),
+                names.join(", ")
+            );
+        }
+        let entries = || measured.columns.iter().flat_map(|column| &column.entries);
+        let known = measured.has_deviations();
+        let start = varied.start();
+        let progress = Progress::of("fit");
+        let count = Cell::new(0usize);
+        let why: OnceCell<String> = OnceCell::new();
+        let model = |values: &[f64], precision: Precision| -> Option<Vec<f64>> {
+            count.set(count.get() + 1);
+            progress.say(&format!("{} designs", count.get()));
+            let scene = varied.scene_of(values);
+            let model = scene.and_then(|scene| measured.model(&scene, precision));
+            match model {
+                Ok(Some(model)) => Some(model),
+                Ok(None) => {
+                    let message = "the scene gives no good number in place of a measurement";
+                    why.get_or_init(|| message.to_owned());
+                    None
+                }
+                Err(message) => {
+                    why.get_or_init(|| format!("{}: {message}", varied.told(values)));
+                    None
+                }
+            }
+        };
+        let residuals = |model: Option<Vec<f64>>| -> Option<Vec<f64>> {
+            let each = entries().zip(model?);
+            Some(each.map(|(entry, model)| entry.residual(model)).collect())
+        };
+        let from = |start: &[f64]| {
+            fit(start, known, |values| {
+                residuals(model(values, Precision::Double))
+            })
+        };
+        let mut found = from(&start);
+        if measured.begins_relatively() {
+            let begun = fit(&start, false, |values| {
+                let each = entries().zip(model(values, Precision::Double)?);
+                Some(each.map(|(entry, model)| entry.relative(model)).collect())
+            });
+            let other = begun.and_then(|begun| from(&begun.point));
+            let left = |found: &Result<design::Fit, FitError>| {
+                let squares =
+                    |found: &design::Fit| found.residuals.iter().map(|left| left * left).sum();
+                found.as_ref().map_or(f64::INFINITY, squares)
+            };
+            if left(&other) < left(&found) {
+                found = other;
+            }
+        }
+        let point = found.as_ref().ok().map(|found| found.point.clone());
+        let proven = point.and_then(|point| residuals(model(&point, Precision::default())));
+        drop(progress);
+        let found = found.map_err(|error| {
+            varied.refuse(match (error, why.into_inner()) {
+                (FitError::NoAnswer, Some(why)) => why,
+                (FitError::Start { index, value }, _) => format!(
+                    "--vary {}: the search cannot start at {value:?}, for changes are in parts of it: give the scene a value other than 0",
+                    self.vary[index]
+                ),
+                (error, _) => error.to_string(),
+            })
+        })?;
+        // What proven answers leave differs from what was made least.
+        let is_doubtful = match &proven {
+            Some(proven) => {
+                let apart = proven
+                    .iter()
+                    .zip(&found.residuals)
+                    .map(|(a, b)| (a - b).abs());
+                let limit = 1e-9f64.max(1e-3 * found.deviation.unwrap_or(0.0));
+                apart.fold(0.0, f64::max) > limit
+            }
+            None => true,
+        };
+        let answer = Answer {
+            varied: &varied,
+            measured: &measured,
+            is_settled: found.is_settled && !is_doubtful,
+            found,
+            known,
+        };
+        print(|out| match (self.json, self.as_scene) {
+            (true, _) => writeln!(out, "{}", answer.json()),
+            (_, true) => writeln!(out, "{:#}", varied.written(&answer.found.point)),
+            _ => out.write_all(answer.text().as_bytes()),
+        })
+    }
+}
+
+struct Answer<'a> {
+    varied: &'a Varied,
+    measured: &'a Measured,
+    found: design::Fit,
+    is_settled: bool,
+    known: bool,
+}
+
+impl Answer<'_> {
+    fn json(&self) -> String {
+        let found = &self.found;
+        let names = || self.varied.names();
+        let mut left = found.residuals.iter();
+        let mut residuals = Vec::new();
+        for column in &self.measured.columns {
+            for (entry, left) in column.entries.iter().zip(left.by_ref()) {
+                let model = entry.model(*left);
+                residuals.push(json!({
+                    "column": column.name, "line": entry.line,
+                    "measured": entry.value, "model": model,
+                }));
+            }
+        }
+        let undetermined: Vec<String> = found
+            .undetermined
+            .iter()
+            .map(|way| object(names().zip(way.iter().map(|part| Some(*part)))))
+            .collect();
+        format!(
+            "{{\"parameters\": {}, \"interval\": {}, \"deviation\": {}, \"known_deviations\": {}, \"local_minimum\": {}, \"undetermined\": [{}], \"residuals\": {}, \"evaluations\": {}}}",
+            object(names().zip(found.point.iter().map(|value| Some(*value)))),
+            object(names().zip(found.interval.iter().copied())),
+            Value::from(found.deviation),
+            self.known,
+            self.is_settled,
+            undetermined.join(", "),
+            Value::from(residuals),
+            found.evaluations,
+        )
+    }
+
+    fn text(&self) -> String {
+        let found = &self.found;
+        let names: Vec<&str> = self.varied.names().collect();
+        let width = names.iter().map(|name| name.chars().count()).max();
+        let width = width.unwrap_or_default();
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        for ((name, value), interval) in names.iter().zip(&found.point).zip(&found.interval) {
+            let interval = match interval {
+                Some(interval) => format!("± {interval:.1e}"),
+                None => "± ?".to_owned(),
+            };
+            let _ = writeln!(text, "{name:<width$}  {value:.10e}  {interval}");
+        }
+        let columns: Vec<String> = self
+            .measured
+            .columns
+            .iter()
+            .map(|column| format!("{} of {}", column.entries.len(), column.name))
+            .collect();
+        let _ = writeln!(text, "fitted to {}", columns.join(", "));
+        if found.interval.iter().any(Option::is_some) {
+            let rest = match self.known {
+                true => "with the standard deviations given",
+                false => "with the scatter that is left",
+            };
+            let _ = writeln!(text, "±: 95 % intervals, {rest}");
+        }
+        let squares = found.residuals.iter().map(|left| left * left);
+        let mean = (squares.sum::<f64>() / found.residuals.len() as f64).sqrt();
+        let _ = match self.known {
+            true => writeln!(
+                text,
+                "left: {mean:.3} standard deviations, root mean square"
+            ),
+            false => writeln!(
+                text,
+                "left: {mean:.1e} of what was measured, root mean square"
+            ),
+        };
+        if found.undetermined.is_empty() && found.interval.iter().all(Option::is_none) {
+            let _ = writeln!(
+                text,
+                "no intervals: there are no more measurements than parameters"
+            );
+        }
+        for way in &found.undetermined {
+            let parts: Vec<String> = names
+                .iter()
+                .zip(way)
+                .filter(|(_, part)| part.abs() > 1e-9)
+                .map(|(name, part)| format!("{name} by {:+.3} %", 100.0 * part))
+                .collect();
+            let _ = writeln!(
+                text,
+                "not determined: no measurement changes with {}",
+                parts.join(" and ")
+            );
+        }
+        if !self.is_settled {
+            let _ = writeln!(
+                text,
+                "the best found: the search did not come to rest at a least sum of squares; start nearer to it"
+            );
+        }
+        text
+    }
+}

@@ -1,0 +1,269 @@
+//! `fit`: parameters from tables of measurements, as the other commands write them.
+
+use std::fs;
+use std::path::Path;
+
+use super::{fresh, number, parsed, printed, refused};
+
+/// The parameters that are looked for, and what they are where measured and where the search starts.
+const SOUGHT: [(&str, f64, f64); 3] = [
+    ("k.stiffness", 1.1, 1.0),
+    ("absorber.stiffness", 0.04, 0.05),
+    ("dashpot.damping", 0.01, 0.02),
+];
+
+fn scene(file: &Path, [k, absorber, dashpot]: [f64; 3]) -> String {
+    let text = format!(
+        r#"{{
+  "masses": [{{"name": "m", "mass": 1.0}}, {{"name": "a", "mass": 0.05}}],
+  "springs": [{{"name": "k", "between": ["ground", "m"], "stiffness": {k:?}}},
+              {{"name": "absorber", "between": ["m", "a"], "stiffness": {absorber:?}}}],
+  "dampers": [{{"name": "dashpot", "between": ["m", "a"], "damping": {dashpot:?}}}],
+  "outputs": [{{"name": "stretch", "displacement": {{"a": 1, "m": -1}}}}],
+  "initial": {{"m": {{"displacement": 1}}}},
+  "time": {{"end": 10, "step": 0.5}}
+}}"#
+    );
+    fs::write(file, text).expect("it can be written");
+    file.to_str().expect("a UTF-8 path").to_owned()
+}
+
+/// The columns of a table whose header passes, without quotes around any.
+fn kept(table: &str, keep: impl Fn(&str) -> bool) -> String {
+    let names: Vec<&str> = table.lines().next().expect("a header").split(',').collect();
+    let row = |line: &str| {
+        let cells = line.split(',').zip(&names);
+        let cells = cells.filter(|(_, name)| keep(name)).map(|(cell, _)| cell);
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    table.lines().map(row).collect()
+}
+
+#[test]
+fn planted_parameters_come_back_from_every_kind_of_measurement() {
+    let folder = fresh("fit");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let truth = scene(
+        &folder.join("truth.json"),
+        SOUGHT.map(|(_, right, _)| right),
+    );
+    let start = scene(&folder.join("start.json"), SOUGHT.map(|(.., start)| start));
+    let at = ["--at", "0.5,0.8,1.0,1.2"];
+    let frf = |more: &[&str]| printed(&[&["frf", &truth, "--csv"], &at[..], more].concat());
+    let modes = printed(&["modes", &truth, "--csv"]);
+    let response = printed(&["response", &truth, "--csv"]);
+    let no_bound = |name: &str| !name.contains("bound");
+    let tables = [
+        kept(&modes, |name| {
+            name == "natural_frequency [Hz]" || name == "damping_ratio"
+        }),
+        kept(&modes, |name| {
+            name == "damped_frequency [rad/s]" || name == "damping_ratio"
+        }),
+        kept(&response, |name| name != "step" && no_bound(name)),
+        kept(&response, |name| {
+            name == "time [s]" || name == "output stretch [m]"
+        }),
+        kept(&frf(&[]), no_bound),
+        kept(&frf(&["--quantity", "acceleration"]), |name| {
+            name == "frequency [Hz]" || name.starts_with("m → a") && no_bound(name)
+        }),
+    ];
+    for (k, table) in tables.iter().enumerate() {
+        let file = folder.join(format!("{k}.csv"));
+        fs::write(&file, table).expect("it can be written");
+        let file = file.to_str().expect("UTF-8");
+        let varied = SOUGHT.iter().flat_map(|(name, ..)| ["--vary", *name]);
+        let varied: Vec<&str> = varied.collect();
+        let arguments = [&["fit", &start, "--to", file], &varied[..]].concat();
+        let answer = parsed(&[&arguments[..], &["--json"]].concat());
+        for (name, right, _) in SOUGHT {
+            let found = answer["parameters"][name].as_f64().expect("a number");
+            assert!((found / right - 1.0).abs() < 1e-10, "{table}{answer}");
+            let reach = answer["interval"][name].as_f64().expect("an interval");
+            assert!(reach < 1e-10 * right, "{answer}");
+        }
+        assert_eq!(answer["local_minimum"], true, "{answer}");
+        let text = printed(&arguments);
+        assert!(text.contains("fitted to") && text.contains("95 % intervals"));
+        // The scene that is found is one, and answers as the one that was measured.
+        let scene = printed(&[&arguments[..], &["--as-scene"]].concat());
+        let file = folder.join("found.json");
+        fs::write(&file, scene).expect("it can be written");
+        let roots = |file: &str| {
+            let answer = parsed(&["modes", file, "--json"]);
+            let all = answer["modes"].as_array().expect("modes").clone();
+            let all = all
+                .iter()
+                .map(|mode| ["re", "im"].map(|part| number(&mode["eigenvalue"][part])));
+            all.collect::<Vec<_>>()
+        };
+        let found = roots(file.to_str().expect("UTF-8"));
+        for (found, right) in found.concat().iter().zip(roots(&truth).concat()) {
+            assert!((found - right).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn what_measurements_do_not_tell_is_said() {
+    let folder = fresh("fit-undetermined");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let start = scene(&folder.join("start.json"), SOUGHT.map(|(.., start)| start));
+    let file = folder.join("modes.csv");
+    let file = file.to_str().expect("UTF-8");
+    let fit = |table: &str, vary: &[&str]| -> Vec<String> {
+        fs::write(file, table).expect("it can be written");
+        let varied = vary.iter().flat_map(|name| ["--vary", *name]);
+        let all = ["fit", &start, "--to", file].into_iter().chain(varied);
+        all.map(str::to_owned).collect()
+    };
+    let strs = |all: &[String]| -> Vec<String> { all.to_vec() };
+    // Frequencies alone tell no masses beside stiffnesses.
+    let all = [
+        "k.stiffness",
+        "m.mass",
+        "a.mass",
+        "absorber.stiffness",
+        "dashpot.damping",
+    ];
+    let table = "natural_frequency [rad/s],damping_ratio\n0.86,0.083\n1.09,0.031\n";
+    let arguments = strs(&fit(table, &all));
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let text = printed(&arguments);
+    assert!(
+        text.contains("not determined: no measurement changes with k.stiffness by +100.000 %"),
+        "{text}"
+    );
+    assert!(
+        text.contains("a.mass by +100.000 %") && text.contains("± ?"),
+        "{text}"
+    );
+    // Deviations that are given decide the weights and the intervals.
+    let table = "mode,natural_frequency [rad/s],sd natural_frequency [rad/s]\n2,1.09,0.01\n1,,\n";
+    let arguments = strs(&fit(table, &["k.stiffness"]));
+    let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    arguments.push("--json");
+    let answer = parsed(&arguments);
+    assert_eq!(answer["known_deviations"], true);
+    let reach = answer["interval"]["k.stiffness"]
+        .as_f64()
+        .expect("an interval");
+    // 1.96 deviations over dω/dk of the second mode, by two other fits.
+    let other = |measured: f64| {
+        let table = format!("mode,natural_frequency [rad/s]\n2,{measured:?}\n");
+        let arguments = fit(&table, &["k.stiffness"]);
+        let mut arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        arguments.push("--json");
+        let answer = parsed(&arguments);
+        assert!(answer["interval"]["k.stiffness"].is_null(), "{answer}");
+        answer["parameters"]["k.stiffness"]
+            .as_f64()
+            .expect("a number")
+    };
+    let slope = (other(1.09001) - other(1.08999)) / 0.00002;
+    assert!(
+        (reach / (1.959_964 * 0.01 * slope) - 1.0).abs() < 1e-4,
+        "{answer}"
+    );
+}
+
+#[test]
+fn measurements_that_do_not_fit_the_scene_are_refused() {
+    let folder = fresh("fit-refused");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let start = scene(&folder.join("start.json"), SOUGHT.map(|(.., start)| start));
+    let file = folder.join("data.csv");
+    let file = file.to_str().expect("UTF-8");
+    for (table, vary, says) in [
+        (
+            "time [s],displacement b [m]\n0,1\n",
+            "k.stiffness",
+            "\"displacement b [m]\" is none: did you mean \"displacement m [m]\"?",
+        ),
+        (
+            "time [s],displacement m [mm]\n0,1\n",
+            "k.stiffness",
+            "did you mean \"displacement m [m]\"?",
+        ),
+        (
+            "time [s],displacement m [m]\n0,1\n0.3,1\n",
+            "k.stiffness",
+            "data.csv:3:1: 0.3 s is no multiple of 0.5 s",
+        ),
+        (
+            "time [s],displacement m [m]\n0,1\n10.5,1\n",
+            "k.stiffness",
+            "data.csv:3:1: 10.5 s is not between 0 and 10.0 s",
+        ),
+        (
+            "time [s],displacement m [m]\n,1\n",
+            "k.stiffness",
+            "data.csv:2:1: each row needs its time",
+        ),
+        (
+            "frequency [Hz],m → m re [m/N]\n-1,1\n",
+            "k.stiffness",
+            "data.csv:2:1: each row needs its frequency",
+        ),
+        (
+            "frequency [Hz],m → b re [m/N]\n1,1\n",
+            "k.stiffness",
+            "is none",
+        ),
+        (
+            "natural_frequency [Hz]\nx\n",
+            "k.stiffness",
+            "data.csv:2:1: \"x\" is not a finite number",
+        ),
+        (
+            "mode,natural_frequency [Hz]\n0,1\n",
+            "k.stiffness",
+            "a mode is a whole number from 1 on",
+        ),
+        (
+            "mode,natural_frequency [Hz]\n3,1\n",
+            "k.stiffness",
+            "mode 3 was measured, but there are only 2",
+        ),
+        (
+            "natural_frequency [Hz]\n\n",
+            "k.stiffness",
+            "the columns are empty",
+        ),
+        (
+            "natural_frequency [Hz],damping_ratio,sd damping_ratio\n1,0.1,0.01\n",
+            "k.stiffness",
+            "give a column \"sd natural_frequency [Hz]\" too",
+        ),
+        (
+            "natural_frequency [Hz],sd natural_frequency [Hz]\n1,0\n",
+            "k.stiffness",
+            "must be greater than 0",
+        ),
+        (
+            "1,2\n",
+            "k.stiffness",
+            "the first line needs the name of each column",
+        ),
+        (
+            "natural_frequency [Hz]\n1\n",
+            "initial.m",
+            "no number of the scene has this name",
+        ),
+        (
+            "natural_frequency [Hz]\n1\n",
+            "/outputs/0/displacement/x",
+            "no number of the scene is there",
+        ),
+    ] {
+        fs::write(file, table).expect("it can be written");
+        let error = refused(&["fit", &start, "--vary", vary, "--to", file], 2);
+        assert!(error.contains(says), "{table}: {error}");
+    }
+    let lost = refused(
+        &["fit", &start, "--vary", "k.stiffness", "--to", "lost.csv"],
+        2,
+    );
+    assert!(lost.contains("lost.csv"), "{lost}");
+}

@@ -2,6 +2,8 @@
 
 #[path = "cli/fit.rs"]
 mod fit;
+#[path = "cli/front.rs"]
+mod front;
 
 use std::fs;
 use std::io::{Read, Write};

@@ -5,12 +5,14 @@
 //! along a path of designs: through crossings, through veerings, and where a pair meets on the real axis. [`Campbell`] follows the modes of a
 //! rotor along its speed, and encloses its critical speeds.
 //! [`minimise`] finds where the largest of several functions is least, and shows that it is.
+//! [`front`] finds designs between the best of two aims.
 //! [`fit`] finds parameters from measurements, and how well these tell them.
 //! Nothing here prints or reads files.
 
 mod campbell;
 mod fit;
 mod follower;
+mod front;
 mod grid;
 mod minimax;
 mod programme;
@@ -19,6 +21,7 @@ mod range;
 pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
 pub use fit::{Fit, FitError, fit};
 pub use follower::{FollowError, Followed, Follower};
+pub use front::{FrontPoint, front};
 pub use grid::{Grid, GridError};
 pub use minimax::{Optimum, OptimumError, Piece, minimise};
 pub use range::{Range, RangeError};

@@ -180,6 +180,19 @@ struct Derivatives {
     curvatures: Vec<Mat<f64>>,
 }
 
+impl Derivatives {
+    /// The most that the curvature of a function changes it by along a step.
+    fn bend(&self, step: &[f64]) -> f64 {
+        let n = step.len();
+        let each = self.curvatures.iter().map(|curvature| {
+            let along = |i: usize| (0..n).map(|k| curvature[(i, k)] * step[k]).sum::<f64>();
+            let square: f64 = (0..n).map(|i| step[i] * along(i)).sum();
+            square.abs() / 2.0
+        });
+        each.fold(0.0, f64::max)
+    }
+}
+
 impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
     /// Parameters from parts of the ranges.
     fn outside(&self, at: &[f64]) -> Vec<f64> {
@@ -308,7 +321,7 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             let programme = Programme {
                 values: known.pieces.iter().map(|piece| piece.value).collect(),
                 gradients: &known.gradients,
-                curvature: upwards(&weighed(&known.curvatures, &weights)),
+                curvature: upwards(&self.curvature(here, known, &weights)),
                 low: here.at.iter().map(|u| (-radius).max(-u)).collect(),
                 high: here.at.iter().map(|u| radius.min(1.0 - u)).collect(),
             };
@@ -317,6 +330,24 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             step = Some(found);
         }
         step
+    }
+
+    /// The curvature of the weighed functions. A parameter that their gradient holds at a limit does not bend the others.
+    fn curvature(&self, here: &Station, known: &Derivatives, weights: &[f64]) -> Mat<f64> {
+        let mut curvature = weighed(&known.curvatures, weights);
+        let n = here.at.len();
+        for i in 0..n {
+            let each = known.gradients.iter().zip(weights);
+            let slope: f64 = each.map(|(gradient, weight)| weight * gradient[i]).sum();
+            let is_held = match limit(here.at[i]) {
+                0 => false,
+                side => f64::from(side) * slope < 0.0,
+            };
+            for k in (0..n).filter(|k| is_held && *k != i) {
+                (curvature[(i, k)], curvature[(k, i)]) = (0.0, 0.0);
+            }
+        }
+        curvature
     }
 
     /// First and second derivatives by differences, of the functions that can be told from each other.
@@ -447,7 +478,8 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             let Some(next) = self.station(moved(&here.at, &step.by)) else {
                 break;
             };
-            let allowed = 1e-12 * here.worst().abs();
+            // Functions bend apart along a step, and the next brings them together again.
+            let allowed = 1e-12 * here.worst().abs() + 2.0 * known.bend(&step.by);
             if length == 0.0 || next.worst() > here.worst() + allowed {
                 break;
             }

@@ -1,20 +1,23 @@
-//! `eigentone optimise SCENE --vary PATH=lo:hi … --minimise M [--json]`.
+//! `eigentone optimise SCENE --vary PATH=lo:hi … --minimise M [--minimise M] [--json] [--out DIR]`.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args};
-use eigentone::design::{Optimum, OptimumError, Piece, minimise};
+use clap::{ArgGroup, Args, value_parser};
+use eigentone::design::{Optimum, OptimumError, Piece, front, minimise};
 use eigentone::modes::Precision;
+use eigentone::report::{FrontDesign, FrontReport};
 use serde_json::{Value, json};
 
+use super::files::Files;
 use super::progress::Progress;
 use super::study::{Kind, METRICS, Metric, Varied, object};
 use super::{Failure, print, source, tell_switches};
 
-/// Finds the numbers of the scene that make a metric least, and shows that they do
+/// Finds the numbers of the scene that make a metric least, and shows that they do; of two metrics, the designs between their
+/// bests
 #[derive(Debug, Args)]
-#[command(group(ArgGroup::new("aim").required(true).args(["minimise", "maximise"])))]
+#[command(group(ArgGroup::new("aims").required(true).multiple(true).args(["minimise", "maximise"])))]
 pub struct Optimise {
     /// The scene file; - is standard input
     #[arg(value_parser = source::parser())]
@@ -23,80 +26,212 @@ pub struct Optimise {
     #[arg(long, required = true, value_name = "PATH=lo:hi", value_parser = varied)]
     vary: Vec<(String, (f64, f64))>,
     #[arg(long, value_name = "METRIC", help = METRICS)]
-    minimise: Option<Metric>,
+    minimise: Vec<Metric>,
     /// A metric to make largest instead
     #[arg(long, value_name = "METRIC")]
-    maximise: Option<Metric>,
+    maximise: Vec<Metric>,
+    /// How many designs between the bests of two metrics, them included
+    #[arg(long, value_name = "COUNT", default_value_t = 11, value_parser = value_parser!(u16).range(2..=1000))]
+    front: u16,
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
+    /// Write the designs between two bests into this directory, as CSV and as a plot
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A metric and the direction that is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim<'a> {
+    pub metric: &'a Metric,
+    /// 1 to make it least, −1 to make it largest.
+    pub sign: f64,
 }
 
 impl Optimise {
     pub fn run(self) -> Result<(), Failure> {
         let names = self.vary.iter().map(|(path, _)| path.as_str());
         let (scene, varied) = Varied::read(&self.scene, Precision::Double, names)?;
-        let (metric, sign) = match (&self.minimise, &self.maximise) {
-            (Some(metric), _) => (metric, 1.0),
-            (None, Some(metric)) => (metric, -1.0),
-            (None, None) => {
-                let message = "say what to --minimise or to --maximise".to_owned();
-                return Err(varied.refuse(message));
-            }
-        };
-        let refuse = |why: String| varied.refuse(format!("{}: {why}", metric.text));
+        let aim = |sign| move |metric| Aim { metric, sign };
+        let least = self.minimise.iter().map(aim(1.0));
+        let aims: Vec<Aim<'_>> = least.chain(self.maximise.iter().map(aim(-1.0))).collect();
         let modes = scene.system().modes_to(Precision::Double);
         let modes = modes.map_err(Failure::modes(&self.scene))?;
-        // Names that are wrong are wrong in every design.
-        varied
-            .measure(&metric.kind, &scene, &modes)
-            .map_err(refuse)?;
+        for Aim { metric, .. } in &aims {
+            // Names that are wrong are wrong in every design.
+            let measured = varied.measure(&metric.kind, &scene, &modes);
+            measured.map_err(|why| varied.refuse(format!("{}: {why}", metric.text)))?;
+        }
         tell_switches(&self.scene, &scene);
         let limits: Vec<(f64, f64)> = self.vary.iter().map(|(_, limits)| *limits).collect();
-        let progress = Progress::of("designs");
-        let mut why: Option<String> = None;
-        let mut count = 0usize;
-        let found = minimise(&limits, |values| {
-            count += 1;
-            if count.is_multiple_of(100) {
-                progress.say(&format!("{count} designs"));
+        match aims[..] {
+            [aim] if self.out.is_none() => best(aim, &limits, varied, self.json),
+            [_] => {
+                let message = "--out is for the designs between the bests of two metrics: give a second one, or leave it out";
+                Err(varied.refuse(message.to_owned()))
             }
-            match varied.pieces(&metric.kind, sign, values) {
-                Ok(pieces) => pieces,
-                Err(message) => {
-                    why.get_or_insert_with(|| format!("{}: {message}", varied.told(values)));
-                    None
-                }
+            [first, second] if first.metric.kind != second.metric.kind => {
+                let files = self.out.as_deref().map(Files::into).transpose()?;
+                let files = files.map(|files| files.beside(&self.scene));
+                between(
+                    [first, second],
+                    &limits,
+                    varied,
+                    self.front,
+                    self.json,
+                    files,
+                )
             }
-        });
-        drop(progress);
-        let optimum = found.map_err(|error| match (error, why) {
-            (OptimumError::Nowhere { .. }, Some(why)) => refuse(why),
-            (error, _) => refuse(error.to_string()),
-        })?;
-        // What was followed was in doubles.
-        let varied = varied.to(Precision::default());
-        let refuse = |why: String| varied.refuse(format!("{}: {why}", metric.text));
-        let (scene, modes) = varied.solve(&optimum.point).map_err(refuse)?;
-        let value = varied.measure(&metric.kind, &scene, &modes);
-        let value = value.map_err(refuse)?;
-        let answer = Answer {
-            varied: &varied,
-            metric,
-            // What a proven answer has above the peaks that were followed has not been minimised.
-            is_shown: optimum.is_shown()
-                && value.is_some_and(|value| {
-                    (value - sign * optimum.value).abs() <= 1e-9 * value.abs()
-                }),
-            value: value.unwrap_or(sign * optimum.value),
-            optimum: &optimum,
-            sign,
-        };
-        print(|out| match self.json {
-            true => writeln!(out, "{}", answer.json()),
-            false => out.write_all(answer.text().as_bytes()),
-        })
+            _ => {
+                let message = "give one metric, or two that differ, to --minimise or to --maximise";
+                Err(varied.refuse(message.to_owned()))
+            }
+        }
     }
+}
+
+/// The designs that a search has asked for, and why the first of them that has no answer has none.
+struct Tried<'a> {
+    varied: &'a Varied,
+    progress: Progress,
+    count: usize,
+    why: Option<String>,
+}
+
+impl Tried<'_> {
+    fn of(varied: &Varied) -> Tried<'_> {
+        Tried {
+            varied,
+            progress: Progress::of("designs"),
+            count: 0,
+            why: None,
+        }
+    }
+
+    fn pieces(&mut self, aims: &[Aim<'_>], values: &[f64]) -> Option<Vec<Vec<Piece>>> {
+        self.count += 1;
+        if self.count.is_multiple_of(100) {
+            self.progress.say(&format!("{} designs", self.count));
+        }
+        match self.varied.pieces(aims, values) {
+            Ok(pieces) => pieces,
+            Err(message) => {
+                let varied = self.varied;
+                self.why
+                    .get_or_insert_with(|| format!("{}: {message}", varied.told(values)));
+                None
+            }
+        }
+    }
+
+    fn refuse(self, aims: &[Aim<'_>], error: OptimumError) -> Failure {
+        let metrics: Vec<&str> = aims.iter().map(|aim| aim.metric.text.as_str()).collect();
+        let why = match (error, self.why) {
+            (OptimumError::Nowhere { .. }, Some(why)) => why,
+            (error, _) => error.to_string(),
+        };
+        self.varied.refuse(format!("{}: {why}", metrics.join(", ")))
+    }
+}
+
+/// Whether a proven value, if there is one, is the one that was followed in doubles: what a proven answer has above the peaks
+/// that were followed has not been minimised.
+fn is_followed(proven: Option<f64>, followed: f64) -> bool {
+    proven.is_none_or(|proven| (proven - followed).abs() <= 1e-9 * proven.abs())
+}
+
+/// The best design for one metric.
+fn best(aim: Aim<'_>, limits: &[(f64, f64)], varied: Varied, json: bool) -> Result<(), Failure> {
+    let Aim { metric, sign } = aim;
+    let mut tried = Tried::of(&varied);
+    let found = minimise(limits, |values| tried.pieces(&[aim], values)?.pop());
+    let optimum = match found {
+        Ok(optimum) => optimum,
+        Err(error) => return Err(tried.refuse(&[aim], error)),
+    };
+    drop(tried);
+    // What was followed was in doubles.
+    let varied = varied.to(Precision::default());
+    let refuse = |why: String| varied.refuse(format!("{}: {why}", metric.text));
+    let (scene, modes) = varied.solve(&optimum.point).map_err(refuse)?;
+    let value = varied.measure(&metric.kind, &scene, &modes);
+    let value = value.map_err(refuse)?;
+    let answer = Answer {
+        varied: &varied,
+        metric,
+        is_proven: value.is_some(),
+        is_shown: optimum.is_shown() && is_followed(value, sign * optimum.value),
+        value: value.unwrap_or(sign * optimum.value),
+        optimum: &optimum,
+        sign,
+    };
+    print(|out| match json {
+        true => writeln!(out, "{}", answer.json()),
+        false => out.write_all(answer.text().as_bytes()),
+    })
+}
+
+/// The designs between the bests of two metrics.
+fn between(
+    aims: [Aim<'_>; 2],
+    limits: &[(f64, f64)],
+    varied: Varied,
+    count: u16,
+    json: bool,
+    files: Option<Files>,
+) -> Result<(), Failure> {
+    let mut tried = Tried::of(&varied);
+    let found = front(limits, count.into(), |values| {
+        tried.pieces(&aims, values)?.try_into().ok()
+    });
+    let points = match found {
+        Ok(points) => points,
+        Err(error) => return Err(tried.refuse(&aims, error)),
+    };
+    drop(tried);
+    let varied = varied.to(Precision::default());
+    let mut designs = Vec::new();
+    for point in points {
+        let (scene, modes) = varied
+            .solve(&point.point)
+            .map_err(|why| varied.refuse(why))?;
+        let mut is_shown = point.is_shown;
+        let mut metrics = [0.0; 2];
+        for ((value, aim), followed) in metrics.iter_mut().zip(aims).zip(point.aims) {
+            let proven = varied.measure(&aim.metric.kind, &scene, &modes);
+            let proven = proven.map_err(|why| varied.refuse(why))?;
+            is_shown &= is_followed(proven, aim.sign * followed);
+            *value = proven.unwrap_or(aim.sign * followed);
+        }
+        designs.push(FrontDesign {
+            parameters: point.point,
+            metrics,
+            is_shown,
+        });
+    }
+    let parameters: Vec<&str> = varied.names().collect();
+    let report = FrontReport {
+        title: scene_title(varied.scene()),
+        parameters: &parameters,
+        metrics: aims.map(|aim| aim.metric.text.as_str()),
+        designs: &designs,
+    };
+    if let Some(mut files) = files {
+        files.write("front.csv", |out| report.csv(out))?;
+        files.write("front.svg", |out| {
+            out.write_all(report.plot().svg().as_bytes())
+        })?;
+        files.keep()?;
+    }
+    print(|out| match json {
+        true => report.json(out),
+        false => out.write_all(report.text().as_bytes()),
+    })
+}
+
+fn scene_title(scene: &Value) -> &str {
+    scene["title"].as_str().unwrap_or_default()
 }
 
 struct Answer<'a> {
@@ -106,6 +241,7 @@ struct Answer<'a> {
     value: f64,
     sign: f64,
     is_shown: bool,
+    is_proven: bool,
 }
 
 impl Answer<'_> {
@@ -141,6 +277,7 @@ impl Answer<'_> {
         let others: Vec<f64> = optimum.others.iter().map(|v| self.sign * v).collect();
         let certificate = json!({
             "local_optimum": self.is_shown,
+            "proven": self.is_proven,
             "active": active,
             "spread": optimum.spread,
             "gradient": optimum.gradient,
@@ -179,7 +316,13 @@ impl Answer<'_> {
             false => "maximum",
         };
         let _ = match self.is_shown {
-            true => writeln!(text, "a local {word}: gradients and curvature show it"),
+            true if self.is_proven => {
+                writeln!(text, "a local {word}: gradients and curvature show it")
+            }
+            true => writeln!(
+                text,
+                "a local {word} as far as doubles tell: gradients and curvature show it, but no proof covers every peak"
+            ),
             false => writeln!(
                 text,
                 "the best found; derivatives do not show a local {word}"
@@ -194,19 +337,19 @@ impl Answer<'_> {
 }
 
 impl Varied {
-    /// The functions of which the largest is minimised: ± the metric.
-    fn pieces(&self, kind: &Kind, sign: f64, values: &[f64]) -> Result<Option<Vec<Piece>>, String> {
+    /// For each aim the functions of which the largest is minimised: ± the metric.
+    fn pieces(&self, aims: &[Aim<'_>], values: &[f64]) -> Result<Option<Vec<Vec<Piece>>>, String> {
         let (scene, modes) = self.solve(values)?;
-        match kind {
-            Kind::Gain(from, to) if sign > 0.0 => {
-                let peaks = super::study::peaks_of_gain(&scene, &modes, from, to)?;
+        let each = aims.iter().map(|aim| match &aim.metric.kind {
+            Kind::Gain(from, to, band) if aim.sign > 0.0 => {
+                let peaks = super::study::peaks_of_gain(&scene, &modes, from, to, *band)?;
                 let piece = |&(frequency, value): &(f64, f64)| Piece {
                     place: f64::ln(frequency).max(-1e4),
                     value,
                 };
                 Ok(peaks.map(|peaks| peaks.iter().map(piece).collect()))
             }
-            Kind::Damping if sign < 0.0 => {
+            Kind::Damping if aim.sign < 0.0 => {
                 let all = super::study::ratios(&modes).map(|(size, ratio)| Piece {
                     place: size.ln(),
                     value: -ratio,
@@ -217,11 +360,12 @@ impl Varied {
                 let value = self.measure(kind, &scene, &modes)?;
                 let piece = |value: f64| Piece {
                     place: 0.0,
-                    value: sign * value,
+                    value: aim.sign * value,
                 };
                 Ok(value.map(|value| vec![piece(value)]))
             }
-        }
+        });
+        each.collect()
     }
 }
 

@@ -6,11 +6,13 @@ use std::str::FromStr;
 
 use eigentone::modes::{Eigenvalue, Modes, Precision};
 use eigentone::response::{
-    Combination, Destination, Extrema, LargestGain, Quantity, ResponsePlan, Sum, Summary, peak_grid,
+    Combination, Destination, Extrema, LargestGain, Peak, Quantity, ResponsePlan, Sum, Summary,
+    peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use serde_json::Value;
 
+use super::frequency::Asked;
 use super::frf::asked;
 use super::{Failure, source};
 
@@ -25,13 +27,14 @@ pub struct Metric {
 pub enum Kind {
     Damping,
     Frequency(usize),
-    Gain(String, String),
+    /// From, to, and between which frequencies, in rad/s.
+    Gain(String, String, Option<(f64, f64)>),
     Rms(String),
     Peak(String),
     Settling(String),
 }
 
-pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"rms NAME\", \"peak NAME\" and \"settling NAME\"";
+pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"gain FROM TO lo:hi\", \"rms NAME\", \"peak NAME\" and \"settling NAME\"";
 
 impl FromStr for Metric {
     type Err = String;
@@ -44,7 +47,10 @@ impl FromStr for Metric {
                 Ok(k) if k >= 1 => Kind::Frequency(k),
                 _ => return Err("the modes of \"frequency K\" count from 1".to_owned()),
             },
-            ["gain", from, to] => Kind::Gain(from.to_owned(), to.to_owned()),
+            ["gain", from, to] => Kind::Gain(from.to_owned(), to.to_owned(), None),
+            ["gain", from, to, limits] => {
+                Kind::Gain(from.to_owned(), to.to_owned(), Some(band(limits)?))
+            }
             ["rms", name] => Kind::Rms(name.to_owned()),
             ["peak", name] => Kind::Peak(name.to_owned()),
             ["settling", name] => Kind::Settling(name.to_owned()),
@@ -52,6 +58,18 @@ impl FromStr for Metric {
         };
         let text = words.join(" ");
         Ok(Metric { text, kind })
+    }
+}
+
+/// The frequencies between which a gain is sought.
+fn band(text: &str) -> Result<(f64, f64), String> {
+    const RIGHT: &str =
+        "write the frequencies of a gain as lo:hi, in rad/s or with a unit, as 2:30 or 1Hz:5Hz";
+    let (low, high) = text.split_once(':').ok_or(RIGHT)?;
+    let number = |text: &str| text.parse::<Asked>().map(|at| at.radians_per_second(false));
+    match (number(low), number(high)) {
+        (Ok(low), Ok(high)) if low < high => Ok((low, high)),
+        _ => Err(RIGHT.to_owned()),
     }
 }
 
@@ -201,9 +219,9 @@ impl Varied {
                     modes.into_iter().count()
                 )),
             },
-            Kind::Gain(from, to) => {
+            Kind::Gain(from, to, band) => {
                 if self.precision == Precision::Double && modes.eigenvalues().iter().all(decays) {
-                    let peaks = peaks_of_gain(scene, modes, from, to)?;
+                    let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
                     let largest = peaks
                         .and_then(|all| all.into_iter().map(|(_, size)| size).reduce(f64::max));
                     if largest.is_some() {
@@ -213,13 +231,26 @@ impl Varied {
                 let grid = peak_grid(scene.system(), modes, scene.loss_factors());
                 let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
                 let features = asked.features(&grid).map_err(|error| error.to_string())?;
-                let gain = features
-                    .first()
-                    .and_then(|features| features.largest_gain());
-                Ok(match gain {
-                    Some(LargestGain::Unbounded { .. }) | None => None,
-                    Some(LargestGain::Finite { gain, .. }) => Some(gain),
-                })
+                let Some(features) = features.first() else {
+                    return Ok(None);
+                };
+                let Some((low, high)) = *band else {
+                    return Ok(match features.largest_gain() {
+                        Some(LargestGain::Unbounded { .. }) | None => None,
+                        Some(LargestGain::Finite { gain, .. }) => Some(gain),
+                    });
+                };
+                if !features.is_complete() {
+                    return Ok(None);
+                }
+                let ends = asked.at(&[low, high]).map_err(|error| error.to_string())?;
+                let ends = ends.functions().iter().flat_map(|end| end.values());
+                let ends = ends.map(|value| value.known().map(|(value, _)| value.norm()));
+                let within = |peak: &&Peak| (low..=high).contains(&peak.frequency().0);
+                let peaks = features.peaks().iter().filter(within);
+                let peaks = peaks.map(|peak| peak.gain().map(|(gain, _)| gain));
+                let all: Option<Vec<f64>> = peaks.chain(ends).collect();
+                Ok(all.and_then(|all| all.into_iter().reduce(f64::max)))
             }
             Kind::Rms(name) => {
                 if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
@@ -252,13 +283,14 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     moving.map(|(root, size)| (size, -root.re / size))
 }
 
-/// Frequency in rad/s and magnitude of each peak in doubles, the static one and that of the highest frequency looked at included;
-/// `None` where one is infinite.
+/// Frequency in rad/s and magnitude of each peak in doubles within a band, or at all frequencies, its ends and the highest frequency
+/// looked at included; `None` where one is infinite.
 pub fn peaks_of_gain(
     scene: &Scene,
     modes: &Modes,
     from: &String,
     to: &String,
+    band: Option<(f64, f64)>,
 ) -> Result<Option<Vec<(f64, f64)>>, String> {
     /// Points of the even grid.
     const EVEN: usize = 60;
@@ -286,8 +318,9 @@ pub fn peaks_of_gain(
         const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
         grid.extend(OFFSETS.map(|offset| root.im.abs() + offset * root.re.abs()));
     }
-    grid.push(0.0);
-    grid.retain(|at| *at >= 0.0);
+    let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
+    grid.extend([low, high]);
+    grid.retain(|at| at.is_finite() && (low..=high).contains(at));
     grid.sort_by(f64::total_cmp);
     grid.dedup();
     let Some(values) = look(&grid)? else {

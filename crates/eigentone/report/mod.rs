@@ -15,6 +15,7 @@ mod demands;
 mod energy;
 mod events;
 mod frequency;
+mod front;
 #[cfg(feature = "check")]
 mod heat_map;
 mod map;
@@ -50,6 +51,7 @@ pub use demands::{DemandReport, MOST_DEMANDS};
 pub use energy::EnergyReport;
 pub use events::events_csv;
 pub use frequency::FrequencyReport;
+pub use front::{FrontDesign, FrontReport};
 pub use modes::ModeReport;
 pub use page::Page;
 pub use plot::{Line, Plot, Ring};

@@ -1,0 +1,266 @@
+//! `optimise` with two metrics, gains between two frequencies, and an absorber for a building.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{fresh, number, parsed, printed, refused};
+
+const BODY: f64 = 300.0;
+const WHEEL: f64 = 40.0;
+const TYRE: f64 = 160_000.0;
+/// One-sided density of the road's velocity, m²/s² per Hz.
+const DENSITY: f64 = 1e-3;
+
+fn written(file: &Path, scene: &Value) -> String {
+    fs::write(file, scene.to_string()).expect("it can be written");
+    file.to_str().expect("a UTF-8 path").to_owned()
+}
+
+fn quarter_car(file: &Path) -> String {
+    written(
+        file,
+        &json!({
+            "masses": [{"name": "body", "mass": BODY}, {"name": "wheel", "mass": WHEEL}],
+            "supports": ["road"],
+            "springs": [{"name": "suspension", "between": ["wheel", "body"], "stiffness": 16000},
+                        {"name": "tyre", "between": ["road", "wheel"], "stiffness": TYRE}],
+            "dampers": [{"name": "damper", "between": ["wheel", "body"], "damping": 1000}],
+            "outputs": [{"name": "comfort", "acceleration": {"body": 1}},
+                        {"name": "holding", "force": "tyre"},
+                        {"name": "travel", "displacement": {"body": 1, "wheel": -1}}],
+            "noise": [{"of": "road", "velocity": DENSITY}]
+        }),
+    )
+}
+
+const VARY: [&str; 4] = [
+    "--vary",
+    "suspension.stiffness=5e3:5e4",
+    "--vary",
+    "damper.damping=200:4000",
+];
+
+/// Root mean square of acceleration and travel, by the residues of a quarter car's transfer functions.
+fn closed(k: f64, c: f64) -> [f64; 2] {
+    let (half, both) = (DENSITY / 4.0, BODY + WHEEL);
+    let comfort = half * (TYRE * c + both * k * k / c) / (BODY * BODY);
+    [comfort.sqrt(), (half * both / c).sqrt()]
+}
+
+struct Design {
+    parameters: [f64; 2],
+    metrics: [f64; 2],
+    is_shown: bool,
+}
+
+fn front(scene: &str, metrics: [&str; 2], count: &str) -> Vec<Design> {
+    let aims = ["--minimise", metrics[0], "--minimise", metrics[1]];
+    let more = ["--front", count, "--json"];
+    let answer = parsed(&[&["optimise", scene], &VARY[..], &aims, &more].concat());
+    let all = answer["front"].as_array().expect("a list").clone();
+    let each = all.iter().map(|one| Design {
+        parameters: ["suspension.stiffness", "damper.damping"]
+            .map(|name| number(&one["parameters"][name])),
+        metrics: metrics.map(|name| number(&one["metrics"][name])),
+        is_shown: one["local_optimum"] == true,
+    });
+    each.collect()
+}
+
+#[test]
+fn comfort_against_travel_is_as_closed_forms_have_it() {
+    let folder = fresh("front-closed");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = quarter_car(&folder.join("car.json"));
+    let designs = front(&scene, ["rms comfort", "rms travel"], "5");
+    assert_eq!(designs.len(), 5);
+    for design in &designs {
+        let [k, c] = design.parameters;
+        for (found, right) in design.metrics.iter().zip(closed(k, c)) {
+            assert!((found / right - 1.0).abs() < 1e-12, "{k} {c}");
+        }
+    }
+    // The softest spring is best for both, but for the last design, whose travel no spring changes.
+    for design in &designs[..4] {
+        assert!(design.is_shown);
+        assert!((design.parameters[0] / 5e3 - 1.0).abs() < 1e-12);
+    }
+    let best = 5e3 * ((BODY + WHEEL) / TYRE).sqrt();
+    assert!((designs[0].parameters[1] / best - 1.0).abs() < 1e-9);
+    assert!((designs[4].parameters[1] / 4e3 - 1.0).abs() < 1e-12);
+    // Between the ends both are as far above a point of the straight line that joins them.
+    let ends = [designs[0].metrics, designs[4].metrics];
+    let extent = [ends[1][0] - ends[0][0], ends[0][1] - ends[1][1]];
+    for (k, design) in (1..4).zip(&designs[1..4]) {
+        let part = f64::from(k) / 4.0;
+        let above = (design.metrics[0] - ends[0][0]) / extent[0] - part;
+        let other = (design.metrics[1] - ends[1][1]) / extent[1] - (1.0 - part);
+        assert!(
+            (above - other).abs() < 1e-9 && above < 0.0,
+            "{above} {other}"
+        );
+    }
+}
+
+#[test]
+fn no_design_of_a_grid_is_better_in_both() {
+    let folder = fresh("front-grid");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = quarter_car(&folder.join("car.json"));
+    let metrics = ["rms comfort", "rms holding"];
+    let designs = front(&scene, metrics, "4");
+    assert_eq!(designs.len(), 4);
+    assert!(designs.iter().all(|design| design.is_shown));
+    let grid = [
+        "--vary",
+        "suspension.stiffness=5e3:5e4:16:log",
+        "--vary",
+        "damper.damping=200:4000:24:log",
+    ];
+    let aims = ["--metric", metrics[0], "--metric", metrics[1], "--json"];
+    let lines = printed(&[&["sweep", &scene], &grid[..], &aims].concat());
+    let mut count = 0;
+    for line in lines.lines() {
+        let one: Value = serde_json::from_str(line).expect("JSON");
+        let values = metrics.map(|name| number(&one["metrics"][name]));
+        let better =
+            |design: &Design| (0..2).all(|k| values[k] < design.metrics[k] * (1.0 - 1e-12));
+        assert!(!designs.iter().any(better), "{line}");
+        count += 1;
+    }
+    assert_eq!(count, 16 * 24);
+    let out = folder.join("out");
+    let out = out.to_str().expect("UTF-8");
+    let aims = [
+        "--minimise",
+        metrics[0],
+        "--maximise",
+        "damping",
+        "--front",
+        "2",
+    ];
+    let text = printed(&[&["optimise", &scene], &VARY[..], &aims, &["--out", out]].concat());
+    assert!(text.trim_start().starts_with("rms comfort "), "{text}");
+    let table = fs::read_to_string(folder.join("out/front.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 3);
+    assert!(folder.join("out/front.svg").exists());
+    let one = ["--minimise", "damping", "--out", out];
+    let error = refused(&[&["optimise", &scene], &VARY[..], &one].concat(), 2);
+    assert!(error.contains("--out is for"), "{error}");
+}
+
+#[test]
+fn gains_between_two_frequencies_are_those_of_one_mass() {
+    let folder = fresh("gain-band");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let (m, c, k) = (2.0, 0.8, 50.0);
+    let scene = written(
+        &folder.join("one.json"),
+        &json!({
+            "masses": [{"name": "m", "mass": m}],
+            "springs": [{"name": "k", "between": ["ground", "m"], "stiffness": k}],
+            "dampers": [{"between": ["ground", "m"], "damping": c}]
+        }),
+    );
+    let gain = |w: f64| 1.0 / ((k - m * w * w).powi(2) + (c * w).powi(2)).sqrt();
+    let peak = (k / m - c * c / (2.0 * m * m)).sqrt();
+    for precision in ["double", "certified"] {
+        for (band, right) in [
+            ("1:20", gain(peak)),
+            ("0:3", gain(3.0)),
+            ("6:1000", gain(6.0)),
+            ("1Hz:2Hz", gain(std::f64::consts::TAU)),
+        ] {
+            let metric = format!("gain m m {band}");
+            let more = ["--vary", "k.stiffness=50", "--metric", &metric, "--json"];
+            let line = parsed(&[&["sweep", &scene, "--precision", precision], &more[..]].concat());
+            let found = number(&line["metrics"][metric.as_str()]);
+            assert!(
+                (found / right - 1.0).abs() < 1e-12,
+                "{band}: {found} {right}"
+            );
+        }
+    }
+    for wrong in ["gain m m 3", "gain m m 3:1", "gain m m a:b"] {
+        let error = refused(
+            &[
+                "sweep",
+                &scene,
+                "--vary",
+                "k.stiffness=50",
+                "--metric",
+                wrong,
+            ],
+            2,
+        );
+        assert!(
+            error.contains("write the frequencies of a gain as lo:hi"),
+            "{error}"
+        );
+    }
+}
+
+/// Five storeys, an absorber of 2 % of the building on the roof.
+#[test]
+fn an_absorber_for_a_building_is_better_than_its_neighbours() {
+    let folder = fresh("building");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let floor = |i: usize| format!("f{i}");
+    let below = |i: usize| {
+        if i == 1 {
+            "base".to_owned()
+        } else {
+            floor(i - 1)
+        }
+    };
+    let masses = (1..=5).map(|i| json!({"name": floor(i), "mass": 1e5}));
+    let springs = (1..=5).map(|i| json!({"between": [below(i), floor(i)], "stiffness": 1e8}));
+    let dampers = (1..=5).map(|i| json!({"between": [below(i), floor(i)], "damping": 5e4}));
+    let absorber = json!({"name": "a", "mass": 1e4});
+    let spring = json!({"name": "absorber", "between": ["f5", "a"], "stiffness": 8e5});
+    let damper = json!({"name": "dashpot", "between": ["f5", "a"], "damping": 1e4});
+    let scene = written(
+        &folder.join("building.json"),
+        &json!({
+            "supports": ["base"],
+            "masses": masses.chain([absorber]).collect::<Vec<_>>(),
+            "springs": springs.chain([spring]).collect::<Vec<_>>(),
+            "dampers": dampers.chain([damper]).collect::<Vec<_>>()
+        }),
+    );
+    let vary = [
+        "--vary",
+        "absorber.stiffness=1e5:4e6",
+        "--vary",
+        "dashpot.damping=1e3:2e5",
+    ];
+    let aim = ["--minimise", "gain base f5", "--json"];
+    let answer = parsed(&[&["optimise", &scene], &vary[..], &aim].concat());
+    assert_eq!(answer["certificate"]["local_optimum"], true, "{answer}");
+    assert_eq!(answer["certificate"]["proven"], true, "{answer}");
+    assert_eq!(
+        answer["certificate"]["active"].as_array().map(Vec::len),
+        Some(2)
+    );
+    let best = number(&answer["metric"]["value"]);
+    let grid = [
+        "--vary",
+        "absorber.stiffness=1e5:4e6:24:log",
+        "--vary",
+        "dashpot.damping=1e3:2e5:24:log",
+    ];
+    let lines = printed(
+        &[
+            &["sweep", &scene],
+            &grid[..],
+            &["--metric", "gain base f5", "--json"],
+        ]
+        .concat(),
+    );
+    for line in lines.lines() {
+        let one: Value = serde_json::from_str(line).expect("JSON");
+        assert!(number(&one["metrics"]["gain base f5"]) >= best, "{line}");
+    }
+}

@@ -31,6 +31,7 @@
 //! |---|---|
 //! | frequencies, dampings, shapes | [`System::modes`] → [`Modes`] of [`Mode`]s; [`System::modes_to`] for less or estimated [`Precision`] |
 //! | what is proved of a system, without tolerances | [`System::structure`] → [`Structure`] |
+//! | what eigenpairs of another program are worth | [`examine_pairs`] |
 //! | one solver and no other | [`solvers`], each a [`ModeSolver`] |
 //! | real shapes and modal masses (docs/theory.md, (10), (16)) | [`ClassicalModes`] |
 //! | how a mode depends on each element (docs/theory.md, (18)) | [`Sensitivity`] |
@@ -72,7 +73,10 @@ pub use solver::{
     Classical, ClassicalModes, DamperFactor, LowRank, ModalMatrix, ModeSolver, ModesError,
     SpringFactor, StateMatrix, Symmetric, dense_gigabytes, solvers,
 };
-pub use sparse::{Amplitudes, SparseDynamicStiffness, SparseError, SparseModes, SparseWork};
+pub use sparse::{
+    Amplitudes, Eigenpair, ExaminedPairs, SparseDynamicStiffness, SparseError, SparseModes,
+    SparseWork, examine_pairs,
+};
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
 pub use system::{

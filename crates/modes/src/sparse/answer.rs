@@ -2,7 +2,6 @@
 
 use num_complex::Complex;
 
-use super::SparseModes;
 use crate::modes::Repeats;
 
 /// A vector by its real and imaginary parts.
@@ -28,14 +27,6 @@ pub(crate) struct Answer {
 /// What a proof lacks where eigenvalues of (K, M) were not counted.
 pub(crate) const NOT_COUNTED: &str =
     "the pivots of K - sM are rounded too much to count the undamped modes";
-
-/// Whether a mode was told from all others.
-pub(crate) fn told(found: &SparseModes, k: usize) -> Repeats {
-    match found.clusters[k] {
-        1 => Repeats::SIMPLE,
-        count => Repeats::Cluster(count),
-    }
-}
 
 /// Keeps so many entries whose natural frequencies are nearest to the target; how far the last one is.
 pub(crate) fn keep_nearest(roots: &mut Vec<Root>, target: f64, count: usize) -> Option<f64> {

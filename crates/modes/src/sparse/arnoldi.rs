@@ -9,18 +9,12 @@
 use faer::Mat;
 use num_complex::Complex;
 
+use super::eigenpair::Eigenpair;
 use super::factor::{Factor, Sum};
 use super::pencil::Pencil;
 use super::random::uniform;
 
 type Vector = Vec<Complex<f64>>;
-
-/// A root and its shape, to about 10 digits.
-#[derive(Clone, Debug)]
-pub(crate) struct Approximate {
-    pub(crate) value: Complex<f64>,
-    pub(crate) shape: Vector,
-}
 
 /// What was found about a shift.
 pub(crate) struct Arnoldi<'a> {
@@ -163,7 +157,7 @@ impl<'a> Arnoldi<'a> {
     }
 
     /// The roots in the space that was found, those with Im λ ≥ 0 where roots come in pairs about a real shift.
-    pub(crate) fn roots(&self) -> Vec<Approximate> {
+    pub(crate) fn roots(&self) -> Vec<Eigenpair> {
         let count = self.basis.len();
         let form = Mat::from_fn(count, count, |i, j| {
             inner(&self.basis[i], &self.products[j])
@@ -191,7 +185,7 @@ impl<'a> Arnoldi<'a> {
                 .iter_mut()
                 .zip(&self.weights)
                 .for_each(|(x, w)| *x /= w);
-            roots.push(Approximate { value, shape });
+            roots.push(Eigenpair { value, shape });
         }
         roots
     }

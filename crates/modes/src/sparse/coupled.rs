@@ -4,13 +4,14 @@
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};
-use super::arnoldi::{Approximate, Arnoldi};
+use super::arnoldi::Arnoldi;
+use super::eigenpair::Eigenpair;
 use super::error::SparseError;
 use super::form::Form;
 use super::newton;
 use super::pencil::Pencil;
+use super::undamped::{Facts, Undamped};
 use super::winding::{MANY, Winding};
-use super::{Facts, SparseModes};
 use crate::modes::Repeats;
 
 /// Natural frequencies about the target.
@@ -32,12 +33,16 @@ impl Ring {
 }
 
 /// Those of damping that couples shapes.
-pub(crate) fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, SparseError> {
+pub(crate) fn coupled(
+    found: &Undamped,
+    undamped: &Pencil,
+    damping: &Form,
+) -> Result<Answer, SparseError> {
     const ROUNDS: usize = 6;
     let facts = &found.facts;
     let Pencil {
         stiffness, mass, ..
-    } = &*found.pencil;
+    } = undamped;
     let pencil = Pencil::of(stiffness.clone(), damping.clone(), mass.clone());
     let pencil = pencil.ok_or(SparseError::TooDense)?;
     let zeros = zeros(found, damping);
@@ -72,7 +77,7 @@ pub(crate) fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, Spa
     if searches.is_empty() {
         return Err(SparseError::OutOfRange);
     }
-    let winding = winding(found, damping);
+    let winding = winding(facts, undamped, damping);
     let mut more = wanted;
     let mut rounds = 0..ROUNDS;
     let (groups, count) = loop {
@@ -116,7 +121,7 @@ pub(crate) fn coupled(found: &SparseModes, damping: &Form) -> Result<Answer, Spa
             break;
         }
         listed += group.len();
-        let group = refined(&pencil, group, facts.passive);
+        let group = settled(newton::refined(&pencil, group), facts.passive);
         roots.extend(group.into_iter().map(|root| (k + 1, root)));
     }
     let complete = count.and_then(|count| confirmed(&roots, &count));
@@ -132,8 +137,11 @@ struct Count {
 }
 
 /// What counts roots in discs, or what a proof lacks.
-fn winding<'a>(found: &'a SparseModes, damping: &Form) -> Result<Winding<'a>, &'static str> {
-    let facts = &found.facts;
+fn winding<'a>(
+    facts: &Facts,
+    undamped: &'a Pencil,
+    damping: &Form,
+) -> Result<Winding<'a>, &'static str> {
     if !facts.has_sound_mass {
         return Err("the mass matrix is not proved to be positive semidefinite");
     }
@@ -143,7 +151,7 @@ fn winding<'a>(found: &'a SparseModes, damping: &Form) -> Result<Winding<'a>, &'
     if !facts.idle.is_empty() {
         return Err("a part has neither mass nor a spring to others");
     }
-    Winding::of(&found.pencil, damping).ok_or(MANY)
+    Winding::of(undamped, damping).ok_or(MANY)
 }
 
 /// Counts roots in a ring, with rims near which det(λ²M + K) has no root.
@@ -193,16 +201,16 @@ fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'static str>
 }
 
 /// Motions at λ = 0: K x = 0, with two roots where C x = 0 as well.
-struct Zeros {
+pub(crate) struct Zeros {
     shapes: Vec<Vec<f64>>,
-    roots: usize,
+    pub(crate) roots: usize,
     /// Whether some shape stands for two of them.
     double: bool,
 }
 
-fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
-    let still =
-        (0..found.len()).filter(|&k| found.squares[k] == 0.0 && found.errors[k] == Some(0.0));
+pub(crate) fn zeros(found: &Undamped, damping: &Form) -> Zeros {
+    let still = (0..found.squares.len())
+        .filter(|&k| found.squares[k] == 0.0 && found.errors[k] == Some(0.0));
     let shapes: Vec<Vec<f64>> = still
         .map(|k| found.shapes.col(k).iter().copied().collect())
         .collect();
@@ -227,7 +235,7 @@ fn zeros(found: &SparseModes, damping: &Form) -> Zeros {
 }
 
 impl Zeros {
-    fn entries(&self) -> Vec<Root> {
+    pub(crate) fn entries(&self) -> Vec<Root> {
         let count = self.roots;
         let root = |shape: &Vec<f64>, defective, roots| Root {
             value: Complex::ZERO,
@@ -252,9 +260,9 @@ impl Zeros {
 
 /// The roots that all searches found, those together that nearly coincide, the nearest to the target first, without
 /// those at 0.
-fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Approximate>> {
+fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Eigenpair>> {
     const SMALL: f64 = 1e-3;
-    let mut groups: Vec<Vec<(usize, Approximate)>> = Vec::new();
+    let mut groups: Vec<Vec<(usize, Eigenpair)>> = Vec::new();
     for (k, search) in searches.iter().enumerate() {
         let mut roots = search.roots();
         roots.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
@@ -265,8 +273,7 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Appr
             .count();
         for root in roots.drain(still..) {
             let reach = newton::NEAR * root.value.norm();
-            let near =
-                |(_, other): &(usize, Approximate)| (other.value - root.value).norm() <= reach;
+            let near = |(_, other): &(usize, Eigenpair)| (other.value - root.value).norm() <= reach;
             let (mut joined, apart): (Vec<_>, Vec<_>) =
                 groups.into_iter().partition(|group| group.iter().any(near));
             let mut group: Vec<_> = joined.drain(..).flatten().collect();
@@ -276,20 +283,20 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Appr
         }
     }
     // Of what several searches found the one that found most is taken.
-    let most = |group: Vec<(usize, Approximate)>| -> Vec<Approximate> {
+    let most = |group: Vec<(usize, Eigenpair)>| -> Vec<Eigenpair> {
         let found = |k: usize| group.iter().filter(|(search, _)| *search == k).count();
         let best = (0..searches.len()).rev().max_by_key(|&k| found(k));
         let own = |(k, root)| (Some(k) == best).then_some(root);
         group.into_iter().filter_map(own).collect()
     };
-    let mut groups: Vec<Vec<Approximate>> = groups.into_iter().map(most).collect();
-    let apart = |group: &Vec<Approximate>| (group[0].value.norm() - target).abs();
+    let mut groups: Vec<Vec<Eigenpair>> = groups.into_iter().map(most).collect();
+    let apart = |group: &Vec<Eigenpair>| (group[0].value.norm() - target).abs();
     groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
     groups
 }
 
 /// How many roots an approximate one stands for: with its conjugate, unless it is real.
-fn pairs(root: &Approximate) -> usize {
+fn pairs(root: &Eigenpair) -> usize {
     match root.value.im.abs() <= 1e-7 * root.value.norm() {
         true => 1,
         false => 2,
@@ -297,7 +304,7 @@ fn pairs(root: &Approximate) -> usize {
 }
 
 /// A ring of natural frequencies about the target with at least so many entries as are wanted; `None` where too few were found.
-fn ring(groups: &[Vec<Approximate>], zeros: usize, facts: &Facts) -> Option<Ring> {
+fn ring(groups: &[Vec<Eigenpair>], zeros: usize, facts: &Facts) -> Option<Ring> {
     const APART: f64 = 1e-6;
     let mut sizes: Vec<(f64, usize)> = groups
         .iter()
@@ -318,9 +325,8 @@ fn ring(groups: &[Vec<Approximate>], zeros: usize, facts: &Facts) -> Option<Ring
     })
 }
 
-/// Roots with the digits that the matrices determine.
-fn refined(pencil: &Pencil, group: Vec<Approximate>, passive: bool) -> Vec<Root> {
-    let roots = newton::refined(pencil, group);
+/// Roots of a group, those that are not told from real or imaginary ones made so, and without conjugates.
+pub(crate) fn settled(roots: Vec<newton::Root>, passive: bool) -> Vec<Root> {
     let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
     let told = |k: usize, error: f64| {
         let others = values.iter().enumerate().filter(|(j, _)| *j != k);

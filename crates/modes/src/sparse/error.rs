@@ -20,6 +20,14 @@ pub enum SparseError {
         /// The frequency given, in rad/s.
         target: f64,
     },
+    /// A shape that is given has another length than the system has coordinates.
+    #[error("a shape has {given} entries: it must have {expected}, one for each coordinate")]
+    ShapeLength {
+        /// The entries it has.
+        given: usize,
+        /// The coordinates of the system.
+        expected: usize,
+    },
     /// A matrix is not symmetric.
     #[error(
         "the {kind} matrix is not symmetric: modes of large systems are found for symmetric matrices alone"

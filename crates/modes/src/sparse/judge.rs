@@ -2,7 +2,6 @@
 
 use num_complex::Complex;
 
-use super::SparseModes;
 use super::answer::{Parts, Root};
 use super::basis::dot;
 use super::form::Form;
@@ -11,19 +10,17 @@ use crate::solver::normalised;
 
 /// Measures residuals in the whole equation.
 pub(crate) struct Judge<'a> {
-    found: &'a SparseModes,
-    damping: &'a Form,
-    /// Frobenius norms of M, C and K.
+    /// M, C and K.
+    forms: [&'a Form; 3],
+    /// Their Frobenius norms.
     norms: [f64; 3],
 }
 
 impl<'a> Judge<'a> {
-    pub(crate) fn of(found: &'a SparseModes, damping: &'a Form) -> Judge<'a> {
-        let pencil = &*found.pencil;
+    pub(crate) fn of(forms: [&'a Form; 3]) -> Judge<'a> {
         Judge {
-            found,
-            damping,
-            norms: [&pencil.mass, damping, &pencil.stiffness].map(Form::norm),
+            forms,
+            norms: forms.map(Form::norm),
         }
     }
 
@@ -32,13 +29,8 @@ impl<'a> Judge<'a> {
         let n = shape[0].len();
         let mut rest = [vec![0.0; n], vec![0.0; n]];
         let mut product = vec![0.0; n];
-        let pencil = &self.found.pencil;
         let one = Complex::ONE;
-        for (form, factor) in [
-            (&pencil.mass, value * value),
-            (self.damping, value),
-            (&pencil.stiffness, one),
-        ] {
+        for (form, factor) in self.forms.into_iter().zip([value * value, value, one]) {
             for (part, unit) in shape.iter().zip([one, Complex::I]) {
                 form.apply(part, &mut product);
                 let factor = factor * unit;
@@ -93,6 +85,6 @@ impl<'a> Judge<'a> {
             let real = form.bilinear(re, re) - form.bilinear(im, im);
             Complex::new(real, 2.0 * form.bilinear(re, im))
         };
-        (form(&self.found.pencil.mass) * value * 2.0 + form(self.damping)).norm()
+        (form(self.forms[0]) * value * 2.0 + form(self.forms[1])).norm()
     }
 }

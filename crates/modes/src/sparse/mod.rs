@@ -7,10 +7,12 @@ mod basis;
 mod coupled;
 mod damped;
 mod dynamic;
+mod eigenpair;
 mod entry;
 mod error;
 mod factor;
 mod form;
+mod given;
 mod impedance;
 mod inertia;
 mod inverse_diagonal;
@@ -24,25 +26,27 @@ mod proportional;
 mod random;
 mod refine;
 mod search;
+mod setting;
+mod undamped;
 mod winding;
 
 use std::sync::Arc;
 
-use faer::{Mat, MatRef};
+use faer::MatRef;
 
 use crate::model::MatrixKind;
 use crate::modes::{Frequency, Modes};
-use crate::structure::rayleigh::Proportion;
 use crate::system::System;
 pub use dynamic::{Amplitudes, SparseDynamicStiffness};
+pub use eigenpair::Eigenpair;
 pub use error::SparseError;
+pub use given::{ExaminedPairs, examine_pairs};
 
 use factor::Factor;
 use form::Form;
-use inertia::{Inertia, Side};
 use pencil::Pencil;
-use refine::Pair;
-use search::Wanted;
+use setting::Setting;
+use undamped::Undamped;
 
 /// The undamped modes K x = ω²M x of a symmetric system nearest to a frequency, found without any dense
 /// matrix: time and memory grow with the entries of a sparse factor of K − σM, for chains with n.
@@ -69,42 +73,13 @@ use search::Wanted;
 /// ```
 #[derive(Clone, Debug)]
 pub struct SparseModes {
-    squares: Vec<f64>,
-    errors: Vec<Option<f64>>,
-    shapes: Mat<f64>,
-    /// How many, with those that are not here, each is not told apart from.
-    clusters: Vec<usize>,
-    /// Between which ω² the signs of pivots prove that none is missing.
-    counted: Option<[f64; 2]>,
+    found: Undamped,
     work: SparseWork,
     pencil: Arc<Pencil>,
     /// `None` where C is not symmetric.
     damping: Option<Form>,
-    facts: Facts,
     /// Where K − σM was factorised.
     shift: f64,
-    /// Infinite roots of the whole system, as far as they were counted.
-    infinite: usize,
-}
-
-/// What was asked for, and what is proved of the system.
-#[derive(Clone, Debug)]
-struct Facts {
-    target: f64,
-    count: usize,
-    /// Parts without mass that no spring ties to the ground.
-    idle: Vec<Vec<usize>>,
-    passive: bool,
-    /// M ⪰ 0.
-    has_sound_mass: bool,
-    /// K ⪰ 0, but for what lies far from the target.
-    semidefinite: bool,
-    proportion: Option<Proportion>,
-    zero_roots: Option<usize>,
-    /// How many motions K lets go on without force.
-    rigid: Option<usize>,
-    /// How many roots are finite.
-    finite: Option<usize>,
 }
 
 /// What sparse modes took.
@@ -152,126 +127,59 @@ impl SparseModes {
         if count == 0 {
             return Err(SparseError::NoneWanted);
         }
-        let form = |kind| Form::of(system, kind).ok_or(SparseError::NotSymmetric { kind });
-        let mass = form(MatrixKind::Mass)?;
-        let stiffness = form(MatrixKind::Stiffness)?;
-        let has_sound_mass = check_mass(&mass)?;
-        let has_mass = |part: &Vec<usize>| part.iter().any(|&i| !is_massless(&mass, i));
-        let structure = system.structure();
-        let parts = structure.spring_floating();
-        let (floating, idle): (Vec<_>, Vec<_>) = parts.iter().cloned().partition(has_mass);
-        let semidefinite = stiffness.is_non_negative()
-            || (!structure.is_large() && structure.rigid_motions().is_some());
-        let none = Form::zero(system.len());
-        let pencil = Pencil::of(stiffness, none, mass).ok_or(SparseError::TooDense)?;
-        let pencil = Arc::new(pencil);
-        // What lies barely below 0 is far from any other target.
-        let semidefinite = semidefinite
-            || target > 0.0 && {
-                let at = -(1e-3 * target) * (1e-3 * target);
-                let inertia = Inertia::new(&pencil, &idle);
-                inertia.below_either(at, Side::AtMost) == Some(0)
-            };
-        let wanted = Wanted {
-            pencil: &pencil,
-            floating: &floating,
-            idle: &idle,
-            semidefinite,
-            target,
-            count: count.min(system.len()),
-        };
+        let setting = Setting::of(system, target, count, pencil::MOST_ENTRIES)?;
+        let wanted = setting.wanted();
         let mut answer = match target {
             0.0 => search::lowest(&wanted)?,
             _ => search::nearest(&wanted)?,
         };
-        // Pivots count eigenvalues where M ⪰ 0.
-        answer.counted = answer.counted.filter(|_| has_sound_mass);
+        let found = setting.undamped(system, &mut answer);
         let work = SparseWork {
             products: answer.applied,
             factorisations: answer.factorised,
-            entries: pencil.ordering.rows.len(),
+            entries: setting.pencil.ordering.rows.len(),
         };
-        let (vectors, next) = answer.needed(&wanted);
-        let mut pairs = refine::refined(&answer.operator, vectors, next);
-        if answer.counted.is_some() && !structure.is_large() {
-            let known = floating.len() + idle.len();
-            let zeros = || Some(structure.rigid_motions_counted()?.saturating_sub(known));
-            rest_exactly(&mut pairs, zeros);
-        }
-        for part in floating.iter().take(wanted.count) {
-            pairs.push(rigid(part, &pencil.mass));
-        }
-        let apart = |pair: &Pair| wanted.apart(pair.square);
-        pairs.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
-        let clusters = clusters(&pairs);
-        let mut clustered: Vec<(Pair, usize)> = pairs.into_iter().zip(clusters).collect();
-        clustered.truncate(wanted.count);
-        clustered.sort_by(|a, b| a.0.square.total_cmp(&b.0.square));
-        let (pairs, clusters): (Vec<Pair>, Vec<usize>) = clustered.into_iter().unzip();
-        let centre = answer.operator.shift;
         Ok(SparseModes {
-            squares: pairs.iter().map(|pair| pair.square).collect(),
-            errors: pairs.iter().map(|pair| pair.error).collect(),
-            shapes: Mat::from_fn(system.len(), pairs.len(), |i, j| pairs[j].shape[i]),
-            clusters,
-            counted: answer.counted,
+            found,
             work,
             damping: Form::of(system, MatrixKind::Damping),
-            facts: Facts {
-                target,
-                count: wanted.count,
-                passive: structure.is_passive(),
-                has_sound_mass,
-                semidefinite,
-                proportion: structure.proportion(),
-                zero_roots: structure.zero_roots(),
-                rigid: (!structure.is_large())
-                    .then(|| structure.rigid_motions_counted())
-                    .flatten(),
-                finite: structure.finite_roots(),
-                idle,
-            },
-            shift: centre,
-            infinite: system
-                .structure()
-                .finite_roots()
-                .map_or(0, |finite| 2 * system.len() - finite),
-            pencil: pencil.clone(),
+            shift: answer.operator.shift,
+            pencil: setting.pencil.clone(),
         })
     }
 
     /// How many there are.
     #[allow(clippy::len_without_is_empty)] // at least one was asked for
     pub fn len(&self) -> usize {
-        self.squares.len()
+        self.found.squares.len()
     }
 
     /// λ = ω² in 1/s², rising. Negative where K pushes away and the motion grows.
     pub fn squares(&self) -> &[f64] {
-        &self.squares
+        &self.found.squares
     }
 
     /// ω of each; 0 where ω² is negative.
     pub fn frequencies(&self) -> Vec<Frequency> {
-        let squares = self.squares.iter();
+        let squares = self.found.squares.iter();
         let root = |square: &f64| Frequency::from_radians_per_second(square.max(0.0).sqrt());
         squares.map(root).collect()
     }
 
     /// How far each ω² may be off, in 1/s²: a first-order estimate, `None` where none can be given.
     pub fn square_bounds(&self) -> &[Option<f64>] {
-        &self.errors
+        &self.found.errors
     }
 
     /// The shapes: an n × m matrix, column j for mode j, with xᵀMx = 1.
     pub fn shapes(&self) -> MatRef<'_, f64> {
-        self.shapes.as_ref()
+        self.found.shapes.as_ref()
     }
 
     /// Whether the number of negative pivots of K − τM on both sides of what was found, by Sylvester's law
     /// of inertia, confirms that no mode between them is missing.
     pub fn is_counted(&self) -> bool {
-        self.counted.is_some()
+        self.found.counted.is_some()
     }
 
     /// The modes with damping, as roots of λ²M + λC + K: as many as were asked for, those whose natural frequency
@@ -301,7 +209,7 @@ impl SparseModes {
             let kind = MatrixKind::Damping;
             return Err(SparseError::NotSymmetric { kind });
         };
-        Ok(damped::reduced(self, damping)?)
+        Ok(damped::reduced(&self.found, damping)?)
     }
 
     /// M x, for a vector of n entries.
@@ -309,7 +217,7 @@ impl SparseModes {
     /// # Panics
     /// Unless x has n entries.
     pub fn mass_times(&self, x: &[f64]) -> Vec<f64> {
-        let mut product = vec![0.0; self.shapes.nrows()];
+        let mut product = vec![0.0; self.found.shapes.nrows()];
         self.pencil.mass.apply(x, &mut product);
         product
     }
@@ -334,7 +242,7 @@ impl SparseModes {
         }
         let mut rest = force.to_vec();
         for k in 0..self.len() {
-            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let shape: Vec<f64> = self.found.shapes.col(k).iter().copied().collect();
             let along = basis::dot(&shape, force);
             let resisted = self.mass_times(&shape);
             let pairs = rest.iter_mut().zip(&resisted);
@@ -345,7 +253,7 @@ impl SparseModes {
         // A part that nothing holds was pinned at a node: its shapes are taken out again.
         let resisted = self.mass_times(&rest);
         for k in 0..self.len() {
-            let shape: Vec<f64> = self.shapes.col(k).iter().copied().collect();
+            let shape: Vec<f64> = self.found.shapes.col(k).iter().copied().collect();
             let along = basis::dot(&shape, &resisted);
             let pairs = rest.iter_mut().zip(&shape);
             pairs.for_each(|(rest, value)| *rest -= along * value);
@@ -361,8 +269,8 @@ impl SparseModes {
             return None;
         }
         let mut diagonal = inverse_diagonal::of(&factor);
-        for (k, square) in self.squares.iter().enumerate() {
-            for (rest, x) in diagonal.iter_mut().zip(self.shapes.col(k).iter()) {
+        for (k, square) in self.found.squares.iter().enumerate() {
+            for (rest, x) in diagonal.iter_mut().zip(self.found.shapes.col(k).iter()) {
                 *rest -= x * x / square;
             }
         }
@@ -373,68 +281,5 @@ impl SparseModes {
     /// What they took.
     pub fn work(&self) -> SparseWork {
         self.work
-    }
-}
-
-/// Whether row i of M is 0.
-fn is_massless(mass: &Form, i: usize) -> bool {
-    mass.is_diagonal() && mass.ground(i) == 0.0
-}
-
-/// Whether M is proved to be positive semidefinite, as lumped masses are; an error where it is not so.
-fn check_mass(mass: &Form) -> Result<bool, SparseError> {
-    if mass.is_zero() {
-        return Err(SparseError::NoMass);
-    }
-    if mass.is_non_negative() {
-        return Ok(true);
-    }
-    let none = Form::zero(mass.len());
-    let pencil = Pencil::of(mass.clone(), none.clone(), none).ok_or(SparseError::TooDense)?;
-    let sizes = mass.sizes();
-    let bare = (0..sizes.len()).filter(|&i| sizes[i] == 0.0);
-    let bare: Vec<Vec<usize>> = bare.map(|i| vec![i]).collect();
-    let inertia = Inertia::new(&pencil, &bare);
-    if inertia.below_either(0.0, Side::AtMost) == Some(0) {
-        return Ok(true);
-    }
-    match inertia.below_either(0.0, Side::AtLeast) {
-        Some(0) | None => Ok(false),
-        Some(_) => Err(SparseError::MassNotDefinite),
-    }
-}
-
-/// Of each, how many there are that its error does not tell it from, itself included.
-fn clusters(pairs: &[Pair]) -> Vec<usize> {
-    const UNKNOWN: f64 = 1e-3;
-    let error = |pair: &Pair| pair.error.unwrap_or(UNKNOWN * pair.square.abs());
-    let near = |a: &Pair, b: &Pair| (a.square - b.square).abs() <= error(a) + error(b);
-    let count = |a: &Pair| pairs.iter().filter(|b| near(a, b)).count();
-    pairs.iter().map(count).collect()
-}
-
-/// Makes those that are not told from 0 exactly 0 where as many motions are proved to need no force, and none
-/// is missing.
-fn rest_exactly(pairs: &mut [Pair], zeros: impl FnOnce() -> Option<usize>) {
-    let unclear = |pair: &&mut Pair| pair.error.is_none_or(|error| pair.square.abs() <= error);
-    let unclear: Vec<&mut Pair> = pairs.iter_mut().filter(unclear).collect();
-    if unclear.is_empty() || zeros() != Some(unclear.len()) {
-        return;
-    }
-    for pair in unclear {
-        (pair.square, pair.error) = (0.0, Some(0.0));
-    }
-}
-
-/// A part that moves as a whole.
-fn rigid(part: &[usize], mass: &Form) -> Pair {
-    let mut shape = vec![0.0; mass.len()];
-    part.iter().for_each(|&i| shape[i] = 1.0);
-    let norm = mass.quadratic(&shape).sqrt();
-    part.iter().for_each(|&i| shape[i] = norm.recip());
-    Pair {
-        square: 0.0,
-        shape,
-        error: Some(0.0),
     }
 }

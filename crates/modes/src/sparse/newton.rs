@@ -11,7 +11,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
-use super::arnoldi::Approximate;
+use super::eigenpair::Eigenpair;
 use super::entry::Entry;
 use super::factor::{Factor, Sum};
 use super::form::Form;
@@ -43,42 +43,55 @@ const STEPS: usize = 16;
 pub(crate) const NEAR: f64 = 1e-4;
 
 /// Refines roots that lie near each other.
-pub(crate) fn refined(pencil: &Pencil, cluster: Vec<Approximate>) -> Vec<Root> {
+pub(crate) fn refined(pencil: &Pencil, cluster: Vec<Eigenpair>) -> Vec<Root> {
     const APART: f64 = 1e-6;
     let count = cluster.len() as f64;
     let centre = cluster.iter().map(|root| root.value).sum::<Complex<f64>>() / count;
     let shift = centre * (1.0 + APART);
     let factor = Factor::sum(pencil, Sum::at(shift), &[]);
-    let weights: Vec<f64> = pencil
-        .stiffness
-        .diagonal()
-        .iter()
-        .zip(pencil.mass.diagonal())
-        .map(|(k, m)| k.abs() + centre.norm_sqr() * m.abs())
-        .collect();
-    let mut block = Block {
-        pencil,
-        factor,
-        weights,
-        shapes: Vec::new(),
-        moved: f64::INFINITY,
-        step: f64::INFINITY,
-    };
-    for root in &cluster {
-        let x = root.shape.iter().map(|x| long(*x)).collect();
-        block.shapes.push(Shape {
-            x,
-            products: [Vec::new(), Vec::new(), Vec::new()],
-            value: long(root.value),
-        });
-    }
-    let ends = block.factor.is_finite() && block.improve();
+    let mut block = Block::of(pencil.forms(), &cluster, centre);
+    let ends = factor.is_finite() && block.improve(&factor);
     block
         .shapes
         .iter()
         .zip(&cluster)
         .map(|(shape, given)| block.root(shape, given, ends))
         .collect()
+}
+
+/// The same without a factor: roots of xᵀQ(θ)x in the span of the shapes as they are, with errors that their
+/// residuals allow to first order, ‖Q(θ)x‖ ‖x‖/|xᵀQ′(θ)x| in the norms of the weights (Tisseur 2000, *Linear Algebra
+/// Appl.* 309, §2).
+pub(crate) fn measured(forms: [&Form; 3], cluster: Vec<Eigenpair>) -> Vec<Root> {
+    const PART: f64 = 0.1;
+    let count = cluster.len() as f64;
+    let centre = cluster.iter().map(|root| root.value).sum::<Complex<f64>>() / count;
+    let mut block = Block::of(forms, &cluster, centre);
+    for shape in &mut block.shapes {
+        shape.measure(forms, &block.weights);
+    }
+    let found = block.separate() && block.shapes.iter_mut().all(Shape::quotient);
+    let inverse: Vec<f64> = block.weights.iter().map(|weight| weight.recip()).collect();
+    let root = |(shape, given): (&Shape, Eigenpair)| {
+        let value = short(shape.value);
+        let rest = shape.residual();
+        let rest = length(rest.into_iter().map(short), &inverse);
+        let whole = length(shape.x.iter().map(|x| short(*x)), &block.weights);
+        let own = rest * whole / short(shape.slope()).norm() + f64::EPSILON * value.norm();
+        match found && own <= PART * value.norm() {
+            true => Root {
+                value,
+                error: Some((own, own)),
+                shape: shape.x.iter().map(|x| short(*x)).collect(),
+            },
+            false => Root {
+                value: given.value,
+                error: None,
+                shape: given.shape,
+            },
+        }
+    };
+    block.shapes.iter().zip(cluster).map(root).collect()
 }
 
 fn long(value: Complex<f64>) -> Long {
@@ -90,8 +103,8 @@ fn short(value: Long) -> Complex<f64> {
 }
 
 struct Block<'a> {
-    pencil: &'a Pencil,
-    factor: Factor<'a, Complex<f64>>,
+    /// M, C and K.
+    forms: [&'a Form; 3],
     /// By which shapes are measured.
     weights: Vec<f64>,
     shapes: Vec<Shape>,
@@ -105,14 +118,33 @@ fn length(x: impl Iterator<Item = Complex<f64>>, weights: &[f64]) -> f64 {
     sizes.sum::<f64>().sqrt()
 }
 
-impl Block<'_> {
+impl<'a> Block<'a> {
+    fn of(forms: [&'a Form; 3], cluster: &[Eigenpair], centre: Complex<f64>) -> Block<'a> {
+        let [mass, _, stiffness] = forms;
+        let diagonals = stiffness.diagonal().into_iter().zip(mass.diagonal());
+        let shape = |root: &Eigenpair| Shape {
+            x: root.shape.iter().map(|x| long(*x)).collect(),
+            products: [Vec::new(), Vec::new(), Vec::new()],
+            value: long(root.value),
+        };
+        Block {
+            forms,
+            weights: diagonals
+                .map(|(k, m)| k.abs() + centre.norm_sqr() * m.abs())
+                .collect(),
+            shapes: cluster.iter().map(shape).collect(),
+            moved: f64::INFINITY,
+            step: f64::INFINITY,
+        }
+    }
+
     /// `false` where that does not converge.
-    fn improve(&mut self) -> bool {
+    fn improve(&mut self, factor: &Factor<'_, Complex<f64>>) -> bool {
         const ENOUGH: f64 = 1e-28;
         const SMALL: f64 = 1e-8;
         for step in 0..STEPS {
             for shape in &mut self.shapes {
-                shape.measure(self.pencil, &self.weights);
+                shape.measure(self.forms, &self.weights);
             }
             let before: Vec<Long> = self.shapes.iter().map(|shape| shape.value).collect();
             if !self.separate() {
@@ -129,7 +161,7 @@ impl Block<'_> {
                 let mut correction: Vec<Complex<f64>> =
                     shape.residual().into_iter().map(short).collect();
                 let mut work = vec![Complex::ZERO; correction.len()];
-                self.factor.solve(&mut correction, &mut work);
+                factor.solve(&mut correction, &mut work);
                 let taken = length(correction.iter().copied(), &self.weights);
                 let whole = length(shape.x.iter().map(|x| short(*x)), &self.weights);
                 part = part.max(taken / whole);
@@ -202,7 +234,7 @@ impl Block<'_> {
         true
     }
 
-    fn root(&self, shape: &Shape, given: &Approximate, ends: bool) -> Root {
+    fn root(&self, shape: &Shape, given: &Eigenpair, ends: bool) -> Root {
         if !ends {
             return Root {
                 value: given.value,
@@ -214,12 +246,7 @@ impl Block<'_> {
         let size = value.norm();
         let slope = short(shape.slope()).norm();
         // Rounding of forms in double-double.
-        let Pencil {
-            stiffness,
-            damping,
-            mass,
-            ..
-        } = self.pencil;
+        let [mass, damping, stiffness] = self.forms;
         let terms = |form: &Form| {
             let terms = form.sizes().into_iter().zip(&shape.x);
             terms.map(|(w, x)| w * short(*x).norm_sqr()).sum::<f64>()
@@ -249,14 +276,13 @@ fn dot(x: &[Long], y: &[Long]) -> Long {
 
 impl Shape {
     /// Makes the shape of length 1, and forms its products.
-    fn measure(&mut self, pencil: &Pencil, weights: &[f64]) {
+    fn measure(&mut self, forms: [&Form; 3], weights: &[f64]) {
         let norm = length(self.x.iter().map(|x| short(*x)), weights);
         self.x.iter_mut().for_each(|x| *x = *x * (1.0 / norm));
         let parts: [Vec<DoubleDouble>; 2] = [
             self.x.iter().map(|x| x.re).collect(),
             self.x.iter().map(|x| x.im).collect(),
         ];
-        let forms = [&pencil.mass, &pencil.damping, &pencil.stiffness];
         self.products = forms.map(|form| {
             let [re, im] = parts.each_ref().map(|part| {
                 let mut product = vec![DoubleDouble::ZERO; part.len()];

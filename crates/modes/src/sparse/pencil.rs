@@ -32,8 +32,18 @@ pub(crate) struct Pencil {
 impl Pencil {
     /// `None` where the factor would be larger than [`MOST_ENTRIES`].
     pub(crate) fn of(stiffness: Form, damping: Form, mass: Form) -> Option<Pencil> {
+        Pencil::within(MOST_ENTRIES, stiffness, damping, mass)
+    }
+
+    /// `None` where the factor would have more entries.
+    pub(crate) fn within(
+        most: usize,
+        stiffness: Form,
+        damping: Form,
+        mass: Form,
+    ) -> Option<Pencil> {
         let graph = adjacency(&[&stiffness, &damping, &mass]);
-        let ordering = Ordering::of(&graph, MOST_ENTRIES)?;
+        let ordering = Ordering::of(&graph, most)?;
         let n = graph.len();
         let mut starts = Vec::with_capacity(n + 1);
         starts.push(0);
@@ -66,6 +76,11 @@ impl Pencil {
             pencil.masses = pencil.weights(&pencil.mass);
         }
         Some(pencil)
+    }
+
+    /// M, C and K.
+    pub(crate) fn forms(&self) -> [&Form; 3] {
+        [&self.mass, &self.damping, &self.stiffness]
     }
 
     /// The order n.

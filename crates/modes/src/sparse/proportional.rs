@@ -3,13 +3,13 @@
 use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
-use super::SparseModes;
-use super::answer::{Answer, NOT_COUNTED, Parts, Root, keep_nearest, told};
+use super::answer::{Answer, NOT_COUNTED, Parts, Root, keep_nearest};
+use super::undamped::Undamped;
 use crate::modes::Repeats;
 use crate::structure::rayleigh::Proportion;
 
 /// Those of Rayleigh damping: γ = α + βω² for each mode by itself.
-pub(crate) fn proportional(found: &SparseModes, proportion: Proportion) -> Answer {
+pub(crate) fn proportional(found: &Undamped, proportion: Proportion) -> Answer {
     let Proportion {
         of_mass: alpha,
         of_stiffness: beta,
@@ -56,7 +56,7 @@ pub(crate) fn proportional(found: &SparseModes, proportion: Proportion) -> Answe
             continue;
         }
         for (value, error) in quadratic(alpha, beta, square, *error) {
-            roots.push(root(value, error, told(found, k), 1));
+            roots.push(root(value, error, found.told(k), 1));
         }
     }
     let facts = &found.facts;
@@ -128,7 +128,7 @@ fn quadratic(
 }
 
 /// Whether no root of a mode that was not found has a natural frequency so near to the target.
-fn others_lie_beyond(found: &SparseModes, [alpha, beta]: [f64; 2], apart: f64) -> bool {
+fn others_lie_beyond(found: &Undamped, [alpha, beta]: [f64; 2], apart: f64) -> bool {
     const ROOM: f64 = 1e-9;
     let Some([low, high]) = found.counted else {
         return false;

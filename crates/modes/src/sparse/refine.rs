@@ -416,7 +416,7 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
 /// The eigenvectors of (K, M) in the span of the first vector of each pair, of M-norm 1, with the second ones
 /// combined in the same way, by Jacobi's method (Golub & Van Loan 2013, *Matrix Computations*, §8.5), all in
 /// double-double. `false` where they are not independent.
-fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -> bool {
+pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDouble>; 2]]) -> bool {
     const SWEEPS: usize = 20;
     let mut resisted: Vec<Vec<DoubleDouble>> = Vec::new();
     for k in 0..vectors.len() {

@@ -104,13 +104,18 @@ const APART: f64 = 1e-6;
 /// The eigenvalues of smallest size.
 pub(crate) fn lowest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     let factor = Factor::of(wanted.pencil, 0.0);
+    match is_regular(wanted, &factor) {
+        true => about(wanted, factor, 0.0, 1),
+        false => below_zero(wanted),
+    }
+}
+
+/// Whether a factor of K serves, but for parts that nothing holds.
+fn is_regular(wanted: &Wanted<'_>, factor: &Factor<'_>) -> bool {
     let idle = wanted.idle.len();
     let zeros = wanted.floating.len() + idle;
     let exact = wanted.pencil.stiffness.is_non_negative() && factor.zeros == zeros;
-    if exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM) {
-        return about(wanted, factor, 0.0, 1);
-    }
-    below_zero(wanted)
+    exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM)
 }
 
 /// Pivots that are smaller in proportion to their terms make K as good as singular.
@@ -154,9 +159,14 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     Err(SparseError::OutOfRange)
 }
 
-/// The eigenvalues nearest to that of the target, from a shift that is moved where K − σM is singular or a
-/// leading part of it is.
+/// The eigenvalues nearest to that of the target.
 pub(crate) fn nearest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
+    let (factor, shift, factorised) = beside(wanted)?;
+    about(wanted, factor, shift, factorised)
+}
+
+/// A factor at the target, or beside it where K − σM is singular or a leading part of it is; its shift, and how many it took.
+fn beside<'a>(wanted: &Wanted<'a>) -> Result<(Factor<'a>, f64, usize), SparseError> {
     const MOVES: [f64; 10] = [
         0.0, 1e-9, -1e-8, 1e-7, 1e-6, -1e-5, 1e-4, -3e-4, 1e-3, -3e-3,
     ];
@@ -165,10 +175,28 @@ pub(crate) fn nearest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError
         let moved = shift * (1.0 + part);
         let factor = Factor::of(wanted.pencil, moved);
         if factor.zeros == wanted.idle.len() && factor.least > FIRM {
-            return about(wanted, factor, moved, tried + 1);
+            return Ok((factor, moved, tried + 1));
         }
     }
     Err(SparseError::OutOfRange)
+}
+
+/// A search with nothing found yet, for eigenvalues of about such a size where the lowest are wanted.
+pub(crate) fn begin<'a, 'w>(
+    wanted: &'w Wanted<'a>,
+    size: f64,
+) -> Result<Search<'a, 'w>, SparseError> {
+    let (factor, shift, factorised) = match wanted.target {
+        0.0 => {
+            let factor = Factor::of(wanted.pencil, 0.0);
+            match is_regular(wanted, &factor) {
+                true => (factor, 0.0, 1),
+                false => (Factor::of(wanted.pencil, -0.1 * size), -0.1 * size, 2),
+            }
+        }
+        _ => beside(wanted)?,
+    };
+    Search::new(wanted, factor, shift, factorised)
 }
 
 fn operator<'a>(
@@ -194,20 +222,7 @@ fn about<'a>(
     shift: f64,
     factorised: usize,
 ) -> Result<Answer<'a>, SparseError> {
-    if !factor.is_finite() {
-        return Err(SparseError::OutOfRange);
-    }
-    let mut search = Search {
-        operator: operator(wanted, factor, shift)?,
-        wanted,
-        inertia: Inertia::new(wanted.pencil, wanted.idle),
-        shapes: Vec::new(),
-        inverses: Vec::new(),
-        next: 0.0,
-        exhausted: false,
-        applied: 0,
-        factorised,
-    };
+    let mut search = Search::new(wanted, factor, shift, factorised)?;
     // Of rigid motions as many as there are come for nothing.
     let rigid = wanted.floating.len();
     let besides = if shift <= 0.0 {
@@ -218,30 +233,20 @@ fn about<'a>(
     if besides > 0 {
         search.run(besides)?;
     }
-    let mut counted = None;
-    for _ in 0..ROUNDS {
-        if besides == 0 {
-            // All that is wanted is exactly 0.
-            counted = (shift == 0.0 && wanted.semidefinite).then_some([0.0; 2]);
-            break;
-        }
-        match search.missing() {
-            Missing::None(between) => {
-                counted = Some(between);
-                break;
-            }
-            Missing::Some(count) => search.run(count)?,
-            Missing::Unknown => break,
-        }
-    }
+    let counted = match besides {
+        // All that is wanted is exactly 0.
+        0 => (shift == 0.0 && wanted.semidefinite).then_some([0.0; 2]),
+        _ => search.complete()?,
+    };
     Ok(search.answer(counted))
 }
 
 /// So many times Lanczos' method is run again.
 const ROUNDS: usize = 24;
 
-struct Search<'a, 'w> {
-    operator: ShiftInvert<'a>,
+/// A search about a shift.
+pub(crate) struct Search<'a, 'w> {
+    pub(crate) operator: ShiftInvert<'a>,
     wanted: &'w Wanted<'a>,
     inertia: Inertia<'a>,
     shapes: Vec<Vec<f64>>,
@@ -260,7 +265,29 @@ enum Missing {
     Unknown,
 }
 
-impl<'a> Search<'a, '_> {
+impl<'a, 'w> Search<'a, 'w> {
+    fn new(
+        wanted: &'w Wanted<'a>,
+        factor: Factor<'a>,
+        shift: f64,
+        factorised: usize,
+    ) -> Result<Search<'a, 'w>, SparseError> {
+        if !factor.is_finite() {
+            return Err(SparseError::OutOfRange);
+        }
+        Ok(Search {
+            operator: operator(wanted, factor, shift)?,
+            wanted,
+            inertia: Inertia::new(wanted.pencil, wanted.idle),
+            shapes: Vec::new(),
+            inverses: Vec::new(),
+            next: 0.0,
+            exhausted: false,
+            applied: 0,
+            factorised,
+        })
+    }
+
     /// Finds so many more.
     fn run(&mut self, count: usize) -> Result<(), SparseError> {
         let goal = Goal {
@@ -282,6 +309,35 @@ impl<'a> Search<'a, '_> {
         self.exhausted = exhausted;
         self.next = next.unwrap_or(0.0);
         Ok(())
+    }
+
+    /// From shapes of M-norm 1 that are found, none of them rigid, with their eigenvalues: finds those among the wanted that
+    /// a count says are missing.
+    pub(crate) fn beside(mut self, found: Vec<(f64, Vec<f64>)>) -> Result<Answer<'a>, SparseError> {
+        let shift = self.operator.shift;
+        let known = found.len();
+        for (square, shape) in found {
+            self.inverses.push(1.0 / (square - shift));
+            self.shapes.push(shape);
+        }
+        let counted = self.complete()?;
+        if let (true, Some([low, high])) = (self.shapes.len() == known, counted) {
+            // Beyond what was counted there may be others.
+            self.next = 2.0 / (high - low);
+        }
+        Ok(self.answer(counted))
+    }
+
+    /// Runs again until a count finds none missing; between which numbers.
+    fn complete(&mut self) -> Result<Option<[f64; 2]>, SparseError> {
+        for _ in 0..ROUNDS {
+            match self.missing() {
+                Missing::None(between) => return Ok(Some(between)),
+                Missing::Some(count) => self.run(count)?,
+                Missing::Unknown => break,
+            }
+        }
+        Ok(None)
     }
 
     /// How many eigenvalues are missing among those that are wanted.

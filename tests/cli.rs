@@ -4,6 +4,8 @@
 mod fit;
 #[path = "cli/front.rs"]
 mod front;
+#[path = "cli/slepc.rs"]
+mod slepc;
 
 use std::fs;
 use std::io::{Read, Write};

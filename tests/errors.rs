@@ -192,10 +192,7 @@ const RECORDS: &[&str] = &[
 const ENUMS: [(&str, &str); 5] = [
     ("crates/eigentone/scene/error.rs", "SceneError"),
     ("crates/eigentone/scene/record.rs", "RecordError"),
-    (
-        "crates/eigentone/scene/matrix_market.rs",
-        "MatrixMarketError",
-    ),
+    ("crates/eigentone/scene/matrix_error.rs", "MatrixFileError"),
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];

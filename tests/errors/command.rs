@@ -6,10 +6,38 @@ use std::process::{Command, Stdio};
 
 use super::listing::Listing;
 
-pub const ENUMS: [(&str, &str); 1] = [("crates/eigentone/command/failure.rs", "Failure")];
+pub const ENUMS: [(&str, &str); 2] = [
+    ("crates/eigentone/command/failure.rs", "Failure"),
+    ("crates/eigentone/command/slepc.rs", "SlepcError"),
+];
+
+const LEFT_OUT: [(&str, &str); 1] = [(
+    "SlepcError::Scratch",
+    "names a directory that no two runs share, which cannot be made or is full, and says to name another by --scratch",
+)];
+
+/// What stands in for Python and MPI where SLEPc is asked for.
+const PROGRAMS: [(&str, &str); 7] = [
+    ("python", "echo eigentone f"),
+    (
+        "as-root",
+        "echo mpirun has detected an attempt to run as root. >&2; exit 1",
+    ),
+    ("few-slots", "echo There are not enough slots >&2; exit 1"),
+    (
+        "failing",
+        "echo 'eigentone: failed: out of memory' >&2; exit 1",
+    ),
+    ("hanging", "exec sleep 60"),
+    ("cut-off", ": > $5/answer.bin"),
+    (
+        "empty",
+        "printf 'EIGENT\\001\\n\\001\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0' > $5/answer.bin",
+    ),
+];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 44] = [
+const CASES: [(&str, &str); 53] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -20,6 +48,39 @@ const CASES: [(&str, &str); 44] = [
     ("Memory", "response S --memory-limit 1e-6"),
     ("Sparse", "modes dashpot.json --lowest 1"),
     ("Modes", "modes far-apart.json"),
+    ("EngineForAll", "modes S --engine slepc"),
+    (
+        "SlepcError::Missing",
+        "modes S --engine slepc --lowest 1 --python ./lost",
+    ),
+    (
+        "SlepcError::Launcher",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./lost",
+    ),
+    (
+        "SlepcError::Root",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./as-root",
+    ),
+    (
+        "SlepcError::Slots",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./few-slots --ranks 9",
+    ),
+    (
+        "SlepcError::Ended",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./failing",
+    ),
+    (
+        "SlepcError::TimeLimit",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./hanging --time-limit 0.1",
+    ),
+    (
+        "SlepcError::Answer",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./cut-off",
+    ),
+    (
+        "SlepcError::Nothing",
+        "modes S --engine slepc --lowest 1 --python ./python --launcher ./empty",
+    ),
     ("Response", "response growing.json"),
     ("Response", "response S --steps 0,99"),
     ("Switching", "response beyond.json"),
@@ -115,6 +176,12 @@ fn files(folder: &Path) {
     fs::create_dir_all(folder.join("results")).expect("it can be made");
     fs::write(folder.join("results/modes.json"), &scene).expect("it can be written");
     write("a-file", "mine");
+    for (name, lines) in PROGRAMS {
+        use std::os::unix::fs::PermissionsExt;
+        write(name, &format!("#!/bin/sh\n{lines}\n"));
+        let program = fs::Permissions::from_mode(0o755);
+        fs::set_permissions(folder.join(name), program).expect("it can be made a program");
+    }
 }
 
 /// The first line of what it says, and its exit status; `None` where it answers.
@@ -156,10 +223,15 @@ fn every_failure_of_a_command_is_listed() {
             continue;
         };
         listing.row(&asked, &format!("{status}: {line}"));
-        if !kind.is_empty() {
-            listing.show(format!("Failure::{kind}"));
+        // Whose errors are passed on shows both.
+        match kind.split_once("Error::") {
+            Some((passed_on, _)) => {
+                listing.show(kind.to_owned());
+                listing.show(format!("Failure::{passed_on}"));
+            }
+            None => listing.show(format!("Failure::{kind}")),
         }
     }
-    let table = listing.finish(&ENUMS, &[]);
+    let table = listing.finish(&ENUMS, &LEFT_OUT);
     super::page::assert_shown("errors.md", "command", &table);
 }

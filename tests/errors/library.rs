@@ -6,9 +6,9 @@ use eigentone::check::{
 };
 use eigentone::design::{Campbell, Grid, Range, fit, minimise};
 use eigentone::modes::{
-    Beam, BeamEnd, Design, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver, ModesWorkspace,
-    Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor, System,
-    modal_assurance, phase_collinearity,
+    Beam, BeamEnd, Design, Eigenpair, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver,
+    ModesWorkspace, Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor,
+    System, examine_pairs, modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
@@ -419,6 +419,11 @@ fn mode_errors(listing: &mut Listing) {
     let one_way = matrices(node, [[0.0, 1.0], [1.0, 0.0]], unit);
     let massless = single(0.0, 1.0, 1.0);
     let twins = matrices(unit, zero, unit);
+    let at_rest = Frequency::from_radians_per_second(0.0);
+    let longer_pair = Eigenpair {
+        value: Complex::I,
+        shape: vec![Complex::ONE; 2],
+    };
     let below_zero = Frequency::from_radians_per_second(-1.0);
     list! { listing:
         large.modes();
@@ -433,6 +438,7 @@ fn mode_errors(listing: &mut Listing) {
         SparseModes::lowest(&unsymmetric, 1);
         SparseModes::lowest(&massless, 1);
         SparseModes::lowest(&indefinite, 1);
+        examine_pairs(&one, at_rest, 1, vec![longer_pair], 0.0);
         Participation::of(&unsymmetric);
         Participation::along(&one, &[1.0, 1.0]);
         Participation::along(&one, &[f64::NAN]);

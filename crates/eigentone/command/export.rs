@@ -1,10 +1,12 @@
-//! `eigentone export SCENE [--from NAME]… [--to NAME]… [--hold zero|first --step h] [--json] [--out DIR]`.
+//! `eigentone export SCENE [--from NAME]… [--to NAME]… [--hold zero|first --step h] [--json] [--out DIR]`, and
+//! `eigentone export SCENE --matrices market|petsc --out DIR`.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
-use eigentone::report::StateSpaceReport;
+use clap::{Args, ValueEnum};
+use eigentone::modes::MatrixKind;
+use eigentone::report::{SparseMatrixReport, StateSpaceReport};
 use eigentone::response::{Quantity, StateMatrices, StateSpace, StateSpaceError};
 use eigentone::scene::Scene;
 
@@ -12,7 +14,7 @@ use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, Hold, known_ends, memory, positive, print, read, source, tell_switches};
 
-/// Prints the state-space matrices A, B, C and D, continuous or held
+/// Prints the state-space matrices A, B, C and D, continuous or held, or writes M, C and K for other programs
 #[derive(Debug, Args)]
 pub struct Export {
     // All entries are rounded once: there is no precision to ask for.
@@ -41,6 +43,28 @@ pub struct Export {
     /// Write the matrices into this directory, as JSON and in Matrix Market format
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write sparse M, C and K into --out in this format instead, of systems of any size, with a scene that reads them back
+    #[arg(long, value_enum, value_name = "FORMAT", requires = "out",
+        conflicts_with_all = ["from", "to", "hold", "step", "json"])]
+    matrices: Option<Format>,
+}
+
+/// A format of sparse matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Matrix Market, as text
+    Market,
+    /// PETSc's binary format
+    Petsc,
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Format::Market => "mtx",
+            Format::Petsc => "petsc",
+        }
+    }
 }
 
 impl Export {
@@ -52,6 +76,9 @@ impl Export {
         let file = &self.scene;
         known_ends(file, &scene, &self.from, &self.to)?;
         tell_switches(file, &scene);
+        if let (Some(format), Some(directory)) = (self.matrices, &self.out) {
+            return self.sparse(&scene, format, directory);
+        }
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();
             return Err(Failure::LossFactor { scene });
@@ -91,6 +118,39 @@ impl Export {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),
         })
+    }
+
+    /// M, C and K as files, C only where it is not 0, and a scene that names them.
+    fn sparse(&self, scene: &Scene, format: Format, directory: &Path) -> Result<(), Failure> {
+        let system = scene.system();
+        let mut files = Files::into(directory)?.beside(&self.scene);
+        let progress = Progress::of("matrices");
+        let (mut named, mut lines) = (Vec::new(), String::new());
+        for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
+            let matrix = SparseMatrixReport::of(system, kind);
+            let entries = matrix.entries();
+            if kind == MatrixKind::Damping && entries == 0 {
+                continue;
+            }
+            let name = format!("{kind}.{}", format.extension());
+            files.write(&name, |out| match format {
+                Format::Market => matrix.matrix_market(out),
+                Format::Petsc => matrix.petsc(false, out),
+            })?;
+            named.push(format!("\"{kind}\": \"{name}\""));
+            let symmetry = match matrix.is_symmetric() {
+                true => "symmetric",
+                false => "not symmetric",
+            };
+            let n = system.len();
+            lines += &format!("{name}: {n} × {n}, {entries} entries, {symmetry}\n");
+        }
+        files.write("matrices.json", |out| {
+            writeln!(out, "{{\"matrices\": {{{}}}}}", named.join(", "))
+        })?;
+        drop(progress);
+        files.keep()?;
+        print(|out| out.write_all(lines.as_bytes()))
     }
 
     /// With a higher derivative of a support as the input where an output follows one: said on standard error.

@@ -11,6 +11,8 @@ use eigentone::switching::{CycleError, SwitchingError};
 use eigentone::tables::TableError;
 use thiserror::Error;
 
+use super::slepc::SlepcError;
+
 /// Why a command has no result.
 #[derive(Debug, Error)]
 pub enum Failure {
@@ -47,6 +49,12 @@ pub enum Failure {
     Sparse { scene: PathBuf, error: SparseError },
     #[error("{}: {error}", scene.display())]
     Modes { scene: PathBuf, error: ModesError },
+    #[error("{}: {error}", scene.display())]
+    Slepc { scene: PathBuf, error: SlepcError },
+    #[error(
+        "--engine slepc finds some modes: ask for them by --lowest COUNT, or by --near FREQUENCY"
+    )]
+    EngineForAll,
     #[error("{}: {error}", scene.display())]
     Response {
         scene: PathBuf,
@@ -229,6 +237,7 @@ impl Failure {
             | Failure::NoNoise { .. }
             | Failure::Switches { .. }
             | Failure::HoldWithoutStep
+            | Failure::EngineForAll
             | Failure::Record(_)
             | Failure::Frequencies { .. }
             | Failure::OverScene { .. }
@@ -290,6 +299,7 @@ impl Failure {
                 _ => 2,
             },
             Failure::Modes { .. }
+            | Failure::Slepc { .. }
             | Failure::Table { .. }
             | Failure::Write { .. }
             | Failure::Output(_) => 1,

@@ -26,6 +26,7 @@ mod response;
 mod scenes;
 mod selection;
 mod shell;
+mod slepc;
 mod source;
 mod spectrum;
 mod stability;

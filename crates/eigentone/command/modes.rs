@@ -1,12 +1,15 @@
-//! `eigentone modes SCENE [--json] [--lowest COUNT | --near FREQUENCY [--count COUNT]]`.
+//! `eigentone modes SCENE [--json] [--lowest COUNT | --near FREQUENCY [--count COUNT]] [--engine slepc --ranks COUNT …]`.
 
-use clap::Args;
-use eigentone::modes::Modes as Found;
+use std::io::{self, Write};
+
+use clap::{Args, ValueEnum};
+use eigentone::modes::{ExaminedPairs, Mode, Modes as Found, System, examine_pairs};
 use eigentone::report::ModeReport;
 
 use super::form::Form;
 use super::progress::Progress;
 use super::selection::Selection;
+use super::slepc::Slepc;
 use super::{Failure, Question, tell_switches};
 
 /// Prints the mode table
@@ -18,7 +21,27 @@ pub struct Modes {
     selection: Selection,
     #[command(flatten)]
     form: Form,
+    /// What finds the modes; of another engine every one is examined here
+    #[arg(long, value_enum, default_value_t = Engine::Own)]
+    engine: Engine,
+    /// Examine what SLEPc found by its residuals alone, without a factor made here, which would take most of the time of large
+    /// models: bounds are larger, and modes are not counted
+    #[arg(long)]
+    no_factor: bool,
+    #[command(flatten)]
+    slepc: Slepc,
 }
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// This program
+    Own,
+    /// SLEPc on PETSc over MPI, by slepc4py, for models beyond one machine
+    Slepc,
+}
+
+/// The most multiplications that a factor may take which examines what another engine found: half a minute.
+const OPERATIONS: f64 = 2e10;
 
 impl Modes {
     pub fn run(self) -> Result<(), Failure> {
@@ -28,6 +51,11 @@ impl Modes {
         let file = &self.question.scene;
         let names = scene.system().names();
         self.question.tell_loss_factors(&scene);
+        if self.engine == Engine::Slepc {
+            drop(progress);
+            let modes = self.by_slepc(scene.system())?;
+            return self.print(&modes, |report| report.selected(modes.is_complete()), names);
+        }
         let precision = self.question.precision();
         if self.selection.takes_all(scene.system()) {
             self.question.admit_modes(&scene)?;
@@ -50,6 +78,51 @@ impl Modes {
         let modes = modes.map_err(Failure::modes(file))?;
         self.question.tell_estimates(&modes);
         self.print(&modes, |report| report, names)
+    }
+
+    fn operations(&self) -> f64 {
+        if self.no_factor { 0.0 } else { OPERATIONS }
+    }
+
+    /// Some modes that SLEPc found, with what is known of them here.
+    fn by_slepc(&self, system: &System) -> Result<Found, Failure> {
+        let scene = &self.question.scene;
+        let (target, count) = self.selection.wanted().ok_or(Failure::EngineForAll)?;
+        let failed = |error| Failure::Slepc {
+            scene: scene.clone(),
+            error,
+        };
+        let pairs = self.slepc.pairs(system, target, count).map_err(failed)?;
+        let progress = Progress::of("examining what SLEPc found");
+        let examined = examine_pairs(system, target, count, pairs, self.operations());
+        drop(progress);
+        let ExaminedPairs {
+            modes,
+            unfit,
+            missing,
+        } = examined.map_err(Failure::sparse(scene))?;
+        let note = |text: String| {
+            // Nothing is left to tell it to if standard error is closed.
+            let _ = writeln!(io::stderr(), "note: {}: {text}", scene.display());
+        };
+        if unfit > 0 {
+            note(format!(
+                "{unfit} of the pairs that SLEPc gave are no modes: left out"
+            ));
+        }
+        if missing > 0 {
+            note(format!(
+                "SLEPc had missed {missing} of the modes, which a count found missing: added"
+            ));
+        }
+        let pairs = |mode: &Mode| mode.roots().div_ceil(2);
+        let found = modes.iter().map(pairs).sum::<usize>();
+        if found < count.min(system.len()) {
+            note(format!(
+                "SLEPc found {found} modes, and {count} were asked for"
+            ));
+        }
+        Ok(modes)
     }
 
     fn print<'a>(

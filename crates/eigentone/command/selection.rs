@@ -45,7 +45,7 @@ impl Selection {
     }
 
     /// What frequency they are to be near, and how many; the lowest are near 0.
-    fn wanted(&self) -> Option<(Frequency, usize)> {
+    pub fn wanted(&self) -> Option<(Frequency, usize)> {
         const DEFAULT: u32 = 10;
         let (target, count) = match self.lowest {
             Some(count) => (0.0, count),

@@ -27,6 +27,7 @@ mod participation;
 mod plot;
 mod random;
 mod response;
+mod sparse_matrix;
 mod spectrum;
 #[cfg(feature = "check")]
 mod stability;
@@ -57,6 +58,7 @@ pub use page::Page;
 pub use plot::{Line, Plot, Ring};
 pub use random::RandomReport;
 pub use response::ResponseReport;
+pub use sparse_matrix::SparseMatrixReport;
 pub use spectrum::SpectrumReport;
 #[cfg(feature = "check")]
 pub use stability::StabilityReport;

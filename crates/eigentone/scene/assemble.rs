@@ -18,7 +18,7 @@ use faer::Mat;
 use super::Scene;
 use super::error::{Choice, SceneError};
 use super::layout;
-use super::matrix_market;
+use super::matrix_file;
 use super::place::{self, steps};
 use super::record;
 use super::shape::{ByName, List, Matrix, Number, Object, Ratios, Text, Two, Values};
@@ -389,7 +389,7 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
                     builder = builder.matrix(kind, matrix.as_ref());
                 }
                 Matrix::File(path) => {
-                    let matrix = matrix_market::read(&source.beside(path)).map_err(|error| {
+                    let matrix = matrix_file::read(&source.beside(path)).map_err(|error| {
                         let at = source.place(steps!["matrices", kind.to_string().as_str()]);
                         SceneError::Matrix {
                             at,

@@ -7,7 +7,7 @@ use eigentone_response::ResponseError;
 use eigentone_switching::SwitchFault;
 use thiserror::Error;
 
-use super::matrix_market::MatrixMarketError;
+use super::matrix_error::MatrixFileError;
 use super::place::Place;
 use super::record::RecordError;
 use super::words::listed;
@@ -224,7 +224,7 @@ pub enum SceneError {
         /// The matrix.
         at: Place,
         /// What is wrong with its file.
-        source: Box<MatrixMarketError>,
+        source: Box<MatrixFileError>,
     },
     /// A row of a matrix has another length than the first one.
     #[error(

@@ -3,124 +3,12 @@
 //! Read strictly: what the format does not allow is an error that names the line. Nothing is set aside for
 //! entries that the file cannot hold.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::io::BufRead;
 
-use eigentone_modes::MAX_COORDINATES;
 use faer::sparse::{SparseColMat, Triplet};
-use thiserror::Error;
 
+use super::matrix_error::{Announced, Refusal, Spot};
 use super::words::excerpt;
-
-/// The largest matrix file that is read, in bytes.
-pub const MAX_MATRIX_BYTES: u64 = 4 << 30;
-
-/// The most memory that reading a matrix may take, in bytes.
-pub const MAX_MATRIX_MEMORY: u64 = 8 << 30;
-
-/// What an entry takes while the matrix is put together, at most: as it was read with its line, sorted, with its
-/// mirror image, and in the matrix itself.
-const BYTES_AN_ENTRY: u64 = 160;
-
-/// What is wrong with a Matrix Market file: the file, the line in it, what is wrong and what would be right.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MatrixMarketError {
-    /// It cannot be read.
-    #[error("{}: cannot be read: {source}", file.display())]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// It is a directory, a pipe or a device.
-    #[error("{}: is not a file: name a Matrix Market file", file.display())]
-    NotFile {
-        /// What was named.
-        file: PathBuf,
-    },
-    /// It has more than [`MAX_MATRIX_BYTES`].
-    #[error("{}: is larger than {} GiB, the most a matrix may have", file.display(), MAX_MATRIX_BYTES >> 30)]
-    TooLarge {
-        /// The file.
-        file: PathBuf,
-    },
-    /// It announces more entries than fit into [`MAX_MATRIX_MEMORY`].
-    #[error(
-        "{}:{line}: {entries} entries would take {:.1} GB of memory, more than the {:.1} GB allowed",
-        file.display(), *needed as f64 / 1e9, *allowed as f64 / 1e9
-    )]
-    Memory {
-        /// The file.
-        file: PathBuf,
-        /// The line with its size, from 1.
-        line: usize,
-        /// How many entries it announces.
-        entries: usize,
-        /// What they would take, in bytes.
-        needed: u64,
-        /// What is allowed, in bytes.
-        allowed: u64,
-    },
-    /// A line is wrong.
-    #[error("{}:{line}: {problem}", file.display())]
-    Line {
-        /// The file.
-        file: PathBuf,
-        /// Its line, from 1.
-        line: usize,
-        /// What is wrong, and what would be right.
-        problem: String,
-    },
-}
-
-/// The matrix in a file, with what symmetry leaves out filled in.
-pub(super) fn read(path: &Path) -> Result<SparseColMat<usize, f64>, MatrixMarketError> {
-    let file = path.to_owned();
-    let failed = |source| MatrixMarketError::Read {
-        file: path.to_owned(),
-        source,
-    };
-    let metadata = std::fs::metadata(path).map_err(failed)?;
-    if !metadata.is_file() {
-        return Err(MatrixMarketError::NotFile { file });
-    }
-    if metadata.len() > MAX_MATRIX_BYTES {
-        return Err(MatrixMarketError::TooLarge { file });
-    }
-    let mut lines = Lines {
-        text: BufReader::with_capacity(1 << 16, File::open(path).map_err(failed)?),
-        line: Vec::new(),
-        number: 0,
-    };
-    let read = matrix(&mut lines, metadata.len());
-    read.map_err(|refusal| match refusal {
-        Refusal::Read(source) => failed(source),
-        Refusal::Line(line, problem) => MatrixMarketError::Line {
-            file: path.to_owned(),
-            line,
-            problem,
-        },
-        Refusal::Memory(line, entries, needed) => MatrixMarketError::Memory {
-            file: path.to_owned(),
-            line,
-            entries,
-            needed,
-            allowed: MAX_MATRIX_MEMORY,
-        },
-    })
-}
-
-/// Why reading ended.
-#[derive(Debug)]
-enum Refusal {
-    Read(std::io::Error),
-    Line(usize, String),
-    /// The line, how many entries, and the bytes that they would take.
-    Memory(usize, usize, u64),
-}
 
 /// A file line by line.
 struct Lines<R> {
@@ -168,7 +56,7 @@ impl<R: BufRead> Lines<R> {
     }
 
     fn refuse<T>(&self, problem: String) -> Result<T, Refusal> {
-        Err(Refusal::Line(self.number, problem))
+        Err(Refusal::Wrong(Spot::Line(self.number), problem))
     }
 }
 
@@ -274,19 +162,8 @@ fn size<R: BufRead>(
         ));
     }
     let (rows, columns) = (numbers[0], numbers[1]);
-    if rows != columns {
-        return lines.refuse(format!(
-            "the matrix is {rows} × {columns}: M, C and K must be square"
-        ));
-    }
-    if rows == 0 {
-        return lines.refuse("the matrix is 0 × 0: it needs a row for each coordinate".to_owned());
-    }
-    if rows > MAX_COORDINATES {
-        return lines.refuse(format!(
-            "the matrix has {rows} rows, more than the {MAX_COORDINATES} that a system may have"
-        ));
-    }
+    let spot = Spot::Line(lines.number);
+    Announced::order(rows, columns, spot)?;
     let most = given(rows, symmetry);
     let entries = match layout {
         Layout::Coordinate => numbers[2],
@@ -304,17 +181,17 @@ fn size<R: BufRead>(
             "{entries} entries do not fit into a file of {bytes} bytes: is it cut off?"
         ));
     }
-    let needed = (entries as u64).saturating_mul(BYTES_AN_ENTRY);
-    if needed > MAX_MATRIX_MEMORY {
-        return Err(Refusal::Memory(lines.number, entries, needed));
-    }
+    Announced::entries(entries, spot)?;
     Ok((rows, entries))
 }
 
-fn matrix<R: BufRead>(
-    lines: &mut Lines<R>,
-    bytes: u64,
-) -> Result<SparseColMat<usize, f64>, Refusal> {
+/// The matrix in a text of so many bytes, with what symmetry leaves out filled in.
+pub(super) fn matrix(text: impl BufRead, bytes: u64) -> Result<SparseColMat<usize, f64>, Refusal> {
+    let lines = &mut Lines {
+        text,
+        line: Vec::new(),
+        number: 0,
+    };
     let (layout, field, symmetry) = header(lines)?;
     let (n, count) = size(lines, layout, symmetry, bytes)?;
     let mut entries: Vec<(usize, usize, f64)> = Vec::with_capacity(count);
@@ -403,7 +280,7 @@ fn matrix<R: BufRead>(
         .collect();
     SparseColMat::try_new_from_triplets(n, n, &triplets).map_err(|_| {
         let problem = "the matrix is too large for the memory there is".to_owned();
-        Refusal::Line(lines.number, problem)
+        Refusal::Wrong(Spot::Line(lines.number), problem)
     })
 }
 
@@ -421,7 +298,7 @@ fn check_once(entries: &[(usize, usize, f64)], lines: &[usize]) -> Result<(), Re
                 j + 1,
                 lines[first]
             );
-            return Err(Refusal::Line(lines[second], problem));
+            return Err(Refusal::Wrong(Spot::Line(lines[second]), problem));
         }
     }
     Ok(())

@@ -7,7 +7,10 @@
 mod assemble;
 mod error;
 mod layout;
+mod matrix_error;
+mod matrix_file;
 mod matrix_market;
+mod petsc;
 mod place;
 mod record;
 mod shape;
@@ -25,7 +28,7 @@ use eigentone_response::{
 use eigentone_switching::Switch;
 
 pub use error::{MAX_BYTES, SceneError};
-pub use matrix_market::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixMarketError};
+pub use matrix_error::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixFileError, Spot};
 pub use place::Place;
 pub use record::{MAX_RECORD_BYTES, RecordError, Table, read_record};
 pub use text::{read_file, read_text};

@@ -92,14 +92,14 @@ pub(crate) fn coupled(
         }
         let count = match (ring(&groups, zeros.roots, facts), &winding) {
             (None, _) if goes_on => continue,
-            (None, _) => Err("fewer roots were found than were asked for"),
+            (None, _) => Err(TOO_FEW),
             (Some(_), Err(reason)) => Err(*reason),
             (Some(ring), Ok(winding)) => match counted(winding, &ring) {
                 Some(count) if count.roots > ring.found && goes_on => {
                     more = count.roots - ring.found + 2;
                     continue;
                 }
-                count => count.ok_or("the determinant along a circle could not be enclosed"),
+                count => count.ok_or(NOT_ENCLOSED),
             },
         };
         // A second run finds second shapes of multiple roots.
@@ -130,8 +130,25 @@ pub(crate) fn coupled(
     Ok(Answer { roots, complete })
 }
 
+/// A count of roots in a ring that has those that are wanted of these groups, the nearest first.
+pub(crate) fn count(
+    groups: &[Vec<Eigenpair>],
+    zeros: &Zeros,
+    facts: &Facts,
+    undamped: &Pencil,
+    damping: &Form,
+) -> Result<Count, &'static str> {
+    let winding = winding(facts, undamped, damping)?;
+    let ring = ring(groups, zeros.roots, facts).ok_or(TOO_FEW)?;
+    counted(&winding, &ring).ok_or(NOT_ENCLOSED)
+}
+
+/// What counts lack.
+const TOO_FEW: &str = "fewer roots were found than were asked for";
+const NOT_ENCLOSED: &str = "the determinant along a circle could not be enclosed";
+
 /// How many roots have natural frequencies between two numbers.
-struct Count {
+pub(crate) struct Count {
     within: [f64; 2],
     roots: usize,
 }
@@ -168,7 +185,7 @@ fn counted(winding: &Winding<'_>, ring: &Ring) -> Option<Count> {
 }
 
 /// Whether refined roots, each with the group it belongs to, are all that were counted.
-fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'static str> {
+pub(crate) fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'static str> {
     let [low, high] = count.within;
     let mut inside: Vec<(usize, &Root, f64)> = Vec::new();
     for (group, root) in roots {

@@ -22,13 +22,7 @@ pub(crate) fn modes(sparse: &SparseModes, damping: &Form) -> Result<Modes, Spars
         Some(answer) => (answer, "sparse Lanczos"),
         None => (coupled(found, pencil, damping)?, "sparse Arnoldi"),
     };
-    let counted = match (&answer.complete, solver) {
-        (Ok(()), "sparse Lanczos") => "the signs of pivots prove that none between them is missing",
-        (Ok(()), _) => {
-            "the turns of the determinant about a circle prove that none between them is missing"
-        }
-        (Err(_), _) => "that none between them is missing is not proved",
-    };
+    let counted = how_counted(&answer.complete, solver == "sparse Arnoldi");
     let count = found.facts.count;
     let plan = ModePlan {
         solver,
@@ -39,6 +33,17 @@ pub(crate) fn modes(sparse: &SparseModes, damping: &Form) -> Result<Modes, Spars
     };
     let forms = [&pencil.mass, damping, &pencil.stiffness];
     Ok(judged(answer.roots, forms, &found.facts, plan))
+}
+
+/// Whether some are missing, and how that was counted.
+pub(crate) fn how_counted(complete: &Result<(), &'static str>, couples: bool) -> &'static str {
+    match (complete, couples) {
+        (Ok(()), false) => "the signs of pivots prove that none between them is missing",
+        (Ok(()), true) => {
+            "the turns of the determinant about a circle prove that none between them is missing"
+        }
+        (Err(_), _) => "that none between them is missing is not proved",
+    }
 }
 
 /// Roots of damping that couples no shapes; `None` of any other.

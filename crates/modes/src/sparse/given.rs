@@ -1,15 +1,11 @@
 //! Eigenpairs that another program found: which modes they stand for, and how far those may be off.
 //!
-//! Where the equation has a factor of a size that is allowed, shapes are refined and undamped modes are counted as if
-//! they had been found here. Beyond that eigenvalues are Rayleigh quotients in double-double. Of K x = θM x a
-//! residual ρ = ‖Kx − θMx‖ in the norm of M⁻¹, with ‖x‖_M = 1, has an eigenvalue within ρ of θ, and within ρ²/γ where
-//! no other lies within γ (Parlett 1998, *The Symmetric Eigenvalue Problem*, theorem 11.7.1).
+//! Where the equation has a factor of a size that is allowed, shapes are refined, and modes are counted, as if they had been
+//! found here. Beyond that they stay as they are, and eigenvalues are their Rayleigh quotients in double-double.
 
-use eigentone_digits::{DoubleDouble, Real};
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};
-use super::basis::dot;
 use super::coupled;
 use super::damped;
 use super::eigenpair::Eigenpair;
@@ -18,12 +14,13 @@ use super::form::Form;
 use super::newton;
 use super::operator::Rigid;
 use super::pencil::Pencil;
+use super::quotients::Shapes;
 use super::refine::{self, Pair};
 use super::search::{self, Vector};
 use super::setting::{self, Setting};
 use super::undamped::{Facts, Undamped};
 use crate::model::MatrixKind;
-use crate::modes::{Frequency, ModePlan, Modes, Repeats};
+use crate::modes::{Frequency, ModePlan, Modes};
 use crate::system::System;
 
 /// What eigenpairs of another program are.
@@ -31,7 +28,8 @@ use crate::system::System;
 pub struct ExaminedPairs {
     /// The modes that they stand for, with residuals, conditions and bounds.
     pub modes: Modes,
-    /// How many pairs are no modes: not finite, 0, found twice, or with a residual that leaves no digit.
+    /// How many pairs are no modes: not finite, 0, or with a residual that leaves no digit. A mode that is given twice
+    /// is one.
     pub unfit: usize,
     /// How many undamped modes a count found missing, which were then found here.
     pub missing: usize,
@@ -43,7 +41,7 @@ pub struct ExaminedPairs {
 ///
 /// Nothing is taken on trust. Each root is a Rayleigh quotient in double-double, its bound an estimate
 /// from its residual; give one pair more than is wanted, so that the last one has a neighbour. Where the factor of
-/// λ²M + λC + K has at most `entries` entries below its diagonal, shapes are refined to the last digits first, undamped
+/// λ²M + λC + K takes at most `operations` multiplications, shapes are refined to the last digits first, undamped
 /// modes are counted, and those found missing are looked for; [`Modes::is_complete`] tells whether none is missing. Without
 /// a factor, bounds suppose that no mode is missing between those that are given. Motions that no spring holds are
 /// known without being given.
@@ -56,7 +54,7 @@ pub fn examine_pairs(
     target: Frequency,
     count: usize,
     pairs: Vec<Eigenpair>,
-    entries: usize,
+    operations: f64,
 ) -> Result<ExaminedPairs, SparseError> {
     let target = target.radians_per_second();
     if !(target >= 0.0 && (target * target).is_finite()) {
@@ -95,11 +93,12 @@ pub fn examine_pairs(
         system,
         forms: [&mass, &damping, &stiffness],
         facts,
-        entries,
+        operations,
     };
-    let examined = match damping.is_zero() || given.facts.proportion.is_some() {
-        true => given.uncoupled(pairs)?,
-        false => given.coupled(pairs)?,
+    let couples = !damping.is_zero() && given.facts.proportion.is_none();
+    let examined = match couples {
+        false => given.uncoupled(pairs)?,
+        true => given.coupled(pairs)?,
     };
     let Examined {
         answer,
@@ -107,10 +106,7 @@ pub fn examine_pairs(
         missing,
         way,
     } = examined;
-    let counted = match answer.complete {
-        Ok(()) => "the signs of pivots prove that none between them is missing",
-        Err(_) => "that none between them is missing is not proved",
-    };
+    let counted = damped::how_counted(&answer.complete, couples);
     let plan = ModePlan {
         solver: "pairs of another program",
         reason: way.to_owned(),
@@ -130,7 +126,7 @@ struct Given<'a> {
     /// M, C and K.
     forms: [&'a Form; 3],
     facts: Facts,
-    entries: usize,
+    operations: f64,
 }
 
 struct Examined {
@@ -164,19 +160,15 @@ impl Given<'_> {
             }
         };
         let (target, count) = (self.facts.target, self.facts.count);
-        let setting = match Setting::of(self.system, target, count, self.entries) {
+        let setting = match Setting::of(self.system, target, count, self.operations) {
             Ok(setting) => Some(setting),
             Err(SparseError::TooDense) => None,
             Err(error) => return Err(error),
         };
         let small = if setting.is_some() { MENDED } else { SMALL };
-        let (real, mut unfit) = self.real(pairs, rigid.as_ref());
-        let (mut ritz, doubles) = self.ritz(real, floating.is_empty(), small);
-        unfit += doubles;
-        let before = ritz.len();
-        ritz.retain(|pair| pair.error.is_some());
-        self.keep_apart(&mut ritz);
-        unfit += before - ritz.len();
+        let (real, massless) = self.shapes().real(pairs, rigid.as_ref());
+        let (mut ritz, unlike) = self.shapes().pairs(real, floating.is_empty(), small);
+        let mut unfit = massless + unlike;
         let refined = setting.and_then(|setting| self.refined(&setting, &ritz).ok());
         let way = if refined.is_some() { REFINED } else { AS_GIVEN };
         let (found, missing) = refined.unwrap_or_else(|| {
@@ -206,6 +198,11 @@ impl Given<'_> {
         })
     }
 
+    fn shapes(&self) -> Shapes<'_> {
+        let [mass, _, stiffness] = self.forms;
+        Shapes { mass, stiffness }
+    }
+
     /// Those that are wanted with all digits, none missing where they can be counted; how many were not given.
     fn refined(&self, setting: &Setting, given: &[Pair]) -> Result<(Undamped, usize), SparseError> {
         /// What is not known so well after refinement was no shape of one mode.
@@ -227,7 +224,7 @@ impl Given<'_> {
             let reach = PART * (pair.square - shift).abs();
             pair.error.is_some_and(|error| error <= reach)
         });
-        self.keep_apart(&mut pairs);
+        self.shapes().keep_apart(&mut pairs);
         let mut known: Vec<f64> = pairs.iter().map(|pair| pair.square).collect();
         let found = pairs.into_iter().map(|pair| (pair.square, pair.shape));
         let mut answer = search.beside(found.collect())?;
@@ -246,155 +243,6 @@ impl Given<'_> {
         Ok((all, missing))
     }
 
-    /// Real shapes of M-norm 1 that span what is given, without rigid motions; and how many pairs have no mass.
-    fn real(&self, pairs: Vec<Eigenpair>, rigid: Option<&Rigid>) -> (Vec<Vec<f64>>, usize) {
-        /// Less than that of a shape is what rounding has left.
-        const REST: f64 = 1e-6;
-        /// Parts of a shape that belong to two modes are not as unlike as that.
-        const PART: f64 = 1e-3;
-        let [mass, ..] = self.forms;
-        let mut product = vec![0.0; mass.len()];
-        let mut all = Vec::new();
-        let mut unfit = 0;
-        for pair in pairs {
-            let by_size = |a: &&Complex<f64>, b: &&Complex<f64>| a.norm().total_cmp(&b.norm());
-            let largest = pair.shape.iter().max_by(by_size).copied();
-            let turn = largest.map_or(Complex::ONE, |x| x.conj() / x.norm() / x.norm());
-            let part = |of: fn(Complex<f64>) -> f64| -> Vec<f64> {
-                pair.shape.iter().map(|x| of(x * turn)).collect()
-            };
-            let parts = [part(|x| x.re), part(|x| x.im)];
-            let norms = parts.each_ref().map(|part| mass.quadratic(part));
-            let whole = norms[0] + norms[1];
-            if !(whole > 0.0 && whole.is_finite()) {
-                unfit += 1;
-                continue;
-            }
-            for (mut shape, norm) in parts.into_iter().zip(norms) {
-                if norm <= PART * PART * whole {
-                    continue;
-                }
-                if let Some(rigid) = rigid {
-                    mass.apply(&shape, &mut product);
-                    rigid.remove(&product, &mut shape);
-                }
-                let left = mass.quadratic(&shape);
-                if left > REST * REST * norm {
-                    let length = left.sqrt();
-                    shape.iter_mut().for_each(|x| *x /= length);
-                    all.push(shape);
-                }
-            }
-        }
-        (all, unfit)
-    }
-
-    /// Rayleigh quotients with what residuals say of them where those are small, rising in size; and how many shapes there were twice.
-    fn ritz(&self, shapes: Vec<Vec<f64>>, held: bool, small: f64) -> (Vec<Pair>, usize) {
-        /// Values that near are taken together.
-        const NEAR: f64 = 1e-6;
-        /// Shapes with less beside the others are one of them.
-        const APART: f64 = 1e-3;
-        let [mass, _, stiffness] = self.forms;
-        let mut rough: Vec<(f64, f64, Vec<f64>)> = shapes
-            .into_iter()
-            .map(|shape| {
-                let square = stiffness.quadratic(&shape);
-                let rest = residual(self.forms, &long(&shape), square.into());
-                (square, inverse_mass_norm(mass, &rest).unwrap_or(0.0), shape)
-            })
-            .collect();
-        rough.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let mut groups: Vec<Vec<(f64, f64, Vec<f64>)>> = Vec::new();
-        for next in rough {
-            let near = |(square, rest, _): &(f64, f64, Vec<f64>)| {
-                let reach = NEAR * square.abs().max(next.0.abs());
-                (square - next.0).abs() <= reach.max(2.0 * (rest + next.1))
-            };
-            match groups.last_mut().filter(|group| group.iter().any(near)) {
-                Some(group) => group.push(next),
-                None => groups.push(vec![next]),
-            }
-        }
-        let mut doubles = 0;
-        let mut product = vec![0.0; mass.len()];
-        // By groups: values, residuals, shapes.
-        let mut found: Vec<Vec<(Pair, f64, f64)>> = Vec::new();
-        for group in groups {
-            let mut kept: Vec<Vec<f64>> = Vec::new();
-            for (_, _, mut shape) in group {
-                mass.apply(&shape, &mut product);
-                let along = |other: &Vec<f64>| dot(other, &product);
-                let alongs: Vec<f64> = kept.iter().map(along).collect();
-                for (other, along) in kept.iter().zip(alongs) {
-                    let entries = shape.iter_mut().zip(other);
-                    entries.for_each(|(x, y)| *x -= along * y);
-                }
-                let length = mass.quadratic(&shape).max(0.0).sqrt();
-                if length > APART {
-                    shape.iter_mut().for_each(|x| *x /= length);
-                    kept.push(shape);
-                } else {
-                    doubles += 1;
-                }
-            }
-            let mut vectors: Vec<[Vec<DoubleDouble>; 2]> =
-                kept.iter().map(|x| [long(x), Vec::new()]).collect();
-            if !refine::ritz(stiffness, mass, &mut vectors) {
-                doubles += vectors.len();
-                continue;
-            }
-            found.push(
-                vectors
-                    .iter()
-                    .map(|[x, _]| self.quotient(x, small))
-                    .collect(),
-            );
-        }
-        let told = |(pair, ..): &(Pair, f64, f64)| pair.error.is_some();
-        let whole = found.iter().flatten().all(told);
-        (bounded(found, held, whole), doubles)
-    }
-
-    /// Of shapes that are not orthogonal, as those of modes are, keeps that with the least error.
-    fn keep_apart(&self, pairs: &mut Vec<Pair>) {
-        const ALIKE: f64 = 0.05;
-        let [mass, ..] = self.forms;
-        let error = |pair: &Pair| pair.error.unwrap_or(f64::INFINITY) / pair.square.abs();
-        pairs.sort_by(|a, b| error(a).total_cmp(&error(b)));
-        let mut resisted: Vec<Vec<f64>> = Vec::new();
-        pairs.retain(|pair| {
-            let alike = |other: &Vec<f64>| dot(other, &pair.shape).abs() > ALIKE;
-            let apart = !resisted.iter().any(alike);
-            if apart {
-                let mut product = vec![0.0; mass.len()];
-                mass.apply(&pair.shape, &mut product);
-                resisted.push(product);
-            }
-            apart
-        });
-    }
-
-    /// θ = xᵀKx of a shape of M-norm 1, with ρ, infinite where M says nothing of it, and what rounding adds.
-    fn quotient(&self, x: &[DoubleDouble], small: f64) -> (Pair, f64, f64) {
-        let [mass, _, stiffness] = self.forms;
-        let (energy, of_energy) = stiffness.quadratic_long(x);
-        let (norm, of_norm) = mass.quadratic_long(x);
-        let square = (energy / norm).to_f64();
-        let rounding = of_energy + of_norm * square.abs() + f64::EPSILON * square.abs();
-        let rest = residual(self.forms, x, square.into());
-        let rest = inverse_mass_norm(mass, &rest).unwrap_or(f64::INFINITY);
-        let sizes = stiffness.sizes().into_iter().zip(mass.sizes()).zip(x);
-        let terms = sizes.map(|((k, m), x)| (k + square.abs() * m) * x.high() * x.high());
-        let told = rest <= 0.1 * square.abs() || rest <= small * terms.sum::<f64>();
-        let pair = Pair {
-            square,
-            shape: x.iter().map(|x| x.to_f64()).collect(),
-            error: told.then_some(f64::INFINITY),
-        };
-        (pair, rest, rounding)
-    }
-
     /// Damping that couples shapes.
     fn coupled(&self, pairs: Vec<Eigenpair>) -> Result<Examined, SparseError> {
         let [mass, damping, stiffness] = self.forms;
@@ -411,17 +259,34 @@ impl Given<'_> {
             mass.len(),
         );
         let zeros = coupled::zeros(&still, damping);
-        let (mut groups, mut unfit) = grouped(pairs, self.forms, zeros.roots);
+        let mut groups = grouped(pairs, self.forms, zeros.roots);
         let apart = |group: &Vec<Eigenpair>| (group[0].value.norm() - target).abs();
         groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let counting = match Setting::of(self.system, target, count, self.operations) {
+            Ok(setting) => Some(setting),
+            Err(SparseError::TooDense) => None,
+            Err(error) => return Err(error),
+        };
+        let counted = match &counting {
+            Some(setting) => coupled::count(
+                &groups,
+                &zeros,
+                &setting.facts(self.system),
+                &setting.pencil,
+                damping,
+            ),
+            None => Err(NOT_COUNTED),
+        };
         let own = Pencil::within(
-            self.entries,
+            self.operations,
             stiffness.clone(),
             damping.clone(),
             mass.clone(),
         );
-        let mut roots: Vec<Root> = zeros.entries();
-        for group in groups {
+        let mut unfit = 0;
+        let mut roots: Vec<(usize, Root)> =
+            zeros.entries().into_iter().map(|root| (0, root)).collect();
+        for (at, group) in (1..).zip(groups) {
             let measured = newton::measured(self.forms, group);
             let (told, lost): (Vec<_>, Vec<_>) =
                 measured.into_iter().partition(|root| root.error.is_some());
@@ -440,18 +305,19 @@ impl Given<'_> {
             };
             for root in coupled::settled(best, self.facts.passive) {
                 let error = |root: &Root| root.error.map_or(0.0, |(whole, _)| whole);
-                let same =
-                    |other: &Root| (other.value - root.value).norm() <= error(other) + error(&root);
-                // Of one group they are a cluster; of two, one root that was reached twice.
-                let cluster = matches!(root.repeats, Repeats::Cluster(_));
-                match cluster || !roots.iter().any(same) {
-                    true => roots.push(root),
-                    false => unfit += 1,
+                // Two groups may lead to one root.
+                let same = |(other_at, other): &(usize, Root)| {
+                    *other_at != at
+                        && (other.value - root.value).norm() <= error(other) + error(&root)
+                };
+                if !roots.iter().any(same) {
+                    roots.push((at, root));
                 }
             }
         }
+        let complete = counted.and_then(|count| coupled::confirmed(&roots, &count));
+        let mut roots: Vec<Root> = roots.into_iter().map(|(_, root)| root).collect();
         keep_nearest(&mut roots, target, count);
-        let complete = Err(NOT_COUNTED);
         Ok(Examined {
             answer: Answer { roots, complete },
             unfit,
@@ -462,8 +328,8 @@ impl Given<'_> {
 }
 
 /// Pairs with Im λ ≥ 0, those together that nearly coincide, without those at 0 and without shapes that others of their
-/// group have; and how many the latter are.
-fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> (Vec<Vec<Eigenpair>>, usize) {
+/// group have.
+fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> Vec<Vec<Eigenpair>> {
     const SMALL: f64 = 1e-6;
     const APART: f64 = 1e-3;
     let [mass, _, stiffness] = forms;
@@ -506,7 +372,6 @@ fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> (Vec<Vec<E
         apart.push(group);
         groups = apart;
     }
-    let mut doubles = 0;
     for group in &mut groups {
         let mut basis: Vec<Vec<Complex<f64>>> = Vec::new();
         group.retain(|pair| {
@@ -523,105 +388,8 @@ fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> (Vec<Vec<E
                 rest.iter_mut().for_each(|x| *x /= length);
                 basis.push(rest);
             }
-            doubles += usize::from(!apart);
             apart
         });
     }
-    (groups, doubles)
-}
-
-/// Errors from residuals and the distances between groups: the first has none below it where `held`, the last an
-/// unknown one above. Where one is missing, as not all are `whole`, nothing is known of distances.
-fn bounded(found: Vec<Vec<(Pair, f64, f64)>>, held: bool, whole: bool) -> Vec<Pair> {
-    let values: Vec<Vec<f64>> = found
-        .iter()
-        .map(|group| group.iter().map(|(pair, ..)| pair.square).collect())
-        .collect();
-    let mut all = Vec::new();
-    let last = found.len().saturating_sub(1);
-    for (k, group) in found.into_iter().enumerate() {
-        let joint = group.iter().map(|(_, rest, _)| rest * rest).sum::<f64>();
-        for (mut pair, _, rounding) in group {
-            let others = values.iter().enumerate().filter(|(j, _)| *j != k);
-            let apart = others.flat_map(|(_, squares)| squares);
-            let apart = apart.map(|square| (square - pair.square).abs());
-            // Rigid motions lie at 0.
-            let zero = (!held).then_some(pair.square.abs());
-            let gap = apart.chain(zero).fold(f64::INFINITY, f64::min) - joint.sqrt();
-            let second = match whole && k < last && gap > 0.0 {
-                true => joint / gap,
-                false => f64::INFINITY,
-            };
-            let error = joint.sqrt().min(second) + rounding;
-            pair.error = pair.error.and(error.is_finite().then_some(error));
-            all.push(pair);
-        }
-    }
-    all
-}
-
-fn long(x: &[f64]) -> Vec<DoubleDouble> {
-    x.iter().map(|&x| x.into()).collect()
-}
-
-/// Kx − θMx.
-fn residual(
-    [mass, _, stiffness]: [&Form; 3],
-    x: &[DoubleDouble],
-    square: DoubleDouble,
-) -> Vec<f64> {
-    let mut product = vec![DoubleDouble::ZERO; x.len()];
-    mass.accumulate_long(1.0, x, &mut product);
-    product.iter_mut().for_each(|p| *p = -(*p * square));
-    stiffness.accumulate_long(1.0, x, &mut product);
-    product.into_iter().map(DoubleDouble::to_f64).collect()
-}
-
-/// √(rᵀM⁻¹r): by conjugate gradients on M scaled to a unit diagonal (Golub & Van Loan 2013, *Matrix Computations*,
-/// §11.3), which sum it up from below, with what a few more digits would add. `None` where M is 0 in a row in which r
-/// is not, or that does not converge.
-fn inverse_mass_norm(mass: &Form, r: &[f64]) -> Option<f64> {
-    const STEPS: usize = 500;
-    const DIGITS: f64 = 1e-3;
-    let diagonal = mass.diagonal();
-    let bare = |(m, r): (&f64, &f64)| *m <= 0.0 && *r != 0.0;
-    if diagonal.iter().zip(r).any(bare) {
-        return None;
-    }
-    if mass.is_diagonal() {
-        let terms = diagonal.iter().zip(r).filter(|(m, _)| **m > 0.0);
-        return Some(terms.map(|(m, r)| r * r / m).sum::<f64>().sqrt());
-    }
-    let scale: Vec<f64> = diagonal
-        .iter()
-        .map(|m| if *m > 0.0 { m.sqrt().recip() } else { 0.0 })
-        .collect();
-    let mut rest: Vec<f64> = r.iter().zip(&scale).map(|(r, s)| r * s).collect();
-    let mut direction = rest.clone();
-    let (mut along, mut product) = (vec![0.0; r.len()], vec![0.0; r.len()]);
-    let mut size = dot(&rest, &rest);
-    let first = size;
-    let mut sum = 0.0;
-    for _ in 0..STEPS {
-        if size <= DIGITS * DIGITS * first {
-            return Some((sum * (1.0 + 4.0 * DIGITS)).sqrt());
-        }
-        let scaled = direction.iter().zip(&scale).map(|(d, s)| d * s);
-        along.iter_mut().zip(scaled).for_each(|(a, d)| *a = d);
-        mass.apply(&along, &mut product);
-        let energy = dot(&along, &product);
-        if energy <= 0.0 || energy.is_nan() {
-            return None;
-        }
-        let step = size / energy;
-        sum += step * size;
-        for ((rest, product), s) in rest.iter_mut().zip(&product).zip(&scale) {
-            *rest -= step * product * s;
-        }
-        let before = std::mem::replace(&mut size, dot(&rest, &rest));
-        let turn = size / before;
-        let entries = direction.iter_mut().zip(&rest);
-        entries.for_each(|(d, rest)| *d = *rest + turn * *d);
-    }
-    None
+    groups
 }

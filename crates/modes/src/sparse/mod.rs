@@ -23,6 +23,7 @@ mod operator;
 mod ordering;
 mod pencil;
 mod proportional;
+mod quotients;
 mod random;
 mod refine;
 mod search;
@@ -127,7 +128,7 @@ impl SparseModes {
         if count == 0 {
             return Err(SparseError::NoneWanted);
         }
-        let setting = Setting::of(system, target, count, pencil::MOST_ENTRIES)?;
+        let setting = Setting::of(system, target, count, f64::INFINITY)?;
         let wanted = setting.wanted();
         let mut answer = match target {
             0.0 => search::lowest(&wanted)?,

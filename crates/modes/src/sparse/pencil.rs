@@ -32,18 +32,28 @@ pub(crate) struct Pencil {
 impl Pencil {
     /// `None` where the factor would be larger than [`MOST_ENTRIES`].
     pub(crate) fn of(stiffness: Form, damping: Form, mass: Form) -> Option<Pencil> {
-        Pencil::within(MOST_ENTRIES, stiffness, damping, mass)
+        Pencil::within(f64::INFINITY, stiffness, damping, mass)
     }
 
-    /// `None` where the factor would have more entries.
+    /// The same where the factor takes at most so many multiplications.
     pub(crate) fn within(
-        most: usize,
+        operations: f64,
         stiffness: Form,
         damping: Form,
         mass: Form,
     ) -> Option<Pencil> {
         let graph = adjacency(&[&stiffness, &damping, &mass]);
+        // Each entry takes one at least.
+        let most = MOST_ENTRIES.min(operations as usize);
         let ordering = Ordering::of(&graph, most)?;
+        let columns = ordering.starts.windows(2).map(|w| (w[1] - w[0]) as f64);
+        if columns
+            .map(|entries| entries * (entries + 1.0) / 2.0)
+            .sum::<f64>()
+            > operations
+        {
+            return None;
+        }
         let n = graph.len();
         let mut starts = Vec::with_capacity(n + 1);
         starts.push(0);

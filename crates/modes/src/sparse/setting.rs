@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::SparseError;
+use super::error::SparseError;
 use super::form::Form;
 use super::inertia::{Inertia, Side};
 use super::pencil::Pencil;
@@ -25,23 +25,24 @@ pub(crate) struct Setting {
 }
 
 impl Setting {
-    /// With a factor of at most so many entries.
+    /// With a factor that takes at most so many multiplications.
     pub(crate) fn of(
         system: &System,
         target: f64,
         count: usize,
-        entries: usize,
+        operations: f64,
     ) -> Result<Setting, SparseError> {
         let form = |kind| Form::of(system, kind).ok_or(SparseError::NotSymmetric { kind });
         let mass = form(MatrixKind::Mass)?;
         let stiffness = form(MatrixKind::Stiffness)?;
-        let has_sound_mass = check_mass(&mass)?;
+        let has_sound_mass = check_mass(&mass, operations)?;
         let structure = system.structure();
         let (floating, idle) = floating(system, &mass);
         let semidefinite = stiffness.is_non_negative()
             || (!structure.is_large() && structure.rigid_motions().is_some());
         let none = Form::zero(system.len());
-        let pencil = Pencil::within(entries, stiffness, none, mass).ok_or(SparseError::TooDense)?;
+        let pencil =
+            Pencil::within(operations, stiffness, none, mass).ok_or(SparseError::TooDense)?;
         // What lies barely below 0 is far from any other target.
         let semidefinite = semidefinite
             || target > 0.0 && {
@@ -91,15 +92,19 @@ impl Setting {
                 .take(self.count)
                 .map(|part| rigid(part, mass)),
         );
-        let facts = Facts {
+        Undamped::nearest(pairs, counted, self.facts(system), system.len())
+    }
+
+    /// What is asked for, and what is proved of the system.
+    pub(crate) fn facts(&self, system: &System) -> Facts {
+        Facts {
             target: self.target,
             count: self.count,
             has_sound_mass: self.has_sound_mass,
             semidefinite: self.semidefinite,
             idle: self.idle.clone(),
             ..Facts::of(system)
-        };
-        Undamped::nearest(pairs, counted, facts, system.len())
+        }
     }
 }
 
@@ -115,8 +120,9 @@ fn is_massless(mass: &Form, i: usize) -> bool {
     mass.is_diagonal() && mass.ground(i) == 0.0
 }
 
-/// Whether M is proved to be positive semidefinite, as lumped masses are; an error where it is not so.
-fn check_mass(mass: &Form) -> Result<bool, SparseError> {
+/// Whether M is proved to be positive semidefinite, as lumped masses are, by a factor of so many multiplications; an error where
+/// it is not so.
+fn check_mass(mass: &Form, operations: f64) -> Result<bool, SparseError> {
     if mass.is_zero() {
         return Err(SparseError::NoMass);
     }
@@ -124,7 +130,8 @@ fn check_mass(mass: &Form) -> Result<bool, SparseError> {
         return Ok(true);
     }
     let none = Form::zero(mass.len());
-    let pencil = Pencil::of(mass.clone(), none.clone(), none).ok_or(SparseError::TooDense)?;
+    let pencil = Pencil::within(operations, mass.clone(), none.clone(), none);
+    let pencil = pencil.ok_or(SparseError::TooDense)?;
     let sizes = mass.sizes();
     let bare = (0..sizes.len()).filter(|&i| sizes[i] == 0.0);
     let bare: Vec<Vec<usize>> = bare.map(|i| vec![i]).collect();

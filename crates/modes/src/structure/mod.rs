@@ -208,6 +208,11 @@ impl Structure {
         })
     }
 
+    /// Whether it is damped by C = αM + βK, with M and K symmetric.
+    pub fn is_rayleigh(&self) -> bool {
+        !self.is_undamped() && self.proportion().is_some()
+    }
+
     /// α and β of Rayleigh damping C = αM + βK with M and K symmetric, where that is what it is.
     pub(crate) fn proportion(&self) -> Option<Proportion> {
         *self.proportion.get(|| {

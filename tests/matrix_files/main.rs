@@ -1,4 +1,6 @@
-//! Matrices as Matrix Market files: what is read, and what is refused, line by line.
+//! Matrices as files: what is read, and what is refused, by lines of Matrix Market files and bytes of PETSc's.
+
+mod petsc;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +12,7 @@ use faer::{Mat, mat};
 /// A directory of this test's own.
 fn directory(name: &str) -> PathBuf {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("matrix-market")
+        .join("matrix-files")
         .join(name);
     fs::create_dir_all(&directory).expect("a directory");
     directory

@@ -4,6 +4,8 @@
 mod fit;
 #[path = "cli/front.rs"]
 mod front;
+#[path = "cli/matrices.rs"]
+mod matrices;
 #[path = "cli/slepc.rs"]
 mod slepc;
 

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use clap::{Args, ValueEnum};
 use eigentone::modes::{ExaminedPairs, Mode, Modes as Found, System, examine_pairs};
 use eigentone::report::ModeReport;
+use num_complex::Complex;
 
 use super::form::Form;
 use super::progress::Progress;
@@ -92,6 +93,11 @@ impl Modes {
             scene: scene.clone(),
             error,
         };
+        // What cannot be examined, or kept, is not looked for.
+        examine_pairs(system, target, count, Vec::new(), 0.0).map_err(Failure::sparse(scene))?;
+        let shapes = 3.0 * (count as f64 + 6.0) * system.len() as f64;
+        self.question
+            .admit(shapes * size_of::<Complex<f64>>() as f64)?;
         let pairs = self.slepc.pairs(system, target, count).map_err(failed)?;
         let progress = Progress::of("examining what SLEPc found");
         let examined = examine_pairs(system, target, count, pairs, self.operations());

@@ -112,6 +112,7 @@ impl DoubleDouble {
     }
 
     /// The product of two doubles, exactly (unless its error term underflows).
+    #[inline]
     pub fn product(a: f64, b: f64) -> DoubleDouble {
         let (high, low) = two_product(a, b);
         DoubleDouble { high, low }
@@ -167,6 +168,7 @@ impl DoubleDouble {
 const DIVIDES: Range<f64> = f64::from_bits((1023 - 500) << 52)..f64::from_bits((1023 + 500) << 52);
 
 impl From<f64> for DoubleDouble {
+    #[inline]
     fn from(high: f64) -> DoubleDouble {
         DoubleDouble { high, low: 0.0 }
     }
@@ -200,6 +202,7 @@ impl Add for DoubleDouble {
 impl Add<f64> for DoubleDouble {
     type Output = DoubleDouble;
 
+    #[inline]
     fn add(self, other: f64) -> DoubleDouble {
         self + DoubleDouble::from(other)
     }
@@ -222,6 +225,7 @@ impl AddAssign for DoubleDouble {
 }
 
 impl SubAssign for DoubleDouble {
+    #[inline]
     fn sub_assign(&mut self, other: DoubleDouble) {
         *self = *self - other;
     }

@@ -4,6 +4,8 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
+use super::entry::Entry;
+
 /// Rows taken together.
 const STRETCH: usize = 1024;
 
@@ -15,22 +17,21 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
         .sum()
 }
 
-fn short_dot(x: &[f64], y: &[f64]) -> f64 {
+/// The same without a stop, of any numbers.
+#[inline]
+pub(crate) fn short_dot<T: Entry>(x: &[T], y: &[T]) -> T {
     const LANES: usize = 8;
-    let mut sums = [0.0; LANES];
+    let zero = T::from(0.0);
+    let mut sums = [zero; LANES];
     let (x, y) = (x.chunks_exact(LANES), y.chunks_exact(LANES));
-    let rest: f64 = x
-        .remainder()
-        .iter()
-        .zip(y.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
+    let rest = x.remainder().iter().zip(y.remainder());
+    let rest = rest.fold(zero, |sum, (x, y)| sum + *x * *y);
     for (x, y) in x.zip(y) {
         for lane in 0..LANES {
             sums[lane] += x[lane] * y[lane];
         }
     }
-    sums.iter().sum::<f64>() + rest
+    sums.iter().fold(zero, |sum, part| sum + *part) + rest
 }
 
 /// The products of every column with y.

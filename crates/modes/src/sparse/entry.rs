@@ -4,7 +4,12 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
 use eigentone_digits::{DoubleDouble, Real};
+use faer::linalg::matmul::matmul;
+use faer::traits::ComplexField;
+use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex;
+
+use crate::linear::vector::settle;
 
 /// A number that a factor can be made of.
 pub(crate) trait Entry:
@@ -27,11 +32,40 @@ pub(crate) trait Entry:
     /// |x|, in doubles.
     fn size(self) -> f64;
 
-    /// Whether x is real and not negative.
-    fn is_non_negative(self) -> bool;
+    /// Whether sums of such numbers do not cancel: x ≥ 0, or within an eighth of a turn of that.
+    fn adds_up(self) -> bool;
 
     /// Whether x is real and negative.
     fn is_negative(self) -> bool;
+
+    /// C − A Bᵀ in place of C, whose columns are needed from the diagonal down.
+    fn subtract_product(c: MatMut<'_, Self>, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
+        subtract_each(c, a, b);
+    }
+}
+
+/// Entry by entry.
+fn subtract_each<T: Entry>(mut c: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>) {
+    for j in 0..c.ncols() {
+        let rows = c.nrows() - j;
+        for k in 0..a.ncols() {
+            let factor = b[(j, k)];
+            let target = c.as_mut().col_mut(j).subrows_mut(j, rows);
+            let pairs = target.iter_mut().zip(a.col(k).subrows(j, rows).iter());
+            pairs.for_each(|(y, x)| *y -= *x * factor);
+        }
+    }
+}
+
+/// By faer's product, unless it is small.
+fn subtract_whole<T: Entry + ComplexField>(c: MatMut<'_, T>, a: MatRef<'_, T>, b: MatRef<'_, T>) {
+    const SMALL: usize = 2000;
+    if c.nrows() * c.ncols() * a.ncols() < SMALL {
+        return subtract_each(c, a, b);
+    }
+    let minus = T::from(-1.0);
+    matmul(c, Accum::Add, a, b.transpose(), minus, Par::Seq);
+    settle();
 }
 
 impl Entry for f64 {
@@ -45,12 +79,16 @@ impl Entry for f64 {
         self.abs()
     }
 
-    fn is_non_negative(self) -> bool {
+    fn adds_up(self) -> bool {
         self >= 0.0
     }
 
     fn is_negative(self) -> bool {
         self < 0.0
+    }
+
+    fn subtract_product(c: MatMut<'_, Self>, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
+        subtract_whole(c, a, b);
     }
 }
 
@@ -69,7 +107,7 @@ impl Entry for DoubleDouble {
         self.high().abs()
     }
 
-    fn is_non_negative(self) -> bool {
+    fn adds_up(self) -> bool {
         self.high() >= 0.0
     }
 
@@ -89,11 +127,15 @@ impl Entry for Complex<f64> {
         self.norm()
     }
 
-    fn is_non_negative(self) -> bool {
-        false
+    fn adds_up(self) -> bool {
+        self.re >= self.im.abs()
     }
 
     fn is_negative(self) -> bool {
         false
+    }
+
+    fn subtract_product(c: MatMut<'_, Self>, a: MatRef<'_, Self>, b: MatRef<'_, Self>) {
+        subtract_whole(c, a, b);
     }
 }

@@ -1,6 +1,6 @@
-//! K − σM = L D Lᵀ by columns, left-looking, without pivoting.
+//! K − σM = L D Lᵀ without pivoting, by fronts (`front.rs`).
 //!
-//! Where no join of K − σM is negative, elimination is a sequence of star–mesh steps: with the joins
+//! Where no join of K − σM is negative, or far from being positive if complex, elimination is a sequence of star–mesh steps: with the joins
 //! w_ij of node j to later nodes and its join e_j to the ground,
 //! d_j = e_j + Σ w_ij, w_ik ← w_ik + w_ij w_jk/d_j, e_i ← e_i + e_j w_ij/d_j. For σ ≤ 0 and a passive
 //! network nothing is ever subtracted, so every entry of L and D is good to a small multiple of n
@@ -13,7 +13,9 @@
 
 use num_complex::Complex;
 
+use super::basis::short_dot;
 use super::entry::Entry;
+use super::front::Fronts;
 use super::pencil::Pencil;
 
 /// What of C and M is added to K before it is factorised: K + c·C + m·M.
@@ -42,9 +44,6 @@ impl Sum<Complex<f64>> {
         }
     }
 }
-
-/// No column.
-const NONE: u32 = u32::MAX;
 
 /// L, D, and how they came about.
 #[derive(Clone, Debug)]
@@ -85,7 +84,7 @@ impl<'a, T: Entry> Factor<'a, T> {
             }
             weight
         };
-        let star_mesh = (0..pencil.rows.len()).all(|at| weight(at).is_non_negative());
+        let star_mesh = (0..pencil.rows.len()).all(|at| weight(at).adds_up());
         // Joins to the ground, or else the diagonal.
         let mut rest: Vec<T> = (0..n)
             .map(|j| {
@@ -111,7 +110,6 @@ impl<'a, T: Entry> Factor<'a, T> {
                 }
             }
         }
-        let starts = &ordering.starts;
         let mut factor = Factor {
             pencil,
             values: vec![zero; ordering.rows.len()],
@@ -120,72 +118,23 @@ impl<'a, T: Entry> Factor<'a, T> {
             least: f64::INFINITY,
             zeros: 0,
         };
-        let mut work = vec![zero; n];
-        // The columns whose next row is j, as linked lists, and where in the column that row is.
-        let (mut heads, mut links) = (vec![NONE; n], vec![NONE; n]);
-        let mut next = vec![0usize; n];
-        let mut pivots = vec![zero; n];
-        for j in 0..n {
-            for at in pencil.starts[j]..pencil.starts[j + 1] {
-                work[pencil.rows[at] as usize] = zero - weight(at);
-            }
-            let mut terms = rest[j].size();
-            let mut column = heads[j];
-            while column != NONE {
-                let k = column as usize;
-                column = links[k];
-                let (at, end) = (next[k], starts[k + 1]);
-                let multiplier = factor.values[at];
-                let scaled = multiplier * pivots[k];
-                let rows = &ordering.rows[at + 1..end];
-                for (&i, value) in rows.iter().zip(&factor.values[at + 1..end]) {
-                    work[i as usize] -= scaled * *value;
-                }
-                let update = if star_mesh {
-                    multiplier * rest[k]
-                } else {
-                    multiplier * scaled
-                };
-                rest[j] -= update;
-                terms += update.size();
-                next[k] = at + 1;
-                if at + 1 < end {
-                    let row = ordering.rows[at + 1] as usize;
-                    links[k] = heads[row];
-                    heads[row] = k as u32;
+        let mut fronts = Fronts::new(ordering, rest, star_mesh);
+        for supernode in ordering.supernodes() {
+            fronts.open(supernode.clone());
+            for j in supernode.clone() {
+                for at in pencil.starts[j]..pencil.starts[j + 1] {
+                    fronts.enter(j, pencil.rows[at], zero - weight(at));
                 }
             }
-            let range = starts[j]..starts[j + 1];
-            let mut pivot = rest[j];
-            if star_mesh {
-                for &i in &ordering.rows[range.clone()] {
-                    pivot -= work[i as usize];
-                    terms += work[i as usize].size();
+            fronts.eliminate(|j, pivot, column| {
+                factor.inverses[j] = pivot.inverse;
+                factor.negative += usize::from(pivot.value.is_negative());
+                factor.zeros += usize::from(pivot.value == zero);
+                if pivot.value != zero {
+                    factor.least = factor.least.min(pivot.value.size() / pivot.terms);
                 }
-            }
-            pivots[j] = pivot;
-            let inverse = if pivot == zero {
-                zero
-            } else {
-                T::from(1.0) / pivot
-            };
-            factor.inverses[j] = inverse;
-            factor.negative += usize::from(pivot.is_negative());
-            factor.zeros += usize::from(pivot == zero);
-            if pivot != zero {
-                factor.least = factor.least.min(pivot.size() / terms);
-            }
-            for at in range.clone() {
-                let i = ordering.rows[at] as usize;
-                factor.values[at] = work[i] * inverse;
-                work[i] = zero;
-            }
-            next[j] = range.start;
-            if range.start < range.end {
-                let row = ordering.rows[range.start] as usize;
-                links[j] = heads[row];
-                heads[row] = j as u32;
-            }
+                factor.values[ordering.starts[j]..ordering.starts[j + 1]].copy_from_slice(column);
+            });
         }
         factor
     }
@@ -228,23 +177,37 @@ impl<'a, T: Entry> Factor<'a, T> {
     /// a pivot is 0 the last node of its part stays where it is.
     pub(crate) fn solve(&self, b: &mut [T], work: &mut [T]) {
         let ordering = &self.pencil.ordering;
-        let (starts, rows) = (&ordering.starts, &ordering.rows);
+        let zero = T::from(0.0);
         for (value, &node) in work.iter_mut().zip(&ordering.nodes) {
             *value = b[node as usize];
         }
-        for j in 0..work.len() {
-            let (range, value) = (starts[j]..starts[j + 1], work[j]);
-            for (&i, entry) in rows[range.clone()].iter().zip(&self.values[range]) {
-                work[i as usize] -= *entry * value;
+        let mut front: Vec<T> = Vec::new();
+        for columns in ordering.supernodes() {
+            let rows = ordering.below(&columns);
+            front.clear();
+            front.extend_from_slice(&work[columns.clone()]);
+            front.resize(columns.len() + rows.len(), zero);
+            for (k, j) in columns.clone().enumerate() {
+                let value = front[k];
+                let entries = &self.values[ordering.starts[j]..ordering.starts[j + 1]];
+                let later = front[k + 1..].iter_mut().zip(entries);
+                later.for_each(|(x, entry)| *x -= *entry * value);
             }
+            let (own, later) = front.split_at(columns.len());
+            work[columns].copy_from_slice(own);
+            let pairs = rows.iter().zip(later);
+            pairs.for_each(|(&row, x)| work[row as usize] += *x);
         }
-        for j in (0..work.len()).rev() {
-            let range = starts[j]..starts[j + 1];
-            let mut value = work[j] * self.inverses[j];
-            for (&i, entry) in rows[range.clone()].iter().zip(&self.values[range]) {
-                value -= *entry * work[i as usize];
+        for columns in ordering.supernodes().rev() {
+            let rows = ordering.below(&columns);
+            front.clear();
+            front.extend_from_slice(&work[columns.clone()]);
+            front.extend(rows.iter().map(|&row| work[row as usize]));
+            for (k, j) in columns.clone().enumerate().rev() {
+                let entries = &self.values[ordering.starts[j]..ordering.starts[j + 1]];
+                front[k] = front[k] * self.inverses[j] - short_dot(entries, &front[k + 1..]);
             }
-            work[j] = value;
+            work[columns.clone()].copy_from_slice(&front[..columns.len()]);
         }
         for (value, &node) in work.iter().zip(&ordering.nodes) {
             b[node as usize] = *value;

@@ -4,6 +4,8 @@
 //! are joins as they stand. Where no join is negative, no sum over them cancels: soft springs
 //! beside stiff ones keep their digits, as they do not in the assembled matrix.
 
+use std::ops::Mul;
+
 use eigentone_digits::{DoubleDouble, Real, Wide};
 
 use num_complex::Complex;
@@ -121,8 +123,11 @@ impl Form {
 
     /// One of all entries of a symmetric matrix.
     fn entry(&mut self, i: usize, j: usize, value: f64) {
+        if value == 0.0 {
+            return;
+        }
         self.hold(i, value);
-        if i < j && value != 0.0 {
+        if i < j {
             self.joins.push(Join {
                 ends: [i as u32, j as u32],
                 weight: -value,
@@ -213,12 +218,41 @@ impl Form {
 
     /// y += factor·A x, every term and sum in double-double.
     pub(crate) fn accumulate(&self, factor: f64, x: &[f64], y: &mut [DoubleDouble]) {
-        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
-            *y += *ground * *x * factor;
+        let stretch = |i: usize, j: usize| DoubleDouble::new(x[i], -x[j]);
+        match factor {
+            1.0 => self.add_forces(|i| x[i], stretch, |force| force, y),
+            -1.0 => self.add_forces(|i| x[i], stretch, |force| -force, y),
+            _ => self.add_forces(|i| x[i], stretch, |force| force * factor, y),
+        }
+    }
+
+    /// The same for a vector of double-doubles.
+    pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
+        let stretch = |i: usize, j: usize| x[i] - x[j];
+        match factor {
+            1.0 => self.add_forces(|i| x[i], stretch, |force| force, y),
+            -1.0 => self.add_forces(|i| x[i], stretch, |force| -force, y),
+            _ => self.add_forces(|i| x[i], stretch, |force| force * factor, y),
+        }
+    }
+
+    /// Adds multiples of the forces in all joins, by what nodes and joins are stretched.
+    #[inline(always)]
+    fn add_forces<T>(
+        &self,
+        moved: impl Fn(usize) -> T,
+        stretch: impl Fn(usize, usize) -> DoubleDouble,
+        multiple: impl Fn(DoubleDouble) -> DoubleDouble,
+        y: &mut [DoubleDouble],
+    ) where
+        DoubleDouble: Mul<T, Output = DoubleDouble> + Mul<f64, Output = DoubleDouble>,
+    {
+        for (i, (y, ground)) in y.iter_mut().zip(&self.ground).enumerate() {
+            *y += multiple(*ground * moved(i));
         }
         for join in &self.joins {
             let (i, j) = join.ends();
-            let force = DoubleDouble::new(x[i], -x[j]) * join.weight * factor;
+            let force = multiple(stretch(i, j) * join.weight);
             y[i] += force;
             y[j] -= force;
         }
@@ -279,19 +313,6 @@ impl Form {
             let force = (x[i] + x[j]) * join.weight.abs() * factor;
             y[i] += force;
             y[j] += force;
-        }
-    }
-
-    /// y += factor·A x for a vector of double-doubles.
-    pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
-        for ((y, ground), x) in y.iter_mut().zip(&self.ground).zip(x) {
-            *y += *ground * *x * factor;
-        }
-        for join in &self.joins {
-            let (i, j) = join.ends();
-            let force = (x[i] - x[j]) * join.weight * factor;
-            y[i] += force;
-            y[j] -= force;
         }
     }
 

@@ -12,6 +12,7 @@ mod entry;
 mod error;
 mod factor;
 mod form;
+mod front;
 mod given;
 mod impedance;
 mod inertia;

@@ -131,7 +131,7 @@ impl Rigid {
 }
 
 /// Solves that err by more are corrected, relative to their result.
-const ROUGH: f64 = 1e-12;
+const ROUGH: f64 = 1e-9;
 
 /// A factor whose solves err by more does not serve to correct them.
 const LOST: f64 = 1e-2;
@@ -155,27 +155,33 @@ impl<'a> ShiftInvert<'a> {
         }
     }
 
-    /// The same with solves that are good to about 12 digits: corrected by their residuals, from a factor with
-    /// more digits where doubles lose too many. `None` where those do not suffice either.
+    /// The same with solves that are good to about 9 digits: corrected by their residuals, from a factor with
+    /// more digits where doubles lose too many, or where that takes less work. `None` where those do not suffice either.
     pub(crate) fn accurate(mut self) -> Option<ShiftInvert<'a>> {
         if self.never_cancels() {
             return Some(self);
         }
-        if self.probe() > LOST {
-            let sum = Sum::shifted(self.shift);
-            let factor = Factor::sum(self.pencil, sum, &[]);
-            if !factor.is_finite() {
-                return None;
+        let refinements = |error: f64| {
+            // What a correction leaves is the square of the error, a second one the cube.
+            let digits = ROUGH.ln() / error.ln();
+            (error <= LOST).then(|| (digits.ceil() as usize).saturating_sub(1))
+        };
+        // A residual takes as many products of double-doubles as there are joins, a solve in these twice
+        // as many as the factor has entries.
+        let forms = [&self.pencil.stiffness, &self.pencil.mass];
+        let joins: usize = forms.iter().map(|form| form.joins().len()).sum();
+        let entries = self.pencil.ordering.rows.len();
+        let found = refinements(self.probe());
+        self.refinements = match found {
+            Some(count) if count * joins <= 2 * entries => count,
+            _ => {
+                let factor = Factor::sum(self.pencil, Sum::shifted(self.shift), &[]);
+                if !factor.is_finite() {
+                    return None;
+                }
+                self.factor = Digits::DoubleDoubles(factor);
+                refinements(self.probe())?
             }
-            self.factor = Digits::DoubleDoubles(factor);
-        }
-        let error = self.probe();
-        // What a correction leaves is the square of the error, a second one the cube.
-        let digits = ROUGH.ln() / error.ln();
-        self.refinements = if error > LOST {
-            return None;
-        } else {
-            (digits.ceil() as usize).saturating_sub(1)
         };
         Some(self)
     }

@@ -46,12 +46,7 @@ impl Pencil {
         // Each entry takes one at least.
         let most = MOST_ENTRIES.min(operations as usize);
         let ordering = Ordering::of(&graph, most)?;
-        let columns = ordering.starts.windows(2).map(|w| (w[1] - w[0]) as f64);
-        if columns
-            .map(|entries| entries * (entries + 1.0) / 2.0)
-            .sum::<f64>()
-            > operations
-        {
+        if ordering.work() > operations {
             return None;
         }
         let n = graph.len();

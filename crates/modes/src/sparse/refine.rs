@@ -239,7 +239,7 @@ impl Shapes<'_, '_> {
     /// More steps for all vectors in double-double, and the eigenvectors in their span, as long as that makes
     /// errors less.
     fn sharpen(&mut self, next: Option<f64>, pairs: &mut [Pair]) {
-        const STEPS: usize = 4;
+        const STEPS: usize = 16;
         const GOOD: f64 = 2.0 * f64::EPSILON;
         let operator = self.operator;
         let Pencil {
@@ -254,7 +254,7 @@ impl Shapes<'_, '_> {
         let long = |x: &Vec<f64>| x.iter().map(|&x| x.into()).collect();
         let mut vectors: Vec<[Vec<DoubleDouble>; 2]> =
             self.vectors.iter().map(|x| [long(x), Vec::new()]).collect();
-        for _ in 0..STEPS {
+        for step in 0..STEPS {
             let mut last: f64 = 0.0;
             for [vector, before] in &mut vectors {
                 operator.project_long(vector);
@@ -283,7 +283,7 @@ impl Shapes<'_, '_> {
                 self.residuals[k] = residual + last;
                 self.inverses[k] = 1.0 / (square - operator.shift);
             }
-            let mut poor = false;
+            let mut gaining = false;
             for (k, (square, rounding)) in squares.into_iter().enumerate() {
                 let group = self.group(k);
                 let joint = group.iter().map(|&j| self.residuals[j] * self.residuals[j]);
@@ -299,16 +299,18 @@ impl Shapes<'_, '_> {
                 let distance = (square - operator.shift).abs();
                 let error = 2.0 * part * distance + rounding + f64::EPSILON * square.abs();
                 let pair = &mut pairs[k];
-                if part <= SMALL && pair.error.is_none_or(|before| error < before) {
+                if part > SMALL {
+                    gaining |= step == 0;
+                } else if pair.error.is_none_or(|before| error < before) {
+                    let enough = GOOD * square.abs();
+                    gaining |=
+                        error > enough && pair.error.is_none_or(|before| error < 0.5 * before);
                     pair.square = square;
                     pair.error = Some(error);
                     self.vectors[k] = vectors[k][0].iter().map(|x| x.to_f64()).collect();
                 }
-                poor |= pair
-                    .error
-                    .is_none_or(|error| error > GOOD * pair.square.abs());
             }
-            if !poor {
+            if !gaining {
                 return;
             }
         }

@@ -7,7 +7,7 @@
 
 use super::entry::Entry;
 use super::error::SparseError;
-use super::factor::Factor;
+use super::factor::{Factor, Sum};
 use super::inertia::{Inertia, Side};
 use super::lanczos::{Found, Goal, lanczos};
 use super::operator::{Rigid, ShiftInvert};
@@ -110,12 +110,22 @@ pub(crate) fn lowest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError>
     }
 }
 
-/// Whether a factor of K serves, but for parts that nothing holds.
+/// Whether a factor of K serves, but for parts that nothing holds; one with more digits, where doubles lose too many.
 fn is_regular(wanted: &Wanted<'_>, factor: &Factor<'_>) -> bool {
+    /// So many multiplications for each entry of the factor cost no more in double-double than some solves in doubles.
+    const CHEAP: f64 = 16.0;
     let idle = wanted.idle.len();
     let zeros = wanted.floating.len() + idle;
     let exact = wanted.pencil.stiffness.is_non_negative() && factor.zeros == zeros;
-    exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM)
+    if exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM) {
+        return true;
+    }
+    let ordering = &wanted.pencil.ordering;
+    if zeros > idle || ordering.work() > CHEAP * ordering.rows.len() as f64 {
+        return false;
+    }
+    let long = Factor::<DoubleDouble>::sum(wanted.pencil, Sum::shifted(0.0), &[]);
+    factor.is_finite() && long.zeros == zeros && long.least > FIRM * f64::EPSILON
 }
 
 /// Pivots that are smaller in proportion to their terms make K as good as singular.
@@ -148,6 +158,7 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
         let values = found
             .values
             .iter()
+            .take(goal.wanted)
             .map(|inverse| (shift + 1.0 / inverse).abs());
         let largest = values.fold(0.0, f64::max);
         let fits = largest == 0.0 || (0.01..=1.0).contains(&(-shift / largest));

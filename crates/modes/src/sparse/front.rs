@@ -181,15 +181,16 @@ impl<'a, T: Entry> Fronts<'a, T> {
         self.scaled.extend_from_slice(&column[k + 1..]);
         let scaled = &self.scaled[start..];
         let ground = self.own_rest[k];
-        for i in k + 1..height {
-            let multiplier = column[i] * inverse;
+        let sums = self.own_rest.iter_mut().zip(&mut self.own_terms);
+        for (entry, (rest, terms)) in column[k + 1..].iter_mut().zip(sums.skip(k + 1)) {
+            let multiplier = *entry * inverse;
             let update = match self.star_mesh {
                 true => multiplier * ground,
-                false => multiplier * column[i],
+                false => multiplier * *entry,
             };
-            column[i] = multiplier;
-            self.own_rest[i] -= update;
-            self.own_terms[i] += update.size();
+            *entry = multiplier;
+            *rest -= update;
+            *terms += update.size();
         }
         for (other, target) in (k + 1..end).zip(after.chunks_exact_mut(height)) {
             let factor = column[other];

@@ -438,9 +438,10 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
         if norm.to_f64() <= 0.0 || norm.to_f64().is_nan() {
             return false;
         }
-        product.iter_mut().for_each(|x| *x = *x / norm);
+        let inverse = DoubleDouble::from(1.0) / norm;
+        product.iter_mut().for_each(|x| *x = *x * inverse);
         for own in own {
-            own.iter_mut().for_each(|x| *x = *x / norm);
+            own.iter_mut().for_each(|x| *x = *x * inverse);
         }
         resisted.push(product);
     }
@@ -453,6 +454,10 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
             form[j][i] = form[i][j];
         }
     }
+    // The eigenvectors of the form, one a row.
+    let one = DoubleDouble::from(1.0);
+    let mut turns = vec![vec![DoubleDouble::ZERO; count]; count];
+    (0..count).for_each(|k| turns[k][k] = one);
     for _ in 0..SWEEPS {
         let mut turned = false;
         for p in 0..count {
@@ -463,7 +468,6 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
                     continue;
                 }
                 turned = true;
-                let one = DoubleDouble::from(1.0);
                 let theta = (form[q][q] - form[p][p]) / (beside + beside);
                 let root = (theta * theta + one).sqrt();
                 let tangent = match theta.to_f64() < 0.0 {
@@ -478,20 +482,26 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
                         row[p] * sine + row[q] * cosine,
                     );
                 }
-                let (first, second) = form.split_at_mut(q);
-                for (a, b) in first[p].iter_mut().zip(&mut second[0]) {
-                    (*a, *b) = (*a * cosine - *b * sine, *a * sine + *b * cosine);
-                }
-                let (first, second) = vectors.split_at_mut(q);
-                for (x, y) in first[p].iter_mut().zip(&mut second[0]) {
-                    for (x, y) in x.iter_mut().zip(y) {
-                        (*x, *y) = (*x * cosine - *y * sine, *x * sine + *y * cosine);
+                for rows in [&mut form, &mut turns] {
+                    let (first, second) = rows.split_at_mut(q);
+                    for (a, b) in first[p].iter_mut().zip(&mut second[0]) {
+                        (*a, *b) = (*a * cosine - *b * sine, *a * sine + *b * cosine);
                     }
                 }
             }
         }
         if !turned {
             break;
+        }
+    }
+    let mut given = vec![DoubleDouble::ZERO; count];
+    for part in 0..2 {
+        for i in 0..vectors.first().map_or(0, |vector| vector[part].len()) {
+            let pairs = given.iter_mut().zip(&*vectors);
+            pairs.for_each(|(given, vector)| *given = vector[part][i]);
+            for (vector, turn) in vectors.iter_mut().zip(&turns) {
+                vector[part][i] = dot_long(turn, &given);
+            }
         }
     }
     true

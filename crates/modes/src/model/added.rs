@@ -1,20 +1,21 @@
 //! Matrices added to the elements: given whole, or made of elements at points.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use faer::Mat;
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::{SparseColMat, SparseColMatRef, Triplet};
+use faer::{Mat, MatRef};
 
 use super::form::gathered;
 use super::{MAX_DENSE_COORDINATES, Term};
 
-/// What is added to the elements of one of the three matrices: dense where the system is small, sparse where it is
-/// large.
+/// What is added to the elements of one of the three matrices: sparse where the system is large, or where it was given
+/// so with few entries, else dense.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Added {
-    pub(crate) dense: Option<Mat<f64>>,
-    pub(crate) sparse: Option<Arc<SparseColMat<usize, f64>>>,
+    sparse: Option<Arc<SparseColMat<usize, f64>>>,
+    /// Of a sparse one, what it is as a dense one, as soon as that is asked for.
+    dense: OnceLock<Mat<f64>>,
     /// What the doubles of either leave of entries that are sums of products: each is smaller than a unit of the last
     /// place of the entry, which is not 0. Empty where there is no matrix.
     pub(crate) tails: Vec<Term>,
@@ -36,13 +37,53 @@ impl From<Option<Mat<f64>>> for Added {
     fn from(dense: Option<Mat<f64>>) -> Added {
         Added {
             is_given: dense.is_some(),
-            dense,
+            dense: dense.map(OnceLock::from).unwrap_or_default(),
+            ..Added::default()
+        }
+    }
+}
+
+impl From<Vec<Square>> for Added {
+    fn from(squares: Vec<Square>) -> Added {
+        Added {
+            squares,
             ..Added::default()
         }
     }
 }
 
 impl Added {
+    /// Takes a sparse matrix that was given.
+    pub(crate) fn give_sparse(&mut self, matrix: SparseColMat<usize, f64>) {
+        self.is_given = true;
+        self.sparse = Some(Arc::new(matrix));
+    }
+
+    /// Takes a dense matrix that was given.
+    pub(crate) fn give_dense(&mut self, matrix: Mat<f64>) {
+        self.is_given = true;
+        self.dense = OnceLock::from(matrix);
+    }
+
+    /// Whether there is a matrix.
+    pub(crate) fn is_some(&self) -> bool {
+        self.sparse.is_some() || self.dense.get().is_some()
+    }
+
+    /// The matrix as a sparse one, if it is kept so.
+    pub(crate) fn sparse(&self) -> Option<SparseColMatRef<'_, usize, f64>> {
+        Some(self.sparse.as_ref()?.as_ref().as_ref())
+    }
+
+    /// The matrix as a dense one, unless it is too large for that.
+    pub(crate) fn dense(&self) -> Option<MatRef<'_, f64>> {
+        match &self.sparse {
+            None => self.dense.get().map(Mat::as_ref),
+            Some(sparse) if sparse.nrows() > MAX_DENSE_COORDINATES => None,
+            Some(sparse) => Some(self.dense.get_or_init(|| sparse.to_dense()).as_ref()),
+        }
+    }
+
     /// Adds terms to a matrix of order n: in each place, the double next to what it then is and, as tails, the rest.
     pub(crate) fn add(&mut self, n: usize, mut terms: Vec<Term>) {
         if terms.is_empty() {
@@ -61,9 +102,9 @@ impl Added {
         terms.extend(places.keys().map(|&(row, column)| Term {
             row,
             column,
-            value: match (&self.dense, &self.sparse) {
-                (Some(matrix), _) => matrix[(row, column)],
-                (_, Some(matrix)) => matrix.get(row, column).copied().unwrap_or(0.0),
+            value: match (&self.sparse, self.dense.get()) {
+                (Some(matrix), _) => matrix.get(row, column).copied().unwrap_or(0.0),
+                (_, Some(matrix)) => matrix[(row, column)],
                 _ => 0.0,
             },
         }));
@@ -72,7 +113,7 @@ impl Added {
             places.insert(at(&place[0]), place[0].value);
             self.tails.extend(&place[1..]);
         }
-        if n > MAX_DENSE_COORDINATES {
+        if n > MAX_DENSE_COORDINATES || self.sparse.is_some() {
             let kept = self.sparse.iter().flat_map(|matrix| matrix.triplet_iter());
             let kept = kept
                 .filter(|entry| !places.contains_key(&(entry.row, entry.col)))
@@ -83,11 +124,13 @@ impl Added {
             let all: Vec<_> = kept.chain(heads).collect();
             let matrix = SparseColMat::try_new_from_triplets(n, n, &all);
             self.sparse = Some(Arc::new(matrix.expect("indices are those of coordinates")));
+            self.dense = OnceLock::new();
         } else {
-            let matrix = self.dense.get_or_insert_with(|| Mat::zeros(n, n));
+            let mut matrix = self.dense.take().unwrap_or_else(|| Mat::zeros(n, n));
             for (&at, &value) in &places {
                 matrix[at] = value;
             }
+            self.dense = OnceLock::from(matrix);
         }
     }
 
@@ -99,8 +142,9 @@ impl Added {
     /// The rows and columns of the chosen coordinates, which rise.
     pub(crate) fn block(&self, chosen: &[usize]) -> Added {
         let size = chosen.len();
-        let dense =
-            |matrix: &Mat<f64>| Mat::from_fn(size, size, |i, j| matrix[(chosen[i], chosen[j])]);
+        let dense = |matrix: MatRef<'_, f64>| {
+            Mat::from_fn(size, size, |i, j| matrix[(chosen[i], chosen[j])])
+        };
         let place = |i: usize| chosen.binary_search(&i).ok();
         let tails = self.tails.iter().filter_map(|tail| {
             Some(Term {
@@ -118,11 +162,10 @@ impl Added {
                 .collect(),
         });
         Added {
-            dense: self.dense.as_ref().map(dense),
-            sparse: None,
             tails: tails.collect(),
             is_given: self.is_given,
             squares: squares.collect(),
+            ..Added::from(self.dense().map(dense))
         }
     }
 }

@@ -163,12 +163,12 @@ impl Model {
     }
 
     pub(crate) fn added(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
-        self.added[kind as usize].dense.as_ref().map(Mat::as_ref)
+        self.added[kind as usize].dense()
     }
 
+    /// The added matrix, if it is kept as a sparse one.
     pub(crate) fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
-        let matrix = self.added[kind as usize].sparse.as_ref()?;
-        Some(matrix.as_ref().as_ref())
+        self.added[kind as usize].sparse()
     }
 
     /// What the added matrix, rounded to doubles, leaves of its entries.
@@ -200,7 +200,7 @@ impl Model {
 
     /// Whether nothing but elements makes the matrix of this kind.
     pub(crate) fn is_of_elements(&self, kind: MatrixKind) -> bool {
-        self.added(kind).is_none() && self.added_sparse(kind).is_none()
+        !self.added[kind as usize].is_some()
     }
 
     /// One of the matrices (n × n), each entry summed in double-double and rounded once.

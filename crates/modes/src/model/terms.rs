@@ -56,7 +56,9 @@ impl Model {
     }
 
     fn dense_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
-        self.added(kind).into_iter().flat_map(|matrix| {
+        let kept = self.added_sparse(kind).is_none();
+        let dense = kept.then(|| self.added(kind)).flatten();
+        dense.into_iter().flat_map(|matrix| {
             let entries =
                 (0..matrix.ncols()).flat_map(move |j| (0..matrix.nrows()).map(move |i| (i, j)));
             entries.map(move |(row, column)| Term {

@@ -7,7 +7,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use super::entry::Entry;
 
 /// Rows taken together.
-const STRETCH: usize = 1024;
+pub(crate) const STRETCH: usize = 1024;
 
 /// xᵀy in eight running sums.
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {

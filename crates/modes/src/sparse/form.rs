@@ -67,20 +67,8 @@ impl Form {
         if !is_symmetric(system.model(), kind) {
             return None;
         }
-        if let Some(matrix) = system.added(kind) {
-            for j in 0..system.len() {
-                for i in 0..system.len() {
-                    form.entry(i, j, matrix[(i, j)]);
-                }
-            }
-        }
-        if let Some(matrix) = system.added_sparse(kind) {
-            for entry in matrix.triplet_iter() {
-                form.entry(entry.row, entry.col, *entry.val);
-            }
-        }
-        for tail in system.model().tails(kind) {
-            form.entry(tail.row, tail.column, tail.value);
+        for term in system.model().added_terms(kind) {
+            form.entry(term.row, term.column, term.value);
         }
         let of_one_sign = |ground: &DoubleDouble| ground.high() >= 0.0;
         form.non_negative =

@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 
 use eigentone_digits::{DoubleDouble, Real};
 
-use super::basis::{combine, dot};
+use super::basis::{STRETCH, combine, dot, short_dot};
 use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
@@ -269,10 +269,10 @@ impl Shapes<'_, '_> {
             let mut squares = Vec::new();
             for (k, [product, before]) in vectors.iter().enumerate() {
                 let resisted = times(mass, before);
-                let along = dot_long(&resisted, product) / dot_long(&resisted, before);
+                let along = short_dot(&resisted, product) / short_dot(&resisted, before);
                 let terms = product.iter().zip(before);
                 let rest: Vec<DoubleDouble> = terms.map(|(&y, &x)| y - x * along).collect();
-                let residual = dot_long(&times(mass, &rest), &rest).abs().sqrt().to_f64();
+                let residual = short_dot(&times(mass, &rest), &rest).abs().sqrt().to_f64();
                 let (energy, of_energy) = stiffness.quadratic_long(product);
                 let (norm, of_norm) = mass.quadratic_long(product);
                 let square = (energy / norm).to_f64();
@@ -426,15 +426,14 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
         let own = &mut rest[0];
         for _ in 0..2 {
             for (other, resisted) in before.iter().zip(&resisted) {
-                let along = dot_long(resisted, &own[0]);
+                let along = short_dot(resisted, &own[0]);
                 for (own, other) in own.iter_mut().zip(other) {
-                    let pairs = own.iter_mut().zip(other);
-                    pairs.for_each(|(x, y)| *x -= *y * along);
+                    DoubleDouble::add_multiple(own, -along, other);
                 }
             }
         }
         let mut product = times(mass, &own[0]);
-        let norm = dot_long(&product, &own[0]).sqrt();
+        let norm = short_dot(&product, &own[0]).sqrt();
         if norm.to_f64() <= 0.0 || norm.to_f64().is_nan() {
             return false;
         }
@@ -450,7 +449,7 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
     for i in 0..count {
         let product = times(stiffness, &vectors[i][0]);
         for j in 0..=i {
-            form[i][j] = dot_long(&product, &vectors[j][0]);
+            form[i][j] = short_dot(&product, &vectors[j][0]);
             form[j][i] = form[i][j];
         }
     }
@@ -494,13 +493,20 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
             break;
         }
     }
-    let mut given = vec![DoubleDouble::ZERO; count];
     for part in 0..2 {
-        for i in 0..vectors.first().map_or(0, |vector| vector[part].len()) {
-            let pairs = given.iter_mut().zip(&*vectors);
-            pairs.for_each(|(given, vector)| *given = vector[part][i]);
+        let rows = vectors.first().map_or(0, |vector| vector[part].len());
+        for start in (0..rows).step_by(STRETCH) {
+            let stretch = start..rows.min(start + STRETCH);
+            let given: Vec<Vec<DoubleDouble>> = vectors
+                .iter()
+                .map(|vector| vector[part][stretch.clone()].to_vec())
+                .collect();
             for (vector, turn) in vectors.iter_mut().zip(&turns) {
-                vector[part][i] = dot_long(turn, &given);
+                let own = &mut vector[part][stretch.clone()];
+                own.fill(DoubleDouble::ZERO);
+                for (factor, given) in turn.iter().zip(&given) {
+                    DoubleDouble::add_multiple(own, *factor, given);
+                }
             }
         }
     }
@@ -512,9 +518,4 @@ fn times(form: &Form, x: &[DoubleDouble]) -> Vec<DoubleDouble> {
     let mut product = vec![DoubleDouble::ZERO; x.len()];
     form.accumulate_long(1.0, x, &mut product);
     product
-}
-
-fn dot_long(x: &[DoubleDouble], y: &[DoubleDouble]) -> DoubleDouble {
-    let terms = x.iter().zip(y);
-    terms.fold(DoubleDouble::ZERO, |sum, (x, y)| sum + *x * *y)
 }

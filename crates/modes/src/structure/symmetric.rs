@@ -7,15 +7,15 @@ use crate::model::Model;
 
 /// Whether the matrix of this kind equals its transpose.
 pub(crate) fn is_symmetric(model: &Model, kind: MatrixKind) -> bool {
-    let dense = model.added(kind).is_none_or(|added| {
-        (0..model.len()).all(|i| (0..i).all(|j| added[(i, j)] == added[(j, i)]))
-    });
-    let sparse = model.added_sparse(kind).is_none_or(|added| {
-        added
+    let is_symmetric = match model.added_sparse(kind) {
+        Some(added) => added
             .triplet_iter()
-            .all(|entry| added.get(entry.col, entry.row).copied().unwrap_or(0.0) == *entry.val)
-    });
-    dense && sparse && has_symmetric_tails(model, kind)
+            .all(|entry| added.get(entry.col, entry.row).copied().unwrap_or(0.0) == *entry.val),
+        None => model.added(kind).is_none_or(|added| {
+            (0..model.len()).all(|i| (0..i).all(|j| added[(i, j)] == added[(j, i)]))
+        }),
+    };
+    is_symmetric && has_symmetric_tails(model, kind)
 }
 
 /// Whether the [tails](Model::tails) of the entries are those of the transpose. Where entries are symmetric sums of terms

@@ -1,7 +1,6 @@
 //! From named parameters to a checked [`System`].
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, MatRef};
@@ -262,7 +261,7 @@ impl SystemBuilder {
     /// A [`BuildError`] naming the first thing that is wrong.
     pub fn build(self) -> Result<System, BuildError> {
         #[cfg(feature = "serde")]
-        let given = Arc::new(self.clone());
+        let given = std::sync::Arc::new(self.clone());
         let continua = Continua::of(&self.beams, &self.rods, self.masses.len())?;
         let (names, masses) = self.coordinates(&continua)?;
         let n = names.len();
@@ -284,18 +283,14 @@ impl SystemBuilder {
             joined.squares[kind as usize].extend(sum.squares);
         }
 
-        let mut added = joined.squares.map(|squares| Added {
-            squares,
-            ..Added::default()
-        });
+        let mut added = joined.squares.map(Added::from);
         for (kind, matrix) in self.matrices {
             matrix.check(kind, n)?;
             let added = &mut added[kind as usize];
-            added.is_given = true;
-            if n > MAX_DENSE_COORDINATES {
-                added.sparse = Some(Arc::new(matrix.sparse()));
+            if n > MAX_DENSE_COORDINATES || matrix.is_thin() {
+                added.give_sparse(matrix.sparse());
             } else {
-                added.dense = Some(matrix.dense());
+                added.give_dense(matrix.dense());
             }
         }
         for (added, terms) in added.iter_mut().zip(joined.terms) {
@@ -425,6 +420,14 @@ impl Entries {
                 value,
             }),
             None => Ok(()),
+        }
+    }
+
+    /// Whether it was given as a sparse matrix, of so few entries that it is better kept so.
+    fn is_thin(&self) -> bool {
+        match self {
+            Entries::Dense(_) => false,
+            Entries::Sparse(matrix) => matrix.compute_nnz() <= matrix.nrows() * matrix.ncols() / 8,
         }
     }
 

@@ -220,7 +220,8 @@ impl System {
 
     /// The matrix that was added to the elements of a [large](Self::is_large) system, if any.
     pub fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
-        self.model.added_sparse(kind)
+        let large = self.is_large().then_some(&self.model);
+        large.and_then(|model| model.added_sparse(kind))
     }
 
     /// The terms of M (kg), C (N·s/m) or K (N/m), each entry being the exact sum of those in its place: of the

@@ -46,7 +46,7 @@ impl Parameter {
         all.extend((0..count(ElementKind::Damper)).map(Parameter::Damper));
         for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
             let added = system.model().added_whole(kind);
-            let Some(matrix) = added.dense.as_ref().filter(|_| added.is_given) else {
+            let Some(matrix) = added.dense().filter(|_| added.is_given) else {
                 continue;
             };
             for row in 0..system.len() {

@@ -166,6 +166,14 @@ impl Model {
         self.added[kind as usize].dense()
     }
 
+    /// The added matrix, unless it is kept as a sparse one.
+    fn kept_dense(&self, kind: MatrixKind) -> Option<MatRef<'_, f64>> {
+        match self.added_sparse(kind) {
+            None => self.added(kind),
+            Some(_) => None,
+        }
+    }
+
     /// The added matrix, if it is kept as a sparse one.
     pub(crate) fn added_sparse(&self, kind: MatrixKind) -> Option<SparseColMatRef<'_, usize, f64>> {
         self.added[kind as usize].sparse()
@@ -206,7 +214,7 @@ impl Model {
     /// One of the matrices (n × n), each entry summed in double-double and rounded once.
     pub(crate) fn matrix(&self, kind: MatrixKind) -> Mat<f64> {
         let n = self.len();
-        let mut total = match self.added(kind) {
+        let mut total = match self.kept_dense(kind) {
             // Without zeros that are negative.
             Some(matrix) => Mat::from_fn(n, n, |i, j| matrix[(i, j)] + 0.0),
             None => Mat::zeros(n, n),

@@ -21,7 +21,7 @@ impl Model {
         all.filter(|term| term.value != 0.0)
     }
 
-    /// Those that come after the entries of a dense added matrix.
+    /// Those that come after the entries of an added matrix that is kept as a dense one.
     pub(crate) fn terms_beside(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let elements: &[Element] = match kind {
             MatrixKind::Mass => &[],
@@ -56,9 +56,7 @@ impl Model {
     }
 
     fn dense_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
-        let kept = self.added_sparse(kind).is_none();
-        let dense = kept.then(|| self.added(kind)).flatten();
-        dense.into_iter().flat_map(|matrix| {
+        self.kept_dense(kind).into_iter().flat_map(|matrix| {
             let entries =
                 (0..matrix.ncols()).flat_map(move |j| (0..matrix.nrows()).map(move |i| (i, j)));
             entries.map(move |(row, column)| Term {
@@ -69,7 +67,7 @@ impl Model {
         })
     }
 
-    /// Those of a sparse added matrix, and what a dense one leaves of its entries.
+    /// Those of an added matrix that is kept as a sparse one, and what either leaves of its entries.
     fn sparse_terms(&self, kind: MatrixKind) -> impl Iterator<Item = Term> + '_ {
         let sparse = self.added_sparse(kind).into_iter().flat_map(|matrix| {
             matrix.triplet_iter().map(|entry| Term {

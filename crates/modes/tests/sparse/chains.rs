@@ -165,3 +165,31 @@ fn soft_springs_between_stiff_ones() {
     let expected: Vec<f64> = (1..=12).map(|j| square(Ends::First, n, j)).collect();
     assert_squares(&modes, &expected, "pairs");
 }
+
+#[test]
+fn a_sparse_matrix_makes_the_system_that_a_dense_one_makes() {
+    let n = 40;
+    let sparse = consistent(n);
+    let whole = |kind| sparse.added(kind).unwrap().to_owned();
+    let dense = System::builder()
+        .matrix(MatrixKind::Mass, whole(MatrixKind::Mass).as_ref())
+        .matrix(MatrixKind::Stiffness, whole(MatrixKind::Stiffness).as_ref())
+        .build()
+        .unwrap();
+    assert_eq!(whole(MatrixKind::Stiffness)[(3, 4)], -1.0);
+    assert!(sparse.added_sparse(MatrixKind::Mass).is_none());
+    for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
+        assert!(sparse.terms(kind).eq(dense.terms(kind)));
+    }
+    assert_eq!(sparse.mass_matrix(), dense.mass_matrix());
+    assert_eq!(sparse.stiffness_matrix(), dense.stiffness_matrix());
+    let roots = |system: &System| system.modes().unwrap().eigenvalues().to_vec();
+    assert_eq!(
+        format!("{:?}", roots(&sparse)),
+        format!("{:?}", roots(&dense))
+    );
+    assert_eq!(
+        sparse.structure().to_string(),
+        dense.structure().to_string()
+    );
+}

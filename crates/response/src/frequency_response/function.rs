@@ -83,7 +83,8 @@ impl FrequencyFunction {
 pub enum FrequencyMethod {
     /// Elimination in ball arithmetic, with as many digits as it takes.
     Elimination,
-    /// Sums of modes, corrected by what they leave of the equations: quicker than elimination beyond 40 coordinates.
+    /// Sums of modes, corrected by what they leave of the equations: quicker than elimination beyond 40 coordinates; in
+    /// doubles uncorrected, with bounds of what they leave.
     Modes,
     /// One Hessenberg form for all frequencies, in doubles.
     Hessenberg,
@@ -97,7 +98,9 @@ impl fmt::Display for FrequencyMethod {
             FrequencyMethod::Elimination => {
                 "elimination: in ball arithmetic, with as many digits as it takes"
             }
-            FrequencyMethod::Modes => "modes: quicker than elimination beyond 40 coordinates",
+            FrequencyMethod::Modes => {
+                "modes: quicker than elimination beyond 40 coordinates, and in doubles"
+            }
             FrequencyMethod::Hessenberg => "Hessenberg form: one for all frequencies, in doubles",
             FrequencyMethod::SparseFactor => {
                 "sparse factors: one for each frequency, as there are more than 400 coordinates"

@@ -128,6 +128,75 @@ fn tables_show_peaks_and_values() {
     assert!(functions[0]["peaks"][0]["gain"].is_number());
 }
 
+/// In doubles a beam of 40 coordinates is answered by a Hessenberg form where that has digits enough, else by modes.
+#[test]
+fn doubles_say_how_they_were_found() {
+    fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        let scene = "frequency/mast.json";
+        let asked = [scene, "--from", "tip", "--to", "tip", "--at", "500,1,2000"];
+        asked.iter().chain(more).copied().collect()
+    }
+    let proven = json(&with(&["--json"]));
+    let doubles = json(&with(&["--json", "--precision", "double"]));
+    let method = |of: &Value| {
+        of["methods"][0]["method"]
+            .as_str()
+            .expect("a text")
+            .to_owned()
+    };
+    assert!(method(&proven).starts_with("elimination"), "{proven}");
+    assert!(method(&doubles).starts_with("Hessenberg form"), "{doubles}");
+    // So stiff a beam leaves that form too few digits at low frequencies.
+    let counts = [0, 1].map(|k| doubles["methods"][k]["frequencies"].as_u64());
+    assert_eq!(counts, [Some(2), Some(1)], "{doubles}");
+    assert_eq!(doubles["bounds"].as_str(), Some("estimated"));
+    for k in 0..3 {
+        let of =
+            |answer: &Value, key: &str| answer["functions"][0][key][k].as_f64().expect("known");
+        let parts = ["re", "im"].map(|key| of(&proven, key) - of(&doubles, key));
+        let bound = of(&doubles, "bound");
+        assert!(
+            parts[0].hypot(parts[1]) <= bound + of(&proven, "bound"),
+            "{k}"
+        );
+        assert!(bound <= 1e-6 * of(&doubles, "re").abs(), "{k}: {bound:e}");
+    }
+    let text = text(&with(&["--precision", "double"]));
+    assert!(text.contains("2 frequencies by Hessenberg form"), "{text}");
+}
+
+/// Beyond 400 coordinates there are values around the lowest modes, and a word on why there are no peaks.
+#[test]
+fn large_systems_have_values_alone() {
+    let names: Vec<String> = (0..500).map(|i| format!("m{i}")).collect();
+    let masses = names
+        .iter()
+        .map(|name| serde_json::json!({"name": name, "mass": 1.0}));
+    let below = std::iter::once("ground").chain(names.iter().map(String::as_str));
+    let springs = below
+        .zip(&names)
+        .map(|(a, b)| serde_json::json!({"between": [a, b], "stiffness": 100.0}));
+    let scene = serde_json::json!({
+        "masses": masses.collect::<Vec<_>>(),
+        "springs": springs.collect::<Vec<_>>(),
+    });
+    let file = std::env::temp_dir().join(format!("eigentone-many-{}.json", std::process::id()));
+    std::fs::write(&file, scene.to_string()).expect("it is written");
+    let path = file.to_str().expect("a path");
+    let output = frf(&[path, "--from", "m0", "--to", "m499", "--json"]);
+    let _ = std::fs::remove_file(&file);
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{note}");
+    assert!(
+        note.contains("peaks are sought up to 400 coordinates"),
+        "{note}"
+    );
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+    assert!(answer["functions"][0]["peaks"].is_null());
+    let method = answer["methods"][0]["method"].as_str().expect("a text");
+    assert!(method.starts_with("sparse factors"), "{method}");
+}
+
 #[test]
 fn files_appear_together() {
     let folder = std::env::temp_dir().join(format!("eigentone-frf-{}", std::process::id()));

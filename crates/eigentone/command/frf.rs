@@ -1,5 +1,6 @@
 //! `eigentone frf SCENE [--from NAME]… [--to NAME]… [--quantity …] [--at …] [--json] [--out DIR]`.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -99,6 +100,18 @@ impl Frf {
         let functions = asked.at(&grid).map_err(failure)?;
         let features = match self.at {
             Some(_) => None,
+            None if scene.system().len() > MANY => {
+                let _ = writeln!(
+                    io::stderr(),
+                    "note: {}: peaks are sought up to {MANY} coordinates; here are values at frequencies{}",
+                    file.display(),
+                    match scene.frequencies() {
+                        Some(_) => "",
+                        None => " around the lowest modes",
+                    }
+                );
+                None
+            }
             None if functions.functions().len() * scene.system().len() > MOST_SEARCHED => None,
             None => {
                 progress.say("peaks");

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 
 use eigentone_modes::{Bounds, System};
 use eigentone_response::{
-    Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyValue,
-    LargestGain, Peak, Quantity,
+    Asymptote, Combination, Features, FrequencyFunction, FrequencyFunctions, FrequencyMethod,
+    FrequencyValue, LargestGain, Peak, Quantity,
 };
 use num_complex::Complex;
 use serde::Serialize;
@@ -43,6 +43,31 @@ const MANY: usize = 1000;
 impl<'a> FrequencyReport<'a> {
     /// Peaks, dips and asymptotes of each function where they were asked for, else the value at each frequency.
     pub fn text(&self) -> String {
+        let methods = self.methods();
+        let lines = methods.iter().map(|(method, count)| {
+            let frequencies = number::count(*count, "frequency", "frequencies");
+            format!("{frequencies} by {method}\n")
+        });
+        match methods.as_slice() {
+            // The usual way needs no words.
+            [] | [(FrequencyMethod::Elimination, _)] => self.table(),
+            _ => self.table() + &lines.collect::<String>(),
+        }
+    }
+
+    /// How the values were found, and at how many frequencies.
+    fn methods(&self) -> Vec<(FrequencyMethod, usize)> {
+        let mut counts: Vec<(FrequencyMethod, usize)> = Vec::new();
+        for method in self.functions.methods() {
+            match counts.iter_mut().find(|(known, _)| known == method) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((*method, 1)),
+            }
+        }
+        counts
+    }
+
+    fn table(&self) -> String {
         match self.features {
             Some(features) => {
                 let infinite = |peak: &Peak| peak.gain().is_none();
@@ -246,8 +271,14 @@ impl<'a> FrequencyReport<'a> {
                 largest: features.map(|features| features.largest_gain().map(LargestJson::of)),
             }
         });
+        let methods = self.methods().into_iter();
+        let methods = methods.map(|(method, frequencies)| MethodJson {
+            method: method.to_string(),
+            frequencies,
+        });
         let json = Json {
             bounds: super::worth(self.functions.bounds()),
+            methods: methods.collect(),
             frequency: self.functions.frequencies(),
             functions: functions.collect(),
         };
@@ -444,8 +475,15 @@ fn quantity_name(quantity: Quantity) -> &'static str {
 #[derive(Serialize)]
 struct Json<'a> {
     bounds: &'static str,
+    methods: Vec<MethodJson>,
     frequency: &'a [f64],
     functions: Vec<FunctionJson<'a>>,
+}
+
+#[derive(Serialize)]
+struct MethodJson {
+    method: String,
+    frequencies: usize,
 }
 
 #[derive(Serialize)]

@@ -68,9 +68,9 @@ pub use exponential::{
     expm, expm_bounded, expm_condition,
 };
 pub use frequency_response::{
-    Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions, FrequencyResponse,
-    FrequencyValue, HarmonicMotion, LargestGain, Peak, SteadyState, SteadyStateError, peak_grid,
-    receptance,
+    Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions, FrequencyMethod,
+    FrequencyResponse, FrequencyValue, HarmonicMotion, LargestGain, Peak, SteadyState,
+    SteadyStateError, peak_grid, receptance,
 };
 pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, WideComplex};
 use eigentone_modes::{ElementKind, MatrixKind, System};
+use faer::Mat;
+use num_complex::Complex;
 
 use super::elimination::{Row, scaled};
 
@@ -116,6 +118,13 @@ impl Part {
         known.then(|| (self.power, product.high()))
     }
 
+    /// Power, and what (iΩ)^power is multiplied by.
+    pub(super) fn factor(&self) -> (i32, Complex<f64>) {
+        let product = self.factors.iter().product::<f64>();
+        let turned = Complex::<f64>::I.powu(self.turns.into()) * product;
+        (self.power, turned)
+    }
+
     /// Power and factor, where there is no loss.
     pub(super) fn real(&self) -> Option<(i32, f64)> {
         (self.turns == 0).then(|| (self.power, self.factors.iter().product()))
@@ -221,6 +230,19 @@ fn losing<'a>(
     };
     let all = springs.into_iter().zip(loss_factors);
     all.filter(|(_, loss)| **loss != 0.0)
+}
+
+/// The matrix that stands for the losses of springs: i times it is added to K.
+pub(super) fn losses(system: &System, loss_factors: &[f64]) -> Mat<f64> {
+    let mut losses = Mat::zeros(system.len(), system.len());
+    for (spring, loss) in losing(system, loss_factors) {
+        for &(row, a) in &spring.stretch.coordinates {
+            for &(column, b) in &spring.stretch.coordinates {
+                losses[(row, column)] += loss * spring.coefficient * a * b;
+            }
+        }
+    }
+    losses
 }
 
 /// What a unit motion of a support puts on the right-hand side: coordinate and −(K_s + iΩC_s − Ω²M_s).

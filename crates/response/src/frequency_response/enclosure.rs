@@ -5,6 +5,7 @@ use num_complex::Complex;
 
 use super::dynamic_stiffness::{Block, Frequency, Part};
 use super::elimination::{Factor, Outcome, scaled};
+use super::function::FrequencyMethod;
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 
@@ -50,8 +51,8 @@ pub(super) struct Value {
 /// What is known at a frequency.
 #[derive(Debug)]
 pub(super) enum Enclosed {
-    /// For each right-hand side the values of all readings, with proven bounds.
-    Values(Vec<Vec<Value>>),
+    /// For each right-hand side the values of all readings, with proven bounds, and how they were found.
+    Values(Vec<Vec<Value>>, FrequencyMethod),
     /// The matrix is proved to be singular.
     Singular,
     /// So many digits do not tell it from a singular one.
@@ -118,9 +119,9 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
         question.modes.and_then(|modes| by_modes(modes, question))
     {
         if good {
-            return Enclosed::Values(values);
+            return Enclosed::Values(values, FrequencyMethod::Modes);
         }
-        found = Some(values);
+        found = Some((values, FrequencyMethod::Modes));
     }
     let (mut digits, mut work) = (0, 0u64);
     // What a whole range of frequencies leaves unknown, no digits tell.
@@ -137,7 +138,7 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
         (digits, work) = (rung.digits, products);
         match answer {
             Answer::Found(values, good) => {
-                found = Some(values);
+                found = Some((values, FrequencyMethod::Elimination));
                 if good {
                     break;
                 }
@@ -146,7 +147,8 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
             Answer::Unknown => {}
         }
     }
-    found.map_or(Enclosed::Undecided(digits), Enclosed::Values)
+    let values = |(values, method)| Enclosed::Values(values, method);
+    found.map_or(Enclosed::Undecided(digits), values)
 }
 
 /// One rung: the values in the precision of T, and the products it took.

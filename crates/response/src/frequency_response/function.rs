@@ -1,5 +1,7 @@
 //! Frequency response functions: values at frequencies.
 
+use std::fmt;
+
 use eigentone_modes::Bounds;
 use num_complex::Complex;
 
@@ -75,11 +77,44 @@ impl FrequencyFunction {
     }
 }
 
+/// How the values at a frequency were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrequencyMethod {
+    /// Elimination in ball arithmetic, with as many digits as it takes.
+    Elimination,
+    /// Sums of modes, corrected by what they leave of the equations: quicker than elimination beyond 40 coordinates; in
+    /// doubles uncorrected, with bounds of what they leave.
+    Modes,
+    /// One Hessenberg form for all frequencies, in doubles.
+    Hessenberg,
+    /// One sparse factor for each frequency, beyond 400 coordinates.
+    SparseFactor,
+}
+
+impl fmt::Display for FrequencyMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            FrequencyMethod::Elimination => {
+                "elimination: in ball arithmetic, with as many digits as it takes"
+            }
+            FrequencyMethod::Modes => {
+                "modes: quicker than elimination beyond 40 coordinates, and in doubles"
+            }
+            FrequencyMethod::Hessenberg => "Hessenberg form: one for all frequencies, in doubles",
+            FrequencyMethod::SparseFactor => {
+                "sparse factors: one for each frequency, as there are more than 400 coordinates"
+            }
+        })
+    }
+}
+
 /// Frequency response functions at the same frequencies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrequencyFunctions {
     frequencies: Vec<f64>,
     functions: Vec<FrequencyFunction>,
+    methods: Vec<FrequencyMethod>,
     bounds: Bounds,
 }
 
@@ -87,11 +122,13 @@ impl FrequencyFunctions {
     pub(super) fn new(
         frequencies: Vec<f64>,
         functions: Vec<FrequencyFunction>,
+        methods: Vec<FrequencyMethod>,
         bounds: Bounds,
     ) -> FrequencyFunctions {
         FrequencyFunctions {
             frequencies,
             functions,
+            methods,
             bounds,
         }
     }
@@ -104,6 +141,11 @@ impl FrequencyFunctions {
     /// The functions: of each input in its order, to each output in its order.
     pub fn functions(&self) -> &[FrequencyFunction] {
         &self.functions
+    }
+
+    /// By frequency, how the values were found.
+    pub fn methods(&self) -> &[FrequencyMethod] {
+        &self.methods
     }
 
     /// Whether the bounds are proven.

@@ -147,7 +147,7 @@ pub(super) fn motion(
         steepness: false,
     };
     let mut found = match enclose(&question) {
-        Enclosed::Values(found) => found,
+        Enclosed::Values(found, _) => found,
         Enclosed::Singular if frequency == 0.0 => return Err(SteadyStateError::Unsupported),
         Enclosed::Singular => return Err(SteadyStateError::Resonance { frequency }),
         Enclosed::Undecided(digits) => {

@@ -2,7 +2,7 @@
 //! in O(n) each, with bounds from what the modes leave of I − SZ (see `modal_sum`).
 
 use eigentone_digits::DoubleDouble;
-use faer::Mat;
+use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{Frequency, Part};
@@ -42,52 +42,105 @@ const BATCH: usize = 128;
 /// Relative errors of a block's inverse, of which the determinant has the digits of double-double.
 const BLOCK: f64 = 16.0 * f64::EPSILON;
 
+/// Coordinates, and what they are multiplied by.
+type Factors = Vec<(usize, Complex<f64>)>;
+
+/// What acts and what is read off, as sums by powers of s = iΩ; losses of springs make some of their factors imaginary.
+pub(super) struct Ports {
+    /// By power of s, what acts on the coordinates.
+    pub(super) acts: Vec<(i32, Vec<Complex<f64>>)>,
+    /// Of each sum of coordinates which output it belongs to, by which power of s, and its coordinates with factors.
+    pub(super) sums: Vec<(usize, i32, Factors)>,
+    /// What is added to the outputs: which, which power, and the coefficient.
+    pub(super) direct: Vec<(usize, i32, Complex<f64>)>,
+    /// How many outputs there are.
+    pub(super) count: usize,
+}
+
+impl Ports {
+    /// Of a system of n coordinates.
+    pub(super) fn of(n: usize, pushes: &[Push], readings: &[Reading]) -> Ports {
+        let mut ports = Ports {
+            acts: Vec::new(),
+            sums: Vec::new(),
+            direct: Vec::new(),
+            count: readings.len(),
+        };
+        for push in pushes {
+            let (power, factor) = push.part.factor();
+            let acts = &mut ports.acts;
+            let at = acts.iter().position(|(known, _)| *known == power);
+            let at = at.unwrap_or_else(|| {
+                acts.push((power, vec![Complex::ZERO; n]));
+                acts.len() - 1
+            });
+            acts[at].1[push.coordinate] += factor;
+        }
+        for (index, reading) in readings.iter().enumerate() {
+            let own = ports.sums.len();
+            for (coordinate, part) in &reading.of {
+                let (power, factor) = part.factor();
+                let sums = &mut ports.sums;
+                let known = sums[own..].iter().position(|(_, known, _)| *known == power);
+                let at = own + known.unwrap_or(sums.len() - own);
+                if at == sums.len() {
+                    sums.push((index, power, Vec::new()));
+                }
+                sums[at].2.push((*coordinate, factor));
+            }
+            let direct = reading.more.iter().map(|part| {
+                let (power, factor) = part.factor();
+                (index, power, factor)
+            });
+            ports.direct.extend(direct);
+        }
+        ports
+    }
+
+    /// The sums of rows that belong to the coordinates, by one part of the factors.
+    pub(super) fn outputs(
+        &self,
+        shapes: MatRef<'_, f64>,
+        part: fn(&Complex<f64>) -> f64,
+    ) -> Mat<f64> {
+        let mut outputs = Mat::<f64>::zeros(self.sums.len(), shapes.ncols());
+        for k in 0..shapes.ncols() {
+            for (row, (.., parts)) in self.sums.iter().enumerate() {
+                let terms = parts
+                    .iter()
+                    .map(|(i, factor)| part(factor) * shapes[(*i, k)]);
+                outputs[(row, k)] = terms.sum();
+            }
+        }
+        outputs
+    }
+}
+
 impl<'a> InDoubles<'a> {
-    /// `None` where a length is no number.
+    /// Of what loses nothing in springs; `None` where a length is no number.
     pub(super) fn of(
         sum: &'a ModalSum,
         pushes: &[Push],
         readings: &[Reading],
     ) -> Option<InDoubles<'a>> {
         let (n, states) = (sum.shapes.nrows(), sum.shapes.ncols());
-        let mut acts: Vec<(i32, Vec<f64>)> = Vec::new();
-        for push in pushes {
-            let (power, factor) = push.part.real()?;
-            let at = acts.iter().position(|(known, _)| *known == power);
-            let at = at.unwrap_or_else(|| {
-                acts.push((power, vec![0.0; n]));
-                acts.len() - 1
-            });
-            acts[at].1[push.coordinate] += factor;
-        }
+        let ports = Ports::of(n, pushes, readings);
+        let outputs = ports.outputs(sum.shapes.as_ref(), |factor| factor.re);
+        let Ports {
+            acts,
+            sums,
+            direct,
+            count,
+        } = ports;
+        let acts = acts.into_iter().map(|(power, force)| {
+            let real = force.into_iter().map(|force| force.re);
+            (power, real.collect::<Vec<f64>>())
+        });
+        let acts: Vec<(i32, Vec<f64>)> = acts.collect();
+        let direct = direct.into_iter();
+        let direct = direct.map(|(index, power, factor)| (index, power, factor.re));
+        let mut direct: Vec<(usize, i32, f64)> = direct.collect();
         let lengths = sum.common_lengths()?;
-        let mut rows: Vec<(usize, i32)> = Vec::new();
-        let mut own: Vec<Vec<(usize, f64)>> = Vec::new();
-        let mut direct = Vec::new();
-        for (index, reading) in readings.iter().enumerate() {
-            for (coordinate, part) in &reading.of {
-                let (power, factor) = part.real()?;
-                let at = rows.iter().position(|row| *row == (index, power));
-                let at = at.unwrap_or_else(|| {
-                    rows.push((index, power));
-                    own.push(Vec::new());
-                    rows.len() - 1
-                });
-                own[at].push((*coordinate, factor));
-            }
-            for part in &reading.more {
-                let (power, factor) = part.real()?;
-                direct.push((index, power, factor));
-            }
-        }
-        let mut outputs = Mat::<f64>::zeros(rows.len(), states);
-        for (row, parts) in own.iter().enumerate() {
-            for &(coordinate, factor) in parts {
-                for k in 0..states {
-                    outputs[(row, k)] += factor * sum.shapes[(coordinate, k)];
-                }
-            }
-        }
         let mut passed = Vec::new();
         if let (Some(matrix), Some(size)) = (&sum.direct, &sum.sizes.2) {
             for (power, force) in &acts {
@@ -97,12 +150,14 @@ impl<'a> InDoubles<'a> {
                     largest = largest.max(terms.sum::<f64>() / lengths[j]);
                 }
                 passed.push((*power, largest));
-                for (&(index, order), parts) in rows.iter().zip(&own) {
-                    let terms = parts.iter().map(|&(coordinate, factor)| {
-                        let row = (0..n).map(|i| matrix[(coordinate, i)] * force[i]);
-                        factor * row.sum::<f64>()
-                    });
-                    direct.push((index, order + power, terms.sum()));
+                for (index, order, parts) in &sums {
+                    let terms = parts
+                        .iter()
+                        .map(|&(coordinate, Complex { re: factor, .. })| {
+                            let row = (0..n).map(|i| matrix[(coordinate, i)] * force[i]);
+                            factor * row.sum::<f64>()
+                        });
+                    direct.push((*index, order + power, terms.sum()));
                 }
             }
         }
@@ -113,9 +168,11 @@ impl<'a> InDoubles<'a> {
             }
             (power, modal)
         });
-        let each = rows.iter().zip(&own).map(|(&(index, power), parts)| {
-            let terms = parts.iter().map(|&(i, factor)| factor.abs() * lengths[i]);
-            (index, power, terms.sum())
+        let each = sums.iter().map(|(index, power, parts)| {
+            let terms = parts
+                .iter()
+                .map(|&(i, factor)| factor.re.abs() * lengths[i]);
+            (*index, *power, terms.sum())
         });
         let largest = |matrix: &Mat<f64>, weigh: &dyn Fn(usize) -> f64, j: usize| {
             let column = (0..n).map(|i| matrix[(i, j)] * weigh(j) / lengths[i]);
@@ -134,14 +191,17 @@ impl<'a> InDoubles<'a> {
             terms.sum()
         });
         Some(InDoubles {
-            count: readings.len(),
+            count,
             inputs: inputs.collect(),
             lengths: each.collect(),
             columns: columns.collect(),
             residual: residual.collect(),
+            rows: sums
+                .iter()
+                .map(|(index, power, _)| (*index, *power))
+                .collect(),
             sum,
             outputs,
-            rows,
             direct,
             passed,
             defects,
@@ -303,7 +363,7 @@ pub(super) fn value(part: &Part, frequency: f64) -> Complex<f64> {
 }
 
 /// (iΩ)^power.
-fn turn(frequency: f64, power: i32) -> Complex<f64> {
+pub(super) fn turn(frequency: f64, power: i32) -> Complex<f64> {
     if power < 0 {
         return Complex::ZERO; // only ever times 0
     }

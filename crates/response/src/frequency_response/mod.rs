@@ -8,6 +8,7 @@ mod features;
 mod function;
 mod grid;
 mod harmonic_motion;
+mod hessenberg;
 mod in_doubles;
 mod modal_sum;
 mod orders;
@@ -19,7 +20,7 @@ mod steady_state;
 mod turns;
 
 pub use features::{Asymptote, Features, LargestGain, Peak};
-pub use function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
+pub use function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 pub use grid::peak_grid;
 pub use harmonic_motion::{HarmonicMotion, SteadyStateError};
 pub use question::{FrequencyError, FrequencyResponse};

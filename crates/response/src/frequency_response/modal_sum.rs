@@ -544,7 +544,7 @@ mod tests {
                     steepness: true,
                 });
                 match found {
-                    Enclosed::Values(values) => values,
+                    Enclosed::Values(values, _) => values,
                     other => panic!("{other:?}"),
                 }
             });

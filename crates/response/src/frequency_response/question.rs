@@ -12,7 +12,8 @@ use thiserror::Error;
 use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried};
 use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
 use super::features::{Features, Glance};
-use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyValue};
+use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
+use super::hessenberg::Hessenberg;
 use super::in_doubles::{self, InDoubles};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
@@ -162,8 +163,9 @@ impl<'a> FrequencyResponse<'a> {
         }
     }
 
-    /// How far values may be off. In doubles many frequencies are one product of matrices of modes, and bounds, proven too,
-    /// are as wide as those modes leave them; where modes prove nothing, elimination answers.
+    /// How far values may be off. In doubles, from 32 coordinates on, one Hessenberg form serves all frequencies, with
+    /// estimated bounds; fewer coordinates, many inputs, and frequencies where less than nine digits would be left, are
+    /// products of matrices of modes, with bounds that are proven but wide; and where modes prove nothing, elimination answers.
     #[must_use]
     pub fn precision(mut self, precision: Precision) -> FrequencyResponse<'a> {
         self.precision = precision;
@@ -219,9 +221,53 @@ impl<'a> FrequencyResponse<'a> {
         if self.system.len() > MOST_DENSE {
             return self.of_large(frequencies);
         }
+        let Some((columns, quick)) = self.by_hessenberg(frequencies)? else {
+            return self.proven(frequencies);
+        };
+        let all = frequencies.iter().zip(&quick);
+        let rest: Vec<f64> = all
+            .filter_map(|(frequency, values)| values.is_none().then_some(*frequency))
+            .collect();
+        if rest.len() == frequencies.len() {
+            return self.proven(frequencies);
+        }
+        let rest = match rest.is_empty() {
+            true => None,
+            false => Some(self.proven(&rest)?),
+        };
+        let mut functions = self.functions(&columns);
+        let mut methods = Vec::with_capacity(quick.len());
+        let mut proven = 0;
+        for values in quick {
+            if let Some(values) = values {
+                let values = values.into_iter().flatten();
+                for (function, (value, bound)) in functions.iter_mut().zip(values) {
+                    let bound = Some(bound);
+                    function.push(FrequencyValue::Known { value, bound });
+                }
+                methods.push(FrequencyMethod::Hessenberg);
+            } else if let Some(rest) = &rest {
+                for (function, known) in functions.iter_mut().zip(rest.functions()) {
+                    function.push(known.values()[proven]);
+                }
+                methods.push(rest.methods()[proven]);
+                proven += 1;
+            }
+        }
+        Ok(FrequencyFunctions::new(
+            frequencies.to_vec(),
+            functions,
+            methods,
+            Bounds::Estimated,
+        ))
+    }
+
+    /// The same with proven bounds, by modes or elimination.
+    fn proven(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
         let (columns, blocks, modes) = self.parts()?;
         let names = self.output_names();
         let mut functions = self.functions(&columns);
+        let mut methods = vec![FrequencyMethod::Modes; frequencies.len()];
         for (at, block) in blocks.iter().enumerate() {
             let own = || (0..columns.len()).filter(|i| columns[*i].block == at);
             let asked: Vec<(&[Push], &[Reading])> = own()
@@ -247,11 +293,16 @@ impl<'a> FrequencyResponse<'a> {
                     columns: &asked,
                     steepness: false,
                 });
+                if !matches!(found, Enclosed::Values(_, FrequencyMethod::Modes)) {
+                    methods[index] = FrequencyMethod::Elimination;
+                }
                 for (k, column) in own().enumerate() {
                     let functions = &mut functions[column * names.len()..][..names.len()];
                     for (at, function) in functions.iter_mut().enumerate() {
                         let value = match &found {
-                            Enclosed::Values(values) => known(values[k][at], function, frequency)?,
+                            Enclosed::Values(values, _) => {
+                                known(values[k][at], function, frequency)?
+                            }
                             Enclosed::Singular => FrequencyValue::Pole,
                             Enclosed::Undecided(_) => FrequencyValue::Undecided,
                         };
@@ -263,6 +314,7 @@ impl<'a> FrequencyResponse<'a> {
         Ok(FrequencyFunctions::new(
             frequencies.to_vec(),
             functions,
+            methods,
             Bounds::Proven,
         ))
     }
@@ -307,6 +359,7 @@ impl<'a> FrequencyResponse<'a> {
         Ok(FrequencyFunctions::new(
             frequencies.to_vec(),
             functions,
+            vec![FrequencyMethod::SparseFactor; frequencies.len()],
             Bounds::Estimated,
         ))
     }
@@ -357,7 +410,7 @@ impl<'a> FrequencyResponse<'a> {
                         steepness: true,
                     });
                     match found {
-                        Enclosed::Values(values) => Some(values[0][0]),
+                        Enclosed::Values(values, _) => Some(values[0][0]),
                         _ => None,
                     }
                 };
@@ -398,6 +451,39 @@ impl<'a> FrequencyResponse<'a> {
         let find = || ModalSum::of(self.system, &stiffness);
         let modes = has_modes.then(|| self.modes.get_or_init(find).as_ref());
         Ok((columns, blocks, modes.flatten()))
+    }
+
+    /// By frequency, the values of all inputs in doubles, where those are asked for; none where too few digits are left.
+    fn by_hessenberg(&self, frequencies: &[f64]) -> Result<Option<Quick>, FrequencyError> {
+        /// Fewer coordinates are eliminated as quickly.
+        const LEAST: usize = 32;
+        /// Modes are found once for all inputs.
+        const MOST_INPUTS: usize = 8;
+        self.check_loss_factors()?;
+        let fits = self.system.len() >= LEAST && self.inputs.len() <= MOST_INPUTS;
+        if self.precision != Precision::Double || !fits {
+            return Ok(None);
+        }
+        let columns = self.columns()?;
+        let Some(form) = Hessenberg::of(self.system, &self.loss_factors) else {
+            return Ok(None);
+        };
+        let enlargements = form.enlargements(frequencies);
+        let mut all = vec![Some(Vec::with_capacity(columns.len())); frequencies.len()];
+        for column in &columns {
+            let (pushes, readings) = (&column.pushes, &column.readings);
+            let Some(column) = form.column(pushes, readings, frequencies) else {
+                return Ok(None);
+            };
+            let values = column.values(&form, frequencies, &enlargements);
+            for (all, values) in all.iter_mut().zip(values) {
+                *all = all.take().zip(values).map(|(mut all, values)| {
+                    all.push(values);
+                    all
+                });
+            }
+        }
+        Ok(Some((columns, all)))
     }
 
     /// By frequency, the values of all inputs in doubles, where those are asked for and modes prove them.
@@ -558,6 +644,9 @@ impl<'a> FrequencyResponse<'a> {
         self.inputs.iter().map(column).collect()
     }
 }
+
+/// Inputs, and by frequency what each of them does in doubles.
+type Quick = (Vec<Column>, Vec<Option<Vec<Vec<in_doubles::Value>>>>);
 
 /// Inputs, blocks, and modes where they are quicker.
 type Parts<'a> = (Vec<Column>, Vec<Block>, Option<&'a ModalSum>);

@@ -1,8 +1,8 @@
 //! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
 
 use eigentone_modes::{
-    Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, SparseModes, System,
-    SystemBuilder,
+    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, SparseModes,
+    System, SystemBuilder,
 };
 
 /// Three storeys on a soil; numbers whose products are no doubles.
@@ -321,5 +321,32 @@ fn what_is_wrong_is_said() {
         two().modal_damping([0.1], Some("a")),
     ] {
         assert!(matches!(wrong(builder), BuildError::NotASupport { .. }));
+    }
+}
+
+/// The mass matrix of a long beam is no sum of lumped masses, and is proved definite all the same: its damping is known to be
+/// Rayleigh's, and none of its lowest modes to be missing.
+#[test]
+fn a_long_beam_is_damped_in_proportion() {
+    let (alpha, beta) = (0.1, 1e-5);
+    let beam = Beam {
+        name: "mast".to_owned(),
+        length: 2.0,
+        elements: 2_100,
+        flexural_rigidity: 100.0,
+        mass_per_length: 1.2,
+        ends: [BeamEnd::Clamped, BeamEnd::Free],
+        lumped: false,
+    };
+    let system = System::builder().beam(beam).rayleigh(alpha, beta, None);
+    let system = system.build().expect("a system");
+    assert!(system.is_large() && system.structure().is_classical());
+    let found = SparseModes::lowest(&system, 4).expect("modes");
+    let modes = found.modes().expect("damped modes");
+    assert!(modes.is_complete());
+    for mode in &modes {
+        let omega = mode.natural_frequency().radians_per_second();
+        let zeta = 0.5 * (alpha / omega + beta * omega);
+        assert!((mode.damping_ratio().expect("it swings") / zeta - 1.0).abs() < 1e-9);
     }
 }

@@ -94,13 +94,14 @@ impl Energy {
         }
         let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
         let layout = Layout::of(problem, &form);
-        let energy = match layout.len() {
-            ..=FEW => Account::<DoubleDouble>::of(problem, &form, layout).keep(trajectory),
-            ..=MANY => Account::<f64>::of(problem, &form, layout).keep(trajectory),
-            count => {
-                let what = "entries of states and signals take too long, more than";
-                return Err(refuse(format!("{count} {what} {MANY}")));
-            }
+        let count = layout.len();
+        if count > MANY {
+            let what = "entries of states and signals take too long, more than";
+            return Err(refuse(format!("{count} {what} {MANY}")));
+        }
+        let energy = match count <= FEW {
+            true => Account::<DoubleDouble>::of(problem, &form, layout).keep(trajectory),
+            false => Account::<f64>::of(problem, &form, layout).keep(trajectory),
         };
         match energy.is_finite() {
             true => Ok(energy),

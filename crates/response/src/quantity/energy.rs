@@ -252,8 +252,7 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
             .state(problem.initial_displacement(), problem.initial_velocity());
         let mut state = self.driven.at_rest();
         self.driven.set(&mut state, &z);
-        let x = self.driven.displacements(&state);
-        let [kinetic, potential] = self.driven.stored(&x, &self.driven.velocities(&state));
+        let [kinetic, potential] = self.driven.stored(self.driven.motion(&state, None));
         let mut energy = Energy {
             initial: kinetic + potential,
             kinetic: vec![0.0; count],
@@ -283,15 +282,8 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
             let z = self.form.state(&x, &v);
             self.driven.set(&mut state, &z);
             self.driven.load(&mut state, problem, &target, piece);
-            // Coordinates as they were found, supports as they are led.
-            let found = |found: Vec<f64>, mut led: Vec<T>| {
-                let pairs = led.iter_mut().zip(found);
-                pairs.for_each(|(entry, found)| *entry = T::from(found));
-                led
-            };
-            let x = found(x, self.driven.displacements(&state));
-            let v = found(v, self.driven.velocities(&state));
-            [energy.kinetic[k], energy.potential[k]] = self.driven.stored(&x, &v);
+            let motion = self.driven.motion(&state, Some([&x, &v]));
+            [energy.kinetic[k], energy.potential[k]] = self.driven.stored(motion);
             energy.dissipated[k] = self.dissipated.to_f64();
             energy.work[k] = self.work.to_f64();
         }

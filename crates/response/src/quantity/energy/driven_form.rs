@@ -107,6 +107,9 @@ pub(super) struct DrivenForm<T> {
     /// Rows of the forces that the supports take, and of what springs make of them.
     pulls: Vec<Vec<T>>,
     tensions: Vec<Vec<T>>,
+    /// Whether forces displace coordinates at once, and whether supports carry mass.
+    gives_way: bool,
+    carries: bool,
     mass: Squares<T>,
     damping: Squares<T>,
     stiffness: Squares<T>,
@@ -230,6 +233,8 @@ impl<T: Real> DrivenForm<T> {
             loads,
             pulls,
             tensions,
+            gives_way: form.d().is_some(),
+            carries: !system.between_supports(MatrixKind::Mass).is_empty(),
             mass,
             damping,
             stiffness,
@@ -376,31 +381,40 @@ impl<T: Real> DrivenForm<T> {
         }
     }
 
-    /// Displacements of coordinates and then supports.
-    pub(super) fn displacements(&self, state: &[T]) -> Vec<T> {
-        values(&self.displacements, state)
+    /// Displacements and velocities of coordinates and then supports; those of coordinates as they were found, if they were.
+    pub(super) fn motion(&self, state: &[T], found: Option<[&[f64]; 2]>) -> [Vec<T>; 2] {
+        let rows = [&self.displacements, &self.velocities];
+        let Some(found) = found else {
+            return rows.map(|rows| values(rows, state));
+        };
+        [0, 1].map(|order| {
+            let known = found[order].iter().map(|value| T::from(*value));
+            known
+                .chain(values(&rows[order][self.coordinates..], state))
+                .collect()
+        })
     }
 
-    /// Velocities of coordinates and then supports.
-    pub(super) fn velocities(&self, state: &[T]) -> Vec<T> {
+    fn velocities(&self, state: &[T]) -> Vec<T> {
         values(&self.velocities, state)
     }
 
     /// Of such displacements and velocities, ½vᵀMv and ½xᵀKx, moving supports included.
-    pub(super) fn stored(&self, x: &[T], v: &[T]) -> [f64; 2] {
-        [self.mass.form(v), self.stiffness.form(x)].map(|form| form.scale(-1).to_f64())
+    pub(super) fn stored(&self, [x, v]: [Vec<T>; 2]) -> [f64; 2] {
+        [self.mass.form(&v), self.stiffness.form(&x)].map(|form| form.scale(-1).to_f64())
     }
 
     /// The work of what jumps from what it is in `before` to what it is in `after`, at one instant: half of the forces at
     /// both ends times the way that goes at once.
     pub(super) fn jump(&self, before: &[T], after: &[T]) -> T {
-        let forces = |state: &[T]| {
-            let mut forces = values(&self.loads, state);
-            forces.extend(values(&self.tensions, state));
-            forces
-        };
-        let [x, y] = [before, after].map(|state| self.displacements(state));
-        work(&forces(before), &forces(after), &x, &y)
+        let n = self.coordinates;
+        let first = if self.gives_way { 0 } else { n };
+        let forces = self.loads.iter().chain(&self.tensions);
+        let forces = forces.zip(&self.displacements).skip(first);
+        forces.fold(T::ZERO, |sum, (force, place)| {
+            let mean = (dot(force, before) + dot(force, after)).scale(-1);
+            sum + mean * (dot(place, after) - dot(place, before))
+        })
     }
 
     /// Adds the momenta at the start of a piece to the state, and gives their work: each times the mean of the velocities
@@ -413,8 +427,13 @@ impl<T: Real> DrivenForm<T> {
         state: &mut [T],
     ) -> T {
         let n = self.coordinates;
+        let impulses = problem.timeline().pieces()[piece].impulses();
+        let momenta = problem.momenta(piece);
+        if momenta.is_empty() && impulses.is_empty() && !self.carries {
+            return T::ZERO;
+        }
         let loaded = self.velocities(state);
-        for (coordinate, momentum) in problem.momenta(piece) {
+        for (coordinate, momentum) in momenta {
             let own = state[..self.layout.own].iter_mut().zip(&self.units);
             for (i, (entry, unit)) in own.enumerate() {
                 let change = self.b[i * n + coordinate] * T::from(momentum);
@@ -427,7 +446,7 @@ impl<T: Real> DrivenForm<T> {
             let mean = (loaded[on] + after[on]).scale(-1);
             sum = sum + T::from(momentum) * mean;
         };
-        for &(on, momentum) in problem.timeline().pieces()[piece].impulses() {
+        for &(on, momentum) in impulses {
             match on.checked_sub(n) {
                 None => strikes(on, momentum),
                 Some(channel) => {
@@ -447,15 +466,6 @@ impl<T: Real> DrivenForm<T> {
         }
         sum
     }
-}
-
-/// Σ of the mean of two forces times the way between two places.
-fn work<T: Real>(before: &[T], after: &[T], from: &[T], to: &[T]) -> T {
-    let means = before.iter().zip(after).map(|(a, b)| (*a + *b).scale(-1));
-    let ways = from.iter().zip(to).map(|(x, y)| *y - *x);
-    means
-        .zip(ways)
-        .fold(T::ZERO, |sum, (mean, way)| sum + mean * way)
 }
 
 fn values<T: Real>(rows: &[Vec<T>], state: &[T]) -> Vec<T> {

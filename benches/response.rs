@@ -5,11 +5,13 @@ mod chain;
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use eigentone::check::{Dop853, Integrator};
 use eigentone::gallery::cases;
 use eigentone::prelude::*;
-use eigentone::response::{Problem, methods};
+use eigentone::response::{
+    ByExponential, History, Output, Problem, Quantity, ResponsePlan, methods,
+};
 use faer::Mat;
 
 use chain::Chain;
@@ -124,5 +126,58 @@ fn chains(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, gallery, chains);
+/// A quarter car with a damper at a road of a million samples, in doubles: one output, then all of the motion, as it is planned
+/// and by exponentials.
+fn roads(c: &mut Criterion) {
+    const SAMPLES: u32 = 1_000_000;
+    let car = System::builder()
+        .mass("body", 290.0)
+        .mass("wheel", 59.0)
+        .support("road")
+        .spring("wheel", "body", 16_812.0)
+        .damper("wheel", "body", 1000.0)
+        .spring("road", "wheel", 190_000.0)
+        .damper("road", "wheel", 50.0)
+        .build()
+        .expect("a system");
+    let road = Samples {
+        step: 0.01,
+        values: (0..SAMPLES)
+            .map(|j| f64::from(j * 79 % 1009) / 2e4)
+            .collect(),
+        hold: Hold::First,
+    };
+    let asked = Response::of(&car).motion("road", Quantity::Displacement, road);
+    let asked = asked.every(0.01).until(0.01 * f64::from(SAMPLES));
+    let asked = asked.to(Precision::Double);
+    let fresh = || asked.clone().problem().expect("well posed");
+    let followed = |problem: &Problem<'_>| {
+        let outputs = [Output::Displacement(0)];
+        let history = History::of(problem, &outputs).expect("a history");
+        history.values()[(0, SAMPLES as usize)]
+    };
+    let last = |motion: Trajectory| motion.displacement()[(0, SAMPLES as usize)];
+    let planned = |problem: &Problem<'_>| {
+        let plan = ResponsePlan::of(problem).expect("a plan");
+        last(plan.run(problem).expect("a motion"))
+    };
+    let stepped = |problem: &Problem<'_>| last(ByExponential.run(problem).expect("a motion"));
+    let ways: [(&str, &dyn Fn(&Problem<'_>) -> f64); 3] = [
+        ("one output", &followed),
+        ("whole, planned", &planned),
+        ("whole, exponential", &stepped),
+    ];
+    let mut group = c.benchmark_group("road of a million samples");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(SAMPLES.into()));
+    for (name, way) in ways {
+        // What was nearly forgotten by the end is told alike by all.
+        assert!((way(&fresh()) - followed(&fresh())).abs() < 1e-12);
+        group.bench_function(name, |bencher| {
+            bencher.iter_batched(fresh, |problem| way(&problem), BatchSize::PerIteration);
+        });
+    }
+}
+
+criterion_group!(benches, gallery, chains, roads);
 criterion_main!(benches);

@@ -373,6 +373,9 @@ fn displacements_and_rotations_stand_apart() {
         assert!(html.contains(wanted), "{wanted}");
     }
     assert_eq!(html.matches("aria-label=\"Rotation\"").count(), 1);
+    // Three points, each of which bounces and pitches; what the roads bring is counted.
+    assert_eq!(html.matches("times as far</title>").count(), 6);
+    assert!(html.contains("dashed lines lead there") && html.contains("<h3>Energy</h3>"));
     let html =
         fs::read_to_string(directory.join("drive-train/report.html")).expect("it was written");
     for wanted in [

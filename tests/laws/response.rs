@@ -365,11 +365,20 @@ fn superposition_does_not_drift_over_very_many_steps() {
         .spring(GROUND, "m", 1.0)
         .build()
         .expect("a system");
-    for (steps, all) in [(1_000_000u64, true), (100_000_000, false)] {
+    // In strides, step by step for accelerations, and at once.
+    for (steps, all, accelerates) in [
+        (1_000_000u64, true, false),
+        (1_000_000, true, true),
+        (100_000_000, false, false),
+    ] {
         let asked = Response::of(&system)
             .from(State::at_rest().displace("m", 1.0))
             .every(0.7)
             .until(0.7 * steps as f64);
+        let asked = match accelerates {
+            true => asked.with_acceleration(),
+            false => asked,
+        };
         let whole = asked.problem().expect("a problem");
         let last = whole.clone().at(&[steps]).expect("the last instant");
         let certified = ByCertifiedExponential.run(&last).expect("certified");

@@ -17,10 +17,14 @@ pub(super) fn excerpt(text: &str) -> String {
 ///
 /// assert_eq!(did_you_mean("boddy", &["body", "wheel"]), "did you mean \"body\"?");
 /// assert_eq!(did_you_mean("x", &["body", "wheel"]), "known are \"body\" and \"wheel\"");
+/// assert_eq!(did_you_mean("soil", &[] as &[&str]), "there is none");
 /// ```
 #[must_use]
 pub fn did_you_mean(word: &str, known: &[impl AsRef<str>]) -> String {
     const SHOWN: usize = 12;
+    if known.is_empty() {
+        return "there is none".to_owned();
+    }
     if let Some(near) = nearest(word, known) {
         return format!("did you mean {:?}?", excerpt(near));
     }

@@ -2,7 +2,8 @@
 
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
-    Energy, Harmonic, Hold, Impulse, Load, Ramp, Response, Samples, State, SteadyState, Step,
+    Energy, HalfSine, Harmonic, Hold, Impulse, Load, Polynomial, Quantity, Ramp, Response, Samples,
+    State, SteadyState, Step, Versine,
 };
 use faer::mat;
 
@@ -138,6 +139,180 @@ fn what_has_no_mass_moves_at_once() {
     assert_near(damped.dissipated()[80], 4.5, 1e-15);
 }
 
+/// A road that jumps by h under a spring stores ½kh² in it at once, which goes to and fro from then on; a mass that a
+/// support carries takes ½mv² to be brought to v.
+#[test]
+fn a_road_that_jumps_brings_what_its_spring_stores() {
+    let system = System::builder()
+        .mass("m", 2.0)
+        .support("road")
+        .spring("road", "m", 8.0);
+    let system = system.build().expect("a system");
+    let jump = Step::of(0.5).starting_at(0.33);
+    let asked = Response::of(&system).motion("road", Quantity::Displacement, jump);
+    let found = energy(asked.every(0.25).until(5.0));
+    assert_eq!((found.initial(), found.work()[1]), (0.0, 0.0));
+    for k in 2..=20 {
+        assert_near(found.work()[k], 1.0, 1e-15);
+        assert_near(found.kinetic()[k] + found.potential()[k], 1.0, 1e-14);
+    }
+    let carried = System::builder()
+        .mass("m", 2.0)
+        .support("s")
+        .point("p", [("s", 1.0)], 3.0);
+    let carried = carried.spring(GROUND, "m", 8.0).build().expect("a system");
+    let pushed = Response::of(&carried).motion("s", Quantity::Velocity, Step::of(2.0));
+    let pushed = energy(pushed.every(0.25).until(1.0));
+    assert_eq!((pushed.initial(), pushed.work()), (0.0, &[6.0; 5][..]));
+    assert_eq!(pushed.kinetic(), [6.0; 5]);
+}
+
+/// Springs and dampers do not see from which frame they are looked at: on a soil that ends metres away a building stores and
+/// loses what one on a fixed soil does under −m u″, also where its damping is told by modes or by masses.
+#[test]
+fn what_is_stored_does_not_depend_on_the_frame() {
+    let floors = |soil: &'static str| {
+        System::builder()
+            .mass("floor", 3.0)
+            .mass("roof", 2.0)
+            .support("soil")
+            .spring(soil, "floor", 700.0)
+            .damper(soil, "floor", 5.0)
+            .spring("floor", "roof", 500.0)
+            .rayleigh(0.1, 0.001, (soil == "soil").then_some("soil"))
+            .modal_damping([0.02], (soil == "soil").then_some("soil"))
+            .build()
+            .expect("a system")
+    };
+    let record = |factor: f64| Samples {
+        step: 0.02,
+        values: (0..400)
+            .map(|j| factor * f64::from(j * 37 % 101) / 64.0)
+            .collect(),
+        hold: Hold::First,
+    };
+    let (tower, fixed) = (floors("soil"), floors(GROUND));
+    let shaken = Response::of(&tower).motion("soil", Quantity::Acceleration, record(1.0));
+    let shaken = energy(shaken.every(0.02).until(8.0));
+    let pushed = Response::of(&fixed)
+        .load("floor", record(-3.0))
+        .load("roof", record(-2.0));
+    let pushed = energy(pushed.every(0.02).until(8.0));
+    assert_balance(&shaken, 1e-13);
+    let stored = pushed.potential().iter().fold(0.0, |a: f64, b| a.max(*b));
+    for k in 0..=400 {
+        let off = shaken.potential()[k] - pushed.potential()[k];
+        assert!(off.abs() <= 1e-12 * stored, "{k}: {off:e} {stored:e}");
+        let off = shaken.dissipated()[k] - pushed.dissipated()[k];
+        assert!(off.abs() <= 1e-12 * pushed.dissipated()[k], "{k}: {off:e}");
+    }
+    assert!(shaken.work()[400] > 1e3 * stored);
+}
+
+/// In the steady state on a shaken road the damper takes πcΩ|x − u|² in a period, and the road brings it.
+#[test]
+fn a_shaken_road_brings_what_the_damper_takes() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .support("road")
+        .spring("road", "m", 4.0)
+        .damper("road", "m", 0.8)
+        .build()
+        .expect("a system");
+    let frequency = std::f64::consts::TAU / 4.0;
+    for (quantity, size) in [
+        (Quantity::Displacement, 0.5),
+        (Quantity::Velocity, 0.5 * frequency),
+        (Quantity::Acceleration, 0.5 * frequency * frequency),
+    ] {
+        let asked = Response::of(&system).motion("road", quantity, Harmonic::of(size, frequency));
+        let energy = energy(asked.every(0.125).until(400.0));
+        // |x − u| = Ω²|u|/|4 − Ω² + 0.8iΩ|.
+        let square = frequency * frequency;
+        let stretch = square * 0.5 / (4.0 - square).hypot(0.8 * frequency);
+        let period = std::f64::consts::PI * 0.8 * frequency * stretch * stretch;
+        for parts in [energy.dissipated(), energy.work()] {
+            assert_near(parts[3200] - parts[3200 - 32], period, 1e-11);
+        }
+    }
+}
+
+/// Every kind of motion and pulse, by every quantity, on points that carry mass too: what moves, what takes and what brings
+/// add up.
+#[test]
+fn the_balance_holds_where_supports_move() {
+    let samples = |hold| Samples {
+        step: 0.25,
+        values: vec![0.0, -2.0, 0.5, 3.0, 0.0],
+        hold,
+    };
+    let kinds: [Load; 8] = [
+        Step::of(0.7).starting_at(0.3).into(),
+        Ramp::of(0.25).starting_at(0.4).into(),
+        Harmonic::of(1.5, 0.7).into(),
+        HalfSine::of(0.8, 0.6).starting_at(0.2).into(),
+        Versine::of(0.8, 0.6).starting_at(0.9).into(),
+        Polynomial::of([0.0, 0.3, -0.2]).starting_at(0.1).into(),
+        samples(Hold::First).into(),
+        samples(Hold::Zero).into(),
+    ];
+    let quantities = [
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+    ];
+    let springs = || {
+        System::builder()
+            .mass("heave", 4.0)
+            .mass("pitch", 1.5)
+            .mass("light", 0.0)
+            .support("s")
+            .support("t")
+            .point("front", [("heave", 1.0), ("pitch", -1.1)], 0.0)
+            .point("rear", [("heave", 1.0), ("pitch", 1.4)], 0.5)
+            .spring("s", "front", 300.0)
+            .spring("t", "rear", 200.0)
+            .spring("light", "rear", 30.0)
+            .spring("t", "light", 20.0)
+            .spring("s", "t", 7.0)
+            .damper("front", "rear", 3.0)
+    };
+    let damped = || springs().damper("s", "front", 2.0).damper("s", "t", 0.4);
+    let heavy = || damped().point("carried", [("heave", 0.5), ("s", 0.25)], 2.0);
+    let mut answered = 0;
+    for builder in [springs(), damped(), heavy()] {
+        let system = builder.build().expect("a system");
+        for kind in &kinds {
+            for quantity in quantities {
+                let asked = Response::of(&system)
+                    .from(State::at_rest().displace("pitch", 0.1).push("heave", -1.0))
+                    .motion("s", quantity, kind.clone())
+                    .motion("t", Quantity::Displacement, Versine::of(0.3, 1.5))
+                    .load("rear", HalfSine::of(40.0, 0.5).starting_at(0.7))
+                    .load("rear", Impulse::of(0.8).at(0.65))
+                    .load("heave", Step::of(5.0).starting_at(0.11));
+                let asked = asked.every(0.5).until(6.0);
+                let Ok(problem) = asked.clone().problem() else {
+                    continue;
+                };
+                let trajectory = asked.run().expect("a motion");
+                match Energy::along(&problem, &trajectory) {
+                    Ok(energy) => assert_balance(&energy, 1e-12),
+                    Err(error) => {
+                        let jumps = matches!(kind, Load::Step(_))
+                            || matches!(kind, Load::Samples(samples) if samples.hold == Hold::Zero);
+                        assert!(jumps && quantity == Quantity::Displacement, "{error}");
+                        continue;
+                    }
+                }
+                answered += 1;
+            }
+        }
+    }
+    // Jumps through a damper take infinite work, those of what carries mass are no motions.
+    assert_eq!(answered, 3 * 24 - 2 - 2);
+}
+
 #[test]
 fn what_has_no_energy_is_refused() {
     let stiffness = mat![[2.0, -1.0], [0.0, 3.0]];
@@ -146,9 +321,18 @@ fn what_has_no_energy_is_refused() {
         .matrix(MatrixKind::Mass, mass.as_ref())
         .matrix(MatrixKind::Stiffness, stiffness.as_ref());
     let dashpot = System::builder().mass("x1", 0.0).damper(GROUND, "x1", 1.0);
-    for (builder, why) in [(follower, "not symmetric"), (dashpot, "infinite work")] {
+    let road = System::builder().mass("x1", 1.0).support("road");
+    let road = road.damper("road", "x1", 1.0);
+    for (builder, why) in [
+        (follower, "not symmetric"),
+        (dashpot, "infinite work"),
+        (road, "through a damper"),
+    ] {
         let system = builder.build().expect("a system");
-        let asked = Response::of(&system).load("x1", Impulse::of(1.0));
+        let mut asked = Response::of(&system).load("x1", Impulse::of(1.0));
+        for support in system.supports() {
+            asked = asked.motion(support, Quantity::Displacement, Step::of(1.0));
+        }
         let asked = asked.every(0.5).until(1.0);
         let trajectory = asked.clone().run().expect("a response");
         let problem = asked.problem().expect("well posed");

@@ -494,6 +494,161 @@ fn long_roads_are_followed_in_strides() {
     }
 }
 
+/// With a damper at the road, and as an acceleration, the whole of a long motion and sums of it are taken in strides too: within
+/// their estimates of what is proven, to 1e-12 of their size.
+#[test]
+fn long_motions_are_whole_in_strides() {
+    let car = quarter_car();
+    let values = (0..3000).map(|j| f64::from(j * 7919 % 1009 - 504) / 2e4);
+    let road = Samples {
+        step: 0.02,
+        values: values.collect(),
+        hold: Hold::First,
+    };
+    for quantity in [
+        Quantity::Displacement,
+        Quantity::Velocity,
+        Quantity::Acceleration,
+    ] {
+        let ask = Response::of(&car)
+            .motion("road", quantity, road.clone())
+            .load("body", Step::of(9.0).starting_at(0.5))
+            .every(0.01)
+            .until(65.0);
+        let ask = match quantity {
+            Quantity::Displacement => ask.pull("tyre", "tyre").sum(
+                "over the road",
+                [
+                    (Quantity::Velocity, "wheel", 1.0),
+                    (Quantity::Velocity, "road", -1.0),
+                ],
+            ),
+            _ => ask.pull("suspension", "suspension"),
+        };
+        let quick = ask.clone().run_by(&ByExponential).expect("a motion");
+        let proven = ask.run_by(&ByCertifiedExponential).expect("a motion");
+        assert!(
+            quick.operations().steps < 6_500 / 2,
+            "{:?}",
+            quick.operations()
+        );
+        let near = |found: f64, wanted: f64, bound: Option<f64>, size: f64| {
+            let off = (found - wanted).abs();
+            assert!(
+                off <= bound.expect("an estimate") && off <= 1e-12 * size,
+                "{off:e} of {size}"
+            );
+        };
+        let (x, v) = (
+            proven.displacement().norm_max(),
+            proven.velocity().norm_max(),
+        );
+        for k in 0..proven.len() {
+            for i in 0..2 {
+                let bound = quick.displacement_bound()[k];
+                near(
+                    quick.displacement()[(i, k)],
+                    proven.displacement()[(i, k)],
+                    bound,
+                    x,
+                );
+                let bound = quick.velocity_bound()[k];
+                near(
+                    quick.velocity()[(i, k)],
+                    proven.velocity()[(i, k)],
+                    bound,
+                    v,
+                );
+            }
+            for row in 0..proven.outputs().count() {
+                let size = proven
+                    .output(row)
+                    .iter()
+                    .fold(0.0, |a: f64, b| a.max(b.abs()));
+                let bound = quick.output_bound(row)[k];
+                near(quick.output(row)[k], proven.output(row)[k], bound, size);
+            }
+        }
+    }
+}
+
+/// What a support moves that is given by its velocity or acceleration drives real and complex modes alike: samples, pulses,
+/// sinusoids slow and fast, and powers of time.
+#[test]
+fn modes_follow_what_is_integrated() {
+    let tower = |factor: f64| {
+        System::builder()
+            .mass("floor", 3.0)
+            .mass("roof", 2.0)
+            .support("soil")
+            .spring("soil", "floor", 700.0)
+            .damper("soil", "floor", factor * 700.0 / 1024.0)
+            .spring("floor", "roof", 500.0)
+            .damper("floor", "roof", 500.0 / 1024.0)
+            .point("carried", [("floor", 0.5), ("soil", 0.5)], 0.8)
+            .build()
+            .expect("a system")
+    };
+    let record = |hold| Samples {
+        step: 0.04,
+        values: (0..90).map(|j| f64::from(j * 37 % 101) / 64.0).collect(),
+        hold,
+    };
+    let kinds: [eigentone_response::Load; 7] = [
+        record(Hold::First).into(),
+        record(Hold::Zero).into(),
+        Harmonic::of(0.5, 1e-7).with_phase(0.3).into(),
+        Harmonic::of(0.5, 40.0).into(),
+        HalfSine::of(2.0, 0.33).starting_at(0.21).into(),
+        Versine::of(2.0, 3.0).into(),
+        Polynomial::of([0.1, 0.2, 0.0, -0.05])
+            .starting_at(0.5)
+            .into(),
+    ];
+    // With 1 the damping is that of the springs, with 3 it couples the modes.
+    for factor in [1.0, 3.0] {
+        let system = tower(factor);
+        assert_eq!(system.structure().is_classical(), factor == 1.0);
+        for kind in &kinds {
+            for quantity in [Quantity::Velocity, Quantity::Acceleration] {
+                let ask = Response::of(&system)
+                    .motion("soil", quantity, kind.clone())
+                    .from(State::at_rest().displace("roof", 0.1))
+                    .sum(
+                        "drift",
+                        [
+                            (Quantity::Displacement, "roof", 1.0),
+                            (Quantity::Displacement, "soil", -1.0),
+                        ],
+                    )
+                    .every(0.02)
+                    .until(4.0)
+                    .with_acceleration();
+                let modal = ask.clone().run_by(&BySuperposition).expect("a motion");
+                let proven = ask.run_by(&ByCertifiedExponential).expect("a motion");
+                let size = proven.displacement().norm_max();
+                for k in 0..proven.len() {
+                    for i in 0..2 {
+                        let off = modal.displacement()[(i, k)] - proven.displacement()[(i, k)];
+                        let bound = modal.displacement_bound()[k].expect("an estimate");
+                        assert!(off.abs() <= bound, "{kind:?} {quantity:?} {k}: {off:e}");
+                        assert!(
+                            off.abs() <= 1e-12 * size,
+                            "{kind:?} {quantity:?} {k}: {off:e}"
+                        );
+                        let off = modal.velocity()[(i, k)] - proven.velocity()[(i, k)];
+                        let bound = modal.velocity_bound()[k].expect("an estimate");
+                        assert!(off.abs() <= bound, "{kind:?} {quantity:?} {k}: {off:e}");
+                    }
+                    let off = modal.output(0)[k] - proven.output(0)[k];
+                    let bound = modal.output_bound(0)[k].expect("an estimate");
+                    assert!(off.abs() <= bound, "{kind:?} {quantity:?} {k}: {off:e}");
+                }
+            }
+        }
+    }
+}
+
 /// The chain of SDLD02, 8 masses of 10 kg and 9 springs of 1e5 N/m, between ends that are both moved with the acceleration
 /// 2e5·t². Displacement, velocity and the motion relative to the ends, from the closed form by modes with 60 digits:
 /// y = −Σ φⱼ Γⱼ a (t²/ω² − 2/ω⁴·(1 − cos ωt)) beside a t⁴/12.

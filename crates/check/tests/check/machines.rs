@@ -1,8 +1,13 @@
 //! Machines drawn at random: points on masses and supports, nodes without mass, forms that cancel, coefficients that are
-//! twenty powers of ten apart. What is said of their roots holds against the exact determinant.
+//! twenty powers of ten apart. What is said of their roots holds against the exact determinant, and what is said of their
+//! motions against the reference in more digits and against each other.
 
 use eigentone_check::Reference;
 use eigentone_modes::{Bounds, ElementKind, GROUND, ModesError, Precision, System};
+use eigentone_response::{
+    ByCertifiedExponential, HalfSine, Harmonic, Hold, Impulse, Load, Polynomial, Quantity, Ramp,
+    Response, ResponseMethod, Samples, State, Step, Trajectory, Versine, methods,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -131,6 +136,160 @@ proptest! {
     #[test]
     fn what_is_said_of_their_roots_holds(drawn in machines()) {
         examine(&drawn)?;
+    }
+}
+
+/// What moves a machine: which name, which quantity if it is a support, what course, how large and from when.
+type Driving = (usize, usize, usize, f64, f64);
+
+fn course(kind: usize, size: f64, start: f64) -> Load {
+    let values = vec![0.0, size, -0.5 * size, 2.0 * size, size];
+    let samples = |hold| Samples {
+        step: 0.25,
+        values: values.clone(),
+        hold,
+    };
+    match kind {
+        0 => Step::of(size).starting_at(start).into(),
+        1 => Ramp::of(size).starting_at(start).into(),
+        2 => Harmonic::of(size, 3.0 + start).into(),
+        3 => HalfSine::of(size, 0.6).starting_at(start).into(),
+        4 => Versine::of(size, 0.9).starting_at(start).into(),
+        5 => samples(Hold::First).into(),
+        6 => samples(Hold::Zero).into(),
+        7 => Polynomial::of([0.0, size, -size]).starting_at(start).into(),
+        _ => Impulse::of(size).at(start).into(),
+    }
+}
+
+fn drivings() -> impl Strategy<Value = Vec<Driving>> {
+    let size = prop_oneof![Just(1.0), 0.1..10.0f64];
+    let start = prop_oneof![Just(0.5), 0.0..1.5f64];
+    vec((0..16usize, 0..3usize, 0..9usize, size, start), 1..4)
+}
+
+/// Whether no value of one motion lies farther from that of the other than both bounds allow; where there is none, nothing
+/// is said.
+fn far_apart(one: &Trajectory, other: &Trajectory) -> Option<String> {
+    let kinds = [
+        (
+            [one.displacement(), other.displacement()],
+            [one.displacement_bound(), other.displacement_bound()],
+        ),
+        (
+            [one.velocity(), other.velocity()],
+            [one.velocity_bound(), other.velocity_bound()],
+        ),
+    ];
+    for k in 0..one.len() {
+        for (values, bounds) in &kinds {
+            let [Some(first), Some(second)] = bounds.map(|bounds| bounds[k]) else {
+                continue;
+            };
+            for i in 0..values[0].nrows() {
+                let off = (values[0][(i, k)] - values[1][(i, k)]).abs();
+                if off > (first + second) * (1.0 + 1e-9) {
+                    return Some(format!("{i} at {k}: {off:e} for {first:e} and {second:e}"));
+                }
+            }
+        }
+        for row in 0..one.outputs().count() {
+            let bounds = [one, other].map(|motion| motion.output_bound(row)[k]);
+            let [Some(first), Some(second)] = bounds else {
+                continue;
+            };
+            let off = (one.output(row)[k] - other.output(row)[k]).abs();
+            if off > (first + second) * (1.0 + 1e-9) {
+                return Some(format!("sum at {k}: {off:e} for {first:e} and {second:e}"));
+            }
+        }
+    }
+    None
+}
+
+fn examine_motion(drawn: &Drawn, driven: &[Driving]) -> Result<(), TestCaseError> {
+    let Some(system) = drawn.system() else {
+        return Ok(());
+    };
+    let (names, supports) = (system.names(), system.supports());
+    let points = system.points().iter().map(|point| &point.name);
+    let loaded: Vec<&String> = names.iter().chain(points).collect();
+    let mut ask = Response::of(&system).every(0.25).until(2.0);
+    if let Some(first) = (0..system.len()).find(|i| system.masses()[*i] > 0.0) {
+        ask = ask.from(
+            State::at_rest()
+                .displace(&names[first], 0.3)
+                .push(&names[first], -1.0),
+        );
+    }
+    for &(name, quantity, kind, size, start) in driven {
+        let course = course(kind, size, start);
+        let quantities = [
+            Quantity::Displacement,
+            Quantity::Velocity,
+            Quantity::Acceleration,
+        ];
+        ask = match name.checked_rem(supports.len()) {
+            Some(support) if name % 3 > 0 && kind < 8 => {
+                ask.motion(&supports[support], quantities[quantity], course)
+            }
+            _ => ask.load(loaded[name % loaded.len()], course),
+        };
+    }
+    let ends = [loaded[0], loaded[loaded.len() - 1]];
+    let sum = ends.map(|name| (Quantity::Displacement, name.as_str(), 1.0));
+    let ask = ask.sum("sum", [sum[0], (Quantity::Velocity, ends[1], -0.5)]);
+    let Ok(problem) = ask.problem() else {
+        return Ok(());
+    };
+    let proven = ByCertifiedExponential.run(&problem).ok();
+    if let Some(proven) = &proven
+        && system.len() <= 3
+        && let Ok(truth) = Reference::with_digits(25).response(&problem)
+    {
+        for k in 0..proven.len() {
+            for (truth, values, bounds) in [
+                (
+                    truth.displacement(k),
+                    proven.displacement(),
+                    proven.displacement_bound(),
+                ),
+                (
+                    truth.velocity(k),
+                    proven.velocity(),
+                    proven.velocity_bound(),
+                ),
+            ] {
+                let Some(bound) = bounds[k] else { continue };
+                for (i, truth) in truth.iter().enumerate() {
+                    let off = truth.minus(values[(i, k)]).abs();
+                    prop_assert!(off <= bound, "{} at {}: {:e} for {:e}", i, k, off, bound);
+                }
+            }
+        }
+    }
+    for method in methods() {
+        if method.name() == ByCertifiedExponential.name() || method.refuses(&problem).is_some() {
+            continue;
+        }
+        if let (Ok(motion), Some(proven)) = (method.run(&problem), &proven) {
+            prop_assert_eq!(far_apart(&motion, proven), None, "{}", method.name());
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: None,
+        // Proofs of motions take longer than those of roots.
+        cases: ProptestConfig::default().cases / 4,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn what_is_said_of_their_motion_holds(drawn in machines(), driven in drivings()) {
+        examine_motion(&drawn, &driven)?;
     }
 }
 

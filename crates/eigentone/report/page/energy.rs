@@ -11,7 +11,7 @@ pub(super) fn figure(energy: &Energy, trajectory: &Trajectory) -> String {
         ("kinetic", energy.kinetic()),
         ("potential", energy.potential()),
         ("dissipated by dampers", energy.dissipated()),
-        ("work of the loads", energy.work()),
+        ("work of loads and supports", energy.work()),
     ];
     // What never is anything is left out.
     let kinds = kinds

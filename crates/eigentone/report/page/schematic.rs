@@ -56,7 +56,12 @@ pub(super) fn figure(system: &System, problem: Option<&Problem<'_>>) -> Result<S
     }
     let bodies = bodies(system);
     let parts = parts(system, &bodies);
-    let plan = Plan::of(bodies, parts, problem);
+    let ties = ties(&bodies);
+    let mut plan = Plan::of(&bodies, &parts, &ties, problem);
+    if plan.lanes > MOST_LANES && !ties.is_empty() {
+        // What is below the names says the same.
+        plan = Plan::of(&bodies, &parts, &[], problem);
+    }
     if plan.lanes > MOST_LANES {
         return Err("Its springs and dampers cross too much for a readable drawing.".to_owned());
     }
@@ -174,10 +179,11 @@ fn sum<'a>(parts: impl Iterator<Item = (f64, &'a String)>) -> String {
     text
 }
 
-/// A spring or damper; an end is a box or the ground.
+/// A spring, a damper or a tie; an end is a box or the ground.
 #[derive(Clone)]
 struct Part {
-    kind: ElementKind,
+    /// `None` where a point moves with something, which the coefficient is times.
+    kind: Option<ElementKind>,
     coefficient: f64,
     /// Of the coefficient.
     unit: &'static str,
@@ -221,7 +227,7 @@ fn parts(system: &System, bodies: &[Body]) -> Vec<Part> {
         stretch.retain(|_, value| *value != 0.0);
         let (coefficient, ends) = (part.coefficient, joined(&stretch)?);
         Some(Part {
-            kind,
+            kind: Some(kind),
             coefficient,
             unit: unit::coefficient(part.kind, kind),
             ends,
@@ -230,9 +236,32 @@ fn parts(system: &System, bodies: &[Body]) -> Vec<Part> {
     drawn.collect()
 }
 
+/// From each point to what it moves with.
+fn ties(bodies: &[Body]) -> Vec<Part> {
+    let points = bodies.iter().enumerate();
+    let points = points.filter(|(_, body)| matches!(body.at, At::Point(_)));
+    let led = |place: Place| {
+        let at = match place {
+            (false, i) => At::Coordinate(i),
+            (true, s) => At::Support(s),
+        };
+        bodies.iter().position(|body| body.at == at)
+    };
+    let all = points.flat_map(|(point, body)| {
+        let leads = body.form.iter().filter(|(_, times)| **times != 0.0);
+        leads.map(move |(place, times)| Part {
+            kind: None,
+            coefficient: *times,
+            unit: "",
+            ends: [Some(point), led(*place)],
+        })
+    });
+    all.collect()
+}
+
 /// What is where.
-struct Plan {
-    bodies: Vec<Body>,
+struct Plan<'a> {
+    bodies: &'a [Body],
     /// Boxes from left to right.
     order: Vec<usize>,
     /// Between the wall, the masses and the wall: gap k lies before mass k.
@@ -244,6 +273,8 @@ struct Plan {
     lanes: usize,
     /// Springs and dampers in the drawing.
     drawn: usize,
+    /// Whether lines lead from points to what they move with.
+    ties: bool,
     /// Lines above each mass.
     notes: Vec<Vec<Note>>,
 }
@@ -273,10 +304,15 @@ impl Note {
     }
 }
 
-impl Plan {
-    fn of(bodies: Vec<Body>, parts: Vec<Part>, problem: Option<&Problem<'_>>) -> Plan {
+impl<'a> Plan<'a> {
+    fn of(
+        bodies: &'a [Body],
+        parts: &[Part],
+        ties: &[Part],
+        problem: Option<&Problem<'_>>,
+    ) -> Plan<'a> {
         let (n, drawn) = (bodies.len(), parts.len());
-        let order = order(n, &parts);
+        let order = order(n, parts);
         let mut place = vec![0; n];
         for (position, body) in order.iter().enumerate() {
             place[*body] = position;
@@ -284,7 +320,7 @@ impl Plan {
         let mut gaps = vec![Vec::new(); n + 1];
         let mut floors = vec![Vec::new(); n];
         let mut far = Vec::new();
-        for part in parts {
+        for part in parts.iter().chain(ties).cloned() {
             match part.ends {
                 [Some(a), Some(b)] => {
                     let (a, b) = (place[a].min(place[b]), place[a].max(place[b]));
@@ -314,6 +350,7 @@ impl Plan {
             lanes = lanes.max(lane + 1);
             links.push((a, b, lane, part));
         }
+        let ties = !ties.is_empty();
         let notes = order
             .iter()
             .map(|body| problem.map_or(Vec::new(), |problem| notes(&bodies[*body], problem)))
@@ -326,6 +363,7 @@ impl Plan {
             links,
             lanes,
             drawn,
+            ties,
             notes,
         }
     }
@@ -507,7 +545,8 @@ impl Plan {
             let y = bottom + floor + LANE * (*lane as f64 + 0.5) + 4.0;
             let _ = writeln!(
                 out,
-                "<path class=\"part\" d=\"M{from:.1} {bottom:.1}V{y:.1}M{to:.1} {bottom:.1}V{y:.1}\"/>"
+                "<path class=\"{}\" d=\"M{from:.1} {bottom:.1}V{y:.1}M{to:.1} {bottom:.1}V{y:.1}\"/>",
+                part.class(),
             );
             across(out, part, from, to, y);
         }
@@ -542,7 +581,10 @@ impl Plan {
         }
         let moved = self.bodies.len() > system.len();
         if moved {
-            text.push_str(" Points move with what stands below their names.");
+            text.push_str(match self.ties {
+                true => " Points move with what stands below their names; dashed lines lead there.",
+                false => " Points move with what stands below their names.",
+            });
         }
         let kinds = [ElementKind::Spring, ElementKind::Damper];
         let given: usize = kinds.iter().map(|kind| system.elements(*kind).len()).sum();
@@ -719,15 +761,41 @@ fn wall(out: &mut String, x: f64, top: f64, bottom: f64, side: f64) {
     let _ = writeln!(out, "<path class=\"wall\" d=\"{path}\"/>");
 }
 
+impl Part {
+    /// The class of its lines.
+    fn class(&self) -> &'static str {
+        match self.kind {
+            Some(_) => "part",
+            None => "tie",
+        }
+    }
+
+    /// Its number in a few letters, and all that is known of it.
+    fn texts(&self) -> [String; 2] {
+        let exact = number::short(self.coefficient);
+        match self.kind {
+            Some(kind) => [
+                short(self.coefficient),
+                format!("{kind} {exact} {}", self.unit),
+            ],
+            None => [
+                format!("×{}", short(self.coefficient)),
+                format!("moves {exact} times as far"),
+            ],
+        }
+    }
+}
+
 /// An element from left to right, its number above it.
 fn across(out: &mut String, part: &Part, from: f64, to: f64, y: f64) {
     let middle = f64::midpoint(from, to);
     let left = middle - 25.0;
     let path = match part.kind {
-        ElementKind::Spring => format!(
+        None => format!("M{from:.1} {y:.1}H{to:.1}"),
+        Some(ElementKind::Spring) => format!(
             "M{from:.1} {y:.1}H{left:.1}l4.2 -7l8.3 14l8.3 -14l8.4 14l8.3 -14l8.3 14l4.2 -7H{to:.1}"
         ),
-        ElementKind::Damper => format!(
+        Some(ElementKind::Damper) => format!(
             "M{from:.1} {y:.1}H{:.1}m16 -7h-16v14h16M{:.1} {:.1}v10M{:.1} {y:.1}H{to:.1}",
             middle - 8.0,
             middle + 3.0,
@@ -735,13 +803,11 @@ fn across(out: &mut String, part: &Part, from: f64, to: f64, y: f64) {
             middle + 3.0,
         ),
     };
-    let text = short(part.coefficient);
+    let [text, title] = part.texts();
     let _ = writeln!(
         out,
-        "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
-        part.kind,
-        number::short(part.coefficient),
-        part.unit,
+        "<path class=\"{}\" d=\"{path}\"><title>{title}</title></path><text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{text}</text>",
+        part.class(),
         y - 10.0,
     );
 }
@@ -750,11 +816,12 @@ fn across(out: &mut String, part: &Part, from: f64, to: f64, y: f64) {
 fn down(out: &mut String, part: &Part, x: f64, from: f64, to: f64) {
     let middle = f64::midpoint(from, to);
     let path = match part.kind {
-        ElementKind::Spring => format!(
+        None => format!("M{x:.1} {from:.1}V{to:.1}"),
+        Some(ElementKind::Spring) => format!(
             "M{x:.1} {from:.1}V{:.1}l-7 4.2l14 8.3l-14 8.3l14 8.4l-14 8.3l14 8.3l-7 4.2V{to:.1}",
             middle - 25.0
         ),
-        ElementKind::Damper => format!(
+        Some(ElementKind::Damper) => format!(
             "M{x:.1} {from:.1}V{:.1}m-7 16v-16h14v16M{:.1} {:.1}h10M{x:.1} {:.1}V{to:.1}",
             middle - 8.0,
             x - 5.0,
@@ -766,13 +833,11 @@ fn down(out: &mut String, part: &Part, x: f64, from: f64, to: f64) {
     for k in 0..4 {
         let _ = write!(hatch, "M{:.1} {to:.1}l-6 6", x - 6.0 + 6.0 * f64::from(k));
     }
-    let text = short(part.coefficient);
+    let [text, title] = part.texts();
     let _ = writeln!(
         out,
-        "<path class=\"part\" d=\"{path}\"><title>{} {} {}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
-        part.kind,
-        number::short(part.coefficient),
-        part.unit,
+        "<path class=\"{}\" d=\"{path}\"><title>{title}</title></path><path class=\"wall\" d=\"{hatch}\"/><text x=\"{:.1}\" y=\"{:.1}\">{text}</text>",
+        part.class(),
         x + 11.0,
         middle + 4.0,
     );

@@ -16,6 +16,8 @@ pub(crate) struct MoreDamping {
     pub(crate) is_given: bool,
     /// What unit velocities of supports, whose indices are the columns, add to C x′.
     pub(crate) coupling: Vec<Term>,
+    /// The forces that they take at the supports themselves.
+    pub(crate) between_supports: Vec<Term>,
 }
 
 impl Model {
@@ -27,10 +29,15 @@ impl Model {
         added.squares.extend(more.squares);
         added.is_given |= more.is_given;
         if let Some(machine) = &mut self.machine {
-            let coupling = &mut Arc::make_mut(machine).couplings[MatrixKind::Damping as usize];
-            let mut all = std::mem::take(coupling);
-            all.extend(more.coupling);
-            *coupling = gathered(all);
+            let machine = Arc::make_mut(machine);
+            let kind = MatrixKind::Damping as usize;
+            let coupling = &mut machine.couplings[kind];
+            let between = &mut machine.between_supports[kind];
+            for (terms, more) in [(coupling, more.coupling), (between, more.between_supports)] {
+                let mut all = std::mem::take(terms);
+                all.extend(more);
+                *terms = gathered(all);
+            }
         }
         self
     }

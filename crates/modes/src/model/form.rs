@@ -72,9 +72,10 @@ impl Form {
         })
     }
 
-    /// The terms of coefficient·a aᵀ for the coefficients a of the coordinates, and those of coefficient·a bᵀ for the
-    /// coefficients b of the supports, whose columns are the supports. `None` where a product leaves the range of doubles.
-    pub(crate) fn terms(&self, coefficient: f64) -> Option<[Vec<Term>; 2]> {
+    /// The terms of coefficient·a aᵀ for the coefficients a of the coordinates, those of coefficient·a bᵀ for the
+    /// coefficients b of the supports, whose columns are the supports, and those of coefficient·b bᵀ. `None` where a product
+    /// leaves the range of doubles.
+    pub(crate) fn terms(&self, coefficient: f64) -> Option<[Vec<Term>; 3]> {
         let mut weighted = Vec::with_capacity(2 * self.coordinates.len());
         for &(row, a) in &self.coordinates {
             weighted.extend(product(coefficient, a)?.map(|part| (row, part)));
@@ -99,9 +100,20 @@ impl Form {
                 }
             }
         }
-        own.retain(|term| term.value != 0.0);
-        coupling.retain(|term| term.value != 0.0);
-        Some([own, coupling])
+        let mut still = Vec::with_capacity(4 * self.supports.len().pow(2));
+        for &(row, a) in &self.supports {
+            for part in product(coefficient, a)? {
+                for &(column, b) in &self.supports {
+                    let parts = product(part, b)?;
+                    still.extend(parts.map(|value| Term { row, column, value }));
+                }
+            }
+        }
+        let mut all = [own, coupling, still];
+        for terms in &mut all {
+            terms.retain(|term| term.value != 0.0);
+        }
+        Some(all)
     }
 }
 

@@ -41,6 +41,8 @@ pub(crate) struct Machine {
     pub(crate) dampers: Vec<GivenElement>,
     /// By matrix: what a unit motion of each support, whose index is the column, adds to M x″, C x′ and K x.
     pub(crate) couplings: [Vec<Term>; 3],
+    /// By matrix: the forces that unit motions of the supports take at the supports themselves.
+    pub(crate) between_supports: [Vec<Term>; 3],
     /// Whether each coordinate is a rotation; empty where none is.
     pub(crate) is_rotation: Vec<bool>,
 }

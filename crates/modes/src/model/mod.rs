@@ -99,6 +99,12 @@ impl Model {
             .map_or(&[], |machine| &machine.couplings[kind as usize])
     }
 
+    /// The forces that unit motions of the supports take at the supports.
+    pub(crate) fn between_supports(&self, kind: MatrixKind) -> &[Term] {
+        self.machine()
+            .map_or(&[], |machine| &machine.between_supports[kind as usize])
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.names.len()
     }

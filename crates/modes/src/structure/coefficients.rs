@@ -54,7 +54,7 @@ impl Coefficient {
             if network.is_non_negative() {
                 Some(network.len() - floating(&[network]).len())
             } else if self.matrix.len() > MAX_DENSE_COORDINATES {
-                None
+                semidefinite::is_narrow_definite(&self.matrix).then_some(self.matrix.len())
             } else {
                 semidefinite::rank(&self.matrix)
             }

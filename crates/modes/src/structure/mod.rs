@@ -112,7 +112,7 @@ impl Structure {
     }
 
     /// Whether there are more than [`MAX_DENSE_COORDINATES`] coordinates. Then only what takes
-    /// linear time is proved: what follows from the graph of the elements and from single entries.
+    /// linear time is proved: what follows from the graph of the elements, from single entries, and from narrow factors.
     pub fn is_large(&self) -> bool {
         self.names.len() > MAX_DENSE_COORDINATES
     }

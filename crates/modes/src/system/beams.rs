@@ -340,7 +340,7 @@ impl Part {
                     coordinates: form.clone(),
                     supports: Vec::new(),
                 };
-                let [own, _] = form.terms(coefficient)?;
+                let [own, ..] = form.terms(coefficient)?;
                 sum.terms.extend(own);
                 sum.squares.push(Square {
                     coefficient,

@@ -72,12 +72,20 @@ impl Rayleigh {
             (self.of_stiffness, MatrixKind::Stiffness),
         ] {
             // A mass that a support carries does not move relative to the motion that follows it.
-            let carried = |term: &Term| {
+            let carried = |support: usize| {
                 let followed = follow.as_ref().map(|follow| follow.support);
-                kind == MatrixKind::Mass && followed == Some(term.column)
+                kind == MatrixKind::Mass && followed == Some(support)
             };
             let coupling = model.coupling(kind).iter().copied();
-            let coupling = times(factor, coupling.filter(|term| !carried(term)))?;
+            let coupling = times(factor, coupling.filter(|term| !carried(term.column)))?;
+            let between = model.between_supports(kind).iter().copied();
+            let between = between.filter(|term| !carried(term.row) && !carried(term.column));
+            more.between_supports.extend(times(factor, between)?);
+            if let Some(follow) = &follow
+                && kind == MatrixKind::Mass
+            {
+                more.between_supports.extend(follow.against(&coupling)?);
+            }
             more.coupling.extend(coupling);
             let Some(squares) = model.added_whole(kind).squares() else {
                 more.is_given |= factor != 0.0;
@@ -90,7 +98,7 @@ impl Rayleigh {
                         coordinates: square.form.clone(),
                         supports: Vec::new(),
                     };
-                    let [own, _] = form.terms(coefficient).ok_or(BuildError::DampingRange)?;
+                    let [own, ..] = form.terms(coefficient).ok_or(BuildError::DampingRange)?;
                     more.terms.extend(own);
                     more.squares.push(Square {
                         coefficient,
@@ -101,7 +109,9 @@ impl Rayleigh {
         }
         if let Some(follow) = follow {
             let against = times(-self.of_mass, model.terms(MatrixKind::Mass))?;
-            more.coupling.extend(follow.force(&against)?);
+            let coupling = follow.force(&against)?;
+            more.between_supports.extend(follow.against(&coupling)?);
+            more.coupling.extend(coupling);
         }
         Ok(more)
     }
@@ -216,6 +226,7 @@ impl ModalRatios {
                 })
                 .collect();
             more.coupling = follow.force(&against)?;
+            more.between_supports = follow.against(&more.coupling)?;
         }
         more.terms = terms;
         Ok(more)
@@ -340,6 +351,27 @@ impl Follow {
             true => Ok(Some(Follow { support, motion })),
             false => Err(BuildError::DampingRange),
         }
+    }
+
+    /// What couples the coordinates to supports, as the support that is followed takes it up: both ways, but for what couples
+    /// them to itself.
+    fn against(&self, coupling: &[Term]) -> Result<Vec<Term>, BuildError> {
+        let mut taken = Vec::new();
+        for &Term { row, column, value } in coupling {
+            let first = self.motion.partition_point(|(i, _)| *i < row);
+            let parts = self.motion[first..].iter().take_while(|(i, _)| *i == row);
+            for &(_, part) in parts {
+                for value in product(-value, part).ok_or(BuildError::DampingRange)? {
+                    let (row, column) = (self.support, column);
+                    taken.push(Term { row, column, value });
+                    if row != column {
+                        let (row, column) = (column, row);
+                        taken.push(Term { row, column, value });
+                    }
+                }
+            }
+        }
+        Ok(gathered(taken))
     }
 
     /// A matrix given by its terms, times this motion.

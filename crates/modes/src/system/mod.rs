@@ -186,6 +186,13 @@ impl System {
         self.model.coupling(kind)
     }
 
+    /// The forces at the supports, whose indices are the rows, that unit motions of the supports take by themselves: with
+    /// [`terms`](Self::terms) and [`coupling`](Self::coupling) they make M, C or K of coordinates and supports together. Each
+    /// entry is the exact sum of those in its place.
+    pub fn between_supports(&self, kind: MatrixKind) -> &[Term] {
+        self.model.between_supports(kind)
+    }
+
     /// The lumped mass on each coordinate, in kg; an added mass matrix is not included.
     pub fn masses(&self) -> &[f64] {
         self.model.masses()

@@ -303,7 +303,8 @@ impl Joined {
         what: impl Fn() -> String,
     ) -> Result<(), BuildError> {
         let terms = form.terms(coefficient);
-        let [own, coupling] = terms.ok_or_else(|| BuildError::PointRange { what: what() })?;
+        let [own, coupling, between] =
+            terms.ok_or_else(|| BuildError::PointRange { what: what() })?;
         self.terms[matrix as usize].extend(own);
         self.squares[matrix as usize].push(Square {
             coefficient,
@@ -311,6 +312,7 @@ impl Joined {
         });
         if let Some(machine) = &mut self.machine {
             machine.couplings[matrix as usize].extend(coupling);
+            machine.between_supports[matrix as usize].extend(between);
         }
         Ok(())
     }

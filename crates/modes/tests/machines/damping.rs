@@ -1,8 +1,8 @@
 //! Rayleigh and modal damping: exact products, couplings to supports, and what is known of such systems.
 
 use eigentone_modes::{
-    Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, SparseModes, System,
-    SystemBuilder,
+    Beam, BeamEnd, Bounds, BuildError, ElementKind, GROUND, MatrixKind, Modes, Motion, Rod, RodEnd,
+    SparseModes, System, SystemBuilder,
 };
 
 /// Three storeys on a soil; numbers whose products are no doubles.
@@ -321,5 +321,45 @@ fn what_is_wrong_is_said() {
         two().modal_damping([0.1], Some("a")),
     ] {
         assert!(matches!(wrong(builder), BuildError::NotASupport { .. }));
+    }
+}
+
+/// Mass matrices of long beams and rods are no sums of lumped masses, and are proved definite all the same: their damping is
+/// known to be Rayleigh's, and none of the lowest modes of a rod to be missing.
+#[test]
+fn long_beams_and_rods_are_damped_in_proportion() {
+    let (alpha, beta) = (0.1, 1e-5);
+    let beam = Beam {
+        name: "mast".to_owned(),
+        length: 2.0,
+        elements: 2_100,
+        flexural_rigidity: 100.0,
+        mass_per_length: 1.2,
+        ends: [BeamEnd::Clamped, BeamEnd::Free],
+        lumped: false,
+    };
+    let beam = System::builder().beam(beam).rayleigh(alpha, beta, None);
+    let beam = beam.build().expect("a system");
+    assert!(beam.is_large() && beam.structure().is_classical());
+    let rod = Rod {
+        name: "shaft".to_owned(),
+        length: 2.0,
+        elements: 4_100,
+        axial_rigidity: 100.0,
+        mass_per_length: 1.2,
+        ends: [RodEnd::Fixed, RodEnd::Free],
+        lumped: false,
+        twists: false,
+    };
+    let rod = System::builder().rod(rod).rayleigh(alpha, beta, None);
+    let rod = rod.build().expect("a system");
+    assert!(rod.is_large() && rod.structure().is_classical());
+    let found = SparseModes::lowest(&rod, 4).expect("modes");
+    let modes = found.modes().expect("damped modes");
+    assert!(modes.is_complete());
+    for mode in &modes {
+        let omega = mode.natural_frequency().radians_per_second();
+        let zeta = 0.5 * (alpha / omega + beta * omega);
+        assert!((mode.damping_ratio().expect("it swings") / zeta - 1.0).abs() < 1e-9);
     }
 }

@@ -97,6 +97,17 @@ pub(crate) fn exact(
     }
 }
 
+/// sum += matrix · vector.
+pub(crate) fn accumulate(matrix: &Mat<f64>, vector: &[f64], sum: &mut [f64]) {
+    for (j, factor) in vector.iter().enumerate() {
+        if *factor != 0.0 {
+            for (entry, column) in sum.iter_mut().zip(matrix.col(j).iter()) {
+                *entry += column * factor;
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

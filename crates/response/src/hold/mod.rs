@@ -5,6 +5,6 @@ mod exact;
 mod laws;
 mod signals;
 
-pub(crate) use exact::{Held, exact};
+pub(crate) use exact::{Held, accumulate, exact};
 pub(crate) use laws::Laws;
 pub(crate) use signals::{Inputs, Signals, reduced_angle};

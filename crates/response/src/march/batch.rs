@@ -155,9 +155,9 @@ mod tests {
 
     use super::*;
     use crate::exponential::second_order;
+    use crate::hold::accumulate;
     use crate::hold::{Inputs, exact};
     use crate::march::ByExponential;
-    use crate::march::by_exponential::accumulate;
     use crate::problem::{Instant, Leg, Plant, Walk};
     use crate::{Harmonic, Hold, Response, ResponseMethod, Samples, State, Step, Trajectory};
 

@@ -3,12 +3,11 @@
 use faer::Mat;
 use pulp::{Simd, WithSimd};
 
-use super::by_exponential::ByExponential;
 use super::deviation::is_near;
 use super::estimate::Detour;
 use super::grid_loads::Signal;
-use super::strides::{Strides, largest};
-use crate::answer::{Operations, Output, ResponseMethod};
+use super::strides::{BY_EXPONENTIAL, Strides, largest};
+use crate::answer::{Operations, Output};
 use crate::exponential::vector::run;
 use crate::hold::Held;
 
@@ -27,7 +26,9 @@ pub(crate) struct Blocks {
     /// Of each load, whether it runs on to the end of a step, so that u_B counts.
     runs: Vec<bool>,
     groups: Vec<Group>,
+    /// Displacements, as many velocities, and what else moves.
     state: Vec<f64>,
+    coordinates: usize,
     /// The largest displacement and velocity at the start.
     start: [f64; 2],
     /// The largest size of each row that was met.
@@ -55,18 +56,19 @@ const WITHIN: f64 = 2.0;
 const TOGETHER: usize = 512;
 
 impl Blocks {
-    /// Over `count` steps in all from this state, displacements and then velocities.
+    /// Over `count` steps in all from this state: displacements of so many coordinates, their velocities, and what else moves.
     pub(crate) fn of(
         held: &Held,
         signals: &[Signal<'_>],
         outputs: &[Output],
         state: Vec<f64>,
+        coordinates: usize,
         count: u64,
     ) -> Blocks {
         let n = held.phi.nrows();
         let selected = |i: usize| match outputs[i] {
             Output::Displacement(at) => at,
-            Output::Velocity(at) => n / 2 + at,
+            Output::Velocity(at) => coordinates + at,
         };
         let width: usize = held.gamma.iter().map(Mat::ncols).sum();
         let q = outputs.len();
@@ -145,8 +147,9 @@ impl Blocks {
             Group { until, columns }
         };
         let groups: Vec<Group> = (0..shape.groups(steps)).map(group).collect();
-        let (x, v) = state.split_at(n / 2);
+        let (x, v) = state[..2 * coordinates].split_at(coordinates);
         Blocks {
+            coordinates,
             steps,
             outputs: outputs.to_vec(),
             runs: signals.iter().map(|signal| signal.rise.is_some()).collect(),
@@ -171,7 +174,7 @@ pub(crate) fn work(states: usize, outputs: usize, signals: &[Signal<'_>], steps:
 
 impl Strides for Blocks {
     fn method(&self) -> &'static str {
-        ByExponential.name()
+        BY_EXPONENTIAL
     }
 
     fn multiple(&self) -> usize {
@@ -210,7 +213,7 @@ impl Strides for Blocks {
         let rows = self.steps * self.outputs.len();
         let tops = self.tops.as_flattened()[..rows + self.state.len()].split_at(rows);
         let (of_outputs, of_states) = tops;
-        let (x, v) = of_states.split_at(of_states.len() / 2);
+        let (x, v) = of_states[..2 * self.coordinates].split_at(self.coordinates);
         let mut top = [x, v].map(|states| WITHIN * largest(states));
         for (size, output) in of_outputs.iter().zip(self.outputs.iter().cycle()) {
             let kind = usize::from(matches!(output, Output::Velocity(_)));

@@ -7,22 +7,24 @@ use eigentone_modes::FirstOrder;
 use faer::{Mat, MatMut};
 
 use super::batch::Batch;
+use super::course;
 use super::estimate::Detour;
 use super::flow::{Coordinates, Flow, Outputs, march};
+use super::strides::BY_EXPONENTIAL;
 use crate::answer::{Operations, ResponseMethod, Trajectory};
 use crate::exponential::second_order;
-use crate::hold::{Held, Inputs, Signals, exact};
+use crate::hold::{Held, Inputs, Signals, accumulate, exact};
 use crate::problem::{Plant, Problem, ResponseError};
 
 /// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
 /// form, at resonance, at critical damping and without supports. One exponential for each length of
-/// step, then a matrix–vector product a step; of many states several steps at a time.
+/// step, then a matrix–vector product a step; of many states, and of long motions on the grid, several steps at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct ByExponential;
 
 impl ResponseMethod for ByExponential {
     fn name(&self) -> &'static str {
-        "exponential"
+        BY_EXPONENTIAL
     }
 
     fn refuses(&self, problem: &Problem<'_>) -> Option<String> {
@@ -32,6 +34,9 @@ impl ResponseMethod for ByExponential {
     }
 
     fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        if let Some(answer) = course::whole(problem, None) {
+            return answer;
+        }
         let form =
             FirstOrder::of(problem.system()).map_err(|error| ResponseError::NotApplicable {
                 method: self.name(),
@@ -158,16 +163,5 @@ impl Flow for Dense {
 
     fn operations(&self) -> Operations {
         self.operations
-    }
-}
-
-/// sum += matrix · vector.
-pub(crate) fn accumulate(matrix: &Mat<f64>, vector: &[f64], sum: &mut [f64]) {
-    for (j, factor) in vector.iter().enumerate() {
-        if *factor != 0.0 {
-            for (entry, column) in sum.iter_mut().zip(matrix.col(j).iter()) {
-                *entry += column * factor;
-            }
-        }
     }
 }

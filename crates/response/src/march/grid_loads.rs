@@ -57,7 +57,7 @@ enum Part<'a> {
 impl<'a> GridLoads<'a> {
     /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
     pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
-        let plain = |channel: &Channel| channel.integrals == 0 && !channel.orders().any(|k| k > 1);
+        let plain = |channel: &Channel| !channel.orders().any(|k| k > 1);
         if !problem.channels().iter().all(plain) {
             return None;
         }
@@ -203,6 +203,20 @@ impl<'a> GridLoads<'a> {
             }
         }
         Some(sum)
+    }
+
+    /// The signals that add up to an input of the plant, by their places.
+    pub(crate) fn of_input(&self, input: usize) -> Vec<usize> {
+        let straight = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
+        let count = self.loaded.len().max(1);
+        let signals = self.signals.iter().enumerate();
+        let own = signals.filter(|(_, signal)| {
+            let (law, column) = (signal.value / count, signal.value % count);
+            // Of a sinusoid the sine is the one, what is a quarter period ahead is not.
+            let counts = law == 0 && straight > 0 || law >= straight && (law - straight) % 2 == 0;
+            counts && self.loaded[column] == input
+        });
+        own.map(|(place, _)| place).collect()
     }
 
     /// The values at the instants from `first` on, signal after signal, `out.len()` / their number each.

@@ -31,6 +31,14 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// One state of this rate.
+    pub(crate) fn of_one(rate: DoubleDouble) -> Block {
+        Block {
+            width: 1,
+            generator: vec![rate],
+        }
+    }
+
     /// Its generator, by rows.
     pub(crate) fn generator(&self) -> &[DoubleDouble] {
         &self.generator
@@ -243,21 +251,42 @@ impl HeldBlock {
         let width = block.width;
         let exactly = Normed::new(width, width, block.generator.clone(), Magnitude::ZERO);
         let power = exponential(&exactly, h, Magnitude::ZERO);
-        let generator = Mat::from_fn(width, width, |i, j| block.generator[i * width + j].to_f64());
-        let unit = Mat::<f64>::identity(width, width);
-        let held = exact(
-            by_taylor,
-            generator.as_ref(),
-            unit.as_ref(),
-            h.to_f64(),
-            laws,
-        );
         HeldBlock {
             width,
             phi: power.entries().to_vec(),
-            gamma: held.gamma,
+            gamma: integrated(block, h, laws, 0),
         }
     }
+}
+
+/// What unit loads on the states of a block add, law by law, where they are integrated so many times first, from 0 on.
+pub(crate) fn integrated(
+    block: &Block,
+    h: DoubleDouble,
+    laws: &Laws,
+    times: usize,
+) -> Vec<Mat<f64>> {
+    let width = block.width;
+    let size = width * (times + 1);
+    let generator = Mat::from_fn(size, size, |i, j| match i < width && j < width {
+        true => block.generator[i * width + j].to_f64(),
+        false => f64::from(u8::from(j == i + width)),
+    });
+    let unit = Mat::from_fn(size, width, |i, j| {
+        f64::from(u8::from(i == size - width + j))
+    });
+    let held = exact(
+        by_taylor,
+        generator.as_ref(),
+        unit.as_ref(),
+        h.to_f64(),
+        laws,
+    );
+    let own = held
+        .gamma
+        .iter()
+        .map(|gamma| gamma.subrows(0, width).to_owned());
+    own.collect()
 }
 
 /// sum += matrix · vector, for one or two states.

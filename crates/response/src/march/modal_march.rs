@@ -1,10 +1,11 @@
 //! Marching mode by mode towards few outputs, in doubles.
 
+use std::sync::Arc;
+
 use eigentone_digits::DoubleDouble;
 use faer::MatRef;
 use pulp::{Simd, WithSimd};
 
-use super::by_exponential::accumulate;
 use super::deviation::is_near;
 use super::estimate::Detour;
 use super::grid_loads::{GridLoads, Signal};
@@ -12,14 +13,15 @@ use super::modal_basis::{Basis, HeldBlock, add_to_block};
 use super::strides::{Strides, largest};
 use crate::answer::{Operations, Output};
 use crate::exponential::vector::{multiply_add, run};
+use crate::hold::accumulate;
 
 /// z = T ζ, where each pair ζ_j of states moves by itself: ζ_j ← E_j ζ_j + G_j u with E_j 2 × 2, and outputs are
 /// sums over all pairs. A step costs N (4 + q + p) multiplications for N states, q outputs and p loads.
 ///
 /// E_j is kept to twice the digits of a double, so that its rounding does not let the phase drift; only the
-/// roundings of the steps themselves are left.
+/// roundings of the steps themselves are left, and where it is fine, ζ is kept to so many digits too.
 pub(crate) struct ModalMarch {
-    basis: Basis,
+    basis: Arc<Basis>,
     /// Group by group.
     powers: Vec<[Entries; 2]>,
     /// For each group, what each input adds: values at the start of a step, and at the end of it.
@@ -27,6 +29,8 @@ pub(crate) struct ModalMarch {
     /// For each output, what each group adds.
     outputs: Vec<Pair>,
     state: Vec<Pair>,
+    /// What the states have beyond doubles; empty where it is not fine.
+    low: Vec<Pair>,
     /// Of each signal, whether its value at the end of a step counts too.
     runs: Vec<bool>,
     largest: [f64; 2],
@@ -50,7 +54,7 @@ impl ModalMarch {
 
     /// From the state `z`, with the columns of B for all inputs.
     pub(crate) fn of(
-        basis: Basis,
+        basis: Arc<Basis>,
         b: MatRef<'_, f64>,
         loads: &GridLoads<'_>,
         h: f64,
@@ -72,6 +76,7 @@ impl ModalMarch {
             pushes: vec![[[0.0; LANES]; 2]; groups * inputs],
             outputs: vec![[[0.0; LANES]; 2]; groups * outputs.len()],
             state: vec![[[0.0; LANES]; 2]; groups],
+            low: Vec::new(),
             runs: loads
                 .signals
                 .iter()
@@ -124,6 +129,14 @@ impl ModalMarch {
         march.set(&zeta);
         march.meet();
         march
+    }
+
+    /// The same, with roundings of the steps that do not add up.
+    pub(crate) fn fine(self) -> ModalMarch {
+        ModalMarch {
+            low: vec![[[0.0; LANES]; 2]; self.state.len()],
+            ..self
+        }
     }
 
     /// Where the states of each block stand: group, lane and half.
@@ -184,12 +197,20 @@ impl Strides for ModalMarch {
     }
 
     fn advance(&mut self, loads: &[f64], values: &mut [f64], steps: usize) {
-        run(March {
-            modal: self,
-            loads,
-            values,
-            steps,
-        });
+        match self.low.is_empty() {
+            true => run(March::<false> {
+                modal: self,
+                loads,
+                values,
+                steps,
+            }),
+            false => run(March::<true> {
+                modal: self,
+                loads,
+                values,
+                steps,
+            }),
+        }
         self.steps += steps as u64;
         self.meet();
     }
@@ -229,14 +250,14 @@ impl Strides for ModalMarch {
     }
 }
 
-struct March<'a> {
+struct March<'a, const FINE: bool> {
     modal: &'a mut ModalMarch,
     loads: &'a [f64],
     values: &'a mut [f64],
     steps: usize,
 }
 
-impl WithSimd for March<'_> {
+impl<const FINE: bool> WithSimd for March<'_, FINE> {
     type Output = ();
 
     #[inline(always)]
@@ -246,6 +267,7 @@ impl WithSimd for March<'_> {
             pushes,
             outputs,
             state,
+            low,
             runs,
             ..
         } = self.modal;
@@ -264,7 +286,8 @@ impl WithSimd for March<'_> {
                 }
             }
             let mut pushes = pushes.chunks_exact(width.max(1));
-            for (pair, [power, low]) in state.iter_mut().zip(&*powers) {
+            let mut lows = low.iter_mut();
+            for (pair, [power, rest]) in state.iter_mut().zip(&*powers) {
                 let mut next = [[0.0; LANES]; 2];
                 if width > 0 {
                     let pushes = pushes.next().unwrap_or_default();
@@ -274,8 +297,12 @@ impl WithSimd for March<'_> {
                         add::<S>(&mut next[1], &push[1], &input);
                     }
                 }
+                if FINE && let Some(low) = lows.next() {
+                    (*pair, *low) = fine::<S>(next, [power, rest], pair, low);
+                    continue;
+                }
                 // The smallest terms first.
-                for entries in [low, power] {
+                for entries in [rest, power] {
                     for half in 0..2 {
                         add::<S>(&mut next[half], &entries[2 * half + 1], &pair[1]);
                         add::<S>(&mut next[half], &entries[2 * half], &pair[0]);
@@ -295,6 +322,39 @@ impl WithSimd for March<'_> {
             }
         }
     }
+}
+
+/// E ζ and what is pushed, all but the latter to twice the digits of a double, rounded to a double and the rest.
+#[inline(always)]
+fn fine<S: Simd>(
+    pushed: Pair,
+    [power, rest]: [&Entries; 2],
+    high: &Pair,
+    low: &Pair,
+) -> (Pair, Pair) {
+    let (mut to, mut left) = (pushed, [[0.0; LANES]; 2]);
+    for half in 0..2 {
+        for lane in 0..LANES {
+            let (mut sum, mut beyond) = (pushed[half][lane], 0.0);
+            for from in 0..2 {
+                let (entry, state) = (power[2 * half + from][lane], high[from][lane]);
+                let product = entry * state;
+                let second =
+                    multiply_add::<S>(rest[2 * half + from][lane], state, entry * low[from][lane]);
+                let cut = multiply_add::<S>(entry, state, -product);
+                // Knuth's sum, which leaves nothing out.
+                let added = sum + product;
+                let part = added - sum;
+                let lost = (sum - (added - part)) + (product - part);
+                sum = added;
+                beyond += (cut + second) + lost;
+            }
+            let rounded = sum + beyond;
+            to[half][lane] = rounded;
+            left[half][lane] = beyond - (rounded - sum);
+        }
+    }
+    (to, left)
 }
 
 /// sum += x·y.

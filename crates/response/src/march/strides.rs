@@ -3,6 +3,12 @@
 use super::estimate::Detour;
 use crate::answer::Operations;
 
+/// The name of the method that steps by exponentials of the whole state.
+pub(crate) const BY_EXPONENTIAL: &str = "exponential";
+
+/// That of the one that steps mode by mode.
+pub(crate) const BY_SUPERPOSITION: &str = "superposition";
+
 /// A march of which nothing but its outputs is kept.
 pub(crate) trait Strides {
     /// The name of the method.

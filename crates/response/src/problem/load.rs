@@ -345,7 +345,7 @@ pub enum LoadError {
 
 impl Load {
     /// Whether it jumps, as the motion of what is at rest before t = 0.
-    pub(super) fn jumps(&self) -> bool {
+    pub(crate) fn jumps(&self) -> bool {
         match self {
             Load::Step(step) => step.force != 0.0,
             Load::Ramp(ramp) => ramp.rate != 0.0 && ramp.start < 0.0,

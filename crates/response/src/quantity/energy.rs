@@ -2,28 +2,29 @@
 
 mod driven_form;
 mod gramian;
+mod squares;
 mod state_matrix;
 
 use std::collections::HashMap;
 
 use eigentone_digits::{DoubleDouble, Real};
-use eigentone_modes::{FirstOrder, MatrixKind, Node, System};
+use eigentone_modes::{FirstOrder, MatrixKind, Term};
 use faer::MatRef;
 
 use crate::answer::Trajectory;
 use crate::problem::{Instant, Leg, Load, Problem, ResponseError, Walk};
 
-use driven_form::DrivenForm;
+use driven_form::{DrivenForm, Layout};
 use gramian::{Square, gramians};
 
 /// The energies of a motion at the instants of its trajectory, in J.
 ///
 /// At every instant kinetic + potential + dissipated = initial + work.
 ///
-/// - Kinetic ½vᵀMv and potential ½xᵀKx come from the trajectory, element by element: a spring counts
-///   with ½k(Δx)², so that stiff springs do not cancel.
-/// - The energy that dampers took, ∫vᵀCv dt, and the work of the loads, ∫fᵀv dt, are quadratic forms of
-///   exponentials. Each is integrated in closed form from one instant to the next, with loads by
+/// - Kinetic ½vᵀMv and potential ½xᵀKx come from the trajectory, element by element, with the motions of supports: a spring
+///   counts with ½k(Δx)², so that stiff springs do not cancel, nor does what the ground carries along.
+/// - The energy that dampers took, ∫vᵀCv dt, and the work of loads and of the forces that move the supports are quadratic
+///   forms of exponentials. Each is integrated in closed form from one instant to the next, with loads by
 ///   their exact laws and starting from the trajectory's own state; there is no discretisation
 ///   error. Neither follows from the other, so that the balance is a check.
 ///
@@ -66,10 +67,13 @@ impl Energy {
     /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates, where
     /// M or K is not symmetric, so that there is no such
     /// energy, where there is no first-order form, where an impulse acts on a damped node
-    /// without mass, for that takes infinite work, and where an energy leaves the range of doubles.
+    /// without mass or a support jumps at a damper, for that takes infinite work, where states and signals are more than some
+    /// thousands, and where an energy leaves the range of doubles.
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
-        /// States and loads for which more digits are quick.
+        /// States and signals for which more digits are quick.
         const FEW: usize = 80;
+        /// And for which forms of them all are.
+        const MANY: usize = 2_000;
         let refuse = |reason: String| ResponseError::NotApplicable {
             method: "energy",
             reason,
@@ -85,28 +89,19 @@ impl Energy {
                 return Err(refuse(format!("the {kind} matrix is not symmetric")));
             }
         }
-        let pulses = problem.timeline().pulses();
-        if !problem.channels().is_empty() || !pulses.is_empty() {
-            let what = "what moving supports, forces on points and pulses do";
-            return Err(refuse(format!("{what} is not counted")));
-        }
-        let massless = system.structure().massless().to_vec();
-        let blow = |load: &Load| matches!(load, Load::Impulse(impulse) if impulse.magnitude != 0.0);
-        let struck = problem
-            .loads()
-            .iter()
-            .find(|applied| blow(&applied.load) && massless.contains(&applied.coordinate));
-        if let Some(applied) = struck {
-            let name = &system.names()[applied.coordinate];
-            return Err(refuse(format!(
-                "an impulse on {name:?}, which has no mass, does infinite work"
-            )));
+        if let Some(reason) = without_limit(problem) {
+            return Err(refuse(reason));
         }
         let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
-        let energy = if form.states() + 4 * problem.loads().len() <= FEW {
-            Account::<DoubleDouble>::of(problem, &form).keep(trajectory)
-        } else {
-            Account::<f64>::of(problem, &form).keep(trajectory)
+        let layout = Layout::of(problem, &form);
+        let count = layout.len();
+        if count > MANY {
+            let what = "entries of states and signals take too long, more than";
+            return Err(refuse(format!("{count} {what} {MANY}")));
+        }
+        let energy = match count <= FEW {
+            true => Account::<DoubleDouble>::of(problem, &form, layout).keep(trajectory),
+            false => Account::<f64>::of(problem, &form, layout).keep(trajectory),
         };
         match energy.is_finite() {
             true => Ok(energy),
@@ -120,7 +115,7 @@ impl Energy {
         self.initial.is_finite() && values.all(|value| value.is_finite())
     }
 
-    /// The energy at t = 0 before any impulse.
+    /// The energy at t = 0, before loads, impulses and motions of supports set in.
     pub fn initial(&self) -> f64 {
         self.initial
     }
@@ -130,7 +125,7 @@ impl Energy {
         &self.kinetic
     }
 
-    /// ½xᵀKx at each instant; negative springs make it negative.
+    /// ½xᵀKx at each instant, springs to moving supports included; negative springs make it negative.
     pub fn potential(&self) -> &[f64] {
         &self.potential
     }
@@ -140,7 +135,7 @@ impl Energy {
         &self.dissipated
     }
 
-    /// ∫fᵀv dt from 0 to each instant, impulses included: what the loads brought.
+    /// ∫fᵀv dt from 0 to each instant, impulses included: what the loads brought, and the forces that move the supports.
     pub fn work(&self) -> &[f64] {
         &self.work
     }
@@ -164,30 +159,40 @@ impl Energy {
     }
 }
 
-/// ½vᵀMv.
-fn kinetic(system: &System, v: &[f64]) -> f64 {
-    let lumped = system.masses().iter().zip(v);
-    let lumped: f64 = lumped.map(|(mass, v)| mass * v * v).sum();
-    (lumped + added(system.added(MatrixKind::Mass), v)) / 2.0
-}
-
-/// ½xᵀKx.
-fn potential(system: &System, x: &[f64]) -> f64 {
-    let place = |node: Node| node.coordinate().map_or(0.0, |i| x[i]);
-    let stretched = system.springs().iter().map(|spring| {
-        let stretch = place(spring.second) - place(spring.first);
-        spring.coefficient * stretch * stretch
-    });
-    (stretched.sum::<f64>() + added(system.added(MatrixKind::Stiffness), x)) / 2.0
-}
-
-/// xᵀAx of a matrix that may be absent.
-fn added(matrix: Option<MatRef<'_, f64>>, x: &[f64]) -> f64 {
-    let form = |matrix: MatRef<'_, f64>| -> f64 {
-        let row = |i: usize| (0..x.len()).map(move |j| matrix[(i, j)] * x[j]);
-        (0..x.len()).map(|i| x[i] * row(i).sum::<f64>()).sum()
-    };
-    matrix.map_or(0.0, form)
+/// What takes infinite work: an impulse on a damped node without mass, or a support that jumps at a damper.
+fn without_limit(problem: &Problem<'_>) -> Option<String> {
+    let (system, channels) = (problem.system(), problem.channels());
+    let massless = system.structure().massless();
+    let channel = |on: usize| on.checked_sub(system.len()).map(|at| &channels[at]);
+    problem.drives().iter().find_map(|drive| {
+        let struck = |row: usize, share: f64| share != 0.0 && massless.contains(&row);
+        let on = match (&drive.load, channel(drive.coordinate)) {
+            (Load::Impulse(blow), _) if blow.magnitude == 0.0 => None,
+            (Load::Impulse(_), None) => Some(drive.coordinate).filter(|row| struck(*row, 1.0)),
+            (Load::Impulse(_), Some(channel)) => {
+                let mut shares = channel.directions[0].iter();
+                let found = shares.find(|(row, share)| struck(*row, *share));
+                found.map(|(row, _)| *row)
+            }
+            (load, Some(channel)) => {
+                let support = channel.support?;
+                let at = |term: &Term| term.column == support;
+                let damping = MatrixKind::Damping;
+                let mut terms = system.coupling(damping).iter();
+                let damped = terms.any(at) || system.between_supports(damping).iter().any(at);
+                let jumps = channel.integrals == 0 && load.jumps() && damped;
+                return jumps.then(|| {
+                    let name = &system.supports()[support];
+                    format!("a jump of {name:?} through a damper does infinite work")
+                });
+            }
+            _ => None,
+        };
+        on.map(|row| {
+            let name = &system.names()[row];
+            format!("an impulse on {name:?}, which has no mass, does infinite work")
+        })
+    })
 }
 
 fn is_symmetric(matrix: MatRef<'_, f64>) -> bool {
@@ -220,12 +225,12 @@ struct Account<'a, 'b, T> {
 const KEPT: usize = 64;
 
 impl<'a, 'b, T: Real> Account<'a, 'b, T> {
-    fn of(problem: &'a Problem<'b>, form: &'a FirstOrder) -> Account<'a, 'b, T> {
-        let driven = DrivenForm::of(problem, form);
+    fn of(problem: &'a Problem<'b>, form: &'a FirstOrder, layout: Layout) -> Account<'a, 'b, T> {
+        let driven = DrivenForm::of(problem, form, layout);
         Account {
             problem,
             form,
-            dissipation: driven.dissipation(problem.system()),
+            dissipation: driven.dissipation(),
             power: driven.power(),
             driven,
             intervals: HashMap::new(),
@@ -237,25 +242,25 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
     /// Goes through the instants in their order in time.
     fn keep(mut self, trajectory: &Trajectory) -> Energy {
         let problem = self.problem;
-        let (system, grid) = (problem.system(), problem.grid());
+        let grid = problem.grid();
         let mut walk = Walk::of(problem);
         let count = trajectory.len();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by_key(|k| trajectory.steps()[*k]);
-        let start = Instant::on_grid(grid, 0);
         let z = self
             .form
             .state(problem.initial_displacement(), problem.initial_velocity());
-        let mut state = self.driven.state(&z, problem, &start, walk.piece());
-        let (x, v) = self.driven.motion(&state);
+        let mut state = self.driven.at_rest();
+        self.driven.set(&mut state, &z);
+        let [kinetic, potential] = self.driven.stored(self.driven.motion(&state, None));
         let mut energy = Energy {
-            initial: kinetic(system, &v) + potential(system, &x),
+            initial: kinetic + potential,
             kinetic: vec![0.0; count],
             potential: vec![0.0; count],
             dissipated: vec![0.0; count],
             work: vec![0.0; count],
         };
-        self.work = self.driven.strike(&mut state, walk.piece().impulses());
+        self.begin(&mut state, &walk);
         for k in order {
             let target = Instant::on_grid(grid, trajectory.steps()[k]);
             let mut piece = walk.piece();
@@ -264,15 +269,10 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
                     self.advance(&mut state, &from, &to);
                     continue;
                 }
-                let next = walk.piece();
-                let event = next.start_instant();
-                // The harmonic parts go on; only straight ones may jump.
+                let event = walk.piece().start_instant();
                 self.driven.load(&mut state, problem, &event, piece);
-                let before = state.clone();
-                self.driven.load(&mut state, problem, &event, next);
-                let jump = self.driven.jump(&before, &state);
-                self.work = self.work + jump + self.driven.strike(&mut state, next.impulses());
-                piece = next;
+                self.begin(&mut state, &walk);
+                piece = walk.piece();
             }
             let column = |of: MatRef<'_, f64>| of.col(k).iter().copied().collect::<Vec<f64>>();
             let (x, v) = (
@@ -280,13 +280,25 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
                 column(trajectory.velocity()),
             );
             let z = self.form.state(&x, &v);
-            state = self.driven.state(&z, problem, &target, piece);
-            energy.kinetic[k] = kinetic(system, &v);
-            energy.potential[k] = potential(system, &x);
+            self.driven.set(&mut state, &z);
+            self.driven.load(&mut state, problem, &target, piece);
+            let motion = self.driven.motion(&state, Some([&x, &v]));
+            [energy.kinetic[k], energy.potential[k]] = self.driven.stored(motion);
             energy.dissipated[k] = self.dissipated.to_f64();
             energy.work[k] = self.work.to_f64();
         }
         energy
+    }
+
+    /// What jumps at the start of a piece.
+    fn begin(&mut self, state: &mut [T], walk: &Walk<'_>) {
+        let (problem, piece) = (self.problem, walk.piece());
+        let before = state.to_vec();
+        let event = piece.start_instant();
+        self.driven.load(state, problem, &event, piece);
+        let jump = self.driven.jump(&before, state);
+        let struck = self.driven.strike(problem, walk.index(), &before, state);
+        self.work = self.work + jump + struck;
     }
 
     /// Moves the state to a later instant, within one piece, and adds up what passes.

@@ -1,32 +1,118 @@
-//! The system and the laws of its loads as one autonomous equation ζ′ = A ζ, of which powers are
-//! quadratic forms.
+//! The system and what drives it as one autonomous equation ζ′ = A ζ, of which powers are quadratic forms.
 
 use eigentone_digits::{DoubleDouble, Real};
-use eigentone_modes::{FirstOrder, MatrixKind, Node, System, balance};
+use eigentone_modes::{FirstOrder, MatrixKind, balance};
 use faer::MatRef;
 
 use crate::hold::reduced_angle;
-use crate::problem::{Instant, Piece, Problem};
+use crate::problem::{Instant, Piece, Problem, Rate};
 
 use super::gramian::{Square, dot};
+use super::squares::Squares;
 use super::state_matrix::{lumped, state_matrix};
 
-/// ζ = (z, then for each loaded coordinate the straight part of its force and the slope of that, then
-/// for each frequency the sinusoidal part and the one a quarter period ahead), each in units of a
-/// power of two.
-pub(super) struct DrivenForm<T> {
-    a: Square<T>,
-    /// The coordinates that any load but an impulse acts on, rising.
-    loaded: Vec<usize>,
-    frequencies: Vec<f64>,
-    coordinates: usize,
+/// Where things stand in ζ = (z, then the integrals of signals, then of each signal its straight part and the slope of that,
+/// then of each sinusoid itself and what it is a quarter period ahead).
+pub(super) struct Layout {
+    /// The coordinates, and beyond them the channels, that more than impulses act on; rising.
+    signals: Vec<usize>,
+    /// Sinusoids: place of the signal, and rate.
+    waves: Vec<(usize, Rate)>,
+    /// How many entries are the system's own.
+    own: usize,
+    /// How many are those and the integrals.
     states: usize,
-    /// n × N: x = X z, v = V z, without what the loads add at once.
-    x: Vec<T>,
-    /// n × the whole state: velocities, with what the loads add.
-    v: Vec<T>,
-    /// n × n: x += D f; empty where it vanishes.
-    feed: Vec<T>,
+}
+
+impl Layout {
+    pub(super) fn of(problem: &Problem<'_>, form: &FirstOrder) -> Layout {
+        let timeline = problem.timeline();
+        let straight = timeline.pieces().iter().flat_map(Piece::straight);
+        let mut signals: Vec<usize> = straight.map(|straight| straight.coordinate).collect();
+        let harmonics = timeline.harmonics().iter();
+        let harmonics = harmonics.map(|(on, one)| (*on, Rate::Given(one.frequency)));
+        let pulses = timeline.pulses().iter();
+        let pulses = pulses.map(|pulse| (pulse.coordinate, pulse.rate));
+        let all: Vec<(usize, Rate)> = harmonics.chain(pulses).collect();
+        signals.extend(all.iter().map(|(on, _)| *on));
+        signals.sort_unstable();
+        signals.dedup();
+        let mut layout = Layout {
+            waves: Vec::new(),
+            own: form.states(),
+            states: form.states(),
+            signals,
+        };
+        for (on, rate) in all {
+            let wave = (layout.signal(on).expect("collected above"), rate);
+            if !layout.waves.contains(&wave) {
+                layout.waves.push(wave);
+            }
+        }
+        let integrals = problem.channels().iter().map(|channel| channel.integrals);
+        layout.states += integrals.sum::<usize>();
+        layout
+    }
+
+    /// How many entries ζ has.
+    pub(super) fn len(&self) -> usize {
+        self.wave(self.waves.len())
+    }
+
+    fn signal(&self, on: usize) -> Option<usize> {
+        self.signals.binary_search(&on).ok()
+    }
+
+    /// The entry of the straight part; its slope comes next.
+    fn straight(&self, signal: usize) -> usize {
+        self.states + 2 * signal
+    }
+
+    /// The entry of a sinusoid; what it is a quarter period ahead comes next.
+    fn wave(&self, wave: usize) -> usize {
+        self.straight(self.signals.len()) + 2 * wave
+    }
+
+    /// The entry of the sinusoid of a signal at a rate.
+    fn wave_of(&self, on: usize, rate: Rate) -> usize {
+        let signal = self.signal(on).expect("all signals were collected");
+        let known = self.waves.iter().position(|wave| *wave == (signal, rate));
+        self.wave(known.expect("all sinusoids were collected"))
+    }
+
+    /// The row that makes a signal of ζ.
+    fn course<T: Real>(&self, on: usize) -> Vec<T> {
+        let mut row = vec![T::ZERO; self.len()];
+        if let Some(signal) = self.signal(on) {
+            row[self.straight(signal)] = T::ONE;
+            let waves = self.waves.iter().enumerate();
+            for (wave, _) in waves.filter(|(_, (of, _))| *of == signal) {
+                row[self.wave(wave)] = T::ONE;
+            }
+        }
+        row
+    }
+}
+
+/// ζ with each entry in units of a power of two, and what is a linear function of it.
+pub(super) struct DrivenForm<T> {
+    layout: Layout,
+    a: Square<T>,
+    coordinates: usize,
+    /// Rows of the displacements of coordinates and then supports, and of their velocities.
+    displacements: Vec<Vec<T>>,
+    velocities: Vec<Vec<T>>,
+    /// Rows of the loads on the coordinates, those on points included.
+    loads: Vec<Vec<T>>,
+    /// Rows of the forces that the supports take, and of what springs make of them.
+    pulls: Vec<Vec<T>>,
+    tensions: Vec<Vec<T>>,
+    /// Whether forces displace coordinates at once, and whether supports carry mass.
+    gives_way: bool,
+    carries: bool,
+    mass: Squares<T>,
+    damping: Squares<T>,
+    stiffness: Squares<T>,
     /// N × n: what unit impulses add to z.
     b: Vec<T>,
     /// ζ_i counts in units of 2 to this power.
@@ -34,107 +120,158 @@ pub(super) struct DrivenForm<T> {
 }
 
 impl<T: Real> DrivenForm<T> {
-    pub(super) fn of(problem: &Problem<'_>, form: &FirstOrder) -> DrivenForm<T> {
-        let (system, timeline) = (problem.system(), problem.timeline());
-        let straight = timeline.pieces().iter().flat_map(Piece::straight);
-        let mut loaded: Vec<usize> = straight.map(|straight| straight.coordinate).collect();
-        let mut frequencies = Vec::new();
-        for (coordinate, harmonic) in timeline.harmonics() {
-            loaded.push(*coordinate);
-            frequencies.push(harmonic.frequency);
-        }
-        loaded.sort_unstable();
-        loaded.dedup();
-        frequencies.sort_unstable_by(f64::total_cmp);
-        frequencies.dedup();
-        let (n, states, r) = (system.len(), form.states(), loaded.len());
-        let (own, b) = match lumped(system) {
+    pub(super) fn of(problem: &Problem<'_>, form: &FirstOrder, layout: Layout) -> DrivenForm<T> {
+        let system = problem.system();
+        let (n, size, own) = (system.len(), layout.len(), layout.own);
+        let (own_motion, b) = match lumped(system) {
             Some(masses) => state_matrix(system, masses),
             None => (converted(form.a()), converted(form.b())),
         };
-        let x = converted(form.x());
-        let feed = form.d().map_or_else(Vec::new, converted);
-
-        let size = states + 2 * r * (1 + frequencies.len());
         let mut a = Square::zeros(size);
-        for i in 0..states {
-            a.entries[i * size..][..states].copy_from_slice(&own[i * states..][..states]);
+        for signal in 0..layout.signals.len() {
+            let at = layout.straight(signal);
+            a.entries[at * size + at + 1] = T::ONE;
         }
-        let force_columns: Vec<usize> = (0..=frequencies.len())
-            .map(|law| states + 2 * r * law)
-            .collect();
-        for &column in &force_columns {
-            for i in 0..states {
-                for (j, coordinate) in loaded.iter().enumerate() {
-                    a.entries[i * size + column + j] = b[i * n + coordinate];
+        for (wave, (_, rate)) in layout.waves.iter().enumerate() {
+            let (at, rate) = (layout.wave(wave), rate.value::<T>().0);
+            a.entries[at * size + at + 1] = rate;
+            a.entries[(at + 1) * size + at] = -rate;
+        }
+        let row = || vec![T::ZERO; size];
+        let mut loads = vec![row(); n];
+        for &on in layout.signals.iter().filter(|on| **on < n) {
+            add_row(&mut loads[on], T::ONE, &layout.course(on));
+        }
+        let mut forces = vec![row(); n];
+        let mut supports = vec![row(); system.supports().len()];
+        let mut first = own;
+        for (on, channel) in (n..).zip(problem.channels()) {
+            let mut course = layout.course(on);
+            let next = first + channel.integrals;
+            for at in first..next {
+                match at + 1 < next {
+                    true => a.entries[at * size + at + 1] = T::ONE,
+                    false => add_row(&mut a.entries[at * size..][..size], T::ONE, &course),
                 }
             }
-        }
-        for j in 0..r {
-            // The straight part grows by its slope.
-            let (force, slope) = (states + j, states + r + j);
-            a.entries[force * size + slope] = T::ONE;
-            for (law, frequency) in frequencies.iter().enumerate() {
-                let sine = force_columns[law + 1] + j;
-                a.entries[sine * size + sine + r] = T::from(*frequency);
-                a.entries[(sine + r) * size + sine] = T::from(-*frequency);
+            if first < next {
+                course = row();
+                course[first] = T::ONE;
             }
-        }
-        // v = X z′ + D f′, where both are rows of A.
-        let mut v = vec![T::ZERO; n * size];
-        for i in 0..n {
-            for (k, factor) in x[i * states..][..states].iter().enumerate() {
-                add_row(
-                    &mut v[i * size..][..size],
-                    *factor,
-                    &a.entries[k * size..][..size],
-                );
+            first = next;
+            if let Some(support) = channel.support {
+                add_row(&mut supports[support], T::ONE, &course);
             }
-            for (j, coordinate) in loaded.iter().enumerate().filter(|_| !feed.is_empty()) {
-                for &column in &force_columns {
-                    let rate = &a.entries[(column + j) * size..][..size];
-                    add_row(&mut v[i * size..][..size], feed[i * n + coordinate], rate);
+            let pushed = match channel.support {
+                Some(_) => &mut forces,
+                None => &mut loads,
+            };
+            for direction in &channel.directions {
+                for &(on, factor) in direction {
+                    add_row(&mut pushed[on], T::from(factor), &course);
                 }
+                course = a.before(&course);
+            }
+        }
+        for (force, load) in forces.iter_mut().zip(&loads) {
+            add_row(force, T::ONE, load);
+        }
+        for i in 0..own {
+            let entries = &mut a.entries[i * size..][..size];
+            entries[..own].copy_from_slice(&own_motion[i * own..][..own]);
+            for (factor, force) in b[i * n..][..n].iter().zip(&forces) {
+                add_row(entries, *factor, force);
+            }
+        }
+        let mut displacements = vec![row(); n];
+        let x = form.x();
+        for (i, place) in displacements.iter_mut().enumerate() {
+            for (k, entry) in place[..own].iter_mut().enumerate() {
+                *entry = T::from(x[(i, k)]);
+            }
+            for (j, force) in forces.iter().enumerate() {
+                let fed = form.d().map_or(0.0, |d| d[(i, j)]);
+                add_row(place, T::from(fed), force);
+            }
+        }
+        displacements.extend(supports);
+        let driven = |rows: &[Vec<T>]| -> Vec<Vec<T>> {
+            let rows = rows.iter();
+            rows.map(|row| a.before(row)).collect()
+        };
+        let velocities = driven(&displacements);
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let [mass, damping, stiffness] = kinds.map(|kind| Squares::of(system, kind));
+        let places = n..displacements.len();
+        let mut tensions = vec![row(); places.len()];
+        let mut pulls = tensions.clone();
+        if !places.is_empty() {
+            let accelerations = driven(&velocities);
+            for (support, place) in places.enumerate() {
+                let pull = |to: &mut Vec<T>, squares: &Squares<T>, rows: &[Vec<T>]| {
+                    squares.on(place, |value, other| {
+                        add_row(to, value, &rows[place]);
+                        if let Some(other) = other {
+                            add_row(to, -value, &rows[other]);
+                        }
+                    });
+                };
+                pull(&mut tensions[support], &stiffness, &displacements);
+                let whole = &mut pulls[support];
+                add_row(whole, T::ONE, &tensions[support]);
+                pull(whole, &damping, &velocities);
+                pull(whole, &mass, &accelerations);
             }
         }
         let mut driven = DrivenForm {
             units: vec![0; size],
+            layout,
             a,
-            loaded,
-            frequencies,
             coordinates: n,
-            states,
-            x,
-            v,
-            feed,
+            displacements,
+            velocities,
+            loads,
+            pulls,
+            tensions,
+            gives_way: form.d().is_some(),
+            carries: !system.between_supports(MatrixKind::Mass).is_empty(),
+            mass,
+            damping,
+            stiffness,
             b,
         };
         driven.choose_units(form.a());
         driven
     }
 
-    /// Units in which rows and columns of A are alike in size, and the forces move the states about
-    /// as fast as these move each other.
+    /// Units in which rows and columns of A are alike in size, and what drives the states moves them about as fast as
+    /// these move each other.
     fn choose_units(&mut self, own: MatRef<'_, f64>) {
-        let (size, states) = (self.a.n, self.states);
+        let (size, layout) = (self.a.n, &self.layout);
         let balanced = balance(own);
         for (unit, scale) in self.units.iter_mut().zip(&balanced.scale) {
             *unit = scale.log2() as i64;
         }
         let rate = balanced.matrix.norm_max();
-        let rate = if rate > 0.0 {
-            rate.log2().ceil() as i64
-        } else {
-            0
+        let rate = match rate > 0.0 {
+            true => rate.log2().ceil() as i64,
+            false => 0,
         };
-        let r = self.loaded.len();
-        for column in states..size {
-            let force = states + (column - states) % r;
-            let moved = (0..states).map(|i| {
-                let entry = self.a.entries[i * size + force].magnitude();
+        // Each entry of ζ drives those before it alone; a sinusoid and what is ahead of it have one unit.
+        let mut column = layout.own;
+        while column < size {
+            let pair = column >= layout.wave(0);
+            let columns = column..column + if pair { 2 } else { 1 };
+            let moved = columns
+                .clone()
+                .flat_map(|j| (0..column).map(move |i| (i, j)));
+            let moved = moved.filter_map(|(i, j)| {
+                let entry = self.a.entries[i * size + j].magnitude();
                 (!entry.is_zero()).then(|| entry.exponent() - self.units[i])
             });
-            self.units[column] = rate - moved.flatten().max().unwrap_or(rate);
+            let unit = rate - moved.max().unwrap_or(rate);
+            self.units[columns.clone()].fill(unit);
+            column = columns.end;
         }
         for i in 0..size {
             for j in 0..size {
@@ -142,7 +279,14 @@ impl<T: Real> DrivenForm<T> {
                 *entry = entry.scale(self.units[j] - self.units[i]);
             }
         }
-        for row in self.v.chunks_mut(size.max(1)) {
+        let rows = [
+            &mut self.displacements,
+            &mut self.velocities,
+            &mut self.loads,
+            &mut self.pulls,
+            &mut self.tensions,
+        ];
+        for row in rows.into_iter().flatten() {
             for (entry, unit) in row.iter_mut().zip(&self.units) {
                 *entry = entry.scale(*unit);
             }
@@ -157,65 +301,45 @@ impl<T: Real> DrivenForm<T> {
         a
     }
 
-    /// The form of vᵀCv.
-    pub(super) fn dissipation(&self, system: &System) -> Square<T> {
-        let (n, size) = (system.len(), self.a.n);
-        let mut form = Square::zeros(size);
-        let rows: Vec<&[T]> = (0..n).map(|i| &self.v[i * size..][..size]).collect();
-        for damper in system.dampers() {
-            let mut speed = vec![T::ZERO; size];
-            if let Node::Coordinate(i) = damper.second {
-                add_row(&mut speed, T::ONE, rows[i]);
+    /// The form of what dampers take.
+    pub(super) fn dissipation(&self) -> Square<T> {
+        let mut form = Square::zeros(self.a.n);
+        self.damping.each(|value, i, j| {
+            let mut rate = self.velocities[i].clone();
+            if let Some(j) = j {
+                add_row(&mut rate, -T::ONE, &self.velocities[j]);
             }
-            if let Node::Coordinate(i) = damper.first {
-                add_row(&mut speed, -T::ONE, rows[i]);
-            }
-            add_product(&mut form, T::from(damper.coefficient), &speed, &speed);
-        }
-        if let Some(damping) = system.added(MatrixKind::Damping) {
-            for i in 0..n {
-                for j in 0..n {
-                    add_product(&mut form, T::from(damping[(i, j)]), rows[i], rows[j]);
-                }
-            }
-        }
+            add_product(&mut form, value, &rate, &rate);
+        });
         form
     }
 
-    /// The form of fᵀv.
+    /// The form of what loads and the motions of supports bring.
     pub(super) fn power(&self) -> Square<T> {
-        let size = self.a.n;
-        let mut form = Square::zeros(size);
-        for (j, coordinate) in self.loaded.iter().enumerate() {
-            let mut force = vec![T::ZERO; size];
-            for law in 0..=self.frequencies.len() {
-                let at = self.states + 2 * self.loaded.len() * law + j;
-                force[at] = T::ONE.scale(self.units[at]);
+        let mut form = Square::zeros(self.a.n);
+        let forces = self.loads.iter().chain(&self.pulls);
+        for (force, speed) in forces.zip(&self.velocities) {
+            if force.iter().any(|entry| !entry.is_zero()) {
+                add_product(&mut form, T::ONE, force, speed);
             }
-            let speed = &self.v[coordinate * size..][..size];
-            add_product(&mut form, T::ONE, &force, speed);
         }
         form
     }
 
-    /// ζ for the state z while `piece` lasts.
-    pub(super) fn state(
-        &self,
-        z: &[f64],
-        problem: &Problem<'_>,
-        now: &Instant,
-        piece: &Piece,
-    ) -> Vec<T> {
-        let mut state: Vec<T> = z.iter().map(|entry| T::from(*entry)).collect();
-        state.resize(self.a.n, T::ZERO);
-        for (entry, unit) in state.iter_mut().zip(&self.units) {
-            *entry = entry.scale(-unit);
-        }
-        self.load(&mut state, problem, now, piece);
-        state
+    /// ζ where nothing moves.
+    pub(super) fn at_rest(&self) -> Vec<T> {
+        vec![T::ZERO; self.a.n]
     }
 
-    /// Sets what the loads are at `now`, by the laws of `piece`.
+    /// Sets the system's own state.
+    pub(super) fn set(&self, state: &mut [T], z: &[f64]) {
+        let own = state.iter_mut().zip(&self.units);
+        for ((entry, unit), value) in own.zip(z) {
+            *entry = T::from(*value).scale(-unit);
+        }
+    }
+
+    /// Sets what the signals are at `now`, by the laws of `piece`.
     pub(super) fn load(
         &self,
         state: &mut [T],
@@ -223,105 +347,129 @@ impl<T: Real> DrivenForm<T> {
         now: &Instant,
         piece: &Piece,
     ) {
-        let r = self.loaded.len();
-        let place = |coordinate: &usize| {
-            let place = self.loaded.binary_search(coordinate);
-            self.states + place.expect("all loaded coordinates were collected")
-        };
-        let mut loads = vec![0.0; state.len()];
+        let layout = &self.layout;
+        let mut values = vec![0.0; state.len()];
         let elapsed = (now.time() - piece.start_instant().time()).to_f64();
         for straight in piece.straight() {
-            let at = place(&straight.coordinate);
-            loads[at] += straight.value + straight.slope * elapsed;
-            loads[at + r] += straight.slope;
+            let signal = layout.signal(straight.coordinate);
+            let at = layout.straight(signal.expect("all signals were collected"));
+            values[at] += straight.value + straight.slope * elapsed;
+            values[at + 1] += straight.slope;
         }
-        for (coordinate, harmonic) in problem.timeline().harmonics() {
-            let law = self
-                .frequencies
-                .iter()
-                .position(|known| *known == harmonic.frequency);
-            let law = law.expect("all frequencies were collected");
-            let at = place(coordinate) + 2 * r * (law + 1);
-            let angle = reduced_angle(harmonic.frequency, now.time(), harmonic.phase);
-            let (sine, cosine) = angle.sin_cos();
-            loads[at] += harmonic.amplitude * sine;
-            loads[at + r] += harmonic.amplitude * cosine;
-        }
-        for at in self.states..state.len() {
-            state[at] = T::from(loads[at]).scale(-self.units[at]);
-        }
-    }
-
-    /// Displacements and velocities of all coordinates.
-    pub(super) fn motion(&self, state: &[T]) -> (Vec<f64>, Vec<f64>) {
-        let n = self.coordinates;
-        let own: Vec<T> = (0..self.states)
-            .map(|i| state[i].scale(self.units[i]))
-            .collect();
-        let forces = self.forces(state);
-        let place = |i: usize| {
-            let follows = dot(&self.x[i * self.states..][..self.states], &own);
-            let fed = self.feed.chunks(n).nth(i);
-            fed.map_or(follows, |row| follows + dot(row, &forces))
-                .to_f64()
+        let mut add = |on: usize, rate: Rate, [sine, cosine]: [f64; 2], angle: f64| {
+            let at = layout.wave_of(on, rate);
+            let (s, c) = angle.sin_cos();
+            values[at] += sine * s + cosine * c;
+            values[at + 1] += sine * c - cosine * s;
         };
-        let speed = |i: usize| self.velocity(state, i).to_f64();
-        ((0..n).map(place).collect(), (0..n).map(speed).collect())
-    }
-
-    /// The velocity of one coordinate.
-    pub(super) fn velocity(&self, state: &[T], coordinate: usize) -> T {
-        dot(&self.v[coordinate * self.a.n..][..self.a.n], state)
-    }
-
-    /// The force on each coordinate.
-    fn forces(&self, state: &[T]) -> Vec<T> {
-        let n = self.coordinates;
-        let mut forces = vec![T::ZERO; n];
-        for (j, coordinate) in self.loaded.iter().enumerate() {
-            for law in 0..=self.frequencies.len() {
-                let at = self.states + 2 * self.loaded.len() * law + j;
-                forces[*coordinate] = forces[*coordinate] + state[at].scale(self.units[at]);
-            }
+        let timeline = problem.timeline();
+        for (on, harmonic) in timeline.harmonics() {
+            let angle = reduced_angle(harmonic.frequency, now.time(), harmonic.phase);
+            let rate = Rate::Given(harmonic.frequency);
+            add(*on, rate, [harmonic.amplitude, 0.0], angle);
         }
-        forces
-    }
-
-    /// The work of loads that jump from what they are in `before` to what they are in `after`, at one
-    /// instant: what follows the loads at once moves by D Δf, against half of both forces on the way.
-    pub(super) fn jump(&self, before: &[T], after: &[T]) -> T {
-        let (before, after) = (self.forces(before), self.forces(after));
-        let change: Vec<T> = before.iter().zip(&after).map(|(a, b)| *b - *a).collect();
-        let mean: Vec<T> = before
+        for pulse in piece
+            .pulses()
             .iter()
-            .zip(&after)
-            .map(|(a, b)| (*a + *b).scale(-1))
-            .collect();
-        let moved: Vec<T> = self
-            .feed
-            .chunks(mean.len())
-            .map(|row| dot(row, &change))
-            .collect();
-        dot(&mean, &moved)
+            .map(|index| &timeline.pulses()[*index])
+        {
+            let parts = [pulse.sine, pulse.cosine];
+            add(pulse.coordinate, pulse.rate, parts, pulse.angle(now));
+        }
+        for at in layout.states..state.len() {
+            state[at] = T::from(values[at]).scale(-self.units[at]);
+        }
     }
 
-    /// Adds a blow to the state, and gives its work: its momentum times the mean of the velocities
-    /// before and after.
-    pub(super) fn strike(&self, state: &mut [T], blows: &[(usize, f64)]) -> T {
+    /// Displacements and velocities of coordinates and then supports; those of coordinates as they were found, if they were.
+    pub(super) fn motion(&self, state: &[T], found: Option<[&[f64]; 2]>) -> [Vec<T>; 2] {
+        let rows = [&self.displacements, &self.velocities];
+        let Some(found) = found else {
+            return rows.map(|rows| values(rows, state));
+        };
+        [0, 1].map(|order| {
+            let known = found[order].iter().map(|value| T::from(*value));
+            known
+                .chain(values(&rows[order][self.coordinates..], state))
+                .collect()
+        })
+    }
+
+    fn velocities(&self, state: &[T]) -> Vec<T> {
+        values(&self.velocities, state)
+    }
+
+    /// Of such displacements and velocities, ½vᵀMv and ½xᵀKx, moving supports included.
+    pub(super) fn stored(&self, [x, v]: [Vec<T>; 2]) -> [f64; 2] {
+        [self.mass.form(&v), self.stiffness.form(&x)].map(|form| form.scale(-1).to_f64())
+    }
+
+    /// The work of what jumps from what it is in `before` to what it is in `after`, at one instant: half of the forces at
+    /// both ends times the way that goes at once.
+    pub(super) fn jump(&self, before: &[T], after: &[T]) -> T {
         let n = self.coordinates;
-        let before = state.to_vec();
-        for &(coordinate, momentum) in blows {
-            let own = state[..self.states].iter_mut().zip(&self.units);
+        let first = if self.gives_way { 0 } else { n };
+        let forces = self.loads.iter().chain(&self.tensions);
+        let forces = forces.zip(&self.displacements).skip(first);
+        forces.fold(T::ZERO, |sum, (force, place)| {
+            let mean = (dot(force, before) + dot(force, after)).scale(-1);
+            sum + mean * (dot(place, after) - dot(place, before))
+        })
+    }
+
+    /// Adds the momenta at the start of a piece to the state, and gives their work: each times the mean of the velocities
+    /// before and after. `before` is the state before the signals of the piece set in.
+    pub(super) fn strike(
+        &self,
+        problem: &Problem<'_>,
+        piece: usize,
+        before: &[T],
+        state: &mut [T],
+    ) -> T {
+        let n = self.coordinates;
+        let impulses = problem.timeline().pieces()[piece].impulses();
+        let momenta = problem.momenta(piece);
+        if momenta.is_empty() && impulses.is_empty() && !self.carries {
+            return T::ZERO;
+        }
+        let loaded = self.velocities(state);
+        for (coordinate, momentum) in momenta {
+            let own = state[..self.layout.own].iter_mut().zip(&self.units);
             for (i, (entry, unit)) in own.enumerate() {
                 let change = self.b[i * n + coordinate] * T::from(momentum);
                 *entry = *entry + change.scale(-unit);
             }
         }
-        blows.iter().fold(T::ZERO, |work, &(coordinate, momentum)| {
-            let twice = self.velocity(&before, coordinate) + self.velocity(state, coordinate);
-            work + T::from(momentum).scale(-1) * twice
-        })
+        let [before, after] = [before, &*state].map(|state| self.velocities(state));
+        let mut sum = T::ZERO;
+        let mut strikes = |on: usize, momentum: f64| {
+            let mean = (loaded[on] + after[on]).scale(-1);
+            sum = sum + T::from(momentum) * mean;
+        };
+        for &(on, momentum) in impulses {
+            match on.checked_sub(n) {
+                None => strikes(on, momentum),
+                Some(channel) => {
+                    let shares = problem.channels()[channel].directions[0].iter();
+                    shares.for_each(|(row, share)| strikes(*row, momentum * share));
+                }
+            }
+        }
+        let change = |place: usize| after[place] - before[place];
+        for place in n..before.len() {
+            let mut momentum = T::ZERO;
+            self.mass.on(place, |value, other| {
+                let other = other.map_or(T::ZERO, change);
+                momentum = momentum + value * (change(place) - other);
+            });
+            sum = sum + momentum * (before[place] + after[place]).scale(-1);
+        }
+        sum
     }
+}
+
+fn values<T: Real>(rows: &[Vec<T>], state: &[T]) -> Vec<T> {
+    rows.iter().map(|row| dot(row, state)).collect()
 }
 
 /// A matrix by rows.

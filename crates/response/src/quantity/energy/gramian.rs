@@ -70,6 +70,19 @@ impl<T: Real> Square<T> {
         self.rows().map(|row| dot(row, vector)).collect()
     }
 
+    /// row·self.
+    pub(super) fn before(&self, row: &[T]) -> Vec<T> {
+        let mut product = vec![T::ZERO; self.n];
+        for (factor, with) in row.iter().zip(self.rows()) {
+            if !factor.is_zero() {
+                for (sum, entry) in product.iter_mut().zip(with) {
+                    *sum = *sum + *factor * *entry;
+                }
+            }
+        }
+        product
+    }
+
     /// vᵀ·self·v.
     pub(super) fn form(&self, vector: &[T]) -> T {
         dot(vector, &self.apply(vector))

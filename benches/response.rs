@@ -162,8 +162,9 @@ fn roads(c: &mut Criterion) {
         last(plan.run(problem).expect("a motion"))
     };
     let stepped = |problem: &Problem<'_>| last(ByExponential.run(problem).expect("a motion"));
-    let ways: [(&str, &dyn Fn(&Problem<'_>) -> f64); 3] = [
-        ("one output", &followed),
+    type Way<'a> = &'a dyn Fn(&Problem<'_>) -> f64;
+    let ways = [
+        ("one output", &followed as Way<'_>),
         ("whole, planned", &planned),
         ("whole, exponential", &stepped),
     ];

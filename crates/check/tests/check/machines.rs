@@ -263,7 +263,9 @@ fn examine_motion(drawn: &Drawn, driven: &[Driving]) -> Result<(), TestCaseError
                 let Some(bound) = bounds[k] else { continue };
                 for (i, truth) in truth.iter().enumerate() {
                     let off = truth.minus(values[(i, k)]).abs();
-                    prop_assert!(off <= bound, "{} at {}: {:e} for {:e}", i, k, off, bound);
+                    // What the reference does not tell from 0 is known to its radius.
+                    let room = bound + truth.radius();
+                    prop_assert!(off <= room, "{} at {}: {:e} for {:e}", i, k, off, room);
                 }
             }
         }

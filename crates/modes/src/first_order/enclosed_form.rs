@@ -2,9 +2,8 @@
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
-use crate::exact::matrix::ExactMatrix;
-use crate::first_order::{FirstOrderError, Massless};
-use crate::model::MatrixKind;
+use super::elimination::{Dense, Eliminated};
+use super::{FirstOrderError, Massless};
 use crate::system::System;
 
 /// z′ = A z + B f(t), x = X z + D f, as in [`FirstOrder`](crate::FirstOrder), but in the arithmetic
@@ -28,91 +27,26 @@ impl<T: Real> EnclosedFirstOrder<T> {
     /// Those of [`FirstOrder::of`](crate::FirstOrder::of), also where the digits of T do not show
     /// that a matrix to be divided by is nonsingular.
     pub fn of(system: &System) -> Result<EnclosedFirstOrder<T>, FirstOrderError> {
-        let n = system.len();
         let massless = Massless::of_system(system);
-        let massive = massless.massive().to_vec();
-        let (nf, nw, na) = (massive.len(), massless.relaxing(), massless.following());
-        let nr = nf + nw;
-
-        // The congruence P with x = P (x_f, w, a).
-        let mut p = BallMatrix::<T>::zeros(n, n);
-        let one = |matrix: &mut BallMatrix<T>, i: usize, j: usize| {
-            matrix.set(i, j, T::ONE, Magnitude::ZERO);
-        };
-        for (column, &i) in massive.iter().enumerate() {
-            one(&mut p, i, column);
-        }
-        for (i, column) in massless.change() {
-            one(&mut p, i, nf + column);
-        }
-        let transposed = transpose(&p);
-        let transform = |kind| transposed.times(&assembled(system, kind)).times(&p);
-        let (m, c, k) = (
-            transform(MatrixKind::Mass),
-            transform(MatrixKind::Damping),
-            transform(MatrixKind::Stiffness),
-        );
-
-        // Followers: a = K_aa⁻¹ (f_a − K_ar r).
-        let k_aa = k.block(nr, nr, na, na);
-        let solved = |right: &BallMatrix<T>| k_aa.solve(right).ok_or(FirstOrderError::Constraint);
-        let follow = solved(&k.block(nr, 0, na, nr))?;
-        let feed = solved(&transposed.block(nr, 0, na, n))?;
-        let k_ra = k.block(0, nr, nr, na);
-        let stiffness = minus(&k.block(0, 0, nr, nr), &k_ra.times(&follow));
-        let force = minus(&transposed.block(0, 0, nr, n), &k_ra.times(&feed));
-
-        // Rows of the balance of forces over the states (x_f, v, w), without the accelerations.
-        let states = 2 * nf + nw;
-        let balance = |first: usize, rows: usize| {
-            let mut balance = BallMatrix::zeros(rows, states);
-            balance.put(0, 0, &stiffness.block(first, 0, rows, nf));
-            balance.put(0, nf, &c.block(first, 0, rows, nf));
-            balance.put(0, 2 * nf, &stiffness.block(first, nf, rows, nw));
-            balance.negated()
-        };
-        // Relaxing coordinates: w′ = C_ww⁻¹ (f_w − C_wf v − K_wf x − K_ww w).
-        let c_ww = c.block(nf, nf, nw, nw);
-        let relaxed =
-            |right: &BallMatrix<T>| c_ww.solve(right).ok_or(FirstOrderError::SingularDamping);
-        let rate = relaxed(&balance(nf, nw))?;
-        let rate_force = relaxed(&force.block(nf, 0, nw, n))?;
-        let c_fw = c.block(0, nf, nf, nw);
-        let momentum = minus(&balance(0, nf), &c_fw.times(&rate));
-        let momentum_force = minus(&force.block(0, 0, nf, n), &c_fw.times(&rate_force));
-
-        let mass = m.block(0, 0, nf, nf);
-        let divided =
-            |right: &BallMatrix<T>| mass.solve(right).ok_or(FirstOrderError::SingularMass);
-        let mut a = BallMatrix::zeros(states, states);
-        let mut b = BallMatrix::zeros(states, n);
-        (0..nf).for_each(|i| one(&mut a, i, nf + i));
-        a.put(nf, 0, &divided(&momentum)?);
-        b.put(nf, 0, &divided(&momentum_force)?);
-        a.put(2 * nf, 0, &rate);
-        b.put(2 * nf, 0, &rate_force);
-
-        // Back to the coordinates: x = P (x_f, w, a).
-        let mut reduced = BallMatrix::zeros(nr, states);
-        (0..nf).for_each(|i| one(&mut reduced, i, i));
-        (0..nw).for_each(|i| one(&mut reduced, nf + i, 2 * nf + i));
-        let p_a = p.block(0, nr, n, na);
-        let x = minus(
-            &p.block(0, 0, n, nr).times(&reduced),
-            &p_a.times(&follow.times(&reduced)),
-        );
-        let d = p_a.times(&feed);
-
-        let mut initial = BallMatrix::zeros(states, 2 * n);
-        for (row, &i) in massive.iter().enumerate() {
-            one(&mut initial, row, i);
-            one(&mut initial, nf + row, n + i);
+        let Eliminated {
+            a,
+            b,
+            x,
+            d,
+            mass,
+            stiffness,
+        } = Eliminated::<BallMatrix<T>>::of(system, &massless)?;
+        let (n, nf) = (system.len(), massless.massive().len());
+        let mut initial = BallMatrix::zeros(a.rows(), 2 * n);
+        for (row, &i) in massless.massive().iter().enumerate() {
+            initial.set(row, i, T::ONE, Magnitude::ZERO);
+            initial.set(nf + row, n + i, T::ONE, Magnitude::ZERO);
         }
         for (row, i, sign) in massless.state_entries() {
             initial.set(2 * nf + row, i, T::from(sign), Magnitude::ZERO);
         }
         Ok(EnclosedFirstOrder {
-            massive,
+            massive: massless.massive().to_vec(),
             a,
             b,
             x,
@@ -172,33 +106,39 @@ impl<T: Real> EnclosedFirstOrder<T> {
     }
 }
 
-fn minus<T: Real>(a: &BallMatrix<T>, b: &BallMatrix<T>) -> BallMatrix<T> {
-    a.plus(&b.clone().negated())
-}
-
-fn transpose<T: Real>(a: &BallMatrix<T>) -> BallMatrix<T> {
-    let mut transposed = BallMatrix::zeros(a.columns(), a.rows());
-    for i in 0..a.rows() {
-        for j in 0..a.columns() {
-            transposed.set(j, i, a.middle(i, j), a.radius(i, j));
-        }
+impl<T: Real> Dense for BallMatrix<T> {
+    fn zeros(rows: usize, columns: usize) -> Self {
+        BallMatrix::zeros(rows, columns)
     }
-    transposed
-}
 
-/// M, C or K, summed from its terms.
-fn assembled<T: Real>(system: &System, kind: MatrixKind) -> BallMatrix<T> {
-    let n = system.len();
-    let exact = ExactMatrix::of(system.model(), kind);
-    let mut matrix = BallMatrix::zeros(n, n);
-    for i in 0..n {
-        for (j, terms) in exact.row(i) {
-            for &term in terms {
-                matrix.add(i, j, T::from(term), Magnitude::ZERO);
-            }
-        }
+    fn size(&self) -> [usize; 2] {
+        [self.rows(), self.columns()]
     }
-    matrix
+
+    fn add(&mut self, i: usize, j: usize, term: f64) {
+        BallMatrix::add(self, i, j, T::from(term), Magnitude::ZERO);
+    }
+
+    fn copy(&mut self, to: [usize; 2], from: &Self, at: [usize; 2]) {
+        self.set(
+            to[0],
+            to[1],
+            from.middle(at[0], at[1]),
+            from.radius(at[0], at[1]),
+        );
+    }
+
+    fn times(&self, other: &Self) -> Self {
+        BallMatrix::times(self, other)
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        self.plus(&other.clone().negated())
+    }
+
+    fn solve(&self, right: &Self) -> Option<Self> {
+        BallMatrix::solve(self, right)
+    }
 }
 
 #[cfg(test)]

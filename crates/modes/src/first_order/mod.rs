@@ -1,14 +1,18 @@
-//! The system as first-order equations z′ = A z + B f, with massless nodes eliminated. It knows `exact`, `model`
-//! and `system`.
+//! The system as first-order equations z′ = A z + B f, with massless nodes eliminated. It knows `exact`, `linear`,
+//! `model` and `system`.
 
+mod elimination;
 mod enclosed_form;
 
+use eigentone_digits::DoubleDouble;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
+use crate::linear::plain_matrix::PlainMatrix;
 use crate::model::{Element, MatrixKind};
 use crate::system::System;
+use elimination::Eliminated;
 
 pub use enclosed_form::EnclosedFirstOrder;
 
@@ -16,8 +20,9 @@ pub use enclosed_form::EnclosedFirstOrder;
 ///
 /// z holds the displacements of the coordinates with mass, then their velocities, then one state
 /// for each independent damper between massless nodes. Massless nodes that no damper holds have no
-/// state: they follow from equilibrium. The elimination does not round the count of states; its
-/// numbers are those of an LU factorisation in doubles.
+/// state: they follow from equilibrium. The elimination does not round the count of states. It is done in double-double, so
+/// that doubles keep all their digits in what springs and dampers on massless nodes leave of each other; where every
+/// coordinate has mass, A = −M⁻¹(K, C) is that of an LU factorisation in doubles.
 #[derive(Clone, Debug)]
 pub struct FirstOrder {
     massive: Vec<usize>,
@@ -85,121 +90,13 @@ impl FirstOrder {
             return Err(FirstOrderError::TooLarge { coordinates: n });
         }
         if is_lumped(system) {
-            return Ok(FirstOrder::lumped(system));
+            return FirstOrder::without_massless(system);
         }
-        let (m, c, k) = (
-            system.mass_matrix(),
-            system.damping_matrix(),
-            system.stiffness_matrix(),
-        );
-        let massless = Massless::of(system, m.as_ref(), c.as_ref());
-        let massive = massless.massive.clone();
-        let (nf, nw) = (massive.len(), massless.relaxing);
-        let na = massless.nodes.len() - nw;
-
-        let nr = nf + nw;
-
-        // The congruence P with x = P (x_f, w, a).
-        let mut p = Mat::<f64>::zeros(n, n);
-        for (column, &i) in massive.iter().enumerate() {
-            p[(i, column)] = 1.0;
-        }
-        for (row, &i) in massless.nodes.iter().enumerate() {
-            for column in 0..nw + na {
-                p[(i, nf + column)] = massless.change[(row, column)];
-            }
-        }
-        let transform = |matrix: &Mat<f64>| {
-            if massless.nodes.is_empty() {
-                matrix.clone()
-            } else {
-                p.transpose() * matrix * &p
-            }
+        let massless = Massless::of_system(system);
+        let form = match massless.nodes.is_empty() {
+            true => FirstOrder::without_massless(system)?,
+            false => FirstOrder::without_nodes(system, &massless)?,
         };
-        let (m, c, k) = (transform(&m), transform(&c), transform(&k));
-
-        // Algebraic coordinates: a = K_aa⁻¹ (f_a − K_ar r).
-        let force = p.transpose().to_owned();
-        let (stiffness, force, follow, feed) = if na == 0 {
-            (k, force, Mat::zeros(0, nr), Mat::zeros(0, n))
-        } else {
-            let k_aa =
-                Factored::of(k.submatrix(nr, nr, na, na)).ok_or(FirstOrderError::Constraint)?;
-            let follow = k_aa.solve(k.submatrix(nr, 0, na, nr));
-            let feed = k_aa.solve(force.submatrix(nr, 0, na, n));
-            let k_ra = k.submatrix(0, nr, nr, na);
-            let reduced = k.submatrix(0, 0, nr, nr) - k_ra * &follow;
-            let force = force.submatrix(0, 0, nr, n) - k_ra * &feed;
-            (reduced, force, follow, feed)
-        };
-
-        // Relaxing coordinates: w′ = C_ww⁻¹ (f_w − C_wf v − K_wf x − K_ww w).
-        let n_states = 2 * nf + nw;
-        let mut a = Mat::<f64>::zeros(n_states, n_states);
-        let mut b = Mat::<f64>::zeros(n_states, n);
-        for i in 0..nf {
-            a[(i, nf + i)] = 1.0;
-        }
-        // Rows of the momentum equation as (x_f, v, w), before division by M.
-        let mut momentum = Mat::<f64>::zeros(nf, n_states);
-        momentum
-            .submatrix_mut(0, 0, nf, nf)
-            .copy_from(-stiffness.submatrix(0, 0, nf, nf));
-        momentum
-            .submatrix_mut(0, nf, nf, nf)
-            .copy_from(-c.submatrix(0, 0, nf, nf));
-        momentum
-            .submatrix_mut(0, 2 * nf, nf, nw)
-            .copy_from(-stiffness.submatrix(0, nf, nf, nw));
-        let mut momentum_force = force.submatrix(0, 0, nf, n).to_owned();
-        if nw > 0 {
-            let c_ww = Factored::of(c.submatrix(nf, nf, nw, nw))
-                .ok_or(FirstOrderError::SingularDamping)?;
-            let mut rate = Mat::<f64>::zeros(nw, n_states);
-            rate.submatrix_mut(0, 0, nw, nf)
-                .copy_from(-stiffness.submatrix(nf, 0, nw, nf));
-            rate.submatrix_mut(0, nf, nw, nf)
-                .copy_from(-c.submatrix(nf, 0, nw, nf));
-            rate.submatrix_mut(0, 2 * nf, nw, nw)
-                .copy_from(-stiffness.submatrix(nf, nf, nw, nw));
-            let rate = c_ww.solve(rate.as_ref());
-            let rate_force = c_ww.solve(force.submatrix(nf, 0, nw, n));
-            let c_fw = c.submatrix(0, nf, nf, nw);
-            momentum -= c_fw * &rate;
-            momentum_force -= c_fw * &rate_force;
-            a.submatrix_mut(2 * nf, 0, nw, n_states).copy_from(&rate);
-            b.submatrix_mut(2 * nf, 0, nw, n).copy_from(&rate_force);
-        }
-        if nf > 0 {
-            let m_ff =
-                Factored::of(m.submatrix(0, 0, nf, nf)).ok_or(FirstOrderError::SingularMass)?;
-            a.submatrix_mut(nf, 0, nf, n_states)
-                .copy_from(m_ff.solve(momentum.as_ref()));
-            b.submatrix_mut(nf, 0, nf, n)
-                .copy_from(m_ff.solve(momentum_force.as_ref()));
-        }
-
-        // Back to the coordinates: x = P (x_f, w, a).
-        let mut reduced = Mat::<f64>::zeros(nr, n_states);
-        for i in 0..nf {
-            reduced[(i, i)] = 1.0;
-        }
-        for i in 0..nw {
-            reduced[(nf + i, 2 * nf + i)] = 1.0;
-        }
-        let p_a = p.submatrix(0, nr, n, na);
-        let x = p.submatrix(0, 0, n, nr) * &reduced - p_a * (&follow * &reduced);
-        let d = (na > 0).then(|| p_a * &feed);
-
-        let mut initial = Mat::<f64>::zeros(nr, n);
-        for (row, &i) in massive.iter().enumerate() {
-            initial[(row, i)] = 1.0;
-        }
-        for row in 0..nw {
-            for (column, &i) in massless.nodes.iter().enumerate() {
-                initial[(nf + row, i)] = massless.states[(row, column)];
-            }
-        }
         // Rounding may hide that a block is singular.
         let certain = massless.nodes.is_empty() && system.added(MatrixKind::Mass).is_none();
         let finite = |system: &System| system.structure().finite_roots();
@@ -212,47 +109,64 @@ impl FirstOrder {
                 FirstOrderError::SingularDamping
             });
         }
-        Ok(FirstOrder {
-            massive,
-            a,
-            b,
-            x,
-            d,
-            initial,
-        })
+        Ok(form)
     }
 
-    /// Of a system with a mass on every coordinate and no other inertia.
-    fn lumped(system: &System) -> FirstOrder {
+    /// Of a system in which every coordinate has mass.
+    fn without_massless(system: &System) -> Result<FirstOrder, FirstOrderError> {
         let n = system.len();
-        let masses = system.masses();
+        let mass = match is_lumped(system) {
+            true => Some(Factored::Diagonal(system.masses().to_vec())),
+            false => Factored::of(system.mass_matrix().as_ref()),
+        };
+        let mass = mass.ok_or(FirstOrderError::SingularMass)?;
         let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
         for (block, matrix) in [system.stiffness_matrix(), system.damping_matrix()]
             .iter()
             .enumerate()
         {
-            for j in 0..n {
-                for i in 0..n {
-                    a[(n + i, n * block + j)] = -matrix[(i, j)] / masses[i];
-                }
-            }
+            let divided = mass.solve((-matrix).as_ref());
+            a.submatrix_mut(n, n * block, n, n).copy_from(divided);
         }
+        let unit = Mat::<f64>::identity(n, n);
         let mut b = Mat::<f64>::zeros(2 * n, n);
-        let (mut x, mut initial) = (Mat::<f64>::zeros(n, 2 * n), Mat::<f64>::zeros(n, n));
-        for i in 0..n {
-            a[(i, n + i)] = 1.0;
-            b[(n + i, i)] = 1.0 / masses[i];
-            x[(i, i)] = 1.0;
-            initial[(i, i)] = 1.0;
-        }
-        FirstOrder {
+        b.submatrix_mut(n, 0, n, n)
+            .copy_from(mass.solve(unit.as_ref()));
+        a.submatrix_mut(0, n, n, n).copy_from(&unit);
+        Ok(FirstOrder {
             massive: (0..n).collect(),
             a,
             b,
-            x,
+            x: Mat::identity(n, 2 * n),
             d: None,
-            initial,
+            initial: unit,
+        })
+    }
+
+    /// Of a system with massless nodes. Springs on them may cancel in what they leave, so that it takes more digits than
+    /// doubles have.
+    fn without_nodes(system: &System, massless: &Massless) -> Result<FirstOrder, FirstOrderError> {
+        let form = Eliminated::<PlainMatrix<DoubleDouble>>::of(system, massless)?;
+        let rounded = |matrix: &PlainMatrix<DoubleDouble>| {
+            let [rows, columns] = matrix.size();
+            Mat::from_fn(rows, columns, |i, j| matrix.get(i, j).to_f64())
+        };
+        let (n, nf) = (system.len(), massless.massive.len());
+        let mut initial = Mat::<f64>::zeros(nf + massless.relaxing, n);
+        for (row, &i) in massless.massive.iter().enumerate() {
+            initial[(row, i)] = 1.0;
         }
+        for (row, i, sign) in massless.state_entries() {
+            initial[(nf + row, i)] = sign;
+        }
+        Ok(FirstOrder {
+            massive: massless.massive.clone(),
+            a: rounded(&form.a),
+            b: rounded(&form.b),
+            x: rounded(&form.x),
+            d: (massless.following() > 0).then(|| rounded(&form.d)),
+            initial,
+        })
     }
 
     /// Whether a system certainly has this form.

@@ -12,7 +12,13 @@ use crate::problem::{Instant, Piece, Plant, Problem, Pulse};
 #[derive(Clone, Debug)]
 pub(crate) struct Signals {
     pub(crate) values: Vec<Vec<f64>>,
+    /// For each loaded input, the sum of the sizes of its parts.
+    pub(crate) sizes: Vec<f64>,
 }
+
+/// Parts of a load cancel where they are larger than their sum by more than this: what the sum does is then no measure of
+/// what their rounding does.
+pub(crate) const CANCELS: f64 = 4.0;
 
 /// The loads of a problem, by input of its [`Plant`](crate::problem::Plant).
 #[derive(Clone, Debug)]
@@ -159,7 +165,7 @@ impl Inputs {
 
     /// The signals at `now`, within `piece`, for an interval of `h` seconds.
     pub(crate) fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
-        for values in &mut signals.values {
+        for values in signals.values.iter_mut().chain([&mut signals.sizes]) {
             values.fill(0.0);
         }
         let elapsed = (now.time - piece.start.time).to_f64();
@@ -168,12 +174,17 @@ impl Inputs {
                 let j = self.loaded.binary_search(&input).expect("collected in of");
                 match order {
                     0 => {
-                        signals.values[0][j] = straight.value + straight.slope * elapsed;
+                        let grown = straight.slope * elapsed;
+                        signals.values[0][j] = straight.value + grown;
+                        signals.sizes[j] += straight.value.abs() + grown.abs();
                         if self.laws.sloped {
                             signals.values[1][j] = straight.slope * h;
                         }
                     }
-                    1 => signals.values[0][j] = straight.slope,
+                    1 => {
+                        signals.values[0][j] = straight.slope;
+                        signals.sizes[j] += straight.slope.abs();
+                    }
                     _ => {}
                 }
             }
@@ -183,6 +194,7 @@ impl Inputs {
             if let Some([here, ahead]) = self.at(wave, now, piece) {
                 signals.values[first + 2 * wave.frequency][wave.position] += here;
                 signals.values[first + 2 * wave.frequency + 1][wave.position] += ahead;
+                signals.sizes[wave.position] += here.abs();
             }
         }
     }
@@ -190,30 +202,50 @@ impl Inputs {
     pub(crate) fn empty_signals(&self) -> Signals {
         Signals {
             values: vec![vec![0.0; self.loaded.len()]; self.laws.blocks()],
+            sizes: vec![0.0; self.loaded.len()],
         }
     }
 
-    /// f, f′ and f″ of every input at `now`, of those loads that are not `split` off.
+    /// The sizes of the parts of every input, where they cancel; `None` where none do.
+    pub(crate) fn cancelled(&self, signals: &Signals) -> Option<Vec<f64>> {
+        let straight = usize::from(self.laws.straight);
+        let first = straight + usize::from(self.laws.sloped);
+        let waves = signals.values[first..].iter().step_by(2);
+        let here = || signals.values[..straight].iter().chain(waves.clone());
+        let sum = |j: usize| here().map(|values| values[j]).sum::<f64>().abs();
+        let cancels = |j: &usize| signals.sizes[*j] > CANCELS * sum(*j);
+        let mut inputs = (0..self.loaded.len()).filter(cancels).peekable();
+        inputs.peek()?;
+        let mut sizes = vec![0.0; self.coordinates + 3 * self.orders.len()];
+        inputs.for_each(|j| sizes[self.loaded[j]] = signals.sizes[j]);
+        Some(sizes)
+    }
+
+    /// f, f′ and f″ of every input at `now`, of those loads that are not `split` off, and the sums of the sizes of
+    /// their parts.
     pub(crate) fn forces(
         &self,
         now: &Instant,
         piece: &Piece,
         split: bool,
         forces: &mut [Vec<f64>; 3],
+        sizes: &mut [Vec<f64>; 3],
     ) {
-        for force in forces.iter_mut() {
+        for force in forces.iter_mut().chain(sizes.iter_mut()) {
             force.fill(0.0);
         }
+        let mut add = |order: usize, input: usize, part: f64| {
+            forces[order][input] += part;
+            sizes[order][input] += part.abs();
+        };
         let elapsed = (now.time - piece.start.time).to_f64();
         for straight in piece.straight().iter().filter(|_| !split) {
-            let derivatives = [
-                straight.value + straight.slope * elapsed,
-                straight.slope,
-                0.0,
-            ];
             for (input, order) in self.of_signal(straight.coordinate) {
-                for (force, value) in forces.iter_mut().zip(&derivatives[order..]) {
-                    force[input] += value;
+                if order == 0 {
+                    add(0, input, straight.value + straight.slope * elapsed);
+                }
+                if let Some(left) = 1usize.checked_sub(order) {
+                    add(left, input, straight.slope);
                 }
             }
         }
@@ -222,9 +254,9 @@ impl Inputs {
                 continue;
             };
             let rate = self.laws.frequencies[wave.frequency];
-            forces[0][wave.input] += here;
-            forces[1][wave.input] += rate * ahead;
-            forces[2][wave.input] -= rate * rate * here;
+            add(0, wave.input, here);
+            add(1, wave.input, rate * ahead);
+            add(2, wave.input, -rate * rate * here);
         }
     }
 }

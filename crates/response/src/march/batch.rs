@@ -282,6 +282,7 @@ mod tests {
         let signals = vec![
             Signals {
                 values: vec![vec![1.0]],
+                sizes: vec![1.0],
             };
             9
         ];

@@ -205,8 +205,8 @@ impl Strides for Blocks {
         near
     }
 
-    fn detour(&self) -> Detour {
-        Detour::default()
+    fn detour(&self) -> Option<Detour> {
+        None
     }
 
     fn largest(&self) -> [f64; 2] {

@@ -8,7 +8,6 @@ use faer::{Mat, MatMut};
 
 use super::batch::Batch;
 use super::course;
-use super::estimate::Detour;
 use super::flow::{Coordinates, Flow, Outputs, march};
 use super::strides::BY_EXPONENTIAL;
 use crate::answer::{Operations, ResponseMethod, Trajectory};
@@ -55,7 +54,7 @@ impl ResponseMethod for ByExponential {
             a: plant.a.clone(),
         };
         let coordinates = Coordinates {
-            detour: Detour::default(),
+            detour: None,
             b: plant.b.as_ref(),
             enter: &<[f64]>::to_vec,
             outputs: &Outputs::of(&plant, None),

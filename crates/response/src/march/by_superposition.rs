@@ -105,7 +105,7 @@ impl Superposition {
             modal
         };
         let coordinates = Coordinates {
-            detour: basis.detour,
+            detour: Some(basis.detour),
             b: b.as_ref(),
             enter: &enter,
             outputs: &Outputs::of(&plant, Some(t.as_ref())),

@@ -6,6 +6,7 @@ use eigentone_modes::{Bounds, FirstOrder, Precision};
 
 use super::blocks::{self, Blocks};
 use super::estimate::{Estimate, is_stiff};
+use super::flow::Outputs;
 use super::grid_loads::GridLoads;
 use super::modal_basis::Basis;
 use super::modal_march::{self, ModalMarch};
@@ -160,12 +161,16 @@ impl<'a, 'b> Course<'a, 'b> {
             Output::Velocity(i) => self.start[n + i],
         });
         self.estimate = self.estimate.clone().by_way_of(strides.detour());
+        if let Some(sizes) = self.loads.cancelled(self.plant.b.ncols()) {
+            let at_once = Outputs::of(&self.plant, None).at_once(&sizes);
+            self.estimate.cancel(at_once, grid.step());
+        }
         let [x, v] = strides.largest();
         self.loads.fill(0, &mut loads[..signals]);
         take(Reached {
             values: &now.collect::<Vec<f64>>(),
             loads: &loads[..signals],
-            bounds: self.estimate.bounds(x + farthest, v),
+            bounds: self.estimate.bounds([x + farthest, v, 0.0]),
         });
         let mut first = 0;
         while first < last {
@@ -212,7 +217,7 @@ impl<'a, 'b> Course<'a, 'b> {
             take(Reached {
                 values: reached,
                 loads: &loads[..kept],
-                bounds: self.estimate.bounds(x + farthest, v),
+                bounds: self.estimate.bounds([x + farthest, v, 0.0]),
             });
         }
         Ok(())

@@ -7,6 +7,7 @@ use faer::{Mat, MatMut, MatRef};
 use super::deviation::Deviation;
 use super::estimate::{Detour, Estimate};
 use super::queue::{Mark, Queue};
+use super::strides::{all_finite, largest};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
 use crate::exponential::vector::settle;
 use crate::hold::{Inputs, Signals};
@@ -74,6 +75,25 @@ impl Outputs {
             feed,
             acceleration_feed,
         }
+    }
+}
+
+impl Outputs {
+    /// The largest displacement, velocity and acceleration that inputs of these sizes may make at once, each together with its
+    /// rates of change.
+    pub(super) fn at_once(&self, sizes: &[f64]) -> [f64; 3] {
+        let [d, pushed] = &self.feed;
+        [d.as_ref(), pushed.as_ref(), Some(&self.acceleration_feed)].map(|feed| {
+            let mut sum = vec![0.0; self.maps[0].rows()];
+            let loaded = sizes.iter().enumerate().filter(|(_, size)| **size != 0.0);
+            for (j, size) in loaded.filter(|_| feed.is_some()) {
+                let column = feed.into_iter().flat_map(|feed| feed.col(j).iter());
+                sum.iter_mut()
+                    .zip(column)
+                    .for_each(|(sum, factor)| *sum += factor.abs() * size);
+            }
+            largest(&sum)
+        })
     }
 }
 
@@ -150,8 +170,8 @@ pub(crate) struct Coordinates<'a> {
     /// ζ of a state.
     pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
     pub(crate) outputs: &'a Outputs,
-    /// What the way there and back makes of rounding errors.
-    pub(crate) detour: Detour,
+    /// What the way there and back makes of rounding errors, if it goes by way of modes.
+    pub(crate) detour: Option<Detour>,
     /// How many states are integrals of signals.
     pub(crate) integrals: usize,
 }
@@ -179,6 +199,7 @@ pub(crate) fn march(
         outputs,
         collector: Collector::new(problem, Wanted::by(problem))?,
         forces: std::array::from_fn(|_| vec![0.0; b.ncols()]),
+        sizes: std::array::from_fn(|_| vec![0.0; b.ncols()]),
         motion: std::array::from_fn(|_| vec![0.0; rows]),
         estimate: Estimate::of(problem.system(), form).by_way_of(detour),
     };
@@ -221,6 +242,11 @@ pub(crate) fn march(
                 let next = hop(&now, &to, problem, flow.preparation());
                 let h = next.elapsed(&now, grid);
                 inputs.signals(&now, walk.piece(), h.to_f64(), &mut signals);
+                if let Some(sizes) = inputs.cancelled(&signals) {
+                    recorder
+                        .estimate
+                        .cancel(outputs.at_once(&sizes), h.to_f64());
+                }
                 if deviation.rest().is_some() {
                     signals.values[0].fill(0.0);
                 }
@@ -284,6 +310,8 @@ struct Recorder<'a, 'b> {
     outputs: &'a Outputs,
     collector: Collector<'a, 'b>,
     forces: [Vec<f64>; 3],
+    /// The sizes of the parts of the forces.
+    sizes: [Vec<f64>; 3],
     /// Displacements, velocities and accelerations of coordinates and supports.
     motion: [Vec<f64>; 3],
     estimate: Estimate,
@@ -362,10 +390,13 @@ impl Recorder<'_, '_> {
         rest: Option<&[f64]>,
     ) -> Result<(), ResponseError> {
         let accelerates = self.collector.accelerates();
+        // What inputs would do at once if their parts did not cancel.
+        let mut reached = [0.0; 3];
         let [x, v, a] = &mut self.motion;
         let [d, pushed] = &self.outputs.feed;
         if d.is_some() || pushed.is_some() || accelerates {
-            inputs.forces(now, piece, rest.is_some(), &mut self.forces);
+            let (forces, sizes) = (&mut self.forces, &mut self.sizes);
+            inputs.forces(now, piece, rest.is_some(), forces, sizes);
             let [f, rate, curvature] = &self.forces;
             if let Some(d) = d {
                 add(x, d, f);
@@ -383,25 +414,23 @@ impl Recorder<'_, '_> {
             if accelerates {
                 add(a, &self.outputs.acceleration_feed, f);
             }
+            let [s0, s1, s2] = self
+                .sizes
+                .each_ref()
+                .map(|sizes| self.outputs.at_once(sizes));
+            reached = [s0[0], s1[0] + s0[1], s2[0] + s1[1] + s0[2]];
         }
         for (x, rest) in x.iter_mut().zip(rest.into_iter().flatten()) {
             *x += rest;
         }
-        let largest = |values: &[f64]| {
-            values.iter().fold(0.0, |top: f64, entry| {
-                if entry.abs() > top || entry.is_nan() {
-                    entry.abs()
-                } else {
-                    top
-                }
-            })
-        };
-        let (displacement, velocity) = (largest(x), largest(v));
-        if !displacement.is_finite() || !velocity.is_finite() {
+        if !all_finite(x) || !all_finite(v) {
             let index = now.index().expect("only grid instants are recorded");
             return Err(ResponseError::Overflow { index });
         }
-        let bounds = self.estimate.bounds(displacement, velocity);
+        for (top, values) in reached.iter_mut().zip([x, v, a]) {
+            *top = top.max(largest(values));
+        }
+        let bounds = self.estimate.bounds(reached);
         self.collector.close(&self.motion, bounds);
         Ok(())
     }

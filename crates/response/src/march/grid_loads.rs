@@ -1,6 +1,6 @@
 //! Loads that change at instants of the grid alone, step by step of it.
 
-use crate::hold::{Laws, reduced_angle};
+use crate::hold::{CANCELS, Laws, reduced_angle};
 use crate::problem::{
     AppliedLoad, Channel, Harmonic, Hold, Instant, Load, Problem, SampleGrid, Samples, TimeGrid,
 };
@@ -217,6 +217,29 @@ impl<'a> GridLoads<'a> {
             counts && self.loaded[column] == input
         });
         own.map(|(place, _)| place).collect()
+    }
+
+    /// The sizes of the parts of every input of the plant at the start, where they cancel; `None` where none do. Later on,
+    /// what they have done before is no smaller.
+    pub(crate) fn cancelled(&self, inputs: usize) -> Option<Vec<f64>> {
+        let mut sizes = vec![0.0; inputs];
+        let mut cancels = false;
+        for input in &self.loaded {
+            let places = self.of_input(*input).into_iter();
+            let parts = places.flat_map(|place| &self.signals[place].parts);
+            let (mut sum, mut size) = (0.0, 0.0);
+            for part in parts {
+                let mut value = [0.0];
+                part.add(self.grid, 0, &mut value);
+                sum += value[0];
+                size += value[0].abs();
+            }
+            if size > CANCELS * f64::abs(sum) {
+                sizes[*input] = size;
+                cancels = true;
+            }
+        }
+        cancels.then_some(sizes)
     }
 
     /// The values at the instants from `first` on, signal after signal, `out.len()` / their number each.

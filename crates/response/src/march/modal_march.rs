@@ -228,8 +228,8 @@ impl Strides for ModalMarch {
         near
     }
 
-    fn detour(&self) -> Detour {
-        self.basis.detour
+    fn detour(&self) -> Option<Detour> {
+        Some(self.basis.detour)
     }
 
     fn largest(&self) -> [f64; 2] {

@@ -27,8 +27,8 @@ pub(crate) trait Strides {
     /// Goes on with the deviation from this state, if that is near; whether it is.
     fn deviate(&mut self, rest: &[f64]) -> bool;
 
-    /// What its own coordinates make of rounding errors.
-    fn detour(&self) -> Detour;
+    /// What modes make of rounding errors, if it goes by way of them.
+    fn detour(&self) -> Option<Detour>;
 
     /// The largest displacement and velocity that it came by so far.
     fn largest(&self) -> [f64; 2];

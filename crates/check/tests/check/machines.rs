@@ -333,6 +333,24 @@ fn what_cancels_in_the_effect_of_forces_is_within_its_estimate() {
         ],
     };
     examine_motion(&drawn, &[(9, 0, 1, 1.0, 0.5)]).expect("right within its bounds");
+    // And so do what dampers on a support make of its motion.
+    let drawn = Drawn {
+        masses: vec![0.0, 0.0],
+        supports: 2,
+        points: vec![
+            (vec![(4, 1.0)], 0.0),
+            (vec![(9, 1.0), (11, 1.0)], 0.0),
+            (vec![(0, 1.0)], 0.0),
+            (vec![(0, -1.0)], 0.0),
+        ],
+        elements: vec![
+            (true, 6, 1, 1.0),
+            (true, 7, 0, 1.0),
+            (false, 5, 4, 267_404_430.094_846_52),
+            (false, 6, 25, 1.0),
+        ],
+    };
+    examine_motion(&drawn, &[(13, 0, 2, 1.0, 0.5)]).expect("right within its bounds");
 }
 
 /// What a versine moves just after it begins is 1e-4 of its height; its constant and its cosine are half of it each.

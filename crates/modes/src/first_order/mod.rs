@@ -4,7 +4,7 @@
 mod elimination;
 mod enclosed_form;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 use thiserror::Error;
@@ -30,6 +30,8 @@ pub struct FirstOrder {
     b: Mat<f64>,
     x: Mat<f64>,
     d: Option<Mat<f64>>,
+    /// What doubles leave of B and D, if anything is known of it.
+    rest: [Option<Mat<f64>>; 2],
     initial: Mat<f64>,
 }
 
@@ -139,6 +141,7 @@ impl FirstOrder {
             b,
             x: Mat::identity(n, 2 * n),
             d: None,
+            rest: [None, None],
             initial: unit,
         })
     }
@@ -150,6 +153,11 @@ impl FirstOrder {
         let rounded = |matrix: &PlainMatrix<DoubleDouble>| {
             let [rows, columns] = matrix.size();
             Mat::from_fn(rows, columns, |i, j| matrix.get(i, j).to_f64())
+        };
+        let rest = |matrix: &PlainMatrix<DoubleDouble>| {
+            let [rows, columns] = matrix.size();
+            let rest = |entry: DoubleDouble| (entry - DoubleDouble::from(entry.to_f64())).to_f64();
+            Some(Mat::from_fn(rows, columns, |i, j| rest(matrix.get(i, j))))
         };
         let (n, nf) = (system.len(), massless.massive.len());
         let mut initial = Mat::<f64>::zeros(nf + massless.relaxing, n);
@@ -165,6 +173,7 @@ impl FirstOrder {
             b: rounded(&form.b),
             x: rounded(&form.x),
             d: (massless.following() > 0).then(|| rounded(&form.d)),
+            rest: [rest(&form.b), rest(&form.d)],
             initial,
         })
     }
@@ -203,6 +212,27 @@ impl FirstOrder {
     /// such nodes.
     pub fn d(&self) -> Option<MatRef<'_, f64>> {
         self.d.as_ref().map(Mat::as_ref)
+    }
+
+    /// B f and D f of a sum of forces, each on a coordinate. They are rounded once: forces may cancel in what massless nodes
+    /// take up of them.
+    pub fn driven(&self, forces: &[(usize, f64)]) -> [Vec<f64>; 2] {
+        let of = |matrix: &Mat<f64>, rest: &Option<Mat<f64>>| {
+            let entry = |i: usize, j: usize| {
+                let rest = rest.as_ref().map_or(0.0, |rest| rest[(i, j)]);
+                DoubleDouble::from(matrix[(i, j)]) + DoubleDouble::from(rest)
+            };
+            let row = |i: usize| {
+                let terms = forces.iter().map(|(j, force)| entry(i, *j).mul_f64(*force));
+                terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+            };
+            (0..matrix.nrows()).map(|i| row(i).to_f64()).collect()
+        };
+        let at_once = self.d.as_ref();
+        [
+            of(&self.b, &self.rest[0]),
+            at_once.map_or_else(|| vec![0.0; self.x.nrows()], |d| of(d, &self.rest[1])),
+        ]
     }
 
     /// z from displacements and velocities of all n coordinates; what massless nodes cannot be

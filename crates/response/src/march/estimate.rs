@@ -34,8 +34,8 @@ pub(crate) struct Estimate {
     /// The condition of the balanced state matrix.
     condition: f64,
     states: f64,
-    /// The units of rounding that the elimination of massless nodes makes, and the sums that give back their motion; 0
-    /// without any.
+    /// The units of rounding that the elimination of massless nodes makes, the sums that give back their motion, and the
+    /// division by masses that are not lumped; 0 without any.
     at_once: f64,
     detour: Option<Detour>,
     steps: f64,
@@ -65,6 +65,8 @@ impl Estimate {
             let springs = Mat::from_fn(count, count, |i, j| k[(massless[i], massless[j])]);
             norm(&springs) * norm(&d.to_owned()) * count as f64
         });
+        let masses = sizes(system, MatrixKind::Mass);
+        let inverse = norm(&(size(&form.b().to_owned()) * masses));
         let follows = norm(&form.x().transpose().to_owned()).max(1.0) * count as f64;
         // Nodes are eliminated in double-double.
         let unit = if count > 0 { f64::EPSILON } else { 1.0 };
@@ -74,7 +76,7 @@ impl Estimate {
             assembled: rate.max(norm(&sizes_of_terms(system, form, &balanced)) * unit),
             condition,
             states: form.states() as f64,
-            at_once: at_once * unit + follows,
+            at_once: at_once * unit + follows + (inverse - 1.0).max(0.0),
             detour: None,
             steps: 0.0,
             elapsed: 0.0,
@@ -168,21 +170,25 @@ fn norm(matrix: &Mat<f64>) -> f64 {
     columns.fold(0.0, f64::max)
 }
 
+fn size(matrix: &Mat<f64>) -> Mat<f64> {
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
+}
+
+/// The sums of the sizes of the terms of a matrix.
+fn sizes(system: &System, kind: MatrixKind) -> Mat<f64> {
+    let mut sum = Mat::<f64>::zeros(system.len(), system.len());
+    for term in system.terms(kind) {
+        sum[(term.row, term.column)] += term.value.abs();
+    }
+    sum
+}
+
 /// What the entries of A would be if nothing cancelled where M, C and K are assembled and massless nodes are eliminated, in
 /// the coordinates of the balanced A. For small changes, A changes as z′ = A z + B f does by forces that act in place of
 /// changed matrices: δA = −B (δM X A² + δC X A + δK X), and each matrix is off by units of what it is the sum of.
 fn sizes_of_terms(system: &System, form: &FirstOrder, balanced: &Balanced) -> Mat<f64> {
-    let (n, a) = (system.len(), form.a());
-    let size = |matrix: &Mat<f64>| {
-        Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
-    };
-    let terms = |kind| {
-        let mut sum = Mat::<f64>::zeros(n, n);
-        for term in system.terms(kind) {
-            sum[(term.row, term.column)] += term.value.abs();
-        }
-        sum
-    };
+    let a = form.a();
+    let terms = |kind| sizes(system, kind);
     let x = form.x().to_owned();
     let v = &x * a;
     let accelerations = &v * a;

@@ -47,22 +47,18 @@ impl Plant {
             // u⁽ᵏ⁾ is a state for k < q, and a derivative of the signal from there on.
             for (k, direction) in channel.directions.iter().enumerate() {
                 let input = n + 3 * at + k.saturating_sub(q);
-                for &(row, factor) in direction {
-                    for i in 0..own {
-                        let push = form.b()[(i, row)] * factor;
-                        match k < q {
-                            true => a[(i, state + k)] += push,
-                            false => b[(i, input)] += push,
-                        }
+                let [pushed, moved] = form.driven(direction);
+                for (i, push) in pushed.into_iter().enumerate() {
+                    match k < q {
+                        true => a[(i, state + k)] += push,
+                        false => b[(i, input)] += push,
                     }
-                    if let (Some(own), Some(d)) = (form.d(), &mut d) {
-                        for i in 0..n {
-                            let moved = own[(i, row)] * factor;
-                            match k < q {
-                                true => x[(i, state + k)] += moved,
-                                false => d[(i, input)] += moved,
-                            }
-                        }
+                }
+                let Some(d) = &mut d else { continue };
+                for (i, moved) in moved.into_iter().enumerate() {
+                    match k < q {
+                        true => x[(i, state + k)] += moved,
+                        false => d[(i, input)] += moved,
                     }
                 }
             }

@@ -353,6 +353,25 @@ fn what_cancels_in_the_effect_of_forces_is_within_its_estimate() {
     examine_motion(&drawn, &[(13, 0, 2, 1.0, 0.5)]).expect("right within its bounds");
 }
 
+/// The shapes of this machine are so alike that an elimination leaves more of T T⁻¹ − 1 than products round.
+#[test]
+fn what_shapes_take_up_of_the_start_is_within_its_estimate() {
+    let drawn = Drawn {
+        masses: vec![0.0, 1.0, 781.818_514_340_313_3, 0.0],
+        supports: 1,
+        points: vec![(vec![(8, 0.8)], 0.0)],
+        elements: vec![
+            (true, 23, 8, 27_201_728.443_418_83),
+            (false, 12, 10, 862_349_632.966_127_3),
+            (true, 13, 0, 1.524_861_252_406_294_6e-8),
+            (true, 12, 22, 40_141_991.396_002_03),
+            (false, 8, 16, 22_996.327_696_044_7),
+            (true, 5, 24, 1.0),
+        ],
+    };
+    examine_motion(&drawn, &[(1, 0, 0, 1.0, 0.5)]).expect("right within its bounds");
+}
+
 /// What a versine moves just after it begins is 1e-4 of its height; its constant and its cosine are half of it each.
 #[test]
 fn what_has_just_begun_is_within_its_estimate() {

@@ -165,7 +165,10 @@ impl Basis {
             return Err("the shapes do not span the motion".to_owned());
         }
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
-        let inverse = even.partial_piv_lu().inverse();
+        let mut inverse = even.partial_piv_lu().inverse();
+        // A step of Newton's method: what an elimination leaves of T T⁻¹ − 1 may be larger than what products round.
+        let left = Mat::<f64>::identity(n, n) - &even * &inverse;
+        inverse += &inverse * left;
         let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
         let half = form.massive().len();
         let enlargement = enlargement(&t, &inverse, &rows, half);

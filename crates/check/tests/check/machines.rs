@@ -187,14 +187,17 @@ fn far_apart(one: &Trajectory, other: &Trajectory) -> Option<String> {
         ([first, second], bounds)
     });
     for k in 0..one.len() {
-        for (values, bounds) in kinds.iter().chain(&accelerations) {
+        let all = kinds.iter().chain(&accelerations);
+        for (kind, (values, bounds)) in ["x", "v", "a"].into_iter().zip(all) {
             let [Some(first), Some(second)] = bounds.map(|bounds| bounds[k]) else {
                 continue;
             };
             for i in 0..values[0].nrows() {
                 let off = (values[0][(i, k)] - values[1][(i, k)]).abs();
                 if off > (first + second) * (1.0 + 1e-9) {
-                    return Some(format!("{i} at {k}: {off:e} for {first:e} and {second:e}"));
+                    return Some(format!(
+                        "{kind} {i} at {k}: {off:e} for {first:e} and {second:e}"
+                    ));
                 }
             }
         }

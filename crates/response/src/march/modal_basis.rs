@@ -105,7 +105,7 @@ impl Basis {
         Basis {
             blocks: blocks.collect(),
             enlargement: enlargement(&t, &inverse, &rows, nf),
-            detour: detour(&t, &inverse, nf),
+            detour: detour(&form, &t, &inverse),
             form,
             t,
             inverse,
@@ -178,7 +178,7 @@ impl Basis {
             ));
         }
         Ok(Basis {
-            detour: detour(&t, &inverse, half),
+            detour: detour(&form, &t, &inverse),
             form,
             t,
             inverse,
@@ -219,25 +219,28 @@ fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f
         .fold(0.0, |top, sum| if sum <= top { top } else { sum })
 }
 
-/// The largest sums of |T||T⁻¹| along a row, from displacements and from velocities to either. Of the states the
-/// second `half` are velocities.
-fn detour(t: &Mat<f64>, inverse: &Mat<f64>, half: usize) -> Detour {
-    let n = t.nrows();
+/// The largest sums along a row of |X||T||T⁻¹| and |XA||T||T⁻¹|, from displacements and from velocities to either of all
+/// coordinates. Of the states the second `massive` are velocities.
+fn detour(form: &FirstOrder, t: &Mat<f64>, inverse: &Mat<f64>) -> Detour {
+    let (n, half) = (t.nrows(), form.massive().len());
     let kind = |i: usize| usize::from((half..2 * half).contains(&i));
-    let mut into = vec![[0.0; 2]; n];
-    let mut detour = Detour::default();
-    for (k, into) in into.iter_mut().enumerate() {
-        (0..n).for_each(|j| into[kind(j)] += inverse[(k, j)].abs());
+    let mut into = Mat::<f64>::zeros(n, 2);
+    for k in 0..n {
+        (0..n).for_each(|j| into[(k, kind(j))] += inverse[(k, j)].abs());
     }
-    for i in 0..n {
-        for from in 0..2 {
-            let terms = into.iter().enumerate();
-            let sum: f64 = terms.map(|(k, into)| t[(i, k)].abs() * into[from]).sum();
-            let top = &mut detour.leaves[kind(i)][from];
-            *top = top.max(sum);
-        }
+    let size = |matrix: &Mat<f64>| {
+        Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
+    };
+    let states = size(t) * into;
+    let leaves = |map: Mat<f64>| {
+        let rows = size(&map) * &states;
+        [0, 1].map(|from| rows.col(from).norm_max())
+    };
+    let x = form.x().to_owned();
+    let v = &x * form.a();
+    Detour {
+        leaves: [leaves(x), leaves(v)],
     }
-    detour
 }
 
 /// The hold of one block.

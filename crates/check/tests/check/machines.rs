@@ -375,6 +375,31 @@ fn what_shapes_take_up_of_the_start_is_within_its_estimate() {
     examine_motion(&drawn, &[(1, 0, 0, 1.0, 0.5)]).expect("right within its bounds");
 }
 
+/// Beside a spring of 1e11 doubles lose all that holds this machine: nothing is known of what rounding does to it.
+#[test]
+fn what_is_singular_in_doubles_is_within_its_estimate() {
+    let drawn = Drawn {
+        masses: vec![0.0, 1.0, 1.0],
+        supports: 0,
+        points: vec![
+            (vec![(11, 1e-5)], 0.0),
+            (vec![(9, -1.0), (9, 0.5)], 8.992_858_156_707_658),
+        ],
+        elements: vec![
+            (true, 19, 28, 1.009_042_618_664_204_4e-7),
+            (true, 24, 23, 7.0),
+            (false, 10, 27, 58_294.431_246_181_81),
+            (true, 5, 15, 8.0),
+            (false, 7, 4, 2.0),
+            (true, 11, 10, 8.0),
+            (true, 2, 19, 175_620_054_514.044_6),
+            (true, 0, 4, 28_634_543.133_192_97),
+        ],
+    };
+    let driven = [(14, 1, 5, 1.0, 0.9771400731783266), (12, 2, 5, 1.0, 0.5)];
+    examine_motion(&drawn, &driven).expect("right within its bounds");
+}
+
 /// What a versine moves just after it begins is 1e-4 of its height; its constant and its cosine are half of it each.
 #[test]
 fn what_has_just_begun_is_within_its_estimate() {

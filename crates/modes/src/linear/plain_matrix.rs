@@ -139,7 +139,7 @@ mod tests {
         };
         let solution = hilbert.solve(&ones).expect("regular");
         for i in 0..N {
-            let sign = if (N - 1 - i) % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = [1.0, -1.0][(N - 1 - i) % 2];
             let row = (i + 1) as f64 * binomial(N + i, i + 1) * binomial(N - 1, i) * sign;
             let off = (solution.get(i, 0).to_f64() / row - 1.0).abs();
             assert!(off < 1e-15, "{i}: {off:e}");

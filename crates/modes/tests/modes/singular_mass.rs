@@ -151,3 +151,89 @@ fn massless_nodes_within_springs_change_no_root() {
         }
     }
 }
+
+/// A cantilever of Euler–Bernoulli elements whose mass is lumped, so that rotations have none: M and K.
+fn lumped_cantilever(elements: usize) -> [Mat<f64>; 2] {
+    let (h, n) = (2.0 / elements as f64, 2 * (elements + 1));
+    let rows = [
+        [12.0, 6.0 * h, -12.0, 6.0 * h],
+        [6.0 * h, 4.0 * h * h, -6.0 * h, 2.0 * h * h],
+        [-12.0, -6.0 * h, 12.0, -6.0 * h],
+        [6.0 * h, 2.0 * h * h, -6.0 * h, 4.0 * h * h],
+    ];
+    let (mut mass, mut stiffness) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    for first in (0..elements).map(|element| 2 * element) {
+        for (i, row) in rows.iter().enumerate() {
+            for (j, entry) in row.iter().enumerate() {
+                stiffness[(first + i, first + j)] += 1500.0 / h.powi(3) * entry;
+            }
+        }
+        mass[(first, first)] += 3.1 * h / 2.0;
+        mass[(first + 2, first + 2)] += 3.1 * h / 2.0;
+    }
+    [mass, stiffness].map(|matrix| matrix.submatrix(2, 2, n - 2, n - 2).to_owned())
+}
+
+/// With C = βK exactly, λ² + βω²λ + ω² = 0 for every ω of the undamped beam, and every rotation has a root −1/β.
+#[test]
+fn rotations_without_mass_relax_together_under_stiffness_proportional_damping() {
+    let beta = 2f64.powi(-13);
+    for elements in [33, 40] {
+        let [mass, stiffness] = lumped_cantilever(elements);
+        let modes = |damping: Mat<f64>| {
+            let system = System::from_matrices(mass.as_ref(), damping.as_ref(), stiffness.as_ref());
+            system.expect("a beam").modes().expect("modes")
+        };
+        let undamped = modes(Mat::zeros(2 * elements, 2 * elements));
+        let damped = modes(&stiffness * faer::Scale(beta));
+        assert_eq!(undamped.bounds(), Bounds::Proven);
+        assert_eq!(damped.bounds(), Bounds::Proven, "{}", damped.plan());
+        let mut expected = vec![-1.0 / beta; elements];
+        let mut oscillating = Vec::new();
+        for mode in &undamped {
+            let square = mode.eigenvalue().value.im.powi(2);
+            let half = 0.5 * beta * square;
+            if half * half < square {
+                oscillating.push((-half, (square - half * half).sqrt()));
+            } else {
+                let slow = -square / (half + (half * half - square).sqrt());
+                expected.extend([slow, square / slow]);
+            }
+        }
+        let mut real = Vec::new();
+        let mut complex = Vec::new();
+        for Eigenvalue { value, bound, .. } in damped.eigenvalues() {
+            let bound = bound.expect("a bound");
+            if value.im == 0.0 {
+                real.push((value.re, bound));
+            } else if value.im > 0.0 {
+                complex.push((value.re, value.im, bound));
+            }
+        }
+        real.sort_by(|a, b| a.0.total_cmp(&b.0));
+        expected.sort_by(f64::total_cmp);
+        complex.sort_by(|a, b| a.1.total_cmp(&b.1));
+        oscillating.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert_eq!(
+            (real.len(), complex.len()),
+            (expected.len(), oscillating.len())
+        );
+        for ((root, bound), expected) in real.iter().zip(&expected) {
+            let off = (root - expected).abs();
+            assert!(
+                off <= bound + 1e-11 * expected.abs(),
+                "{root} for {expected}"
+            );
+            assert!(*bound <= 1e-13 * root.abs(), "{root} ± {bound}");
+        }
+        for ((re, im, bound), (decay, frequency)) in complex.iter().zip(&oscillating) {
+            // Near critical damping the square root above loses digits.
+            let rounding = 1e-15 * (decay * decay / frequency + frequency);
+            let off = (re - decay).hypot(im - frequency);
+            assert!(
+                off <= bound + 8.0 * rounding,
+                "{re} ± {im}i for {decay} ± {frequency}i"
+            );
+        }
+    }
+}

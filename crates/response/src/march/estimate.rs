@@ -164,10 +164,13 @@ impl Estimate {
     }
 }
 
-/// The largest sum of sizes in a column.
+/// The largest sum of sizes in a column; infinite where an entry is no number, as in the inverse of what is singular in doubles.
 fn norm(matrix: &Mat<f64>) -> f64 {
     let columns = (0..matrix.ncols()).map(|j| matrix.col(j).norm_l1());
-    columns.fold(0.0, f64::max)
+    columns.fold(0.0, |top: f64, sum| match sum.is_nan() {
+        true => f64::INFINITY,
+        false => top.max(sum),
+    })
 }
 
 fn size(matrix: &Mat<f64>) -> Mat<f64> {

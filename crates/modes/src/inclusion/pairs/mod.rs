@@ -37,6 +37,7 @@ mod ritz;
 mod rounded;
 mod rows;
 mod separate;
+mod span;
 #[cfg(test)]
 mod tests;
 

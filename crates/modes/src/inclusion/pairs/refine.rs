@@ -2,7 +2,7 @@
 //!
 //! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j (a_ji − ρ_i b_ji)/(b_jj(ρ_i − ρ_j)),
 //! y_i ← y_i + Σ_j y_j (a_ij − ρ_i b_ij)/(b_jj(ρ_i − ρ_j)) and λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35).
-//! Columns too close for that are first separated, and those that are mixed however far apart resolved by a
+//! Columns too close for that are first separated, those of a [cluster](super::span) given anew if need be, and those that are mixed however far apart resolved by a
 //! [Rayleigh–Ritz step](super::ritz).
 
 use eigentone_digits::DoubleDouble;
@@ -41,7 +41,7 @@ impl Pairs<'_> {
         let before = self.pairs.clone();
         let mut separated = vec![false; before.len()];
         for group in &rows.mixed(true) {
-            let done = self.separate(rows, group).is_some();
+            let done = self.separate(rows, group).is_some() || self.separate_anew(rows, group);
             group.iter().for_each(|i| separated[*i] = done);
         }
         let (spread, mixing) = (rows.spread(), rows.mixing());
@@ -68,11 +68,18 @@ impl Pairs<'_> {
             }
             self.pairs = start;
         }
-        let separated = separated.contains(&true);
+        let mut separated = separated.contains(&true);
         if !separated {
             self.correct(rows);
         }
-        let next = self.project().and_then(|()| self.rows());
+        let mut next = self.project().and_then(|()| self.rows());
+        // What is separated may still hold shares of all others.
+        let gains_little = |next: &mut Rows| separated && next.spread() > 0.5 * spread;
+        if let Some(rows) = next.take_if(gains_little) {
+            separated = false;
+            self.correct(&rows);
+            next = self.project().and_then(|()| self.rows());
+        }
         let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_told];
         let last = measures.map(|measure| measure(rows));
         let gains = |next: &Rows, part: f64| {
@@ -87,6 +94,20 @@ impl Pairs<'_> {
             let slow = !separated && !gains(&next, 0.5);
             (next, slow)
         })
+    }
+
+    /// Separates the columns of a cluster after giving it others; whether it did.
+    fn separate_anew(&mut self, rows: &Rows, group: &[usize]) -> bool {
+        let before = self.pairs.clone();
+        let rows = self.span(rows, group).and_then(|()| {
+            self.project()?;
+            self.rows()
+        });
+        let done = rows.is_some_and(|rows| self.separate(&rows, group).is_some());
+        if !done {
+            self.pairs = before;
+        }
+        done
     }
 
     /// A step towards the roots and shapes, of the first order in what is off the diagonal; columns

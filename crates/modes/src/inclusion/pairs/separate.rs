@@ -22,9 +22,16 @@ impl Pairs<'_> {
         let entries = |part: &dyn Fn(usize, usize) -> c64| {
             Mat::<c64>::from_fn(k, k, |p, q| part(group[p.min(q)], group[p.max(q)]))
         };
-        let b = entries(&|i, j| rows.b(i, j));
+        // So that real columns stay real.
+        let sign = if real && rows.b(group[0], group[0]).re < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let b = entries(&|i, j| rows.b(i, j) * sign);
         // A less a multiple of B, which leaves what tells the roots apart.
-        let mut a = entries(&|i, j| rows.h(i, j) + plain(rows.rho[i] - centre) * rows.b(i, j));
+        let coupling = |i, j| rows.h(i, j) + plain(rows.rho[i] - centre) * rows.b(i, j);
+        let mut a = entries(&|i, j| coupling(i, j) * sign);
         let mut turned = Mat::<c64>::zeros(k, k);
         let form = |x: &[c64], y: &[c64]| {
             let row = |p: usize| (0..k).map(|q| b[(p, q)] * y[q]).sum::<c64>() * x[p];

@@ -86,6 +86,40 @@ impl Form {
         }
     }
 
+    /// The sum of the stiffnesses of springs, each times a factor of its own.
+    pub(crate) fn of_springs(system: &System, factors: &[f64]) -> Form {
+        let mut form = Form::zero(system.len());
+        for (spring, factor) in system.springs().iter().zip(factors) {
+            let product = DoubleDouble::product(spring.coefficient, *factor);
+            for coefficient in [product.high(), product.low()] {
+                if coefficient != 0.0 {
+                    form.element(&Element {
+                        coefficient,
+                        ..spring.clone()
+                    });
+                }
+            }
+        }
+        form.non_negative = form.joins.iter().all(|join| join.weight > 0.0);
+        form
+    }
+
+    /// Adds a multiple of another matrix of the same order.
+    pub(crate) fn add(&mut self, factor: f64, other: &Form) {
+        for (sum, ground) in self.ground.iter_mut().zip(&other.ground) {
+            *sum += *ground * factor;
+        }
+        for join in &other.joins {
+            let product = DoubleDouble::product(join.weight, factor);
+            let parts = [product.high(), product.low()].into_iter();
+            let parts = parts.filter(|weight| *weight != 0.0);
+            self.joins
+                .extend(parts.map(|weight| Join { weight, ..*join }));
+        }
+        self.exact = false;
+        self.non_negative &= other.non_negative && factor >= 0.0;
+    }
+
     fn element(&mut self, element: &Element) {
         match (element.first, element.second) {
             (Node::Coordinate(i), Node::Coordinate(j)) => self.joins.push(Join {

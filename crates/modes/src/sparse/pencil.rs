@@ -83,6 +83,17 @@ impl Pencil {
         Some(pencil)
     }
 
+    /// The same with another C that joins no other nodes.
+    pub(crate) fn with_damping(&self, damping: Form) -> Pencil {
+        let mut pencil = self.clone();
+        pencil.dampings = match damping.is_diagonal() {
+            true => Vec::new(),
+            false => pencil.weights(&damping),
+        };
+        pencil.damping = damping;
+        pencil
+    }
+
     /// M, C and K.
     pub(crate) fn forms(&self) -> [&Form; 3] {
         [&self.mass, &self.damping, &self.stiffness]

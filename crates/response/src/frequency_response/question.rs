@@ -126,12 +126,6 @@ pub enum FrequencyError {
         /// Ω in rad/s.
         frequency: f64,
     },
-    /// Loss factors of a system with too many coordinates for dense matrices.
-    #[error("loss factors are counted up to {MOST_DENSE} coordinates, and there are {coordinates}")]
-    LossesOfMany {
-        /// How many coordinates there are.
-        coordinates: usize,
-    },
     /// A system with many coordinates whose dynamic stiffness has no sparse factor.
     #[error(transparent)]
     Sparse(#[from] SparseError),
@@ -322,12 +316,8 @@ impl<'a> FrequencyResponse<'a> {
     /// The same by one sparse factor for each frequency, with estimated bounds.
     fn of_large(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
         self.check_loss_factors()?;
-        if self.loss_factors.iter().any(|factor| *factor != 0.0) {
-            let coordinates = self.system.len();
-            return Err(FrequencyError::LossesOfMany { coordinates });
-        }
         let columns = self.columns()?;
-        let stiffness = SparseDynamicStiffness::of(self.system)?;
+        let stiffness = SparseDynamicStiffness::of(self.system, &self.loss_factors)?;
         let mut functions = self.functions(&columns);
         for &frequency in frequencies {
             let right: Vec<Vec<Complex<f64>>> = columns

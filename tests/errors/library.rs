@@ -643,7 +643,6 @@ fn response_errors(listing: &mut Listing) {
         frf().loss_factors([0.1, 0.1]).at(&[1.0]);
         frf().loss_factors([-0.1, 0.0, 0.0]).at(&[1.0]);
         FrequencyResponse::of(&soft).from("m0").at(&[0.0]);
-        FrequencyResponse::of(&large).from("m7").features(&[0.5]);
         of(&one).load("m0", Step::of(f64::NAN)).run();
         of_load(Step::of(f64::NAN).into());
         of_load(early.into());

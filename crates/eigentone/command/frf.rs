@@ -55,8 +55,12 @@ enum Derivative {
 const MANY: usize = 400;
 const LOWEST: usize = 20;
 
-/// Functions times coordinates: beyond it peaks take minutes.
-const MOST_SEARCHED: usize = 2000;
+/// So far beyond the last of them.
+const BEYOND: f64 = 1.01;
+
+/// Functions times coordinates: beyond it proven peaks, and estimated ones of more coordinates, take minutes.
+const MOST_PROVEN: usize = 2000;
+const MOST_ESTIMATED: usize = 20_000;
 
 /// As many inputs as are taken where none is named.
 const INPUTS: usize = 8;
@@ -90,29 +94,50 @@ impl Frf {
                     modes.map_err(Failure::modes(file))?
                 }
             };
-            Ok(peak_grid(scene.system(), &modes, scene.loss_factors()))
+            let mut grid = peak_grid(scene.system(), &modes, scene.loss_factors());
+            if scene.system().len() > MANY {
+                // Beyond the modes that were found peaks would be missed.
+                let roots = modes.eigenvalues().iter().map(|root| root.value.norm());
+                let last = BEYOND * roots.fold(0.0, f64::max);
+                grid.retain(|frequency| *frequency <= last);
+            }
+            Ok(grid)
         };
         let grid = match (&self.at, scene.frequencies()) {
             (Some(at), _) => at.iter().map(|at| at.radians_per_second(self.hz)).collect(),
             (None, Some(given)) => given.to_vec(),
             (None, None) => of_peaks()?,
         };
+        if scene.system().len() > MANY && self.at.is_none() && scene.frequencies().is_none() {
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: {} coordinates: frequencies around the {LOWEST} lowest modes; name others with \"frequencies\" in the \
+                 scene, or --at",
+                file.display(),
+                scene.system().len(),
+            );
+        }
         let functions = asked.at(&grid).map_err(failure)?;
+        let count = functions.functions().len();
+        let (searched, most) = (
+            count * scene.system().len(),
+            match scene.system().len() > MANY {
+                true => MOST_ESTIMATED,
+                false => MOST_PROVEN,
+            },
+        );
         let features = match self.at {
             Some(_) => None,
-            None if scene.system().len() > MANY => {
+            None if searched > most => {
                 let _ = writeln!(
                     io::stderr(),
-                    "note: {}: peaks are sought up to {MANY} coordinates; here are values at frequencies{}",
+                    "note: {}: peaks of {count} functions of {} coordinates would take minutes and are not sought: name fewer \
+                     inputs and outputs with --from and --to",
                     file.display(),
-                    match scene.frequencies() {
-                        Some(_) => "",
-                        None => " around the lowest modes",
-                    }
+                    scene.system().len(),
                 );
                 None
             }
-            None if functions.functions().len() * scene.system().len() > MOST_SEARCHED => None,
             None => {
                 progress.say("peaks");
                 let mut grid = grid.clone();

@@ -33,9 +33,9 @@ pub struct FrequencyReport<'a> {
     pub features: Option<&'a [Features]>,
 }
 
-/// What the table of peaks and dips says.
-pub(super) const NOTABLE: &str = "|H| of peaks and dips is proven; width: between the frequencies of half power, |H|/√2, on both sides of a peak";
+const WIDTH: &str = "width: between the frequencies of half power, |H|/√2, on both sides of a peak";
 const INFINITE: &str = "∞: without damping, or narrower than 1e-25 of its frequency\n";
+const UNKNOWN: &str = "∞: without damping, or too narrow for its height to be estimated\n";
 
 /// Rows that a person reads.
 const MANY: usize = 1000;
@@ -72,9 +72,13 @@ impl<'a> FrequencyReport<'a> {
             Some(features) => {
                 let infinite = |peak: &Peak| peak.gain().is_none();
                 let endless = features.iter().any(|one| one.peaks().iter().any(infinite));
-                let more = if endless { INFINITE } else { "" };
-                let table = self.notable(features).text();
-                format!("{table}{NOTABLE}\n{}\n{more}", self.completeness(features))
+                let more = match (endless, self.is_large()) {
+                    (false, _) => "",
+                    (true, false) => INFINITE,
+                    (true, true) => UNKNOWN,
+                };
+                let (table, words) = (self.notable(features).text(), self.meaning());
+                format!("{table}{words}\n{}\n{more}", self.completeness(features))
             }
             None if self.functions.frequencies().len() * self.functions.functions().len()
                 > MANY =>
@@ -147,6 +151,22 @@ impl<'a> FrequencyReport<'a> {
             text += "?: cannot be told from a natural frequency without damping\n";
         }
         text
+    }
+
+    /// What the table of peaks and dips says.
+    pub(super) fn meaning(&self) -> String {
+        let known = if self.is_large() {
+            "estimated"
+        } else {
+            "proven"
+        };
+        format!("|H| of peaks and dips is {known}; {WIDTH}")
+    }
+
+    /// Whether values and peaks come from sparse factors.
+    fn is_large(&self) -> bool {
+        let methods = self.functions.methods();
+        methods.contains(&FrequencyMethod::SparseFactor)
     }
 
     /// Whether a peak is among the frequencies of the functions.

@@ -535,6 +535,66 @@ fn a_long_chain_is_solved(damping: f64, loss: f64) {
     }
 }
 
+/// A mass on a spring and a damper at the near end of a long chain that hardly moves: the peak of one mass in closed form,
+/// Ω² = ω²(1 − 2ζ²) and 1/(2kζ√(1 − ζ²)); with a loss factor in place of the damper Ω = ω and 1/(kη).
+#[test]
+fn peaks_of_large_systems_are_found_by_a_sparse_factor() {
+    let n = 1000;
+    let name = |i: usize| format!("m{i}");
+    for (damping, loss) in [(0.08, 0.0), (0.0, 0.02)] {
+        let mut builder = System::builder();
+        for i in 0..n {
+            builder = builder.mass(name(i), 1.0);
+        }
+        // The others are held, and joined to each other, but not to the first.
+        builder = builder.spring(GROUND, name(0), 4.0);
+        builder = builder.damper(GROUND, name(0), damping);
+        for i in 1..n {
+            builder = builder.spring(GROUND, name(i), 1e4);
+            if i > 1 {
+                builder = builder.spring(name(i - 1), name(i), 4.0);
+            }
+        }
+        let system = builder.build().expect("a system");
+        let springs = system.springs().len();
+        let asked = FrequencyResponse::of(&system).from("m0").to("m0");
+        let features = asked
+            .loss_factors(vec![loss; springs])
+            .features(&[0.1, 1.0, 2.5, 20.0])
+            .expect("features");
+        let [features] = features.as_slice() else {
+            panic!("one function")
+        };
+        assert!(!features.is_complete());
+        let [peak] = features.peaks() else {
+            panic!("one peak: {features:?}")
+        };
+        let zeta = damping / 4.0;
+        let frequency = 2.0 * (1.0f64 - 2.0 * zeta * zeta).sqrt();
+        let gain = match damping > 0.0 {
+            true => 1.0 / (8.0 * zeta * (1.0f64 - zeta * zeta).sqrt()),
+            false => 1.0 / (4.0 * loss),
+        };
+        let (found, off) = peak.frequency();
+        assert!(
+            (found - frequency).abs() <= off + 1e-15,
+            "{found} ± {off:e}"
+        );
+        assert!(off < 1e-11, "{off:e}");
+        let (found, off) = peak.gain().expect("it settles");
+        assert!(
+            (found - gain).abs() <= off + 1e-15 * gain,
+            "{found} ± {off:e}"
+        );
+        assert!(off < 1e-13 * gain, "{off:e}");
+        let width = peak.relative_width().expect("it falls");
+        let expected = if damping > 0.0 { 2.0 * zeta } else { loss };
+        assert!((width / expected - 1.0).abs() < 0.01, "{width}");
+        assert_eq!(features.low().expect("a limit").power, 0);
+        assert_eq!(features.high().expect("a limit").power, -2);
+    }
+}
+
 /// A wheel follows a road nearly rigidly: its peak rises above 1 by 1e-4 only, within a wide bracket.
 #[test]
 fn flat_turns_are_as_sharp_as_others() {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::chart::{Chart, LINES, Series};
 use super::html::{remark, table};
 use crate::report::axis::Axis;
-use crate::report::frequency::{FrequencyReport, NOTABLE};
+use crate::report::frequency::FrequencyReport;
 
 pub(super) fn body(report: &FrequencyReport<'_>) -> String {
     let functions = report.functions.functions();
@@ -58,7 +58,7 @@ pub(super) fn body(report: &FrequencyReport<'_>) -> String {
     let mut body = format!("<div class=\"cards\">\n{charts}</div>\n");
     if let Some(features) = report.features {
         body += &table(&report.notable(features));
-        body += &remark(NOTABLE);
+        body += &remark(&report.meaning());
         body += &remark(&report.completeness(features));
     }
     body

@@ -49,45 +49,123 @@ impl SparseDynamicStiffness {
     /// estimate of their error, is less than the last digit of a double. `None` where a pivot is 0 or the factor leaves the
     /// range of doubles: at a natural frequency without damping, or too close to it.
     pub fn solve(&self, frequency: f64, right: &[Vec<Complex<f64>>]) -> Option<Vec<Amplitudes>> {
+        let frequency = DoubleDouble::from(frequency);
+        let pencil = self.at(frequency);
+        let factor = factored(&pencil, frequency)?;
+        let solved = right.iter().map(|right| refined(&factor, frequency, right));
+        Some(solved.collect())
+    }
+
+    /// The same for one right-hand side and its derivative with respect to Ω: the amplitudes, and their derivatives.
+    pub fn solve_with_slope(
+        &self,
+        frequency: DoubleDouble,
+        right: &[Complex<f64>],
+        slope: &[Complex<f64>],
+    ) -> Option<[Amplitudes; 2]> {
+        let pencil = self.at(frequency);
+        let factor = factored(&pencil, frequency)?;
+        let amplitudes = refined(&factor, frequency, right);
+        // Z x′ = f′ − Z′x, Z′ = iC − 2ΩM.
+        let mut rests = parts(slope);
+        for (own, part) in split(&amplitudes.0).into_iter().enumerate() {
+            let mut moved = vec![DoubleDouble::ZERO; part.len()];
+            pencil.mass.accumulate_long(2.0, &part, &mut moved);
+            for (rest, moved) in rests[own].iter_mut().zip(moved) {
+                *rest += frequency * moved;
+            }
+            turned(&self.damping, own, &part, &mut rests);
+        }
+        let (slopes, errors) = refined(&factor, frequency, &joined(rests));
+        // The right-hand side is rounded.
+        let size = |x: &ComplexDoubleDouble| Complex::new(x.re.high(), x.im.high()).norm();
+        let rounded = 4.0 * f64::EPSILON * slopes.iter().map(size).fold(0.0, f64::max);
+        let errors = errors.map(|errors| errors.iter().map(|error| error + rounded).collect());
+        Some([amplitudes, (slopes, errors)])
+    }
+
+    /// K, M, and ΩC + L in place of C.
+    fn at(&self, frequency: DoubleDouble) -> Pencil {
         let mut damping = self.losses.clone();
-        damping.add(frequency, &self.damping);
-        let pencil = self.pencil.with_damping(damping);
-        let sum = Sum {
-            damping: Complex::I,
-            mass: Complex::new(-frequency * frequency, 0.0),
-        };
-        let factor = Factor::sum(&pencil, sum, &[]);
-        (factor.zeros == 0 && factor.is_finite()).then(|| {
-            right
-                .iter()
-                .map(|right| refined(&factor, frequency, right))
-                .collect()
-        })
+        for part in [frequency.high(), frequency.low()] {
+            if part != 0.0 {
+                damping.add(part, &self.damping);
+            }
+        }
+        self.pencil.with_damping(damping)
+    }
+}
+
+fn factored(pencil: &Pencil, frequency: DoubleDouble) -> Option<Factor<'_, Complex<f64>>> {
+    let sum = Sum {
+        damping: Complex::I,
+        mass: Complex::new(-frequency.high() * frequency.high(), 0.0),
+    };
+    let factor = Factor::sum(pencil, sum, &[]);
+    (factor.zeros == 0 && factor.is_finite()).then_some(factor)
+}
+
+/// Real and imaginary parts.
+fn parts(vector: &[Complex<f64>]) -> [Vec<DoubleDouble>; 2] {
+    [
+        vector.iter().map(|x| x.re.into()).collect(),
+        vector.iter().map(|x| x.im.into()).collect(),
+    ]
+}
+
+fn split(vector: &[ComplexDoubleDouble]) -> [Vec<DoubleDouble>; 2] {
+    [
+        vector.iter().map(|x| x.re).collect(),
+        vector.iter().map(|x| x.im).collect(),
+    ]
+}
+
+fn joined([re, im]: [Vec<DoubleDouble>; 2]) -> Vec<Complex<f64>> {
+    let pairs = re.into_iter().zip(im);
+    pairs
+        .map(|(re, im)| Complex::new(re.to_f64(), im.to_f64()))
+        .collect()
+}
+
+/// Subtracts iAx of a real (0) or imaginary (1) part x: i(a + ib) = −b + ia.
+fn turned(form: &Form, own: usize, part: &[DoubleDouble], rests: &mut [Vec<DoubleDouble>; 2]) {
+    if !form.is_zero() {
+        let (other, sign) = if own == 0 { (1, -1.0) } else { (0, 1.0) };
+        form.accumulate_long(sign, part, &mut rests[other]);
     }
 }
 
 fn refined(
     factor: &Factor<'_, Complex<f64>>,
-    frequency: f64,
+    frequency: DoubleDouble,
     right: &[Complex<f64>],
 ) -> Amplitudes {
     const STEPS: usize = 5;
     /// A correction that is not so much smaller than the one before says nothing of the error.
     const SETTLES: f64 = 0.1;
+    /// Of the size of the solution, corrections that are small enough not to shrink further.
+    const ENDS: f64 = 1e-17;
     let n = right.len();
     let mut work = vec![Complex::ZERO; n];
     let mut x = vec![ComplexDoubleDouble::ZERO; n];
     let mut missing = right.to_vec();
+    let plain = |x: &ComplexDoubleDouble| Complex::new(x.re.high(), x.im.high());
+    let norm =
+        |sum: &mut dyn Iterator<Item = Complex<f64>>| sum.map(|x| x.norm_sqr()).sum::<f64>().sqrt();
     let mut before = f64::INFINITY;
-    for _ in 0..STEPS {
+    for step in 0..=STEPS {
         factor.solve(&mut missing, &mut work);
-        let size = missing.iter().map(|x| x.norm_sqr()).sum::<f64>().sqrt();
-        let enough = x.iter().zip(&missing).all(|(x, missing)| {
-            missing.norm() <= f64::EPSILON / 64.0 * Complex::new(x.re.high(), x.im.high()).norm()
-        });
-        let settles = size <= SETTLES * before;
-        if enough || !settles {
-            let errors = missing.iter().map(|missing| 2.0 * missing.norm());
+        let size = norm(&mut missing.iter().copied());
+        let each = x.iter().zip(&missing);
+        let enough = each
+            .into_iter()
+            .all(|(x, missing)| missing.norm() <= f64::EPSILON / 64.0 * plain(x).norm());
+        let shrinks = size <= SETTLES * before;
+        // Corrections stop to shrink where double-doubles end: what remains is of that size in every component.
+        let remains = if shrinks { 0.0 } else { 4.0 * size };
+        let settles = shrinks || size <= ENDS * norm(&mut x.iter().map(plain));
+        if enough || !shrinks || step == STEPS {
+            let errors = missing.iter().map(|missing| 2.0 * missing.norm() + remains);
             return (x, settles.then(|| errors.collect()));
         }
         before = size;
@@ -96,53 +174,28 @@ fn refined(
         }
         missing = residual(factor.pencil, frequency, right, &x);
     }
-    factor.solve(&mut missing, &mut work);
-    let errors = missing.iter().map(|missing| 2.0 * missing.norm());
-    (x, Some(errors.collect()))
+    (x, None)
 }
 
 /// f − (K + i(ΩC + L) − Ω²M)x.
 fn residual(
     pencil: &Pencil,
-    frequency: f64,
+    frequency: DoubleDouble,
     right: &[Complex<f64>],
     x: &[ComplexDoubleDouble],
 ) -> Vec<Complex<f64>> {
-    let n = x.len();
-    let Pencil {
-        stiffness,
-        damping,
-        mass,
-        ..
-    } = pencil;
-    let square = DoubleDouble::product(frequency, frequency);
-    let part = |part: fn(&ComplexDoubleDouble) -> DoubleDouble| -> Vec<DoubleDouble> {
-        x.iter().map(part).collect()
-    };
-    let parts = [part(|x| x.re), part(|x| x.im)];
-    let mut rests = [
-        right
-            .iter()
-            .map(|f| f.re.into())
-            .collect::<Vec<DoubleDouble>>(),
-        right.iter().map(|f| f.im.into()).collect(),
-    ];
-    for (own, part) in parts.iter().enumerate() {
-        stiffness.accumulate_long(-1.0, part, &mut rests[own]);
-        let mut moved = vec![DoubleDouble::ZERO; n];
-        mass.accumulate_long(1.0, part, &mut moved);
+    let square = frequency * frequency;
+    let mut rests = parts(right);
+    for (own, part) in split(x).into_iter().enumerate() {
+        pencil
+            .stiffness
+            .accumulate_long(-1.0, &part, &mut rests[own]);
+        let mut moved = vec![DoubleDouble::ZERO; part.len()];
+        pencil.mass.accumulate_long(1.0, &part, &mut moved);
         for (rest, moved) in rests[own].iter_mut().zip(moved) {
             *rest += square * moved;
         }
-        if !damping.is_zero() {
-            // i(a + ib) = −b + ia.
-            let (other, sign) = if own == 0 { (1, -1.0) } else { (0, 1.0) };
-            damping.accumulate_long(sign, part, &mut rests[other]);
-        }
+        turned(&pencil.damping, own, &part, &mut rests);
     }
-    let [re, im] = rests;
-    let pairs = re.into_iter().zip(im);
-    pairs
-        .map(|(re, im)| Complex::new(re.to_f64(), im.to_f64()))
-        .collect()
+    joined(rests)
 }

@@ -16,12 +16,13 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// Ω in rad/s: the double nearest to the true place, and a proven bound of how far it is from there.
+    /// Ω in rad/s: the double nearest to the true place, and a bound of how far it is from there, which is proven as those
+    /// of the function's values are: beyond 400 coordinates it is an estimate.
     pub fn frequency(&self) -> (f64, f64) {
         self.frequency
     }
 
-    /// The magnitude there, and a proven bound of its error; `None` where it is infinite, or a peak is narrower than 1e-25
+    /// The magnitude there, and a bound of its error, proven likewise; `None` where it is infinite, or a peak is narrower than 1e-25
     /// of its frequency.
     pub fn gain(&self) -> Option<(f64, f64)> {
         self.gain
@@ -71,7 +72,8 @@ pub enum LargestGain {
 
 /// What is notable in a frequency response function.
 ///
-/// Peaks and dips are zeros of d|H|²/dΩ, each enclosed by proven signs on both sides. Where it is
+/// Peaks and dips are zeros of d|H|²/dΩ, each enclosed by proven signs on both sides, or beyond 400 coordinates by signs that
+/// estimates of errors leave no doubt of. Where it is
 /// [`complete`](Self::is_complete), there are no others at any frequency. Elsewhere they are sought between frequencies
 /// given: two that lie between the same neighbours are not seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -332,6 +334,8 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     const MOST: usize = 160;
     /// Within it the steepness is a straight line, to its square.
     const STRAIGHT: f64 = 1e-5;
+    /// A magnitude with fewer digits is none: there may be a pole.
+    const KNOWN: f64 = 1e-6;
     let (mut low, mut high, mut before, mut after) = (low, high, before, after);
     let at = |middle: DoubleDouble| {
         look(Frequency {
@@ -345,17 +349,25 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
         if steep < STRAIGHT || width <= high.to_f64() * 1e-27 {
             break;
         }
-        let middle = low + DoubleDouble::from(width * share(before, after, width, k));
-        match at(middle).as_ref().and_then(rise) {
-            Some(rise) if rise * before > 0.0 => (low, before) = (middle, rise),
-            Some(rise) => (high, after) = (middle, rise),
+        let share = share(before, after, width, k);
+        // An elimination may meet a pivot of 0 where there is no pole.
+        let near = [share, 0.9 * share + 0.05, 0.5]
+            .into_iter()
+            .find_map(|share| {
+                let middle = low + DoubleDouble::from(width * share);
+                Some((middle, at(middle).as_ref().and_then(rise)?))
+            });
+        match near {
+            Some((middle, rise)) if rise * before > 0.0 => (low, before) = (middle, rise),
+            Some((middle, rise)) => (high, after) = (middle, rise),
             // A pole, or a point where the digits end.
             None => break,
         }
     }
-    // Now the zero of a straight line is close: signs beside it narrow the bracket a thousandfold and more at once.
+    // Now the zero of a straight line is close, or a pole: signs beside it narrow the bracket a thousandfold and more at once.
     let zero = |low: DoubleDouble, high: DoubleDouble, before: f64, after: f64| {
-        low + DoubleDouble::from((high - low).to_f64() * (before / (before - after)))
+        let width = (high - low).to_f64();
+        low + DoubleDouble::from(width * share(before, after, width, 0))
     };
     for k in 0..MOST {
         let width = (high - low).to_f64();
@@ -363,13 +375,15 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
             break;
         }
         let middle = zero(low, high, before, after);
-        let narrower = [1e-6, 1e-4, 1e-2].into_iter().find_map(|narrow| {
-            let near = DoubleDouble::from(width * narrow);
-            let sides = [middle - near, middle + near];
-            let [left, right] = sides.map(|side| at(side).as_ref().and_then(rise));
-            let fits = left? * before > 0.0 && right? * after > 0.0;
-            fits.then_some((sides, [left?, right?]))
-        });
+        let narrower = [1e-6, 1e-4, 1e-2, 0.1, 0.25]
+            .into_iter()
+            .find_map(|narrow| {
+                let near = DoubleDouble::from(width * narrow);
+                let sides = [middle - near, middle + near];
+                let [left, right] = sides.map(|side| at(side).as_ref().and_then(rise));
+                let fits = left? * before > 0.0 && right? * after > 0.0;
+                fits.then_some((sides, [left?, right?]))
+            });
         if let Some((ends, rises)) = narrower {
             ([low, high], [before, after]) = (ends, rises);
             continue;
@@ -393,7 +407,10 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     });
     Peak {
         frequency: (frequency, off * (1.0 + f64::EPSILON)),
-        gain: gain.filter(|(gain, bound)| gain.is_finite() && bound.is_finite()),
+        gain: gain.filter(|(gain, bound)| {
+            let is_dip = before < 0.0;
+            gain.is_finite() && bound.is_finite() && (is_dip || *bound <= KNOWN * gain)
+        }),
         half_power: None,
     }
 }

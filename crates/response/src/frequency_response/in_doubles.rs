@@ -5,7 +5,7 @@ use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use super::dynamic_stiffness::{Frequency, Part};
+use super::dynamic_stiffness::Frequency;
 use super::enclosure::{Push, Reading};
 use super::modal_sum::ModalSum;
 
@@ -352,14 +352,6 @@ impl<'a> InDoubles<'a> {
         let ratio = (change / value).re;
         ratio.is_finite().then_some(ratio)
     }
-}
-
-/// The value of a part that is no loss.
-pub(super) fn value(part: &Part, frequency: f64) -> Complex<f64> {
-    let real = part.real();
-    real.map_or(Complex::ZERO, |(power, factor)| {
-        turn(frequency, power) * factor
-    })
 }
 
 /// (iΩ)^power.

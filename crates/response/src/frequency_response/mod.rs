@@ -16,6 +16,7 @@ mod phasor;
 mod power_series;
 mod question;
 mod receptance;
+mod sparse_factor;
 mod steady_state;
 mod turns;
 

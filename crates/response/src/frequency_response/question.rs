@@ -2,11 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use eigentone_digits::ComplexDoubleDouble;
 use eigentone_modes::{
     Bounds, ElementKind, Form, GROUND, Precision, SparseDynamicStiffness, SparseError, System,
 };
-use num_complex::Complex;
 use thiserror::Error;
 
 use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried};
@@ -17,6 +15,7 @@ use super::hessenberg::Hessenberg;
 use super::in_doubles::{self, InDoubles};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
+use super::sparse_factor;
 use super::turns::{Centers, turns};
 use crate::problem::{Combination, Quantity, Source, Sum};
 
@@ -129,14 +128,6 @@ pub enum FrequencyError {
     /// A system with many coordinates whose dynamic stiffness has no sparse factor.
     #[error(transparent)]
     Sparse(#[from] SparseError),
-    /// Peaks of a system with too many coordinates for dense matrices.
-    #[error(
-        "peaks are sought up to {MOST_DENSE} coordinates, and there are {coordinates}: look at frequencies"
-    )]
-    PeaksOfMany {
-        /// How many coordinates there are.
-        coordinates: usize,
-    },
 }
 
 /// Systems with more coordinates than this are solved by a sparse factor for each frequency.
@@ -319,31 +310,20 @@ impl<'a> FrequencyResponse<'a> {
         let columns = self.columns()?;
         let stiffness = SparseDynamicStiffness::of(self.system, &self.loss_factors)?;
         let mut functions = self.functions(&columns);
+        let asked: Vec<(&[Push], &[Reading])> = columns
+            .iter()
+            .map(|column| (column.pushes.as_slice(), column.readings.as_slice()))
+            .collect();
         for &frequency in frequencies {
-            let right: Vec<Vec<Complex<f64>>> = columns
-                .iter()
-                .map(|column| {
-                    let mut right = vec![Complex::ZERO; self.system.len()];
-                    for push in &column.pushes {
-                        right[push.coordinate] += in_doubles::value(&push.part, frequency);
+            let values = sparse_factor::values(&stiffness, self.system.len(), &asked, frequency);
+            for (index, function) in functions.iter_mut().enumerate() {
+                let value = values.iter().flatten().flatten().nth(index);
+                function.push(match value {
+                    Some(&(value, bound)) if value.is_finite() => {
+                        FrequencyValue::Known { value, bound }
                     }
-                    right
-                })
-                .collect();
-            let solved = stiffness.solve(frequency, &right);
-            let mut functions = functions.iter_mut();
-            for (index, column) in columns.iter().enumerate() {
-                let amplitudes = solved.as_ref().map(|solved| &solved[index]);
-                for (reading, function) in column.readings.iter().zip(&mut functions) {
-                    let value = amplitudes
-                        .map(|(x, errors)| estimated(reading, frequency, x, errors.as_deref()));
-                    function.push(match value {
-                        Some((value, bound)) if value.is_finite() => {
-                            FrequencyValue::Known { value, bound }
-                        }
-                        _ => FrequencyValue::Undecided,
-                    });
-                }
+                    _ => FrequencyValue::Undecided,
+                });
             }
         }
         Ok(FrequencyFunctions::new(
@@ -372,11 +352,6 @@ impl<'a> FrequencyResponse<'a> {
     /// # Errors
     /// As [`at`](Self::at).
     pub fn features(&self, frequencies: &[f64]) -> Result<Vec<Features>, FrequencyError> {
-        if self.system.len() > MOST_DENSE {
-            let coordinates = self.system.len();
-            return Err(FrequencyError::PeaksOfMany { coordinates });
-        }
-        let (columns, blocks, modes) = self.parts()?;
         let mut grid = frequencies.to_vec();
         let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
         if let Some(&frequency) = grid.iter().find(unfit) {
@@ -384,6 +359,10 @@ impl<'a> FrequencyResponse<'a> {
         }
         grid.sort_by(f64::total_cmp);
         grid.dedup();
+        if self.system.len() > MOST_DENSE {
+            return self.features_of_large(&grid);
+        }
+        let (columns, blocks, modes) = self.parts()?;
         let last = grid.iter().copied().rfind(|last| *last > 0.0);
         let middle = f64::exp2(last.map_or(0.0, |last| last.log2().round().clamp(-500.0, 500.0)));
         let functions = columns.iter().flat_map(|column| {
@@ -413,6 +392,23 @@ impl<'a> FrequencyResponse<'a> {
                 let block = &blocks[column.block];
                 let turns = turns(block, &column.pushes, reading, middle, &mut centers);
                 Features::of(&look, glance, grid, turns.as_ref())
+            })
+        });
+        Ok(functions.collect())
+    }
+
+    /// The same by sparse factors, with estimates in place of proofs.
+    fn features_of_large(&self, grid: &[f64]) -> Result<Vec<Features>, FrequencyError> {
+        self.check_loss_factors()?;
+        let columns = self.columns()?;
+        let stiffness = SparseDynamicStiffness::of(self.system, &self.loss_factors)?;
+        let functions = columns.iter().flat_map(|column| {
+            column.readings.iter().map(|reading| {
+                let asked = (column.pushes.as_slice(), reading);
+                let look = |frequency| {
+                    sparse_factor::look(&stiffness, self.system.len(), asked, frequency)
+                };
+                Features::of(&look, None, grid, None)
             })
         });
         Ok(functions.collect())
@@ -665,30 +661,4 @@ fn known(
         to: function.to().to_owned(),
         frequency,
     })
-}
-
-/// A sum of amplitudes, and an estimate of how far it may be off.
-fn estimated(
-    reading: &Reading,
-    frequency: f64,
-    x: &[ComplexDoubleDouble],
-    errors: Option<&[f64]>,
-) -> (Complex<f64>, Option<f64>) {
-    let mut sum = ComplexDoubleDouble::ZERO;
-    let (mut off, mut size) = (0.0, 0.0);
-    let wide = |value: Complex<f64>| ComplexDoubleDouble::new(value.re, value.im);
-    for (coordinate, part) in &reading.of {
-        let factor = in_doubles::value(part, frequency);
-        sum += wide(factor) * x[*coordinate];
-        off += factor.norm() * errors.map_or(0.0, |errors| errors[*coordinate]);
-        size += factor.norm() * x[*coordinate].norm();
-    }
-    for part in &reading.more {
-        let more = in_doubles::value(part, frequency);
-        sum += wide(more);
-        size += more.norm();
-    }
-    let value = Complex::new(sum.re.to_f64(), sum.im.to_f64());
-    let rounding = 2.0 * f64::EPSILON * size;
-    (value, errors.map(|_| off + rounding))
 }

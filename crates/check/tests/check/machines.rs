@@ -400,6 +400,22 @@ fn what_is_singular_in_doubles_is_within_its_estimate() {
     examine_motion(&drawn, &driven).expect("right within its bounds");
 }
 
+/// A force that is integrated, as a polynomial is, does 1e-12 to the one node without mass.
+#[test]
+fn what_is_integrated_is_within_its_estimate() {
+    let drawn = Drawn {
+        masses: vec![0.0],
+        supports: 0,
+        points: Vec::new(),
+        elements: vec![
+            (false, 7, 8, 616_179_614_145.124_6),
+            (true, 1, 8, 3_735_519_974.137_522),
+        ],
+    };
+    let driven = [(0, 0, 7, 1.0, 0.5), (0, 0, 7, 1.0, 0.5435778332624064)];
+    examine_motion(&drawn, &driven).expect("right within its bounds");
+}
+
 /// What a versine moves just after it begins is 1e-4 of its height; its constant and its cosine are half of it each.
 #[test]
 fn what_has_just_begun_is_within_its_estimate() {

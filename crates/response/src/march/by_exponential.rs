@@ -41,7 +41,7 @@ impl ResponseMethod for ByExponential {
                 method: self.name(),
                 reason: error.to_string(),
             })?;
-        let plant = Plant::of(problem, &form);
+        let plant = Plant::of(problem, &form).evened();
         let inputs = Inputs::of(problem);
         let mut flow = Dense {
             u: inputs.columns(plant.b.as_ref()),

@@ -42,7 +42,7 @@ impl<'a, 'b> Course<'a, 'b> {
             return None;
         }
         let loads = GridLoads::of(problem)?;
-        let plant = Plant::of(problem, &form);
+        let plant = Plant::of(problem, &form).evened();
         let mut start = form.state(problem.initial_displacement(), problem.initial_velocity());
         start.resize(start.len() + plant.integrals, 0.0);
         for (input, momentum) in &loads.blows {

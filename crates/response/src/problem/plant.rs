@@ -86,6 +86,36 @@ impl Plant {
         }
     }
 
+    /// The same with what is integrated in units, powers of two, in which it does as much to the states as these to each
+    /// other: exponentials are accurate in proportion to the largest of it.
+    pub(crate) fn evened(mut self) -> Plant {
+        let own = self.a.nrows() - self.integrals;
+        let size = |column: usize| -> f64 { (0..own).map(|i| self.a[(i, column)].abs()).sum() };
+        let rate = (0..own).map(size).fold(0.0, f64::max);
+        let units: Vec<f64> = (own..own + self.integrals)
+            .map(|state| {
+                let exponent = (rate / size(state)).log2().round();
+                let fits = exponent.abs() < 500.0;
+                f64::exp2(if fits { exponent } else { 0.0 })
+            })
+            .collect();
+        for (state, unit) in (own..).zip(units) {
+            for matrix in [&mut self.a, &mut self.x, &mut self.supports[0]] {
+                matrix
+                    .col_mut(state)
+                    .iter_mut()
+                    .for_each(|entry| *entry *= unit);
+            }
+            for matrix in [&mut self.a, &mut self.b] {
+                matrix
+                    .row_mut(state)
+                    .iter_mut()
+                    .for_each(|entry| *entry /= unit);
+            }
+        }
+        self
+    }
+
     /// The columns of B for some inputs.
     pub(crate) fn columns(b: MatRef<'_, f64>, inputs: &[usize]) -> Mat<f64> {
         Mat::from_fn(b.nrows(), inputs.len(), |i, j| b[(i, inputs[j])])

@@ -1759,7 +1759,125 @@ fn peaks_and_settling_of_a_sweep_lie_between_the_samples() {
         )
     };
     assert!(error("peak wall").contains("wall"));
-    assert!(error("settling mm").contains("there is no mass"));
+    assert!(error("settling mm").contains("there is no output, mass or point"));
+}
+
+/// A mass on a base that is moved by 1 at once; its names have spaces.
+#[test]
+fn names_in_metrics_may_have_spaces_and_outputs_settle() {
+    let folder = fresh("sweep-spaces");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("base.json");
+    let text = r#"{"masses": [{"name": "front axle", "mass": 1}, {"name": "idle", "mass": 1}], "supports": ["the base"],
+        "springs": [{"name": "s", "between": ["the base", "front axle"], "stiffness": 4}, {"between": ["ground", "idle"], "stiffness": 1}],
+        "dampers": [{"name": "d", "between": ["ground", "front axle"], "damping": 0.8}, {"between": ["ground", "idle"], "damping": 1}],
+        "points": [{"name": "twice", "moves": {"front axle": 2}}],
+        "motions": [{"of": "the base", "displacement": {"step": {"height": 1}}}],
+        "outputs": [{"name": "its travel", "displacement": {"front axle": 1, "the base": -1}},
+                    {"name": "its speed", "velocity": {"front axle": 1}}, {"name": "a pull", "force": "s"}],
+        "noise": [{"on": "front axle", "force": 1}], "time": {"end": 30, "step": 0.3}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let scene = file.to_str().expect("a UTF-8 path");
+    let ask = |metrics: &[&str]| {
+        let metrics = metrics.iter().flat_map(|metric| ["--metric", *metric]);
+        let start = ["sweep", scene, "--json", "--vary", "s.stiffness=4"];
+        let arguments: Vec<&str> = start.into_iter().chain(metrics).collect();
+        let line = parsed(&arguments);
+        move |metric: &str| number(&line["metrics"][metric])
+    };
+    let value = ask(&[
+        "peak front axle",
+        "rms front axle",
+        "settling front axle",
+        "settling twice",
+        "settling its travel",
+        "settling a pull",
+        "settling its speed",
+        "settling idle",
+        "gain the base front axle",
+        "gain front axle its travel 1:3",
+        "gain the base a pull",
+    ]);
+    let (zeta, omega): (f64, f64) = (0.2, 2.0);
+    let root = f64::sqrt(1.0 - zeta * zeta);
+    let (decay, turn) = (zeta * omega, omega * root);
+    let over = 1.0 + f64::exp(-std::f64::consts::PI * zeta / root);
+    assert!((value("peak front axle") / over - 1.0).abs() < 1e-11);
+    assert!((value("rms front axle") / f64::sqrt(1.0 / (4.0 * 0.8 * 4.0)) - 1.0).abs() < 1e-12);
+    // The displacement, twice it, its difference from the base and the pull of the spring settle at one time.
+    let t = value("settling front axle");
+    let left = f64::exp(-decay * t) * (f64::cos(turn * t) + decay / turn * f64::sin(turn * t));
+    assert!((left.abs() - 0.02).abs() < 1e-8, "{left}");
+    for other in ["settling twice", "settling its travel", "settling a pull"] {
+        assert!((value(other) / t - 1.0).abs() < 1e-8, "{other}");
+    }
+    let speed = |t: f64| f64::exp(-decay * t) * f64::sin(turn * t);
+    let fastest = speed(f64::acos(zeta) / turn);
+    let t = value("settling its speed");
+    assert!((speed(t).abs() / fastest - 0.02).abs() < 1e-8, "{t}");
+    // What never moves is settled from the start.
+    assert_eq!(value("settling idle"), 0.0);
+    let peak = 1.0 / (2.0 * zeta * root);
+    assert!((value("gain the base front axle") / peak - 1.0).abs() < 1e-12);
+    assert!((value("gain front axle its travel 1:3") * 4.0 / peak - 1.0).abs() < 1e-12);
+    assert!(value("gain the base a pull") > 4.0);
+    let error = |metric: &str| {
+        let vary = ["--vary", "s.stiffness=4", "--metric", metric];
+        refused(&[&["sweep", scene], &vary[..]].concat(), 2)
+    };
+    assert!(error("gain front axle wall").contains("no two names of the scene"));
+    assert!(error("gain idle twice 3").contains("write the frequencies of a gain"));
+    assert!(error("peak front axl").contains("did you mean \"front axle\"?"));
+    assert!(error("settling").contains("metrics are"));
+}
+
+/// What is infinite in one design, or not there, is no number, and does not end the sweep.
+#[test]
+fn designs_without_a_value_have_none() {
+    let folder = fresh("sweep-null");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("one.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [{"name": "s", "between": ["ground", "m"], "stiffness": 1}],
+        "dampers": [{"name": "d", "between": ["ground", "m"], "damping": 1}], "noise": [{"on": "m", "force": 1}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let scene = file.to_str().expect("a UTF-8 path");
+    let told = |vary: &str, metrics: &[&str]| -> Vec<Vec<Option<f64>>> {
+        let asked = metrics.iter().flat_map(|metric| ["--metric", *metric]);
+        let start = ["sweep", scene, "--json", "--vary", vary];
+        let text = printed(&start.into_iter().chain(asked).collect::<Vec<_>>());
+        let line = |line: &str| -> Vec<Option<f64>> {
+            let line: Value = serde_json::from_str(line).expect("JSON");
+            let metrics = metrics.iter();
+            metrics.map(|name| line["metrics"][name].as_f64()).collect()
+        };
+        text.lines().map(line).collect()
+    };
+    let all = told("d.damping=-1,0,1", &["rms m", "gain m m", "damping"]);
+    assert_eq!(all[0], [None, None, Some(-0.5)]);
+    assert_eq!(all[1][..2], [None, None]);
+    // A frequency response of what grows is none, small as it would be.
+    let vary = [
+        "--vary",
+        "d.damping=-5:0.5",
+        "--minimise",
+        "gain m m",
+        "--json",
+    ];
+    let best = parsed(&[&["optimise", scene], &vary[..]].concat());
+    assert_eq!(number(&best["parameters"]["d.damping"]), 0.5, "{best}");
+    assert!((all[2][0].expect("a value") - 0.5).abs() < 1e-12);
+    // Beyond critical damping there is a second mode.
+    let all = told("d.damping=1,3", &["frequency 1", "frequency 2"]);
+    assert_eq!(all[0], [Some(1.0), None]);
+    let slow = (3.0 - f64::sqrt(5.0)) / 2.0;
+    for (found, right) in all[1].iter().zip([slow, 1.0 / slow]) {
+        assert!((found.expect("a value") / right - 1.0).abs() < 1e-14);
+    }
+    let vary = ["--vary", "d.damping=1,3", "--metric", "frequency 3"];
+    let error = refused(&[&["sweep", scene], &vary[..]].concat(), 2);
+    assert!(error.contains("there is only 1 mode"), "{error}");
+    let error = refused(&["merge", "no-such-directory"], 2);
+    assert!(error.contains("cannot be read"), "{error}");
 }
 
 /// What it prints when this is on standard input, once it has ended well.

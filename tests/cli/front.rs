@@ -264,3 +264,130 @@ fn an_absorber_for_a_building_is_better_than_its_neighbours() {
         assert!(number(&one["metrics"]["gain base f5"]) >= best, "{line}");
     }
 }
+
+#[test]
+fn absorbers_are_tuned_as_the_literature_has_it() {
+    let folder = fresh("absorber");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let one = json!({"masses": [{"name": "m", "mass": 1}], "springs": [{"between": ["ground", "m"], "stiffness": 1}]});
+    let one = written(&folder.join("one.json"), &one);
+    let tuned =
+        |scene: &str, more: &[&str]| parsed(&[&["absorber", scene, "--json"], more].concat());
+    let told = tuned(&one, &["--on", "m", "--mass", "0.05"]);
+    assert!((number(&told["mass_ratio"]) / 0.05 - 1.0).abs() < 1e-14);
+    let rule = |name: &str| {
+        ["frequency_ratio", "damping_ratio"].map(|key| number(&told["rules"][name][key]))
+    };
+    // Den Hartog, Mechanical vibrations, section 3.3.
+    let [f, zeta] = rule("den-hartog");
+    assert!(
+        (f - 0.95238).abs() < 5e-6 && (zeta - 0.1336).abs() < 5e-5,
+        "{told}"
+    );
+    // The rule that is exact is where the optimum is found, and that of noise likewise.
+    for (name, noise, aim) in [("h-infinity", false, "gain m m"), ("h2", true, "rms m")] {
+        let text = printed(&[
+            "absorber",
+            &one,
+            "--on",
+            "m",
+            "--mass",
+            "0.05",
+            "--as-scene",
+            name,
+        ]);
+        let mut scene: Value = serde_json::from_str(&text).expect("JSON");
+        if noise {
+            scene["noise"] = json!([{"on": "m", "force": 1}]);
+        }
+        let scene = written(&folder.join("with.json"), &scene);
+        let vary = [
+            "--vary",
+            "absorber-spring.stiffness=0.01:0.1",
+            "--vary",
+            "absorber-damper.damping=0.001:0.1",
+        ];
+        let best = parsed(
+            &[
+                &["optimise", &scene],
+                &vary[..],
+                &["--minimise", aim, "--json"],
+            ]
+            .concat(),
+        );
+        for (key, of) in [
+            ("absorber-spring.stiffness", "stiffness"),
+            ("absorber-damper.damping", "damping"),
+        ] {
+            let error = number(&best["parameters"][key]) / number(&told["rules"][name][of]) - 1.0;
+            assert!(error.abs() < 1e-10, "{name} {key}: {error}");
+        }
+    }
+    // The tip of a cantilever moves with a quarter of its mass in every mode: ω = β²√(EI/ρA)/L².
+    let mast = json!({"beams": [{"name": "mast", "length": 2, "elements": 20, "flexural_rigidity": 100,
+        "mass_per_length": 1.2, "ends": ["clamped", "free"]}], "damping": {"rayleigh": {"mass": 0.02, "stiffness": 1e-5}}});
+    let mast = written(&folder.join("mast.json"), &mast);
+    let tip = ["--on", "mast.20.w", "--mass", "0.03"];
+    for (mode, beta) in [
+        ("1", 1.875_104_068_711_961),
+        ("2", 4.694_091_132_974_175),
+        ("3", 7.854_757_438_237_613),
+    ] {
+        let told = tuned(&mast, &[&tip[..], &["--mode", mode]].concat());
+        let right = beta * beta * f64::sqrt(100.0 / 1.2) / 4.0;
+        assert!(
+            (number(&told["natural_frequency"]) / right - 1.0).abs() < 3e-5,
+            "{told}"
+        );
+        assert!(
+            (number(&told["modal_mass"]) / 0.6 - 1.0).abs() < 1e-4,
+            "{told}"
+        );
+    }
+    // For its second mode: no other spring or damper by a fifth makes the peaks about it as low.
+    let text = printed(
+        &[
+            &["absorber", &mast],
+            &tip[..],
+            &["--mode", "2", "--as-scene", "h-infinity"],
+        ]
+        .concat(),
+    );
+    let scene: Value = serde_json::from_str(&text).expect("JSON");
+    let [spring, damper] = [("springs", "stiffness"), ("dampers", "damping")]
+        .map(|(list, key)| number(&scene[list][0][key]));
+    let scene = written(&folder.join("mast-with.json"), &scene);
+    let metric = "gain mast.20.w mast.20.w 25:90";
+    let around = |value: f64| {
+        [0.8, 1.0, 1.25]
+            .map(|part| format!("{:?}", part * value))
+            .join(",")
+    };
+    let vary = [
+        format!("absorber-spring.stiffness={}", around(spring)),
+        format!("absorber-damper.damping={}", around(damper)),
+    ];
+    let arguments = [
+        "sweep", &scene, "--vary", &vary[0], "--vary", &vary[1], "--metric", metric, "--json",
+    ];
+    let gains: Vec<f64> = printed(&arguments)
+        .lines()
+        .map(|line| number(&serde_json::from_str::<Value>(line).expect("JSON")["metrics"][metric]))
+        .collect();
+    assert!(gains.iter().all(|gain| *gain >= gains[4]), "{gains:?}");
+    let error = |more: &[&str]| refused(&[&["absorber", &mast], more].concat(), 2);
+    assert!(error(&["--on", "mast.20.x", "--mass", "1"]).contains("did you mean \"mast.20.w\"?"));
+    assert!(error(&["--on", "mast.20.w", "--mass", "-1"]).contains("greater than 0"));
+    assert!(error(&["--on", "mast.20.w", "--mass", "1", "--mode", "0"]).contains("from 1 to 40"));
+    let again = [
+        "absorber",
+        &scene,
+        "--on",
+        "mast.20.w",
+        "--mass",
+        "1",
+        "--as-scene",
+        "h2",
+    ];
+    assert!(refused(&again, 2).contains("is there already"));
+}

@@ -48,7 +48,7 @@ pub struct Follower {
 pub enum Followed {
     /// Each root went its own way.
     Surely,
-    /// Roots coincided, or came nearer than doubles tell apart: their places are a choice.
+    /// Roots coincided, or came nearer than doubles or their bounds tell apart: their places are a choice.
     Doubtful,
 }
 
@@ -85,6 +85,8 @@ struct Station {
     /// M, C, K.
     matrices: [Mat<f64>; 3],
     roots: Vec<Complex<f64>>,
+    /// How far off each may be; infinite where it is not known.
+    bounds: Vec<f64>,
     /// The shapes of each, one behind the other.
     right: Vec<Complex<f64>>,
     left: Vec<Complex<f64>>,
@@ -174,6 +176,10 @@ impl Follower {
         goal: &Station,
         mut solve: impl FnMut(f64) -> Option<Follower>,
     ) -> Option<(Station, Vec<usize>)> {
+        // No design between tells roots that are not told where it begins or ends.
+        if !self.here.tells_all() || !goal.tells_all() {
+            return None;
+        }
         let expected = self.here.roots.len();
         let mut here = self.here.clone();
         let (mut t, mut step, mut spent) = (0.0, 0.5, 0);
@@ -214,13 +220,15 @@ impl Station {
             MatrixKind::Stiffness => system.stiffness_matrix(),
         });
         let (n, count) = (system.len(), modes.eigenvalues().len());
-        let mut roots = Vec::with_capacity(count);
+        let (mut roots, mut bounds) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let (mut right, mut left) = (Vec::with_capacity(n * count), Vec::with_capacity(n * count));
         for mode in modes {
             let value = mode.eigenvalue().value;
+            let bound = mode.eigenvalue().bound.unwrap_or(f64::INFINITY);
             for _ in 0..mode.roots() {
                 let start = right.len();
                 roots.push(value);
+                bounds.push(bound);
                 right.extend_from_slice(mode.shape());
                 match mode.left_shape() {
                     Some(shape) => left.extend_from_slice(shape),
@@ -228,6 +236,7 @@ impl Station {
                 }
                 if value.im != 0.0 {
                     roots.push(value.conj());
+                    bounds.push(bound);
                     for shapes in [&mut right, &mut left] {
                         for k in start..start + n {
                             shapes.push(shapes[k].conj());
@@ -241,6 +250,7 @@ impl Station {
             true => Ok(Station {
                 matrices,
                 roots,
+                bounds,
                 right,
                 left,
             }),
@@ -267,6 +277,7 @@ impl Station {
         };
         Station {
             roots: order.iter().map(|root| self.roots[*root]).collect(),
+            bounds: order.iter().map(|root| self.bounds[*root]).collect(),
             right: shapes(&self.right),
             left: shapes(&self.left),
             matrices: self.matrices,
@@ -338,6 +349,9 @@ impl Station {
         for i in 0..n {
             for k in 0..i {
                 let (before, after) = (from[i] - from[k], to[order[i]] - to[order[k]]);
+                if !self.tells(i, k) || !other.tells(order[i], order[k]) {
+                    return None;
+                }
                 let touching = touch(from[i], from[k]) || touch(to[order[i]], to[order[k]]);
                 let least = least_on_way(before, after);
                 if !touching && least < 0.5 * before.norm().min(after.norm()) {
@@ -346,6 +360,17 @@ impl Station {
             }
         }
         Some(order)
+    }
+
+    /// Whether two roots are told from each other by more than they may be off. What coincides need not be, and a
+    /// conjugate pair is.
+    fn tells(&self, i: usize, k: usize) -> bool {
+        let (a, b) = (self.roots[i], self.roots[k]);
+        a == b.conj() || touch(a, b) || size(a - b) > self.bounds[i] + self.bounds[k]
+    }
+
+    fn tells_all(&self) -> bool {
+        (0..self.roots.len()).all(|i| (0..i).all(|k| self.tells(i, k)))
     }
 
     /// The nearest root of another design for each, by predictions, each root once.
@@ -428,7 +453,12 @@ impl Meeting<'_> {
 }
 
 fn touch(a: Complex<f64>, b: Complex<f64>) -> bool {
-    (a - b).norm() <= TOUCH * a.norm().max(b.norm())
+    size(a - b) <= TOUCH * size(a).max(size(b))
+}
+
+/// The larger part, which no square takes beyond the doubles.
+fn size(value: Complex<f64>) -> f64 {
+    value.re.abs().max(value.im.abs())
 }
 
 /// Whether two roots are the same but for rounding in both designs.

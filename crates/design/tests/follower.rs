@@ -47,6 +47,67 @@ fn a_veering_pair_keeps_its_places_at_every_step_size() {
     }
 }
 
+/// Four oscillators of which the first becomes stiffer and passes the three others, with springs between all, and dampers.
+fn four(k: f64, coupling: f64, damping: [f64; 2]) -> Option<Follower> {
+    let name = |i: usize| format!("m{i}");
+    let mut builder = System::builder();
+    for i in 0..4 {
+        builder = builder.mass(name(i), 1.0);
+    }
+    builder = builder.spring(GROUND, "m0", k);
+    for i in 1..4 {
+        builder = builder.spring(GROUND, name(i), 2.0 + 1.3 * i as f64);
+    }
+    for i in 0..4 {
+        let c = damping[0] + damping[1] * i as f64;
+        builder = builder.damper(GROUND, name(i), c);
+        for j in 0..i {
+            builder = builder.spring(name(j), name(i), coupling);
+        }
+    }
+    solved(builder.build().ok()?)
+}
+
+#[test]
+fn damped_roots_that_veer_or_cross_keep_their_places_at_every_step_size_both_ways() {
+    // A coupling κ makes frequencies veer where it is more than half the difference of the rates of decay, about κ/2ω.
+    let cases = [
+        (1e-6, [0.0, 0.0], true),
+        (1e-6, [1e-7, 0.7e-7], true),
+        (1e-6, [1e-3, 0.0], true),
+        (1e-9, [1e-3, 0.7e-3], false),
+        (1e-3, [0.1, 0.07], false),
+        (1e-2, [1e-3, 0.7e-3], true),
+    ];
+    for (coupling, damping, veers) in cases {
+        let (low, high) = (1.0, 12.0);
+        let at = |t: f64| four(low + t * (high - low), coupling, damping);
+        let ends = [at(0.0), at(1.0)].map(|end| end.expect("a design").roots().to_vec());
+        for steps in (1..=24).chain([40, 100, 301]) {
+            for (way, solve) in [&at as &dyn Fn(f64) -> Option<Follower>, &|t: f64| {
+                at(1.0 - t)
+            }]
+            .into_iter()
+            .enumerate()
+            {
+                let case = format!("{coupling} {damping:?} {steps} steps, way {way}");
+                let (roots, sure) = walked(steps, solve);
+                assert!(sure, "{case}");
+                // In the order of the start: the same order, or the first one passes the others.
+                let mut wanted = ends[1 - way].clone();
+                match (veers, way) {
+                    (true, _) => {}
+                    (false, 0) => wanted.rotate_right(2),
+                    (false, _) => wanted.rotate_left(2),
+                }
+                for (found, right) in roots.iter().zip(&wanted) {
+                    assert!((found - right).norm() < 1e-9, "{case}: {roots:?}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_pair_that_meets_on_the_real_axis_becomes_two_roots_and_a_pair_again() {
     let damped = |c: f64| {

@@ -12,7 +12,7 @@ use eigentone::response::{Combination, FrequencyFunctions, Quantity, ResponsePla
 use eigentone::scene::{RecordError, Scene, Table, did_you_mean};
 
 use super::frf::asked;
-use super::study::motion;
+use super::study::{is_end, is_to, motion};
 
 /// What was measured, and how the scene gives it.
 #[derive(Debug)]
@@ -504,15 +504,6 @@ fn frequencies(table: &Table, scene: &Scene, index: usize, unit: f64) -> Result<
         asked: questions,
     };
     reader.finish(source, &known)
-}
-
-fn is_end(scene: &Scene, name: &str) -> bool {
-    let system = scene.system();
-    system.form(name).is_some() || system.supports().iter().any(|support| support == name)
-}
-
-fn is_to(scene: &Scene, name: &str) -> bool {
-    is_end(scene, name) || scene.outputs().iter().any(|output| output.name == name)
 }
 
 fn motions(table: &Table, scene: &Scene, index: usize) -> Result<Measured, Unfit> {

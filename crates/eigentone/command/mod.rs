@@ -1,5 +1,6 @@
 //! The command line: what can be asked for, and how each command answers.
 
+mod absorber;
 mod analyze;
 mod campbell;
 mod check;
@@ -65,6 +66,7 @@ enum Command {
     Merge(merge::Merge),
     Optimise(optimise::Optimise),
     Fit(fit::Fit),
+    Absorber(absorber::Absorber),
     Cycle(cycle::Cycle),
     Export(export::Export),
     Check(check::Check),
@@ -93,6 +95,7 @@ impl Cli {
             Command::Merge(command) => command.run(),
             Command::Optimise(command) => command.run(),
             Command::Fit(command) => command.run(),
+            Command::Absorber(command) => command.run(),
             Command::Cycle(command) => command.run(),
             Command::Export(command) => command.run(),
             Command::Check(command) => command.run(),

@@ -53,9 +53,17 @@ impl Optimise {
     pub fn run(self) -> Result<(), Failure> {
         let names = self.vary.iter().map(|(path, _)| path.as_str());
         let (scene, varied) = Varied::read(&self.scene, Precision::Double, names)?;
-        let aim = |sign| move |metric| Aim { metric, sign };
-        let least = self.minimise.iter().map(aim(1.0));
-        let aims: Vec<Aim<'_>> = least.chain(self.maximise.iter().map(aim(-1.0))).collect();
+        let least = self.minimise.into_iter().map(|metric| (metric, 1.0));
+        let most = self.maximise.into_iter().map(|metric| (metric, -1.0));
+        let wanted = least.chain(most).map(|(metric, sign)| {
+            let metric = metric.of(&scene).map_err(|why| varied.refuse(why))?;
+            Ok((metric, sign))
+        });
+        let wanted = wanted.collect::<Result<Vec<_>, Failure>>()?;
+        let aims = wanted
+            .iter()
+            .map(|&(ref metric, sign)| Aim { metric, sign });
+        let aims: Vec<Aim<'_>> = aims.collect();
         let modes = scene.system().modes_to(Precision::Double);
         let modes = modes.map_err(Failure::modes(&self.scene))?;
         for Aim { metric, .. } in &aims {

@@ -36,6 +36,10 @@ fn written<T>(file: &Path, result: io::Result<T>) -> Result<T, Failure> {
     })
 }
 
+fn read<T>(file: &Path, result: io::Result<T>) -> Result<T, Failure> {
+    result.map_err(|error| unfit(file, format!("cannot be read: {error}")))
+}
+
 /// `sweep`, or `sweep.2-of-8`.
 fn stem(part: u64, parts: u64) -> String {
     match parts {
@@ -68,7 +72,7 @@ impl Part {
         let growing = self.file(".csv.part");
         let known = self.file(".json");
         if resume && known.exists() {
-            let text = written(&known, fs::read_to_string(&known))?;
+            let text = read(&known, fs::read_to_string(&known))?;
             let told: Value = serde_json::from_str(&text).unwrap_or_default();
             same(&known, &told, &self.question)?;
             if !growing.exists() && self.file(".csv").exists() {
@@ -133,7 +137,7 @@ impl Part {
             return Ok(());
         }
         let file = self.file(".csv");
-        let text = written(&file, fs::read_to_string(&file))?;
+        let text = read(&file, fs::read_to_string(&file))?;
         let designs: Option<Vec<SweptDesign>> = text
             .lines()
             .skip(1)
@@ -178,11 +182,11 @@ fn same(file: &Path, told: &Value, asked: &Value) -> Result<(), Failure> {
 
 /// How many lines of a file are complete, and how many bytes these have.
 fn complete_lines(file: &Path) -> Result<[u64; 2], Failure> {
-    let mut reader = BufReader::new(written(file, File::open(file))?);
+    let mut reader = BufReader::new(read(file, File::open(file))?);
     let (mut line, mut found) = (Vec::new(), [0, 0]);
     loop {
         line.clear();
-        let length = written(file, reader.read_until(b'\n', &mut line))?;
+        let length = read(file, reader.read_until(b'\n', &mut line))?;
         if !line.ends_with(b"\n") {
             return Ok(found);
         }
@@ -221,9 +225,9 @@ impl Growing {
 /// designs it has.
 pub fn merge(directory: &Path) -> Result<u64, Failure> {
     let mut parts: Vec<([u64; 2], PathBuf)> = Vec::new();
-    let entries = written(directory, fs::read_dir(directory))?;
+    let entries = read(directory, fs::read_dir(directory))?;
     for entry in entries {
-        let path = written(directory, entry)?.path();
+        let path = read(directory, entry)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let numbers = name
             .strip_prefix("sweep.")
@@ -320,7 +324,7 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
 }
 
 fn question(file: &Path) -> Result<Value, Failure> {
-    let text = written(file, fs::read_to_string(file))?;
+    let text = read(file, fs::read_to_string(file))?;
     serde_json::from_str(&text).map_err(|error| unfit(file, error.to_string()))
 }
 

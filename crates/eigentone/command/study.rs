@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
-use eigentone::modes::{Eigenvalue, Modes, Precision};
+use eigentone::modes::{Eigenvalue, Modes, Motion, Precision};
 use eigentone::response::{
-    Combination, Destination, Extrema, LargestGain, Peak, Quantity, ResponsePlan, Sum, Summary,
-    peak_grid,
+    Combination, Extrema, LargestGain, Peak, Problem, Quantity, ResponsePlan, StateSpaceError, Sum,
+    Summary, Trajectory, peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use serde_json::Value;
@@ -40,25 +40,90 @@ impl FromStr for Metric {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Metric, String> {
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let kind = match words[..] {
-            ["damping"] => Kind::Damping,
-            ["frequency", k] => match k.parse() {
+        let text = text.trim();
+        let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+        let rest = rest.trim_start();
+        let kind = match (word, rest) {
+            ("damping", "") => Kind::Damping,
+            ("frequency", k) if !k.is_empty() => match k.parse() {
                 Ok(k) if k >= 1 => Kind::Frequency(k),
                 _ => return Err("the modes of \"frequency K\" count from 1".to_owned()),
             },
-            ["gain", from, to] => Kind::Gain(from.to_owned(), to.to_owned(), None),
-            ["gain", from, to, limits] => {
-                Kind::Gain(from.to_owned(), to.to_owned(), Some(band(limits)?))
-            }
-            ["rms", name] => Kind::Rms(name.to_owned()),
-            ["peak", name] => Kind::Peak(name.to_owned()),
-            ["settling", name] => Kind::Settling(name.to_owned()),
+            ("gain", ends) => match ends.split_whitespace().collect::<Vec<&str>>()[..] {
+                [] | [_] => return Err(format!("metrics are {METRICS}")),
+                [from, to] => Kind::Gain(from.to_owned(), to.to_owned(), None),
+                // Names may have spaces: which they are the scene tells.
+                _ => Kind::Gain(ends.to_owned(), String::new(), None),
+            },
+            ("rms", name) if !name.is_empty() => Kind::Rms(name.to_owned()),
+            ("peak", name) if !name.is_empty() => Kind::Peak(name.to_owned()),
+            ("settling", name) if !name.is_empty() => Kind::Settling(name.to_owned()),
             _ => return Err(format!("metrics are {METRICS}")),
         };
-        let text = words.join(" ");
+        let text = text.to_owned();
         Ok(Metric { text, kind })
     }
+}
+
+impl Metric {
+    /// The same with the ends of a gain that names of the scene leave no choice about.
+    pub fn of(self, scene: &Scene) -> Result<Metric, String> {
+        let Kind::Gain(ends, to, None) = &self.kind else {
+            return Ok(self);
+        };
+        if !to.is_empty() {
+            return Ok(self);
+        }
+        let spaces = |text: &str| -> Vec<usize> {
+            let all = text.char_indices();
+            let all = all.filter(|(_, letter)| letter.is_whitespace());
+            all.map(|(at, _)| at).collect()
+        };
+        let fit = |ends: &str, limits: Option<(f64, f64)>| -> Vec<Kind> {
+            let parts = spaces(ends).into_iter().map(|at| ends.split_at(at));
+            let parts = parts.map(|(from, to)| (from.trim_end(), to.trim_start()));
+            let known = parts.filter(|(from, to)| is_end(scene, from) && is_to(scene, to));
+            let gain =
+                |(from, to): (&str, &str)| Kind::Gain(from.to_owned(), to.to_owned(), limits);
+            known.map(gain).collect()
+        };
+        let mut all = fit(ends, None);
+        if let Some((names, limits)) = ends.rsplit_once(char::is_whitespace) {
+            let are_ends = !fit(names.trim_end(), None).is_empty();
+            match band(limits) {
+                Ok(limits) => all.extend(fit(names.trim_end(), Some(limits))),
+                Err(wrong) if are_ends && all.is_empty() => {
+                    return Err(format!("{}: {wrong}", self.text));
+                }
+                Err(_) => {}
+            }
+        }
+        all.dedup();
+        match <[Kind; 1]>::try_from(all) {
+            Ok([kind]) => Ok(Metric { kind, ..self }),
+            Err(all) => {
+                let why = match all[..] {
+                    [] => "no two names of the scene are in it",
+                    _ => "more than two names of the scene are in it",
+                };
+                let text = &self.text;
+                Err(format!(
+                    "{text}: {why}: write \"gain FROM TO\" or \"gain FROM TO lo:hi\""
+                ))
+            }
+        }
+    }
+}
+
+/// Whether a frequency response can start there.
+pub fn is_end(scene: &Scene, name: &str) -> bool {
+    let system = scene.system();
+    system.form(name).is_some() || system.supports().iter().any(|support| support == name)
+}
+
+/// Whether one can end there.
+pub fn is_to(scene: &Scene, name: &str) -> bool {
+    is_end(scene, name) || scene.outputs().iter().any(|output| output.name == name)
 }
 
 /// The frequencies between which a gain is sought.
@@ -213,13 +278,22 @@ impl Varied {
                 Ok(ratios(modes).map(|(_, ratio)| ratio).reduce(f64::min))
             }
             Kind::Frequency(k) => match modes.into_iter().nth(k - 1) {
+                Some(mode) if mode.eigenvalue().is_doubtful() => Ok(None),
                 Some(mode) => Ok(Some(mode.natural_frequency().radians_per_second())),
-                None => Err(format!(
-                    "there are only {} modes",
-                    modes.into_iter().count()
-                )),
+                // A pair that meets on the real axis becomes two modes: other designs may have this one.
+                None if *k <= modes.eigenvalues().len() => Ok(None),
+                None => {
+                    let count = modes.into_iter().count();
+                    Err(match count {
+                        1 => "there is only 1 mode".to_owned(),
+                        count => format!("there are only {count} modes"),
+                    })
+                }
             },
             Kind::Gain(from, to, band) => {
+                if grows(modes) {
+                    return Ok(None);
+                }
                 if self.precision == Precision::Double && modes.eigenvalues().iter().all(decays) {
                     let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
                     let largest = peaks
@@ -257,11 +331,17 @@ impl Varied {
                     return Err("a spring with a `loss_factor` has no force in time".to_owned());
                 }
                 let noise = scene.noise().ok_or("the scene has no `noise`")?;
-                let motion = noise.solve().map_err(|error| error.to_string())?;
+                let motion = match noise.solve() {
+                    Ok(motion) => motion,
+                    // It is infinite, or not known.
+                    Err(
+                        StateSpaceError::NotStationary { .. } | StateSpaceError::NotShownStationary,
+                    ) => return Ok(None),
+                    Err(error) => return Err(error.to_string()),
+                };
                 let mut all = motion.outputs().iter().chain(motion.displacement());
                 let found = all.find(|of| of.name == *name);
-                let found =
-                    found.ok_or_else(|| format!("there is no output, mass or point {name:?}"))?;
+                let found = found.ok_or_else(|| unknown(scene, name))?;
                 Ok(found.rms.finite().map(|(value, _)| value))
             }
             Kind::Peak(name) => peak(scene, self.precision, name),
@@ -275,6 +355,13 @@ fn decays(root: &Eigenvalue) -> bool {
     !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
 }
 
+/// Whether something grows: there is no steady motion then that a frequency response would tell of.
+fn grows(modes: &Modes) -> bool {
+    modes
+        .into_iter()
+        .any(|mode| mode.motion() == Motion::Growing)
+}
+
 /// Each root but 0 with its damping ratio.
 pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     let roots = modes.into_iter().map(|mode| mode.eigenvalue().value);
@@ -284,7 +371,7 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// Frequency in rad/s and magnitude of each peak in doubles within a band, or at all frequencies, its ends and the highest frequency
-/// looked at included; `None` where one is infinite.
+/// looked at included; `None` where one is infinite, or something grows.
 pub fn peaks_of_gain(
     scene: &Scene,
     modes: &Modes,
@@ -298,6 +385,9 @@ pub fn peaks_of_gain(
     const ROUNDS: usize = 20;
     /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
     const FLAT: f64 = 1e-13;
+    if grows(modes) {
+        return Ok(None);
+    }
     let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
     let look = |frequencies: &[f64]| -> Result<Option<Vec<f64>>, String> {
         let functions = asked.at(frequencies).map_err(|error| error.to_string())?;
@@ -380,7 +470,7 @@ fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
 }
 
 /// Refuses what has no linear motion in time.
-pub fn motion(scene: &Scene) -> Result<eigentone::response::Problem<'_>, String> {
+pub fn motion(scene: &Scene) -> Result<Problem<'_>, String> {
     if let Some(first) = scene.switch_places().into_iter().next() {
         return Err(format!(
             "the scene has {first}, and this metric is for linear motions alone"
@@ -392,51 +482,55 @@ pub fn motion(scene: &Scene) -> Result<eigentone::response::Problem<'_>, String>
     problem.map_err(|error| error.to_string())
 }
 
-/// The largest magnitude at any time.
-fn peak(scene: &Scene, precision: Precision, name: &str) -> Result<Option<f64>, String> {
+/// No output, mass or point has this name.
+fn unknown(scene: &Scene, name: &str) -> String {
+    let outputs = scene.outputs().iter().map(|output| &output.name);
+    let points = scene.system().points().iter().map(|point| &point.name);
+    let known = outputs.chain(scene.system().names()).chain(points);
+    let hint = did_you_mean(name, &known.collect::<Vec<_>>());
+    format!("there is no output, mass or point {name:?}: {hint}")
+}
+
+/// The linear motion of an output, or of the displacement of a mass or point, as the one combination of its problem, and with it
+/// its instants.
+fn moving<'a>(
+    scene: &'a Scene,
+    precision: Precision,
+    name: &str,
+) -> Result<(Problem<'a>, Trajectory), String> {
     let output = scene.outputs().iter().find(|output| output.name == *name);
-    let sum = match output {
+    let of = match output {
         Some(output) => output.of.clone(),
         None if scene.system().form(name).is_some() => {
             Sum::Motions(vec![(Quantity::Displacement, name.to_owned(), 1.0)])
         }
-        None => return Err(format!("there is no output, mass or point {name:?}")),
+        None => return Err(unknown(scene, name)),
     };
-    let combination = Combination {
-        name: name.to_owned(),
-        of: sum,
-    };
+    let name = name.to_owned();
     let problem = motion(scene)?.to(precision);
-    let problem = problem.with_combinations(vec![combination]);
+    let problem = problem.with_combinations(vec![Combination { name, of }]);
     let problem = problem.map_err(|error| error.to_string())?;
     let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
     let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+    Ok((problem, trajectory))
+}
+
+/// The largest magnitude at any time.
+fn peak(scene: &Scene, precision: Precision, name: &str) -> Result<Option<f64>, String> {
+    let (problem, trajectory) = moving(scene, precision, name)?;
     let extrema = Extrema::of(&problem, &trajectory);
     let peaks = extrema.as_ref().and_then(|extrema| extrema.output(0));
     Ok(peaks.map(|peaks| peaks.largest().value.abs()))
 }
 
-/// The last time outside 2 % of the largest deviation from where a mass comes to rest.
+/// The last time outside 2 % of the largest deviation from where it comes to rest.
 fn settling(scene: &Scene, modes: &Modes, name: &str) -> Result<Option<f64>, String> {
-    let names = scene.system().names();
-    let Some(index) = names.iter().position(|known| known == name) else {
-        return Err(format!(
-            "there is no mass {name:?}: {}",
-            did_you_mean(name, names)
-        ));
-    };
     // Settling between the samples is known where the motion is proven.
-    let problem = motion(scene)?.to(Precision::default());
-    let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
-    let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+    let (problem, trajectory) = moving(scene, Precision::default(), name)?;
     let summary = Summary::of(&problem, &trajectory, modes);
-    let summary = summary.filter(Summary::is_between);
-    Ok(
-        summary.and_then(|summary| match summary.coordinates()[index].destination {
-            Destination::Rest { settled, .. } => settled,
-            _ => None,
-        }),
-    )
+    let rests = summary.and_then(|summary| summary.combinations(&problem, &trajectory));
+    let rest = rests.and_then(|mut rests| rests.pop().flatten());
+    Ok(rest.and_then(|rest| rest.settled))
 }
 
 /// The text of a value around the numbers at these places.

@@ -60,7 +60,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    pub fn run(self) -> Result<(), Failure> {
+    pub fn run(mut self) -> Result<(), Failure> {
         let accuracy = Accuracy {
             precision: self.precision,
             tolerance: self.tolerance,
@@ -68,6 +68,9 @@ impl Sweep {
         let names = self.vary.iter().map(|one| one.path.as_str());
         let (scene, varied) = Varied::read(&self.scene, accuracy.precision()?, names)?;
         let refuse = |message: String| varied.refuse(message);
+        let metrics = std::mem::take(&mut self.metric).into_iter();
+        let metrics = metrics.map(|metric| metric.of(&scene).map_err(refuse));
+        self.metric = metrics.collect::<Result<_, _>>()?;
         let ranges = self.vary.iter().map(|one| one.range.clone());
         let grid = Grid::new(ranges.collect()).map_err(|error| refuse(error.to_string()))?;
         let (part, parts) = self.shard.unwrap_or((1, 1));

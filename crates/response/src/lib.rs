@@ -80,8 +80,8 @@ pub use problem::{
     State, Step, Straight, Sum, TimeGrid, Timeline, Versine, turns,
 };
 pub use quantity::{
-    CoordinateSummary, Destination, Discontinuity, ElementForces, Energy, Extrema, Extremum,
-    Fastest, Jump, Peaks, Reached, Summary,
+    CombinationRest, CoordinateSummary, Destination, Discontinuity, ElementForces, Energy, Extrema,
+    Extremum, Fastest, Jump, Peaks, Reached, Summary,
 };
 pub use response_spectrum::{
     BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,

@@ -248,19 +248,28 @@ struct ModalForms {
     error: f64,
 }
 
-/// The undamped modes, from the springs where the system is built of them; among those of one
-/// frequency, ones that C does not couple.
+/// The undamped modes, from the springs where the system is built of them.
+pub(crate) fn undamped_modes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+    entries: Entries,
+) -> Result<Vec<RealMode>, ModesError> {
+    match spring_factor::refuses_springs(system) {
+        None => spring_factor::real_modes(solver, system, structure),
+        Some(_) => symmetric::real_modes(solver, system, structure, entries),
+    }
+}
+
+/// The same; among those of one frequency, ones that C does not couple. Those of nearly one frequency are mixed too, which
+/// only a C that couples none of another frequency allows.
 pub(crate) fn real_modes(
     solver: &dyn ModeSolver,
     system: &System,
     structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
-    let mut modes = if spring_factor::refuses_springs(system).is_none() {
-        spring_factor::real_modes(solver, system, structure)?
-    } else {
-        symmetric::real_modes(solver, system, structure, entries)?
-    };
+    let mut modes = undamped_modes(solver, system, structure, entries)?;
     separate(system, &mut modes, entries);
     Ok(modes)
 }

@@ -65,7 +65,12 @@ impl ModeSolver for ModalMatrix {
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
         admit(self, system, structure)?;
         let undamped = structure.undamped_modes().unwrap_or(0);
-        let modes = classical::real_modes(self, system, structure, Entries::Plain)?;
+        // Mixing shapes of nearly one frequency would neglect what K couples them by.
+        let shapes = match undamped {
+            0 => classical::undamped_modes,
+            _ => classical::real_modes,
+        };
+        let modes = shapes(self, system, structure, Entries::Plain)?;
         let modes = modes.into_iter().map(RealMode::mass_normalised).collect();
         let (apart, mut modes) = set_apart(modes, undamped);
         let mut roots = undamped_roots(apart);
@@ -163,6 +168,44 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
 mod tests {
     use super::*;
     use crate::model::GROUND;
+
+    /// Two oscillators that a soft spring couples more than their damping tells them apart: (Δω)² = κ² + (δ + iσ)²/4, about.
+    #[test]
+    fn damping_does_not_hide_what_a_soft_spring_couples() {
+        let (k, coupling, c) = (5.9, 1e-6, [1e-7, 3.1e-7]);
+        for shift in [-1e-6, -1e-7, 0.0, 1e-8, 1e-6] {
+            let system = System::builder()
+                .mass("a", 1.0)
+                .mass("b", 1.0)
+                .spring(GROUND, "a", k + shift)
+                .spring(GROUND, "b", k)
+                .spring("a", "b", coupling)
+                .damper(GROUND, "a", c[0])
+                .damper(GROUND, "b", c[1])
+                .build()
+                .unwrap();
+            let modes = ModalMatrix.solve(&system, system.structure()).unwrap();
+            let found: Vec<Complex<f64>> =
+                modes.iter().map(|mode| mode.eigenvalue().value).collect();
+            // (λ² + c₁λ + k₁)(λ² + c₂λ + k₂) = κ² has the roots nearest to these.
+            let own = |i: usize, root: Complex<f64>| {
+                let stiffness = k + coupling + if i == 0 { k + shift - k } else { 0.0 };
+                root * root + c[i] * root + stiffness
+            };
+            for root in &found {
+                let left = own(0, *root) * own(1, *root) - coupling * coupling;
+                let slope = (own(0, *root) + own(1, *root)) * 2.0 * root;
+                assert!((left / slope).norm() < 1e-13, "{shift}: {root}");
+            }
+            let gap = found[0] - found[1];
+            let wanted = Complex::new(shift, (c[1] - c[0]) * k.sqrt());
+            let wanted = (wanted * wanted + 4.0 * coupling * coupling).sqrt() / (2.0 * k.sqrt());
+            assert!(
+                (gap.im.abs() / wanted.re - 1.0).abs() < 1e-4,
+                "{shift}: {gap}"
+            );
+        }
+    }
 
     #[test]
     fn a_mode_with_its_damper_in_a_node_stays_undamped() {

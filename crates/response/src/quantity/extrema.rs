@@ -451,8 +451,8 @@ impl Band {
 }
 
 /// When each coordinate that has a band was last outside it, in s, at any time from the instant
-/// `from` of the grid on: 0 if it never was, `None` if it is at the very end. `None` in place of all
-/// where the motion cannot be followed.
+/// `from` of the grid on: 0 if it never was, `None` if it is at the very end; with more bands so of what the problem asks for
+/// beside them, in the order of what is followed. `None` in place of all where the motion cannot be followed.
 pub(crate) fn last_outside(
     problem: &Problem<'_>,
     trajectory: &Trajectory,
@@ -462,7 +462,11 @@ pub(crate) fn last_outside(
     /// A stretch is looked at in so many places.
     const PLACES: u32 = 32;
     let mut last = vec![Some(0.0); bands.len()];
-    follow(problem, from, ranges(trajectory), &mut |stretch| {
+    let mut followed = ranges(trajectory);
+    if bands.len() > followed.len() {
+        followed.extend(ranges_beside(problem, trajectory));
+    }
+    follow(problem, from, followed, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {
             let Some(band) = band else { continue };
             let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));

@@ -10,4 +10,4 @@ mod summary;
 pub use element_force::ElementForces;
 pub use energy::Energy;
 pub use extrema::{Discontinuity, Extrema, Extremum, Fastest, Jump, Peaks, Reached};
-pub use summary::{CoordinateSummary, Destination, Summary};
+pub use summary::{CombinationRest, CoordinateSummary, Destination, Summary};

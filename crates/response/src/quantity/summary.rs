@@ -93,6 +93,16 @@ pub enum Destination {
     Growth,
 }
 
+/// Where a combination comes to rest if the loads go on as they are at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CombinationRest {
+    /// At this value, in the unit of the combination.
+    pub value: f64,
+    /// The last time in s at which it is farther away than 2 % of the largest deviation, 0 if there is none; `None` if it
+    /// still is at the end.
+    pub settled: Option<f64>,
+}
+
 impl Summary {
     /// Sums up a trajectory of the problem; `modes` are those of its system. Peaks, velocities and settling are
     /// those of the motion itself, also between the instants, if the trajectory goes to the end of the
@@ -230,6 +240,74 @@ impl Summary {
     pub fn coordinates(&self) -> &[CoordinateSummary] {
         &self.coordinates
     }
+
+    /// Where each combination of the problem comes to rest, as all that it combines does; else there is none, as for a
+    /// difference of two that go away together. `problem` and `trajectory` are those that were summed up. `None` where
+    /// [`is_between`](Self::is_between) says so, and where combinations cannot be followed.
+    pub fn combinations(
+        &self,
+        problem: &Problem<'_>,
+        trajectory: &Trajectory,
+    ) -> Option<Vec<Option<CombinationRest>>> {
+        let extrema = self.extrema.as_ref()?;
+        let n = self.coordinates.len();
+        let supports = supports_at_rest(problem);
+        let place = |i: usize| match i.checked_sub(n) {
+            Some(support) => supports[support],
+            None => match self.coordinates[i].destination {
+                Destination::Rest { displacement, .. } => Some(displacement),
+                _ => None,
+            },
+        };
+        let before = if problem.wants_acceleration() {
+            2 * n
+        } else {
+            n
+        };
+        let mut bands = vec![None; before];
+        for (k, source) in problem.sources().iter().enumerate() {
+            let peaks = match k < problem.combinations().len() {
+                true => Some(extrema.output(k)?),
+                false => None,
+            };
+            let terms = source.terms.iter().enumerate();
+            let terms =
+                terms.flat_map(|(order, terms)| terms.iter().map(move |term| (order, term)));
+            let values = terms.map(|(order, (i, [a, b]))| {
+                let place = place(*i)?;
+                Some(if order == 0 { a * b * place } else { 0.0 })
+            });
+            let centre = values.sum::<Option<f64>>();
+            bands.push(peaks.zip(centre).map(|(peaks, centre)| {
+                let (high, low) = (peaks.highest, peaks.lowest);
+                let farthest = (high.value - centre).abs().max((low.value - centre).abs());
+                let half_width = (BAND * farthest).max(high.bound).max(low.bound);
+                Band { centre, half_width }
+            }));
+        }
+        let outputs = before..before + problem.combinations().len();
+        let steps = trajectory.steps();
+        let is_outside = |i: usize, k: usize| {
+            let value = trajectory.output(i - before)[k];
+            bands[i].is_some_and(|band: Band| band.excludes(value))
+        };
+        let latest = (0..steps.len()).max_by_key(|k| steps[*k])?;
+        let last_seen = outputs.clone().filter(|i| bands[*i].is_some()).map(|i| {
+            let outside = (0..steps.len()).filter(|k| is_outside(i, *k));
+            outside.map(|k| steps[k]).max().unwrap_or(0)
+        });
+        let Some(from) = last_seen.min() else {
+            return Some(vec![None; outputs.len()]);
+        };
+        let last = last_outside(problem, trajectory, from, &bands)?;
+        let rests = outputs.map(|i| {
+            Some(CombinationRest {
+                value: bands[i]?.centre,
+                settled: last[i].filter(|_| !is_outside(i, latest)),
+            })
+        });
+        Some(rests.collect())
+    }
 }
 
 /// The latest state, and the largest velocity of all.
@@ -276,11 +354,11 @@ fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
     for i in 0..n {
         force[i] -= rate[i] * end;
     }
-    let mut add = |signal: usize, value: f64, growth: f64| {
+    for (signal, [value, growth]) in lasting(problem) {
         let Some(channel) = signal.checked_sub(n) else {
             force[signal] += value;
             rate[signal] += growth;
-            return;
+            continue;
         };
         let channel = &problem.channels()[channel];
         if channel.integrals == 0 {
@@ -291,27 +369,59 @@ fn finally(problem: &Problem<'_>) -> (Vec<f64>, Vec<f64>) {
             let resisted = channel.directions[1].iter();
             resisted.for_each(|&(row, factor)| force[row] += factor * growth);
         }
-    };
-    for applied in problem.drives() {
-        let on = applied.coordinate;
-        match &applied.load {
-            Load::Step(step) => add(on, step.force, 0.0),
+    }
+    (force, rate)
+}
+
+/// What loads leave of each signal, apart from what swings: as of t = 0, and its growth.
+fn lasting<'a>(problem: &'a Problem<'_>) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
+    problem.drives().iter().filter_map(|applied| {
+        let of = match &applied.load {
+            Load::Step(step) => [step.force, 0.0],
             // Forces that grow and stop growing leave what they have grown to.
-            Load::Ramp(ramp) => add(on, -ramp.rate * ramp.start, ramp.rate),
-            Load::Samples(samples) => {
-                add(on, samples.values.last().copied().unwrap_or(0.0), 0.0);
-            }
+            Load::Ramp(ramp) => [-ramp.rate * ramp.start, ramp.rate],
+            Load::Samples(samples) => [samples.values.last().copied().unwrap_or(0.0), 0.0],
             Load::Harmonic(load) if load.frequency == 0.0 => {
-                add(on, load.amplitude * load.phase.sin(), 0.0);
+                [load.amplitude * load.phase.sin(), 0.0]
             }
             Load::Harmonic(_)
             | Load::Impulse(_)
             | Load::HalfSine(_)
             | Load::Versine(_)
-            | Load::Polynomial(_) => {}
+            | Load::Polynomial(_) => return None,
+        };
+        Some((applied.coordinate, of))
+    })
+}
+
+/// Where each support stays; `None` where it does not, or where its velocity or acceleration is given.
+fn supports_at_rest(problem: &Problem<'_>) -> Vec<Option<f64>> {
+    let n = problem.system().len();
+    let count = problem.system().supports().len();
+    let mut motions = vec![Some([0.0; 2]); count];
+    let support = |signal: usize| {
+        let channel = &problem.channels()[signal.checked_sub(n)?];
+        Some((channel.support?, channel.integrals == 0))
+    };
+    for applied in problem.drives() {
+        let swings = matches!(&applied.load, Load::Harmonic(load) if load.frequency != 0.0);
+        if let Some((support, is_given)) = support(applied.coordinate)
+            && (swings || !is_given)
+        {
+            motions[support] = None;
         }
     }
-    (force, rate)
+    for (signal, [value, growth]) in lasting(problem) {
+        if let Some([sum, rate]) = support(signal).and_then(|(at, _)| motions[at].as_mut()) {
+            *sum += value;
+            *rate += growth;
+        }
+    }
+    let rest = |motion: Option<[f64; 2]>| motion.filter(|[_, rate]| *rate == 0.0);
+    motions
+        .into_iter()
+        .map(|motion| Some(rest(motion)?[0]))
+        .collect()
 }
 
 /// Where the coordinates stay, and which of them do not.

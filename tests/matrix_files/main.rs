@@ -258,7 +258,7 @@ fn what_is_wrong_is_named_with_its_line() {
             "array-more",
             format!("{ARRAY}3 3\n{}", "1\n".repeat(10)),
             12,
-            "more after the 9 entries",
+            "more after the last of the entries announced, 9",
         ),
         (
             "array-nan",

@@ -8,11 +8,14 @@ mod front;
 mod matrices;
 #[path = "cli/slepc.rs"]
 mod slepc;
+#[path = "cli/typed.rs"]
+mod typed;
 
 use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::LazyLock;
 
 use eigentone::gallery::{Case, cases};
 use serde_json::Value;
@@ -91,11 +94,21 @@ fn assert_keys(text: &str, value: &Value, keys: &[&str]) {
     assert!(places.is_sorted(), "{keys:?}");
 }
 
+/// What is printed of a scene of the gallery. That of a million seconds takes seconds, and is asked for once.
+fn analysis(name: &str) -> String {
+    static LONG: LazyLock<String> =
+        LazyLock::new(|| printed(&["analyze", &scene("undamped-long")]));
+    match name {
+        "undamped-long" => LONG.clone(),
+        _ => printed(&["analyze", &scene(name)]),
+    }
+}
+
 #[test]
 fn every_scene_of_the_gallery_is_answered() {
     for case in cases() {
         let file = scene(case.name());
-        let analysis = printed(&["analyze", &file]);
+        let analysis = analysis(case.name());
         let title = case.scene().title().expect("a title").to_owned();
         assert!(analysis.starts_with(&title), "{analysis}");
         for part in ["Structure", "Plan", "Modes", "Bounds", "proven"] {
@@ -316,7 +329,7 @@ fn the_analysis_shows_the_known_numbers() {
         assert!(roots.contains(root), "no {root}:\n{roots}");
     }
     let ends = |name: &str, word: &str| {
-        let analysis = printed(&["analyze", &scene(name)]);
+        let analysis = analysis(name);
         assert!(analysis.contains(word), "{analysis}");
     };
     ends("undamped-long", "keeps oscillating");
@@ -1248,7 +1261,7 @@ fn root_mean_squares_have_the_shape_that_was_agreed_on() {
         (&body["value"], &body["bound"]),
         (&Value::Null, &Value::Null)
     );
-    let reason = "infinite under noise: soil acceleration";
+    let reason = "infinite, by the noise in soil acceleration";
     assert_eq!(body["reason"], reason);
     let mut files = listed(Path::new(out));
     files.sort();

@@ -5,14 +5,14 @@ mod command;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    match command::Cli::parse().run() {
+    match command::Cli::read().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            // Nothing is left to tell it to if standard error is closed.
-            let _ = writeln!(std::io::stderr(), "error: {failure}");
+            let red = clap::builder::styling::AnsiColor::Red.on_default().bold();
+            // Colours reach terminals alone, and none where NO_COLOR is set. Nothing is left to tell it to if standard error is
+            // closed.
+            let _ = writeln!(anstream::stderr(), "{red}error:{red:#} {failure}");
             ExitCode::from(failure.status())
         }
     }

@@ -85,7 +85,7 @@ fn planted_parameters_come_back_from_every_kind_of_measurement() {
         }
         assert_eq!(answer["local_minimum"], true, "{answer}");
         let text = printed(&arguments);
-        assert!(text.contains("fitted to") && text.contains("95 % intervals"));
+        assert!(text.contains("fitted to") && text.contains("95 % confidence intervals"));
         // The scene that is found is one, and answers as the one that was measured.
         let scene = printed(&[&arguments[..], &["--as-scene"]].concat());
         let file = folder.join("found.json");

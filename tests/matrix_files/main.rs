@@ -233,7 +233,7 @@ fn what_is_wrong_is_named_with_its_line() {
             "more",
             head("3 3 1\n1 1 1\n2 2 1\n"),
             4,
-            "more after the 1 entries",
+            "more after the last of the entries announced, 1",
         ),
         ("row-0", head("3 3 1\n0 1 1\n"), 3, "from 1 to 3"),
         ("row-4", head("3 3 1\n4 1 1\n"), 3, "from 1 to 3"),
@@ -258,7 +258,7 @@ fn what_is_wrong_is_named_with_its_line() {
             "array-more",
             format!("{ARRAY}3 3\n{}", "1\n".repeat(10)),
             12,
-            "more after the 9 entries",
+            "more after the last of the entries announced, 9",
         ),
         (
             "array-nan",

@@ -118,7 +118,7 @@ fn what_is_wrong_is_named_with_its_byte() {
             "longer-row",
             with(16, 30),
             "byte 16",
-            "more than the 10 entries announced",
+            "more entries than announced, 10",
         ),
         ("shorter-row", with(16, 2), "byte 12", "9 entries together"),
         ("negative-row", with(20, -1), "byte 20", "0 or more"),

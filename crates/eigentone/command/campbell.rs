@@ -19,10 +19,10 @@ pub struct Campbell {
     /// Speeds of the rotor in rad/s: FROM:TO:COUNT, FROM:TO:COUNT:log or values with commas between them
     #[arg(long, value_name = "RANGE", value_parser = range)]
     speeds: Range,
-    /// The speed in rad/s at which the skew part of the damping matrix holds; at others it is in proportion
+    /// The speed in rad/s for which the gyroscopic terms of the scene are given; at others they are in proportion
     #[arg(long, value_name = "SPEED", value_parser = positive, default_value_t = 1.0)]
     given_at: f64,
-    /// How often a turn what excites the rotor acts
+    /// How many times in each turn the excitation acts: 1 is unbalance; several with commas between
     #[arg(long, value_name = "ORDERS", value_parser = positive, value_delimiter = ',', default_value = "1")]
     orders: Vec<f64>,
     /// Print one JSON object with every digit

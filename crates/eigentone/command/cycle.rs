@@ -22,11 +22,10 @@ pub struct Cycle {
     memory: memory::Limit,
     #[command(flatten)]
     form: Form,
-    /// It repeats itself after so many seconds [default: one cycle of the slowest harmonic load; where there is none, what the
-    /// motion makes]
+    /// The period, in s [default: one cycle of the slowest harmonic load; without such a load it is found from the motion]
     #[arg(long, value_name = "SECONDS", value_parser = positive, conflicts_with = "cycles")]
     period: Option<f64>,
-    /// It repeats itself after so many cycles of the slowest harmonic load
+    /// The period, in cycles of the slowest harmonic load
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     cycles: Option<u32>,
     /// Print the scene, with the start and the time of one period, for `response` and `analyze`

@@ -15,7 +15,7 @@ use super::progress::Progress;
 use super::study::{Varied, object};
 use super::{Failure, print, source};
 
-/// Finds the numbers of the scene that agree best with measurements, and how well these tell them
+/// Finds the numbers of the scene that agree best with measurements, and how accurately these determine them
 #[derive(Debug, Args)]
 pub struct Fit {
     /// The scene file; - is standard input
@@ -210,21 +210,21 @@ impl Answer<'_> {
         let _ = writeln!(text, "fitted to {}", columns.join(", "));
         if found.interval.iter().any(Option::is_some) {
             let rest = match self.known {
-                true => "with the standard deviations given",
-                false => "with the scatter that is left",
+                true => "from the standard deviations given",
+                false => "from the scatter of the residuals",
             };
-            let _ = writeln!(text, "±: 95 % intervals, {rest}");
+            let _ = writeln!(text, "±: 95 % confidence intervals, {rest}");
         }
         let squares = found.residuals.iter().map(|left| left * left);
         let mean = (squares.sum::<f64>() / found.residuals.len() as f64).sqrt();
         let _ = match self.known {
             true => writeln!(
                 text,
-                "left: {mean:.3} standard deviations, root mean square"
+                "residuals: {mean:.3} standard deviations, root mean square"
             ),
             false => writeln!(
                 text,
-                "left: {mean:.1e} of what was measured, root mean square"
+                "residuals: {mean:.1e} of the measured values, root mean square"
             ),
         };
         if found.undetermined.is_empty() && found.interval.iter().all(Option::is_none) {

@@ -24,7 +24,7 @@ pub struct Frf {
     /// drives, else its supports, else each mass of up to 8]
     #[arg(long, value_name = "NAME")]
     from: Vec<String>,
-    /// Looked at: a mass, point, support or output; may be repeated [default: all masses, points and outputs]
+    /// An output: a mass, a point, a support or an output of the scene; may be repeated [default: all masses, points and outputs]
     #[arg(long, value_name = "NAME")]
     to: Vec<String>,
     /// Which derivative of the motion of masses, points and supports

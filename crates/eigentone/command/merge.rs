@@ -10,7 +10,7 @@ use super::{Failure, parts, print};
 /// Makes one table, and its plots, of the parts that `sweep --shard i/N --out DIR` wrote
 #[derive(Debug, Args)]
 pub struct Merge {
-    /// Where all the parts are
+    /// The directory of all the parts
     #[arg(value_name = "DIR")]
     directory: PathBuf,
 }

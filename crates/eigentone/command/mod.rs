@@ -35,10 +35,12 @@ mod study;
 mod sweep;
 mod tables;
 
+use std::ffi::OsString;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use eigentone::modes::{Bounds, Modes};
 use eigentone::response::Trajectory;
 use eigentone::scene::{Scene, did_you_mean};
@@ -80,6 +82,34 @@ enum Command {
 }
 
 impl Cli {
+    /// Reads what was typed; what is wrong with it, and help, ends the program.
+    pub fn read() -> Cli {
+        // A number below 0 is a value that its option refuses in its own words, and no unknown option.
+        let command = Cli::command().mut_subcommands(|command| {
+            command.mut_args(|arg| match arg.get_action().takes_values() {
+                true if !arg.is_positional() => arg.allow_negative_numbers(true),
+                _ => arg,
+            })
+        });
+        let typed = joined(std::env::args_os());
+        let read = command.try_get_matches_from(&typed);
+        let read = read.and_then(|found| Cli::from_arg_matches(&found));
+        read.unwrap_or_else(|mut error| {
+            let first = typed.get(1).map(Path::new);
+            if let (ErrorKind::InvalidSubcommand, Some(file)) = (error.kind(), first)
+                && (file.exists() || file.extension().is_some_and(|end| end == "json"))
+            {
+                let tip = format!(
+                    "a command comes before the scene, as in 'eigentone analyze {}'",
+                    file.display()
+                );
+                let tip = ContextValue::StyledStrs(vec![tip.into()]);
+                error.insert(ContextKind::Suggested, tip);
+            }
+            error.exit()
+        })
+    }
+
     /// Runs the command and prints its result on standard output, or nothing if it fails.
     pub fn run(self) -> Result<(), Failure> {
         interrupt::watch(self.command.quicker());
@@ -358,10 +388,44 @@ fn known_ends(file: &Path, scene: &Scene, from: &[String], to: &[String]) -> Res
     known(file, "--to", to, places.chain(outputs))
 }
 
+/// What was typed, with lists and units in one word: `--steps 0 1 2` is `--steps 0,1,2`, and `--near 14 Hz` is `--near 14Hz`.
+fn joined(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    const LISTS: [&str; 3] = ["--steps", "--at", "--near"];
+    let mut words: Vec<OsString> = Vec::new();
+    // How many words ago a list began.
+    let mut list = None;
+    for word in typed {
+        let text = word.to_str().unwrap_or_default();
+        let joint = match (list, text) {
+            (Some(1..), "Hz" | "rad/s") => Some(""),
+            (Some(1..), _) if text.parse::<f64>().is_ok() => Some(","),
+            _ => None,
+        };
+        list = match list {
+            _ if LISTS.contains(&text) => Some(0),
+            Some(0) => Some(1),
+            Some(_) if joint.is_some() => list,
+            _ => None,
+        };
+        match (joint, words.last_mut()) {
+            (Some(joint), Some(last)) => last.push(format!("{joint}{text}")),
+            _ => words.push(word),
+        }
+    }
+    words
+}
+
+/// How many are wanted.
+fn count(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(count @ 1..) => Ok(count),
+        _ => Err(format!("it must be a whole number from 1 to {}", u32::MAX)),
+    }
+}
+
 /// The index of a sample.
 fn index(text: &str) -> Result<u64, String> {
-    let right =
-        "it must be whole numbers from 0 on, with commas and no spaces between them, as 0,10,400";
+    let right = "it must be whole numbers from 0 on, as 0,10,400";
     text.parse().map_err(|_| right.to_owned())
 }
 

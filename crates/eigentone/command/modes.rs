@@ -22,7 +22,7 @@ pub struct Modes {
     selection: Selection,
     #[command(flatten)]
     form: Form,
-    /// What finds the modes; of another engine every one is examined here
+    /// Which program finds the modes; those of another program are checked here
     #[arg(long, value_enum, default_value_t = Engine::Own)]
     engine: Engine,
     /// Examine what SLEPc found by its residuals alone, without a factor made here, which would take most of the time of large

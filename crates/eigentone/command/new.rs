@@ -7,7 +7,7 @@ use super::{Failure, print};
 /// Prints a scene to start from: save it, put your numbers in, analyse it
 #[derive(Debug, Args)]
 pub struct New {
-    /// What it is like
+    /// The kind of machine
     #[arg(value_enum)]
     kind: Kind,
 }

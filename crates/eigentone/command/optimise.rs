@@ -14,8 +14,8 @@ use super::progress::Progress;
 use super::study::{Kind, METRICS, Metric, Varied, object};
 use super::{Failure, print, source, tell_switches};
 
-/// Finds the numbers of the scene that make a metric least, and shows that they do; of two metrics, the designs between their
-/// bests
+/// Finds the numbers of the scene that make a metric smallest, and shows that they do; with two metrics, the designs between the two
+/// optima
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("aims").required(true).multiple(true).args(["minimise", "maximise"])))]
 pub struct Optimise {
@@ -30,13 +30,13 @@ pub struct Optimise {
     /// A metric to make largest instead
     #[arg(long, value_name = "METRIC")]
     maximise: Vec<Metric>,
-    /// How many designs between the bests of two metrics, them included
+    /// How many designs from one optimum of two metrics to the other, both included
     #[arg(long, value_name = "COUNT", default_value_t = 11, value_parser = value_parser!(u16).range(2..=1000))]
     front: u16,
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
-    /// Write the designs between two bests into this directory, as CSV and as a plot
+    /// Write the designs between the two optima into this directory, as CSV and as a plot
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -337,8 +337,17 @@ impl Answer<'_> {
             ),
         };
         for (frequency, value, weight) in self.active().filter(|_| optimum.active.len() > 1) {
-            let at = frequency.map_or(String::new(), |at| format!(" at {at:.6e} rad/s"));
-            let _ = writeln!(text, "active: {value:.10e}{at}, weight {weight:.4}");
+            let at = frequency.map_or(String::new(), |at| {
+                let hertz = at / std::f64::consts::TAU;
+                format!(" at {at:.6e} rad/s, {hertz:.6e} Hz")
+            });
+            let _ = writeln!(
+                text,
+                "one of the largest: {value:.10e}{at}, weight {weight:.4}"
+            );
+        }
+        if optimum.active.len() > 1 {
+            text += "weights: with them the derivatives of the largest cancel, so that none can fall without another rising\n";
         }
         text
     }

@@ -16,12 +16,12 @@ pub struct Response {
     question: Question,
     #[command(flatten)]
     form: Form,
-    /// Print only these samples, in this order: whole numbers from 0 on with commas between, as 0,10,400
+    /// Print only these samples, in this order: whole numbers from 0 on, as 0,10,400
     #[arg(long, value_name = "INDICES", value_delimiter = ',', value_parser = index)]
     steps: Option<Vec<u64>>,
-    /// By so many modes of the smallest frequencies alone, the others following without inertia;
-    /// needs no dense matrices
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    /// Use this many modes of the lowest frequencies alone, and let the others follow without inertia; needs no dense
+    /// matrices
+    #[arg(long, value_name = "COUNT", value_parser = super::count)]
     modes: Option<u32>,
 }
 

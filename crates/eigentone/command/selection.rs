@@ -8,9 +8,9 @@ use super::frequency::Asked;
 /// Some modes instead of all.
 #[derive(Clone, Debug, Args)]
 pub struct Selection {
-    /// Only so many modes of the smallest frequencies; of systems beyond 400 coordinates without dense
+    /// Only this many modes, those of the lowest frequencies; beyond 400 coordinates without dense
     /// matrices
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "COUNT", value_parser = super::count)]
     lowest: Option<u32>,
     /// Only modes near this natural frequency, in rad/s or with a unit, as 88 or 14Hz
     #[arg(long, value_name = "FREQUENCY", value_parser = str::parse::<Asked>, conflicts_with = "lowest")]
@@ -19,7 +19,7 @@ pub struct Selection {
     #[arg(long, requires = "near")]
     hz: bool,
     /// How many modes near that frequency [default: 10]
-    #[arg(long, value_name = "COUNT", requires = "near", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "COUNT", requires = "near", value_parser = super::count)]
     count: Option<u32>,
 }
 

@@ -26,10 +26,10 @@ const MAGIC: &[u8; 8] = b"EIGENT\x01\n";
 /// How SLEPc is started.
 #[derive(Clone, Debug, Args)]
 pub struct Slepc {
-    /// So many processes, with --engine slepc
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Number of processes, with --engine slepc
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = super::count)]
     ranks: u32,
-    /// SLEPc may take so many seconds
+    /// Time limit of SLEPc, in s
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = super::positive)]
     time_limit: f64,
     /// What starts processes, with -n COUNT: mpirun, or srun within a job of Slurm

@@ -35,7 +35,7 @@ pub struct Spectrum {
     /// The column of accelerations: its name in the first line, or its number, from 1 on [default: the only one]
     #[arg(long, value_name = "COLUMN")]
     column: Option<String>,
-    /// Whether the acceleration keeps each sample, or runs straight from one to the next
+    /// Between samples: keep the value (zero), or a straight line to the next (first)
     #[arg(long, value_enum, default_value_t = Hold::First)]
     hold: Hold,
     #[command(flatten)]

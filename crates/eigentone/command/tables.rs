@@ -11,7 +11,7 @@ use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, index, memory, read, refuse_switches, source};
 
-/// Writes reference tables: modes and motion to 15 digits that are all right
+/// Writes reference tables: modes and motion to 15 digits, all of them correct
 #[derive(Debug, Args)]
 pub struct Tables {
     /// The scene file; - is standard input; without one, every scene of the gallery

@@ -106,12 +106,17 @@ impl Analysis<'_> {
         if let Some(shapes) = modes.shapes() {
             section(&mut text, "Shapes", &shapes);
         }
-        for (heading, part) in participation::parts(self) {
-            if let Ok(table) = part
-                && table.rows() <= MOST_PARTICIPATING
-            {
-                section(&mut text, &heading, &table.text());
-            }
+        let parts = participation::parts(self).into_iter();
+        let parts = parts.filter_map(|(heading, part)| Some((heading, part.ok()?)));
+        let mut parts = parts
+            .filter(|(_, table)| table.rows() <= MOST_PARTICIPATING)
+            .peekable();
+        while let Some((heading, table)) = parts.next() {
+            let explained = match parts.peek() {
+                Some(_) => "",
+                None => participation::EXPLAINED,
+            };
+            section(&mut text, &heading, &(table.text() + explained));
         }
         if let Some(answer) = &self.response {
             let table = answer.table(self.system).text() + answer.explained();
@@ -226,7 +231,7 @@ impl Analysis<'_> {
             let _ = match trajectory.bounds() {
                 Bounds::Proven => write!(
                     text,
-                    "\nresponse proven, with {} digits",
+                    "\nresponse proven, computed with {} digits",
                     trajectory.digits()
                 ),
                 Bounds::Estimated => write!(text, "\nresponse estimated to first order"),
@@ -260,6 +265,16 @@ impl Analysis<'_> {
             if let Some(doubts) = doubts(trajectory) {
                 let _ = write!(text, "; {doubts}");
             }
+        }
+        let kinds = [
+            Some(self.modes.bounds()),
+            self.trajectory().map(Trajectory::bounds),
+        ];
+        if kinds.contains(&Some(Bounds::Proven)) {
+            text += "\nProven: no value is farther from the exact one, rounding included.";
+        }
+        if kinds.contains(&Some(Bounds::Estimated)) {
+            text += "\nEstimated to first order: the error is hardly ever larger, but that is not proven.";
         }
         text
     }
@@ -327,7 +342,11 @@ impl Answer<'_> {
             table
                 .column(largest, Align::Point, number::column(values))
                 .column("at, s", Align::Point, number::column(times))
-                .column(bound, Align::Point, number::column(bounds))
+                .column(
+                    bound,
+                    Align::Right,
+                    bounds.map(|bound| bound.map_or(number::NONE.to_owned(), number::bound)),
+                )
         })
     }
 
@@ -402,7 +421,6 @@ impl Answer<'_> {
     }
 }
 
-/// A heading, and its lines indented.
 /// How many samples there are, until when.
 pub(super) fn heading(trajectory: &Trajectory) -> String {
     let times = trajectory.times();
@@ -414,6 +432,7 @@ pub(super) fn heading(trajectory: &Trajectory) -> String {
     }
 }
 
+/// A heading, and its lines indented.
 fn section(text: &mut String, heading: &str, body: &str) {
     let _ = writeln!(text, "\n{heading}");
     for line in body.lines() {

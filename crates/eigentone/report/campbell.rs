@@ -66,14 +66,14 @@ impl<'a> CampbellReport<'a> {
         let [first, last] = [first, last].map(number::significant);
         text += &match diagram.is_complete() {
             true => format!(
-                "\nProved: there are no others of these orders from {first} to {last} rad/s.\n"
+                "\nProven: there are no others of these orders from {first} to {last} rad/s.\n"
             ),
             false => format!(
-                "\nNot proved to be all from {first} to {last} rad/s: two of one mode may lie between two speeds of the table, or one at its ends.\n"
+                "\nNot proven to be all from {first} to {last} rad/s: between two speeds of the table, or at its ends, others may be missing; give more speeds.\n"
             ),
         };
         if !diagram.is_sure() {
-            text += "Modes came so close that which is which is a choice.\n";
+            text += "Some modes came so close to each other that which is which beyond that speed is uncertain.\n";
         }
         let step = speeds.len().div_ceil(ROWS);
         let rows: Vec<usize> = (0..speeds.len()).step_by(step).collect();
@@ -85,7 +85,9 @@ impl<'a> CampbellReport<'a> {
             .column("rpm", Align::Point, column(&|k| speeds[k] * RPM));
         for (i, branch) in diagram.branches().iter().enumerate() {
             let header = format!("{}, rad/s", name(i, branch));
-            table = table.column(&header, Align::Point, column(&|k| branch.roots[k].im));
+            table = table
+                .column(&header, Align::Point, column(&|k| branch.roots[k].im))
+                .column("Hz", Align::Point, column(&|k| branch.roots[k].im / TAU));
         }
         text + "\n" + &table.text()
     }
@@ -135,6 +137,7 @@ impl<'a> CampbellReport<'a> {
             [
                 format!("re {i} [1/s]"),
                 format!("im {i} [rad/s]"),
+                format!("im {i} [Hz]"),
                 format!("whirl {i}"),
             ]
         });
@@ -147,6 +150,7 @@ impl<'a> CampbellReport<'a> {
                 [
                     csv::number(root.re),
                     csv::number(root.im),
+                    csv::number(root.im / TAU),
                     whirl.map_or("", key).to_owned(),
                 ]
             });

@@ -46,23 +46,23 @@ impl CycleReport<'_> {
     /// For people.
     pub fn text(&self) -> String {
         let cycle = self.cycle;
-        let [period, hertz, bound] =
-            [cycle.period, 1.0 / cycle.period, cycle.period_bound].map(number::significant);
+        let [period, hertz] = [cycle.period, 1.0 / cycle.period].map(number::significant);
+        let bound = number::bound(cycle.period_bound);
         let factor = cycle.multipliers.first().map_or(0.0, |first| first.norm());
         let factor = number::significant(factor);
         let fate = match cycle.stable {
             Some(true) => {
-                format!("stable: a small disturbance shrinks to {factor} of itself in each period")
+                format!("stable: each period multiplies a small disturbance by {factor}")
             }
             Some(false) => {
-                format!("unstable: a small disturbance grows {factor} times in each period")
+                format!("unstable: each period multiplies a small disturbance by {factor}")
             }
             None => format!(
-                "not told stable or unstable in doubles: a small disturbance goes {factor} times in each period"
+                "doubles do not tell whether it is stable: each period multiplies a small disturbance by {factor}"
             ),
         };
         let mut text = format!(
-            "period {period} s ({hertz} Hz), to {bound} s; bounds are estimated\n{fate}\n\n"
+            "period {period} s ({hertz} Hz), estimated to be within {bound} s of the exact one\n{fate}\n\n"
         );
         let of = |part: fn(&faer::c64) -> f64| {
             cycle
@@ -75,7 +75,8 @@ impl CycleReport<'_> {
             .column("im", Align::Right, of(|one| one.im))
             .column("modulus", Align::Right, of(|one| one.norm()));
         text.push_str(&table.text());
-        text.push_str("\nat its start\n");
+        text.push_str("Multipliers: the eigenvalues of what one period does to a small disturbance (Floquet).\n");
+        text.push_str("\nstate at the start of a period\n");
         let names = self.system.names();
         let units = |quantity| {
             (0..names.len()).map(move |i| unit::motion(Some(self.system.kind_of(i)), quantity))

@@ -19,8 +19,8 @@ use super::unit;
 pub const MOST_DEMANDS: usize = 24;
 
 /// What signs mean.
-pub(super) const TENSIONS: &str =
-    "Forces are tensions: a spring or damper that is pulled has a positive one.";
+pub(super) const TENSIONS: &str = "Forces are tensions: a spring or damper that is pulled has a positive one. Its error: how far the largest value may\n\
+     be off, to first order.";
 
 /// Prints accelerations and forces, those that a trajectory has.
 #[derive(Clone, Copy, Debug)]

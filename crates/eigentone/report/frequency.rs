@@ -33,7 +33,7 @@ pub struct FrequencyReport<'a> {
     pub features: Option<&'a [Features]>,
 }
 
-const WIDTH: &str = "width: between the frequencies of half power, |H|/√2, on both sides of a peak";
+const WIDTH: &str = "Ω → 0, Ω → ∞: what |H| tends to, times that power of Ω if one is given; width: between the frequencies of half power, |H|/√2, on both sides of a peak";
 const INFINITE: &str = "∞: without damping, or narrower than 1e-25 of its frequency\n";
 const UNKNOWN: &str = "∞: without damping, or too narrow for its height to be estimated\n";
 
@@ -148,7 +148,8 @@ impl<'a> FrequencyReport<'a> {
             text += "pole: a natural frequency without damping, by proof; no steady motion exists there\n";
         }
         if has(FrequencyValue::Undecided) {
-            text += "?: cannot be told from a natural frequency without damping\n";
+            text +=
+                "?: too near to a natural frequency without damping to tell whether it is one\n";
         }
         text
     }
@@ -188,7 +189,7 @@ impl<'a> FrequencyReport<'a> {
                 "proven complete: no function has another peak or dip at any frequency".to_owned()
             }
             open if open.len() == features.len() => {
-                "not proved to be complete: peaks and dips were sought between many frequencies"
+                "not proven complete: peaks and dips were searched for on a grid of frequencies only"
                     .to_owned()
             }
             open => format!(
@@ -220,7 +221,7 @@ impl<'a> FrequencyReport<'a> {
                     (function, law, None, gain, None)
                 })
             };
-            rows.extend(tends("low", features.low()));
+            rows.extend(tends("Ω → 0", features.low()));
             let row = |word: &str, peak: &Peak| {
                 let frequency = Some(peak.frequency().0);
                 let gain = peak.gain();
@@ -237,7 +238,7 @@ impl<'a> FrequencyReport<'a> {
             let mut turns: Vec<Row<'_>> = peaks.chain(dips).collect();
             turns.sort_by(|a, b| a.2.partial_cmp(&b.2).unwrap_or(std::cmp::Ordering::Equal));
             rows.extend(turns);
-            rows.extend(tends("high", features.high()));
+            rows.extend(tends("Ω → ∞", features.high()));
         }
         let gains = rows.iter().map(|row| match (row.2, row.3) {
             (_, Some((gain, _))) => number::significant(gain),

@@ -1,15 +1,21 @@
 //! Effective modal masses of the parts of a system, as tables.
 
+use std::f64::consts::TAU;
+
 use eigentone_modes::{CoordinateKind, Participation, ParticipationError};
 
 use super::analysis::Analysis;
 use super::number;
 use super::plot::shorten;
-use super::table::{Align, Table};
+use super::table::{Align, Table, visible};
 use super::unit;
 
 /// What the tables say.
-pub(super) const EXPLAINED: &str = "For a motion of the ground that is the same for all coordinates that springs and dampers join, which have one direction and unit. Effective masses add up to the mass of these, and moments of inertia to theirs.";
+pub(super) const EXPLAINED: &str = "\
+Without damping, for a motion of the ground that is the same for all masses that springs and dampers join.\n\
+Participation: how strongly that motion drives the mode, whose shape has a largest entry of 1. Effective mass:\n\
+what of the mass the ground feels through the mode; over all modes it adds up to the total, and so do moments\n\
+of inertia.";
 
 /// A heading and a table for each part that has effective masses, or why there are none.
 pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, String>)> {
@@ -23,7 +29,7 @@ pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, Strin
                         .map(|i| analysis.system.names()[*i].as_str());
                     let names = shorten(&names.collect::<Vec<&str>>().join(", "), 60);
                     let of = if several {
-                        format!(" of {names}")
+                        format!(" of {}", visible(&names))
                     } else {
                         String::new()
                     };
@@ -55,6 +61,8 @@ fn table(participation: &Participation, kind: CoordinateKind, is_alone: bool) ->
     let stiffness = modes.stiffness().iter().zip(modes.mass());
     // A mode that springs push away has none.
     let frequencies = stiffness.map(|(k, m)| (*k >= 0.0).then(|| (k / m).sqrt()));
+    let frequencies: Vec<Option<f64>> = frequencies.collect();
+    let hertz = frequencies.iter().map(|one| one.map(|omega| omega / TAU));
     let column = |values: &[f64]| number::column(values.iter().copied().map(Some));
     let total = participation.total_mass();
     let shares = participation
@@ -67,8 +75,9 @@ fn table(participation: &Participation, kind: CoordinateKind, is_alone: bool) ->
         .column(
             "undamped ω, rad/s",
             Align::Point,
-            number::column(frequencies),
+            number::column(frequencies.iter().copied()),
         )
+        .column("f, Hz", Align::Point, number::column(hertz))
         .column(&modal, Align::Point, column(modes.mass()))
         .column(
             "participation",

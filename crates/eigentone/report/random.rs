@@ -276,8 +276,8 @@ impl<'a> RandomReport<'a> {
 fn reason(rms: &Rms) -> String {
     match rms {
         Rms::Finite { .. } => String::new(),
-        Rms::Infinite { by } => format!("infinite under noise: {by}"),
-        Rms::Undecided { by } => format!("not told from infinite under noise: {by}"),
+        Rms::Infinite { by } => format!("infinite, by the noise in {by}"),
+        Rms::Undecided { by } => format!("perhaps infinite, by the noise in {by}"),
     }
 }
 

@@ -1,5 +1,7 @@
 //! The steady state under harmonic loads as a table and as JSON.
 
+use std::f64::consts::TAU;
+
 use eigentone_modes::System;
 use eigentone_response::{HarmonicMotion, Quantity, SteadyState};
 use serde::ser::{SerializeMap, SerializeSeq};
@@ -35,14 +37,17 @@ impl SteadyStateReport<'_> {
             let each = motion.displacement().iter();
             each.map(|x| (x.norm() > 0.0).then(|| x.arg().to_degrees()))
         });
-        let frequencies = motions().flat_map(|motion| {
-            let first = std::iter::once(number::short(motion.frequency()));
-            first.chain(vec![String::new(); self.names.len() - 1])
-        });
+        let frequencies = |factor: f64| {
+            let all = number::column(motions().map(|motion| Some(motion.frequency() * factor)));
+            let rest = self.names.len() - 1;
+            let cells = all.into_iter();
+            cells.flat_map(move |first| std::iter::once(first).chain(vec![String::new(); rest]))
+        };
         let names = motions().flat_map(|_| self.names);
         let bounds = motions().flat_map(|motion| motion.bound());
         let table = Table::default()
-            .column("Ω, rad/s", Align::Left, frequencies)
+            .column("Ω, rad/s", Align::Point, frequencies(1.0))
+            .column("f, Hz", Align::Point, frequencies(TAU.recip()))
             .column("mass", Align::Left, names);
         let (table, unit) = unit::column(table, system, Quantity::Displacement, motions().len());
         table

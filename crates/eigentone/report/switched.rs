@@ -37,7 +37,8 @@ pub(super) struct Acting<'a> {
 }
 
 /// What else counts as taken.
-pub(super) const HELD: &str = "A stop that is pressed at the end holds a part of its own.";
+pub(super) const HELD: &str =
+    "Of a stop that is pressed at the end, the energy stored in its spring is counted too.";
 
 /// As many events as are read.
 const SHOWN: usize = 40;

@@ -228,7 +228,7 @@ pub enum SceneError {
     },
     /// A row of a matrix has another length than the first one.
     #[error(
-        "{at}: the row has {length} entries, the first one has {expected}: rows must be equally long"
+        "{at}: entries in this row: {length}, in the first one: {expected}; rows must be equally long"
     )]
     RaggedRow {
         /// The row.

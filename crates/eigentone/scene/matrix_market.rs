@@ -261,7 +261,9 @@ pub(super) fn matrix(text: impl BufRead, bytes: u64) -> Result<SparseColMat<usiz
         }
     }
     if lines.advance_to_content(false)? {
-        return lines.refuse(format!("there is more after the {count} entries announced"));
+        return lines.refuse(format!(
+            "there is more after the last of the entries announced, {count}"
+        ));
     }
     if layout == Layout::Coordinate {
         check_once(&entries, &numbers)?;

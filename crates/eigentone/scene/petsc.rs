@@ -102,9 +102,8 @@ pub(super) fn matrix(content: impl Read, bytes: u64) -> Result<SparseColMat<usiz
         let (count, spot) = content.count("entries in a row")?;
         end += count;
         if end > entries {
-            let problem = format!(
-                "row {row} and those before have more than the {entries} entries announced"
-            );
+            let problem =
+                format!("up to row {row} there are more entries than announced, {entries}");
             return wrong(spot, problem);
         }
         ends.push(end);

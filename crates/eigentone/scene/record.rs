@@ -351,7 +351,7 @@ fn rows(
             }
             Some((_, count)) if found != count => {
                 let problem = format!(
-                    "the line has {found} fields, the first one has {count}: give a number in each column"
+                    "fields in this line: {found}, in the first one: {count}; give a number in each column"
                 );
                 return Err(refusal(number, problem));
             }
@@ -482,7 +482,7 @@ mod tests {
         for (text, says) in [
             ("a,a\n1,2\n", ":1:3: two columns are named \"a\""),
             ("1,2\n3,4\n", ":1:1: the first line needs the name"),
-            ("a,b\n1\n", ":2:1: the line has 1 fields"),
+            ("a,b\n1\n", ":2:1: fields in this line: 1"),
         ] {
             let error = read(text).expect_err(text).to_string();
             assert!(error.contains(says), "{error}");
@@ -498,7 +498,7 @@ mod tests {
                 named("a"),
                 4,
                 1,
-                "3 fields, the first one has 2",
+                "line: 3, in the first one: 2",
             ),
             ("1\n\n2\n", Column::Only, 2, 1, "the line is empty"),
             (
@@ -506,7 +506,7 @@ mod tests {
                 named("a"),
                 3,
                 1,
-                "1 fields, the first one has 2",
+                "line: 1, in the first one: 2",
             ),
             ("t;a\n0;1,5\n", named("a"), 2, 3, "with a point"),
             (

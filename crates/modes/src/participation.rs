@@ -242,7 +242,7 @@ pub enum ParticipationError {
     )]
     NoCommonDirection,
     /// The influence vector has the wrong length.
-    #[error("the influence vector has {found} entries: it must have {expected}")]
+    #[error("the influence vector has length {found}: it must be {expected}")]
     InfluenceLength {
         /// The number of coordinates.
         expected: usize,

@@ -199,7 +199,7 @@ pub enum SensitivityError {
         root: Complex<f64>,
     },
     /// The mode is of a system of another size.
-    #[error("the shape has {found} components, but the system has {expected} coordinates")]
+    #[error("the shape has length {found}: it must be {expected}, the number of coordinates")]
     ForeignMode {
         /// The system's coordinates.
         expected: usize,

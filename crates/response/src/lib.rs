@@ -50,7 +50,7 @@
 mod answer;
 mod certified;
 mod enclosed;
-mod exponential;
+pub mod exponential;
 mod frequency_response;
 mod hold;
 mod march;

@@ -31,7 +31,7 @@ pub enum ClosedFormError {
         value: f64,
     },
     /// A state has more or fewer entries than there are masses.
-    #[error("the state has {given} entries for {masses} masses")]
+    #[error("the state has length {given}: it must be {masses}, the number of masses")]
     State {
         /// The entries given.
         given: usize,

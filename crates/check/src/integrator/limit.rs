@@ -53,7 +53,10 @@ impl Meter {
         /// Reading the clock costs as much as a small step.
         const STEPS_BETWEEN_READINGS: u64 = 64;
         if self.steps == self.limit.steps {
-            return Err(format!("{} steps did not suffice", self.limit.steps));
+            return Err(format!(
+                "it reached its limit of steps, {}",
+                self.limit.steps
+            ));
         }
         self.steps += 1;
         match self.limit.time {

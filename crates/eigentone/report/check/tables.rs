@@ -16,6 +16,13 @@ use crate::report::worth;
 const ERROR: &str = "Error of x: the largest difference of a displacement at any of these instants, relative to the peak, the \
      largest displacement of any coordinate at any of them. Error of v: the same of velocities.";
 
+/// What the columns of a comparison of modes mean.
+const MODES: &str = "Error of λ: the largest difference of an eigenvalue, relative to its modulus; of Re λ: the same of its real part, \
+     relative to the modulus too. Run time: the median of several runs. Spread: between the quartiles of these runs, in % of the median.";
+
+/// What marks a method on the front.
+const FRONT: &str = "Front: • where no other method is both as accurate and faster.";
+
 /// What is said of events.
 const EVENTS: &str = "Events: how many from the first on are those of the exact motion, in its order, and the largest error of their times. \
      Steps are halved until two answers in a row agree to 1e-10.";
@@ -61,7 +68,10 @@ pub(super) fn modes(modes: &ModeComparison) -> Section {
             Align::Left,
             notes,
         ),
-        remarks: vec![format!("The plan picks {}: {}.", modes.pick, modes.reason)],
+        remarks: vec![
+            MODES.to_owned(),
+            format!("The plan picks {}: {}.", modes.pick, modes.reason),
+        ],
     }
 }
 
@@ -150,7 +160,8 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
             .column("work", Align::Left, rows().map(work))
             .column("front", Align::Left, on_front)
             .column("", Align::Left, notes),
-        remarks: std::iter::once(ERROR.to_owned())
+        remarks: [ERROR.to_owned(), FRONT.to_owned()]
+            .into_iter()
             .chain(
                 rows()
                     .any(|row| events(row).is_some())
@@ -259,8 +270,7 @@ fn remarks(response: &WorkPrecision) -> Vec<String> {
     }
     let beating = response.beating(pick.row);
     if beating.is_empty() {
-        remarks
-            .push("It is on the front: no other method is both as accurate and faster.".to_owned());
+        remarks.push("It is on the front.".to_owned());
         return remarks;
     }
     for row in beating

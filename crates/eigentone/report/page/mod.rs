@@ -16,7 +16,7 @@ use eigentone_modes::ElementKind;
 use eigentone_response::{Energy, Problem};
 
 use super::analysis::{Analysis, heading};
-use super::demands::TENSIONS;
+use super::demands::{DemandReport, TENSIONS};
 use super::frequency::FrequencyReport;
 use super::modes::ModeReport;
 use super::number;
@@ -144,7 +144,7 @@ impl Page<'_> {
             };
         }
         if !out.is_empty() {
-            out += &remark(participation::EXPLAINED);
+            out += &remark(&participation::EXPLAINED.replace('\n', " "));
         }
         out
     }
@@ -170,6 +170,12 @@ impl Page<'_> {
         if let Some(outputs) = answer.outputs() {
             body += "<h3>Outputs</h3>\n";
             body += &table(&outputs);
+        }
+        let extrema = answer.summary.extrema();
+        let demands = DemandReport::new(answer.problem, answer.trajectory, extrema);
+        if let Some(peaks) = demands.table() {
+            body += "<h3>Accelerations and forces</h3>\n";
+            body += &(table(&peaks) + &remark(&TENSIONS.replace('\n', " ")));
         }
         let mut sections = vec![Section {
             id: "response",
@@ -219,7 +225,7 @@ impl Page<'_> {
             });
             body += &format!("<div class=\"cards\">\n{figures}</div>\n");
             body += &remark(
-                "Bands: while a friction holds or a stop is pressed. Strokes: impacts, and changes of controlled dampers.",
+                "Bands: while a friction holds or a stop is pressed. Vertical lines: impacts, and changes of controlled dampers.",
             );
         }
         body += &paragraph(&format!("The motion is {}.", report.explained()));
@@ -240,7 +246,7 @@ impl Page<'_> {
             let Some(part) = part else { continue };
             body += &format!("<h3>{heading}</h3>\n{}", table(&part));
             if !note.is_empty() {
-                body += &remark(note);
+                body += &remark(&note.replace('\n', " "));
             }
         }
         let (events, more) = report.first_events(EVENTS);

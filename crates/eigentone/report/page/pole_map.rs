@@ -107,7 +107,7 @@ fn figure(modes: &Modes, reach: f64, near: bool) -> String {
             );
         }
     }
-    out + "</ul>\n<figcaption>Rays: damping ratio ζ, the same for every root on one. Both axes have one scale.</figcaption>\n</figure>\n"
+    out + "</ul>\n<figcaption>Rays: lines of equal damping ratio ζ. Both axes have the same scale.</figcaption>\n</figure>\n"
 }
 
 /// Rulers of one scale that hold every root and the origin.

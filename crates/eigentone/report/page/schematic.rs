@@ -2,6 +2,7 @@
 //! lanes below, the ground as walls and floors, loads above.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use eigentone_modes::{ElementKind, Form, MatrixKind, Point, System};
@@ -714,9 +715,10 @@ fn note(load: &Load, unit: &str) -> Note {
         Load::Harmonic(harmonic) => (
             1.0,
             format!(
-                "{} at {} rad/s",
+                "{} at {} rad/s, {} Hz",
                 size(harmonic.amplitude, unit),
-                short(harmonic.frequency)
+                short(harmonic.frequency),
+                number::significant(harmonic.frequency / TAU)
             ),
         ),
         Load::HalfSine(pulse) => (

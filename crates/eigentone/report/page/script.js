@@ -292,7 +292,7 @@
     const tools = document.createElement("div");
     tools.className = "tools";
     scroll.before(tools);
-    const copy = button(tools, "Copy table", "Copy the table, columns parted by tabs", async () => {
+    const copy = button(tools, "Copy table", "Copy the table, columns separated by tabs", async () => {
       const rows = [headers, ...[...body.rows].map(row => [...row.cells])];
       const text = rows.map(row => row.map(plain).join("\t")).join("\n") + "\n";
       copy.dataset.copied = text;
@@ -315,6 +315,6 @@
   document.querySelectorAll(".scroll").forEach(table);
   const help = document.createElement("p");
   help.className = "soft live-only";
-  help.textContent = "Plots: the pointer or the arrow keys read values, to the digits shown; + − 0, or Ctrl and wheel, zoom; dragging pans; names in a legend switch curves off and on. Tables: a header sorts.";
+  help.textContent = "Plots: point at a curve or use the arrow keys to read values, to the digits shown; zoom with + − 0 or with Ctrl and the wheel; drag to pan; press a name in the legend to hide or show its curve. Tables: press a header to sort.";
   document.querySelector("header").append(help);
 })();

@@ -50,7 +50,7 @@ impl ModeSolver for LowRank {
         }
         if n < SMALLEST || 2 * dampers * dampers > n {
             return Some(format!(
-                "it gains nothing here: it takes far fewer dampers than coordinates, and there are {dampers} and {n}"
+                "it is quicker only with far fewer dampers than coordinates: dampers {dampers}, coordinates {n}"
             ));
         }
         let rigid = structure.rigid_motions() != Some(0);

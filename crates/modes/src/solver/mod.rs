@@ -100,6 +100,8 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
             let found = certified::from_guesses(&Shifted, system, structure, tolerance);
             (&Shifted as &dyn ModeSolver, found.ok_or(error)?)
         }
+        // What hides in doubles may show with more digits.
+        (Err(ModesError::FirstOrder(_)), Precision::Double) => return Err(ModesError::Hidden),
         (solved, Precision::Double) => solved?,
     };
     if answer.bounds() == Bounds::Estimated && !consistency::holds(system, structure, &answer) {

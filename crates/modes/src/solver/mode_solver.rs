@@ -86,6 +86,11 @@ pub enum ModesError {
     /// The system has no first-order form.
     #[error(transparent)]
     FirstOrder(#[from] FirstOrderError),
+    /// Rounding to doubles hides what determines the motion where there is no mass.
+    #[error(
+        "doubles do not tell how the parts without mass move, so that no modes are found in them: ask for certified precision, which takes more digits"
+    )]
+    Hidden,
     /// The system is [large](System::is_large): it has some modes at a time, as
     /// [`SparseModes`](crate::SparseModes).
     #[error(

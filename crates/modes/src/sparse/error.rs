@@ -21,7 +21,7 @@ pub enum SparseError {
         target: f64,
     },
     /// A shape that is given has another length than the system has coordinates.
-    #[error("a shape has {given} entries: it must have {expected}, one for each coordinate")]
+    #[error("a shape has length {given}: it must be {expected}, the number of coordinates")]
     ShapeLength {
         /// The entries it has.
         given: usize,

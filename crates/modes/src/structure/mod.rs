@@ -487,10 +487,10 @@ impl Structure {
         match self.undamped_modes() {
             Some(0) if self.is_overdamped() => Ok(()),
             Some(0) => f.write_str("\nno undamped mode: every vibration moves a damper"),
-            Some(1) => f.write_str("\nundamped modes: 1 moves no damper and goes on for ever"),
+            Some(1) => f.write_str("\nundamped modes: 1, which moves no damper and does not decay"),
             Some(count) => write!(
                 f,
-                "\nundamped modes: {count} move no damper and go on for ever"
+                "\nundamped modes: {count}, which move no damper and do not decay"
             ),
             None => Ok(()),
         }
@@ -592,7 +592,9 @@ mod tests {
         let middle = network(&[1.0; 3], &springs, &[(0, 2, 1.0)]);
         let text = printed(&middle);
         assert!(
-            text.contains("\ndamped in part: C has rank 1 of 3\nundamped modes: 1 moves no damper"),
+            text.contains(
+                "\ndamped in part: C has rank 1 of 3\nundamped modes: 1, which moves no damper"
+            ),
             "{text}"
         );
         let structure = middle.structure();

@@ -545,7 +545,7 @@ pub enum BuildError {
     },
     /// A spring or damper ends at a name that nothing has.
     #[error(
-        "{kind} {index} ends at {name:?}, which is not a coordinate: known are {known} and ground"
+        "{kind} {index} ends at {name:?}, which is not a coordinate: known: {known} and ground"
     )]
     UnknownNode {
         /// Spring or damper.
@@ -581,7 +581,7 @@ pub enum BuildError {
     },
     /// A point moves with a name that is neither a mass nor a support.
     #[error(
-        "point {point:?} moves with {name:?}, which is neither a mass nor a support: known are {known}"
+        "point {point:?} moves with {name:?}, which is neither a mass nor a support: known: {known}"
     )]
     PointMoves {
         /// The point.

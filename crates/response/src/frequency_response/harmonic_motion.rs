@@ -107,7 +107,7 @@ pub enum SteadyStateError {
         frequency: f64,
     },
     /// A name that is no coordinate.
-    #[error("{name:?} is not a coordinate: known are {known}")]
+    #[error("{name:?} is not a coordinate: known: {known}")]
     UnknownCoordinate {
         /// The name given.
         name: String,

@@ -73,7 +73,7 @@ enum Output {
 #[non_exhaustive]
 pub enum FrequencyError {
     /// A name that is nothing which can move.
-    #[error("{name:?} is neither a coordinate nor a point nor a support: known are {known}")]
+    #[error("{name:?} is neither a coordinate nor a point nor a support: known: {known}")]
     UnknownPlace {
         /// The name given.
         name: String,

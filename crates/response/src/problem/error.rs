@@ -33,7 +33,7 @@ pub enum ResponseError {
     #[error("no instants are given: say every which step, and until when")]
     NoGrid,
     /// A load or an initial value names no coordinate.
-    #[error("{name:?} is not a coordinate: known are {known}")]
+    #[error("{name:?} is not a coordinate: known: {known}")]
     UnknownCoordinate {
         /// The name given.
         name: String,
@@ -115,7 +115,7 @@ pub enum ResponseError {
         reason: String,
     },
     /// A name that is neither a coordinate nor a point nor a support, where one is needed.
-    #[error("{name:?} is not a support: known are {known}")]
+    #[error("{name:?} is not a support: known: {known}")]
     UnknownSupport {
         /// The name given.
         name: String,
@@ -140,7 +140,7 @@ pub enum ResponseError {
     },
     /// The answer would take too much memory.
     #[error(
-        "{instants} instants of {coordinates} coordinates take {gigabytes:.1} GB, more than the {limit:.1} GB allowed: ask for fewer instants"
+        "instants {instants}, coordinates {coordinates}: together they take {gigabytes:.1} GB, more than the {limit:.1} GB allowed: ask for fewer instants"
     )]
     TooLarge {
         /// Instants asked for.

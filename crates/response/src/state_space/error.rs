@@ -12,7 +12,7 @@ pub enum StateSpaceError {
     FirstOrder(#[from] FirstOrderError),
     /// An input names neither a coordinate nor a point.
     #[error(
-        "{name:?} is neither a coordinate nor a point, on which a force could act: known are {known}"
+        "{name:?} is neither a coordinate nor a point, on which a force could act: known: {known}"
     )]
     UnknownPlace {
         /// The name given.
@@ -21,7 +21,7 @@ pub enum StateSpaceError {
         known: String,
     },
     /// An input names no support.
-    #[error("{name:?} is not a support: known are {known}")]
+    #[error("{name:?} is not a support: known: {known}")]
     UnknownSupport {
         /// The name given.
         name: String,

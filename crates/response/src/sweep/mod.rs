@@ -86,7 +86,7 @@ pub enum SweepError {
     Wanted,
     /// The answer would not fit in memory at a sensible size.
     #[error(
-        "{instants} instants of {coordinates} coordinates are more than the {limit} numbers that a sweep keeps: choose fewer instants"
+        "instants {instants}, coordinates {coordinates}: together more than the {limit} numbers that a sweep keeps: choose fewer instants"
     )]
     TooLarge {
         /// The instants of the grid.

@@ -95,7 +95,7 @@ impl Form {
                 if coefficient != 0.0 {
                     form.element(&Element {
                         coefficient,
-                        ..spring.clone()
+                        ..*spring
                     });
                 }
             }

@@ -418,10 +418,11 @@ fn mode_errors(listing: &mut Listing) {
     let constraint = matrices(node, zero, [[1.0, 1.0], [1.0, 0.0]]);
     let one_way = matrices(node, [[0.0, 1.0], [1.0, 0.0]], unit);
     let massless = single(0.0, 1.0, 1.0);
-    // Beside the damper of 1e9 doubles lose that of 1e-9, by which p and q hang on a.
+    // Beside dampers of 1e20 and 1 double-doubles lose that of 1e-20, by which p and q hang on a.
     let weak = System::builder().mass("a", 1.0).damper(GROUND, "a", 1.0);
     let weak = weak.mass("p", 0.0).mass("q", 0.0).spring("p", "q", 1.0);
-    let weak = weak.damper("p", "q", 1e9).damper("a", "p", 1e-9);
+    let weak = weak.damper("p", "q", 1e20).damper("p", "q", 1.0);
+    let weak = weak.damper("a", "p", 1e-20);
     let weak = weak.build().expect("a system");
     let twins = matrices(unit, zero, unit);
     let at_rest = Frequency::from_radians_per_second(0.0);

@@ -1,6 +1,7 @@
 //! The elimination of massless nodes, in any arithmetic.
 
-use super::{FirstOrderError, Massless};
+use super::error::FirstOrderError;
+use super::massless::Massless;
 use eigentone_digits::Real;
 
 use crate::exact::matrix::ExactMatrix;

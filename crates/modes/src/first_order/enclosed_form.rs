@@ -3,7 +3,8 @@
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::elimination::{Dense, Eliminated};
-use super::{FirstOrderError, Massless};
+use super::error::FirstOrderError;
+use super::massless::Massless;
 use crate::system::System;
 
 /// z′ = A z + B f(t), x = X z + D f, as in [`FirstOrder`](crate::FirstOrder), but in the arithmetic

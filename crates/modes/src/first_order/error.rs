@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a system has no first-order form with the states described in [`FirstOrder`].
+/// Why a system has no first-order form with the states described in [`FirstOrder`](crate::FirstOrder).
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FirstOrderError {
@@ -25,7 +25,7 @@ pub enum FirstOrderError {
          be computed; a motion needs dampers whose matrix is not singular on the nodes that they meet"
     )]
     SingularDamping,
-    /// The system is [large](System::is_large).
+    /// The system is [large](crate::System::is_large).
     #[error(
         "a dense state matrix of {coordinates} coordinates is too large: look at some of its modes, as SparseModes"
     )]

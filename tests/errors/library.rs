@@ -36,7 +36,7 @@ pub const ENUMS: [(&str, &str); 29] = [
     ("crates/switching/src/cycle_error.rs", "CycleError"),
     ("crates/modes/src/system/builder.rs", "BuildError"),
     ("crates/modes/src/solver/mode_solver.rs", "ModesError"),
-    ("crates/modes/src/first_order/mod.rs", "FirstOrderError"),
+    ("crates/modes/src/first_order/error.rs", "FirstOrderError"),
     ("crates/modes/src/sparse/error.rs", "SparseError"),
     ("crates/modes/src/participation.rs", "ParticipationError"),
     ("crates/modes/src/assurance.rs", "AssuranceError"),

@@ -317,3 +317,25 @@ fn paths_are_found_wherever_they_stand() {
         ["agreement"]
     );
 }
+
+/// Tests of a crate are one program, which takes less time to build than one of each file: what neither it nor the manifest
+/// names would not run.
+#[test]
+fn every_file_of_tests_is_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for house in fs::read_dir(root.join("crates")).expect("the crates are here") {
+        let house = house.expect("it can be read").path();
+        let tests = house.join("tests");
+        let Ok(parts) = fs::read_to_string(tests.join("main.rs")) else {
+            continue;
+        };
+        let manifest = fs::read_to_string(house.join("Cargo.toml")).expect("it has a manifest");
+        for entry in fs::read_dir(&tests).expect("the tests are here") {
+            let name = entry.expect("it can be read").file_name();
+            let name = name.to_string_lossy().replace(".rs", "");
+            let is_part = name == "main" || parts.contains(&format!("mod {name};"));
+            let is_apart = manifest.contains(&format!("name = \"{name}\""));
+            assert!(is_part || is_apart, "{}", tests.join(name).display());
+        }
+    }
+}

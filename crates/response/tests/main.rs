@@ -20,16 +20,3 @@ mod response_spectrum;
 #[path = "state_space/main.rs"]
 mod state_space;
 mod steady_state;
-
-/// What no line above names would not run.
-#[test]
-fn every_file_is_a_part() {
-    let own = include_str!("main.rs");
-    let here = concat!(env!("CARGO_MANIFEST_DIR"), "/tests");
-    for entry in std::fs::read_dir(here).expect("the tests are here") {
-        let name = entry.expect("it can be read").file_name();
-        let name = name.to_string_lossy().replace(".rs", "");
-        let is_apart = ["main", "sweep", "sweep_memory"].contains(&name.as_str());
-        assert!(is_apart || own.contains(&format!("mod {name};")), "{name}");
-    }
-}

@@ -1,9 +1,9 @@
 //! The elimination of massless nodes, in any arithmetic.
 
-use super::error::FirstOrderError;
-use super::massless::Massless;
 use eigentone_digits::Real;
 
+use super::error::FirstOrderError;
+use super::massless::Massless;
 use crate::exact::matrix::ExactMatrix;
 use crate::linear::plain_matrix::PlainMatrix;
 use crate::model::MatrixKind;

@@ -1,8 +1,8 @@
 //! A first-order estimate of how far a response computed in doubles is off.
 
 use eigentone_modes::{Balanced, FirstOrder, MatrixKind, System, balance};
-use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, MatRef};
 
 use crate::problem::TimeGrid;
 
@@ -21,9 +21,9 @@ pub(crate) struct Detour {
 /// A itself, which acts like a force for as long as the motion lasts, one unit for each radian that
 /// the fastest motion turns, times the condition of A; where terms of A cancel, their size counts in place of the fastest
 /// motion. Massless nodes are eliminated in double-double, and err by the condition of the springs on them in units of
-/// that. Loads of which parts cancel
-/// err in units of the parts. Modes come from the elements, so that nothing cancels in them; a [`Detour`] by way of them
-/// enlarges what is rounded on it, but not what the rounding of A makes of the motion. For other systems no estimate is given.
+/// that. Loads of which parts cancel err in units of the parts. Modes come from the elements, so that nothing cancels in
+/// them; a [`Detour`] by way of them enlarges what is rounded on it, but not what the rounding of A makes of the motion. For
+/// other systems no estimate is given.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     applies: bool,
@@ -65,15 +65,18 @@ impl Estimate {
             let springs = Mat::from_fn(count, count, |i, j| k[(massless[i], massless[j])]);
             norm(&springs) * norm(&d.to_owned()) * count as f64
         });
-        let masses = sizes(system, MatrixKind::Mass);
-        let inverse = norm(&(size(&form.b().to_owned()) * masses));
+        let [mass, damping, stiffness] =
+            [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
+                .map(|kind| sizes_of_terms(system, kind));
+        let inverse = norm(&(size(form.b()) * &mass));
         let follows = norm(&form.x().transpose().to_owned()).max(1.0) * count as f64;
+        let assembled = uncancelled(form, &balanced, &[mass, damping, stiffness]);
         // Nodes are eliminated in double-double.
         let unit = if count > 0 { f64::EPSILON } else { 1.0 };
         Estimate {
             applies,
             rate,
-            assembled: rate.max(norm(&sizes_of_terms(system, form, &balanced)) * unit),
+            assembled: rate.max(norm(&assembled) * unit),
             condition,
             states: form.states() as f64,
             at_once: at_once * unit + follows + (inverse - 1.0).max(0.0),
@@ -173,12 +176,13 @@ fn norm(matrix: &Mat<f64>) -> f64 {
     })
 }
 
-fn size(matrix: &Mat<f64>) -> Mat<f64> {
+/// The sizes of all entries.
+pub(super) fn size(matrix: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
 }
 
 /// The sums of the sizes of the terms of a matrix.
-fn sizes(system: &System, kind: MatrixKind) -> Mat<f64> {
+fn sizes_of_terms(system: &System, kind: MatrixKind) -> Mat<f64> {
     let mut sum = Mat::<f64>::zeros(system.len(), system.len());
     for term in system.terms(kind) {
         sum[(term.row, term.column)] += term.value.abs();
@@ -187,18 +191,17 @@ fn sizes(system: &System, kind: MatrixKind) -> Mat<f64> {
 }
 
 /// What the entries of A would be if nothing cancelled where M, C and K are assembled and massless nodes are eliminated, in
-/// the coordinates of the balanced A. For small changes, A changes as z′ = A z + B f does by forces that act in place of
-/// changed matrices: δA = −B (δM X A² + δC X A + δK X), and each matrix is off by units of what it is the sum of.
-fn sizes_of_terms(system: &System, form: &FirstOrder, balanced: &Balanced) -> Mat<f64> {
-    let a = form.a();
-    let terms = |kind| sizes(system, kind);
-    let x = form.x().to_owned();
-    let v = &x * a;
+/// the coordinates of the balanced A, given the sums of the sizes of their terms. For small changes, A changes as
+/// z′ = A z + B f does by forces that act in place of changed matrices: δA = −B (δM X A² + δC X A + δK X), and each matrix is
+/// off by units of what it is the sum of.
+fn uncancelled(form: &FirstOrder, balanced: &Balanced, sizes: &[Mat<f64>; 3]) -> Mat<f64> {
+    let (a, x) = (form.a(), form.x());
+    let v = x * a;
     let accelerations = &v * a;
-    let b = size(&form.b().to_owned());
-    let forces = terms(MatrixKind::Stiffness) * size(&x) + terms(MatrixKind::Damping) * size(&v);
-    let elastic = &b * forces;
-    let inertial = &b * (terms(MatrixKind::Mass) * size(&accelerations));
+    let [mass, damping, stiffness] = sizes;
+    let b = size(form.b());
+    let elastic = &b * (stiffness * size(x) + damping * size(v.as_ref()));
+    let inertial = &b * (mass * size(accelerations.as_ref()));
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
         let size = a[(i, j)].abs().max(elastic[(i, j)]).max(inertial[(i, j)]);
         size * balanced.scale[j] / balanced.scale[i]

@@ -76,24 +76,19 @@ impl Outputs {
             acceleration_feed,
         }
     }
-}
 
-impl Outputs {
-    /// The largest displacement, velocity and acceleration that inputs of these sizes may make at once, each together with its
-    /// rates of change.
+    /// The largest displacement, velocity and acceleration that inputs of these sizes may make at once.
     pub(super) fn at_once(&self, sizes: &[f64]) -> [f64; 3] {
+        let largest = |feed: &Mat<f64>| {
+            let row = |i: usize| -> f64 {
+                let loaded = sizes.iter().enumerate().filter(|(_, size)| **size != 0.0);
+                loaded.map(|(j, size)| feed[(i, j)].abs() * size).sum()
+            };
+            (0..feed.nrows()).map(row).fold(0.0, f64::max)
+        };
         let [d, pushed] = &self.feed;
-        [d.as_ref(), pushed.as_ref(), Some(&self.acceleration_feed)].map(|feed| {
-            let mut sum = vec![0.0; self.maps[0].rows()];
-            let loaded = sizes.iter().enumerate().filter(|(_, size)| **size != 0.0);
-            for (j, size) in loaded.filter(|_| feed.is_some()) {
-                let column = feed.into_iter().flat_map(|feed| feed.col(j).iter());
-                sum.iter_mut()
-                    .zip(column)
-                    .for_each(|(sum, factor)| *sum += factor.abs() * size);
-            }
-            largest(&sum)
-        })
+        let feeds = [d.as_ref(), pushed.as_ref(), Some(&self.acceleration_feed)];
+        feeds.map(|feed| feed.map_or(0.0, largest))
     }
 }
 
@@ -414,11 +409,13 @@ impl Recorder<'_, '_> {
             if accelerates {
                 add(a, &self.outputs.acceleration_feed, f);
             }
-            let [s0, s1, s2] = self
-                .sizes
-                .each_ref()
-                .map(|sizes| self.outputs.at_once(sizes));
-            reached = [s0[0], s1[0] + s0[1], s2[0] + s1[1] + s0[2]];
+            let each = self.sizes.each_ref();
+            let [by_f, by_rate, by_curvature] = each.map(|sizes| self.outputs.at_once(sizes));
+            reached = [
+                by_f[0],
+                by_rate[0] + by_f[1],
+                by_curvature[0] + by_rate[1] + by_f[2],
+            ];
         }
         for (x, rest) in x.iter_mut().zip(rest.into_iter().flatten()) {
             *x += rest;

@@ -6,7 +6,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
 use thiserror::Error;
 
-use super::estimate::Detour;
+use super::estimate::{Detour, size};
 use crate::enclosed::{Normed, exponential};
 use crate::exponential::by_taylor;
 use crate::hold::{Laws, exact};
@@ -228,12 +228,9 @@ fn detour(form: &FirstOrder, t: &Mat<f64>, inverse: &Mat<f64>) -> Detour {
     for k in 0..n {
         (0..n).for_each(|j| into[(k, kind(j))] += inverse[(k, j)].abs());
     }
-    let size = |matrix: &Mat<f64>| {
-        Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
-    };
-    let states = size(t) * into;
+    let states = size(t.as_ref()) * into;
     let leaves = |map: Mat<f64>| {
-        let rows = size(&map) * &states;
+        let rows = size(map.as_ref()) * &states;
         [0, 1].map(|from| rows.col(from).norm_max())
     };
     let x = form.x().to_owned();

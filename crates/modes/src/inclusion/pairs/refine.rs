@@ -2,8 +2,8 @@
 //!
 //! As for undamped shapes ([`congruence`](crate::inclusion::congruence)), x_i ← x_i + Σ_j x_j (a_ji − ρ_i b_ji)/(b_jj(ρ_i − ρ_j)),
 //! y_i ← y_i + Σ_j y_j (a_ij − ρ_i b_ij)/(b_jj(ρ_i − ρ_j)) and λ_i ← ρ_i (Ogita & Aishima 2018, *Jpn. J. Ind. Appl. Math.* 35).
-//! Columns too close for that are first separated, those of a [cluster](super::span) given anew if need be, and those that are mixed however far apart resolved by a
-//! [Rayleigh–Ritz step](super::ritz).
+//! Columns too close for that are first separated, those of a [cluster](super::span) given anew if need be, and those that
+//! are mixed however far apart resolved by a [Rayleigh–Ritz step](super::ritz).
 
 use eigentone_digits::DoubleDouble;
 use faer::{Mat, c64};

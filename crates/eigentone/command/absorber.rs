@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use eigentone::modes::{ClassicalModes, Participation, Precision};
+use eigentone::modes::{ClassicalModes, CoordinateKind, Participation, Precision};
 use eigentone::scene::{Scene, did_you_mean};
 use serde_json::{Value, json};
 
@@ -124,7 +124,8 @@ impl Absorber {
             let Some((.., stiffness, damping)) = chosen else {
                 return Ok(());
             };
-            let text = self.with_absorber(varied.scene().clone(), stiffness, damping);
+            let turns = scene.system().kind_at(&self.on) == Some(CoordinateKind::Rotation);
+            let text = self.with_absorber(varied.scene().clone(), turns, [stiffness, damping]);
             let text = text.map_err(refuse)?;
             return print(|out| writeln!(out, "{text:#}"));
         }
@@ -192,19 +193,23 @@ impl Absorber {
         Ok((square.sqrt(), m[at] / (moved * moved)))
     }
 
-    /// The scene with it.
+    /// The scene with it, on a rotation or not.
     fn with_absorber(
         &self,
         mut scene: Value,
-        stiffness: f64,
-        damping: f64,
+        turns: bool,
+        [stiffness, damping]: [f64; 2],
     ) -> Result<Value, String> {
         if scene.get("matrices").is_some() {
             return Err("it has `matrices`, which leave no coordinate to an absorber: add a row and a column to them".to_owned());
         }
         let between = [self.on.as_str(), "absorber"];
+        let mut mass = json!({"name": "absorber", "mass": self.mass});
+        if turns {
+            mass["unit"] = json!("rad");
+        }
         let parts = [
-            ("masses", json!({"name": "absorber", "mass": self.mass})),
+            ("masses", mass),
             (
                 "springs",
                 json!({"name": "absorber-spring", "between": between, "stiffness": stiffness}),

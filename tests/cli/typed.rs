@@ -20,6 +20,10 @@ fn lists_and_units_may_be_apart() {
             &["modes", &three, "--near", "0.18Hz", "--count", "1"],
             &["modes", "--near", "0.18", "Hz", &three, "--count", "1"],
         ),
+        (
+            &["frf", &three, "--at", "2,3"],
+            &["frf", &three, "--at", " 2,3 rad/s"],
+        ),
     ] {
         assert_eq!(printed(together), printed(apart), "{apart:?}");
     }
@@ -36,6 +40,10 @@ fn slips_are_told_with_what_would_be_right() {
         ),
         (&["modes", &three, "--precison", "double"], "'--precision'"),
         (&["modes", &three, "--near", "-5"], "0 or more"),
+        (&["modes", &three, "--near", "Hz"], "0 or more"),
+        (&["modes", &three, "--near", "NaNHz"], "finite"),
+        (&["modes", &three, "--near", "1e308Hz"], "finite"),
+        (&["modes", &three, "--near", "1kHz"], "14Hz"),
         (
             &["modes", &three, "--lowest", "0"],
             "a whole number from 1 to ",

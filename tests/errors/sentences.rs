@@ -6,7 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use eigentone::gallery::{cases, machines, switches};
+use eigentone::gallery::{Case, cases, machines, switches};
+use rayon::prelude::*;
 
 use crate::page;
 
@@ -138,32 +139,41 @@ fn every_sentence_is_listed() {
             None => found.push((heading.to_owned(), vec![said])),
         }
     };
+    let mut runs = Vec::new();
     for (folder, all) in [
         (".", cases()),
         ("machines", machines()),
         ("switches", switches()),
     ] {
         for case in all.iter().filter(|case| case.name() != LONG) {
-            let file = format!("{}.json", case.name());
-            let title = case.scene().title().and_then(sentence);
             let own = ASKED_OF_ONE.iter().filter(|(name, _)| *name == case.name());
             for asked in ASKED.into_iter().chain(own.map(|(_, asked)| *asked)) {
-                let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
-                    .current_dir(root.join(folder).join("scenes"))
-                    .args([asked[0], &file])
-                    .args(asked[1..].iter().map(|word| match *word {
-                        MEASURED => measured,
-                        word => word,
-                    }))
-                    .output()
-                    .expect("the binary runs");
-                let said = [output.stdout, output.stderr].concat();
-                let said = String::from_utf8_lossy(&said).replace(measured, MEASURED);
-                for line in said.lines() {
-                    if let Some(said) = sentence(line).filter(|said| Some(said) != title.as_ref()) {
-                        add(asked[0], said.replace(&file, "SCENE"));
-                    }
-                }
+                runs.push((folder, case, asked));
+            }
+        }
+    }
+    let answer = |&(folder, case, asked): &(&str, &Case, &[&str])| {
+        let output = Command::new(env!("CARGO_BIN_EXE_eigentone"))
+            .current_dir(root.join(folder).join("scenes"))
+            .args([asked[0], &format!("{}.json", case.name())])
+            .args(asked[1..].iter().map(|word| match *word {
+                MEASURED => measured,
+                word => word,
+            }))
+            .output()
+            .expect("the binary runs");
+        [output.stdout, output.stderr].concat()
+    };
+    let answers: Vec<Vec<u8>> = runs.par_iter().map(answer).collect();
+    for ((_, case, asked), said) in runs.iter().zip(answers) {
+        let title = case.scene().title().and_then(sentence);
+        let said = String::from_utf8_lossy(&said).replace(measured, MEASURED);
+        for line in said.lines() {
+            if let Some(said) = sentence(line).filter(|said| Some(said) != title.as_ref()) {
+                add(
+                    asked[0],
+                    said.replace(&format!("{}.json", case.name()), "SCENE"),
+                );
             }
         }
     }

@@ -39,24 +39,3 @@ impl FromStr for Asked {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_read_and_nonsense_is_refused() {
-        let read = |text: &str, hertz| {
-            text.parse::<Asked>()
-                .map(|asked| asked.radians_per_second(hertz))
-        };
-        assert_eq!(read("2", false), Ok(2.0));
-        assert_eq!(read("2", true), Ok(2.0 * TAU));
-        assert_eq!(read("0.5Hz", false), Ok(0.5 * TAU));
-        assert_eq!(read("0.5 Hz", false), Ok(0.5 * TAU));
-        assert_eq!(read("3rad/s", true), Ok(3.0));
-        for wrong in ["", "Hz", "-1", "inf", "NaNHz", "1kHz", "1e308Hz", "2 3"] {
-            assert!(read(wrong, false).is_err(), "{wrong}");
-        }
-    }
-}

@@ -44,7 +44,13 @@ impl Slow {
         let rigid = structure.rigid_motions_counted()?;
         let drifts = structure.zero_roots()?.checked_sub(rigid)?;
         let creeps = rigid.checked_sub(drifts)?;
-        let mut resisted = precise(system, structure, shapes)?;
+        // Coordinates without mass that dampers hold back follow at once where there are none.
+        let undamped = (!structure.damped_massless().is_empty())
+            .then(|| System::from(system.model().without_dampers()));
+        let mut resisted = match &undamped {
+            Some(undamped) => precise(undamped, undamped.structure(), shapes)?,
+            None => precise(system, structure, shapes)?,
+        };
         let mut free: Columns = Vec::new();
         while let Some(last) = resisted.pop_if(|last| last.square == 0.0) {
             free.push(last.shape);

@@ -73,6 +73,14 @@ impl Model {
         }
     }
 
+    /// The same but for its dampers.
+    pub(crate) fn without_dampers(&self) -> Model {
+        let mut model = self.clone();
+        model.dampers.clear();
+        model.added[MatrixKind::Damping as usize] = Added::default();
+        model
+    }
+
     pub(crate) fn machine(&self) -> Option<&Machine> {
         self.machine.as_deref()
     }

@@ -45,6 +45,11 @@ fn models() -> Vec<(String, Model)> {
             models.push((format!("lumped {ends:?} tip {damping}"), damped));
         }
     }
+    // A rotation that rounding leaves next to 0, beside as many real roots about −1/β as there are nodes.
+    models.push((
+        "lumped Free 42 stiffness".to_owned(),
+        lumped_beam(42, Ends::Free).rayleigh(0.0, 1e-6),
+    ));
     // Two rigid motions that dashpots alone hold, with roots far below the elastic ones.
     for (force, moment) in [(5.0, 70.0), (50.0, 7.0)] {
         let beam = beam(60, Ends::Free);
@@ -52,6 +57,13 @@ fn models() -> Vec<(String, Model)> {
         models.push((
             format!("Free 60 tip {force} and slope {moment}"),
             beam.damper(tip, force).damper(1, moment),
+        ));
+    }
+    // One that nothing holds and one that a dashpot alone holds.
+    for elements in [32, 64] {
+        models.push((
+            format!("Free {elements} slope"),
+            beam(elements, Ends::Free).damper(1, 70.0),
         ));
     }
     models.push((

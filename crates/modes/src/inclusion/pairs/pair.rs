@@ -132,19 +132,18 @@ impl<'a> Pairs<'a> {
             Some(slow) => (counted(system, slow), Vec::new()),
             None => {
                 let loose = structure.null_vectors();
-                let free = structure.undamped_among(&loose).len();
-                let zeros = loose.len() + free;
-                if free > 0 && free < loose.len() || structure.zero_roots() != Some(zeros) {
+                let free = structure.undamped_among(&loose);
+                let drifts = free.len();
+                if structure.zero_roots() != Some(loose.len() + drifts) {
                     return None;
                 }
-                let at_rest: Vec<Vec<f64>> = loose.iter().map(|vector| vector.dense(n)).collect();
-                if free > 0 {
-                    (Vec::new(), nearly_orthogonal(&Form::mass(system), at_rest))
-                } else {
-                    let creeping = nearly_orthogonal(&Form::damping(system), at_rest);
-                    let rest = |shape| Pair::real(0.0, precise(shape), Origin::Rest);
-                    (creeping.into_iter().map(rest).collect(), Vec::new())
-                }
+                let held = loose.iter().filter(|vector| !free.contains(vector));
+                let at_rest = free.iter().chain(held).map(|vector| vector.dense(n));
+                let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest.collect());
+                let creeping = drifting.split_off(drifts);
+                let creeping = nearly_orthogonal(&Form::damping(system), creeping);
+                let rest = |shape| Pair::real(0.0, precise(shape), Origin::Rest);
+                (creeping.into_iter().map(rest).collect(), drifting)
             }
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
@@ -225,7 +224,7 @@ impl<'a> Pairs<'a> {
             let mass = Form::mass(self.system).gram(&columns);
             let (drifting, own) = (&columns[last], mass.at(last, last));
             for (pair, place) in self.pairs.iter_mut().zip(places) {
-                if pair.origin == Origin::Null {
+                if matches!(pair.origin, Origin::Null | Origin::Rest) {
                     continue;
                 }
                 for (offset, column) in [&mut pair.right.re, &mut pair.right.im]

@@ -5,7 +5,7 @@
 //! Columns too close for that are first separated, those of a [cluster](super::span) given anew if need be, and those that
 //! are mixed however far apart resolved by a [Rayleigh–Ritz step](super::ritz).
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::{Mat, c64};
 
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
@@ -214,7 +214,11 @@ impl Rows {
     /// Whether the gap between two roots may hide that they are mixed.
     pub(super) fn are_near(&self, i: usize, j: usize) -> bool {
         const NEAR: f64 = 0.1;
-        plain(self.rho[i] - self.rho[j]).norm() <= NEAR * self.rho[i].norm()
+        // A mixed column may have the quotient of what it is mixed with.
+        let near = |roots: &[ComplexDoubleDouble]| {
+            plain(roots[i] - roots[j]).norm() <= NEAR * roots[i].norm()
+        };
+        near(&self.rho) && near(&self.values)
     }
 
     /// Whether columns are mixed with conjugates of each other.

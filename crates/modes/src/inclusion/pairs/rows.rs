@@ -12,6 +12,8 @@ const ROUNDING: f64 = 2.5e-29;
 /// The rows of the pairs over all columns, divided by b_ii.
 pub(super) struct Rows {
     pub(super) columns: Vec<Column>,
+    /// λ as it was before.
+    pub(super) values: Vec<ComplexDoubleDouble>,
     pub(super) rho: Vec<ComplexDoubleDouble>,
     pub(super) rows: Vec<Row>,
     /// What each pair's column is scaled by.
@@ -184,6 +186,7 @@ impl Pairs<'_> {
         let usable = tau.iter().all(|tau| tau.is_normal());
         usable.then_some(Rows {
             columns,
+            values: self.pairs.iter().map(|pair| pair.value).collect(),
             rho,
             rows,
             tau,

@@ -149,8 +149,8 @@ impl InDoubles<'_> {
                     false => Complex::ZERO,
                 });
                 for (row, sum) in sums.iter_mut().enumerate() {
-                    for a in 0..width {
-                        sum[k] += before[a] * self.outputs[(row, start + a)];
+                    for (a, state) in before.iter().enumerate().take(width) {
+                        sum[k] += state * self.outputs[(row, start + a)];
                     }
                 }
             }

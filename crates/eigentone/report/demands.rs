@@ -320,7 +320,7 @@ impl<'a> DemandReport<'a> {
 fn label(system: &System, index: usize, element: &GivenElement) -> String {
     let stretch = &element.stretch;
     let places = [
-        (&stretch.coordinates, &system.names()[..]),
+        (&stretch.coordinates, system.names()),
         (&stretch.supports, system.supports()),
     ];
     let ends = places

@@ -138,7 +138,7 @@ impl ResponseMethod for OneMass {
             row(|motion| motion.displacement),
             row(|motion| motion.velocity),
         )
-        .with_names(problem.system().names());
+        .with_names(problem.system().coordinate_names());
         Ok(match problem.wants_acceleration() {
             true => trajectory.with_acceleration(row(|motion| motion.acceleration)),
             false => trajectory,

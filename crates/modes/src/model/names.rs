@@ -48,15 +48,6 @@ impl Deref for Names {
     }
 }
 
-impl<'a> IntoIterator for &'a Names {
-    type Item = &'a String;
-    type IntoIter = std::slice::Iter<'a, String>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.iter()
-    }
-}
-
 impl From<Vec<String>> for Names {
     fn from(names: Vec<String>) -> Names {
         Names(Arc::new(List {

@@ -298,7 +298,7 @@ fn mode(system: &System, root: Root, quality: Quality, error: Option<(f64, f64)>
         },
         repeats: root.repeats.unwrap_or(UNKNOWN),
         roots: root.count,
-        names: system.names().clone(),
+        names: system.coordinate_names().clone(),
         shape: root.shape,
         shape_bound: root.shape_bound,
         left_shape,

@@ -49,7 +49,7 @@ impl Facts {
     pub(crate) fn of(system: &System) -> Facts {
         let structure = system.structure();
         Facts {
-            names: system.names().clone(),
+            names: system.coordinate_names().clone(),
             target: 0.0,
             count: 0,
             idle: Vec::new(),

@@ -86,13 +86,18 @@ impl System {
     }
 
     /// The names of the coordinates, in order.
-    pub fn names(&self) -> &Names {
+    pub fn names(&self) -> &[String] {
+        self.model.names()
+    }
+
+    /// The same as a list that finds places by name, and that modes and trajectories share.
+    pub fn coordinate_names(&self) -> &Names {
         self.model.names()
     }
 
     /// The index of the coordinate `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        self.names().index_of(name)
+        self.model.names().index_of(name)
     }
 
     /// The same, where a name that is none is an error: rows of trajectories and components of shapes are found by it.
@@ -111,7 +116,7 @@ impl System {
     /// # Errors
     /// [`NoCoordinate`], which names those that there are.
     pub fn coordinate(&self, name: &str) -> Result<usize, NoCoordinate> {
-        self.names().find(name)
+        self.model.names().find(name)
     }
 
     /// What the coordinate of this index measures: a displacement, or an angle if it was given by

@@ -339,3 +339,32 @@ fn every_file_of_tests_is_run() {
         }
     }
 }
+
+/// The Python package, which the workspace does not build, asks for every part of the facade that it names.
+#[test]
+fn the_python_package_asks_for_the_features_that_it_needs() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).expect("text");
+    let facade = read("crates/eigentone/lib.rs");
+    let gated: BTreeMap<&str, Vec<&str>> = facade
+        .split("#[cfg(")
+        .skip(1)
+        .filter_map(|rest| {
+            let (condition, item) = rest.split_once(")]\n")?;
+            let line = item.lines().next()?.trim_end_matches(';');
+            let name = line.rsplit([' ', ':']).next()?;
+            let features = condition.split('"').skip(1).step_by(2);
+            line.starts_with("pub ").then(|| (name, features.collect()))
+        })
+        .collect();
+    assert_eq!(gated["scene"], ["scene"]);
+    let manifest = read("crates/python/Cargo.toml");
+    let asked = manifest
+        .lines()
+        .find(|line| line.starts_with("eigentone = "));
+    let asked = asked.expect("it depends on the facade");
+    for path in paths(&code(&read("crates/python/src/lib.rs")), "eigentone::") {
+        for feature in gated.get(room(&path)).into_iter().flatten() {
+            assert!(asked.contains(&format!("\"{feature}\"")), "{path}: {asked}");
+        }
+    }
+}

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use eigentone::modes::{ClassicalModes, CoordinateKind, Participation, Precision};
+use eigentone::report::significant;
 use eigentone::scene::{Scene, did_you_mean};
 use serde_json::{Value, json};
 
@@ -16,7 +17,7 @@ pub struct Absorber {
     /// The scene file; - is standard input
     #[arg(value_parser = source::parser())]
     scene: PathBuf,
-    /// What carries it: a mass, a coordinate or a point
+    /// What it is attached to: a mass, a coordinate or a point
     #[arg(long, value_name = "NAME")]
     on: String,
     /// Its mass, in kg; on a rotation its moment of inertia
@@ -146,8 +147,12 @@ impl Absorber {
         print(|out| {
             writeln!(
                 out,
-                "mode {} without damping: {omega:.6} rad/s, with a modal mass of {modal:.6} at {}; the absorber has {mu:.6} of it",
-                self.mode, self.on
+                "mode {} without damping: {} rad/s, with a modal mass of {} at {}; the absorber has {} of it",
+                self.mode,
+                significant(omega),
+                significant(modal),
+                self.on,
+                significant(mu)
             )?;
             writeln!(
                 out,
@@ -155,9 +160,10 @@ impl Absorber {
             )?;
             for (rule, f, zeta, stiffness, damping) in rules {
                 let rule = rule.name();
+                let [f, zeta, stiffness, damping] = [f, zeta, stiffness, damping].map(significant);
                 writeln!(
                     out,
-                    "{rule:<10}  {f:>15.6}  {zeta:>13.6}  {stiffness:>12.6e}  {damping:>12.6e}"
+                    "{rule:<10}  {f:>15}  {zeta:>13}  {stiffness:>12}  {damping:>12}"
                 )?;
             }
             Ok(())

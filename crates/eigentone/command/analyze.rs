@@ -19,7 +19,7 @@ use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, Question, frf, memory, print, tell_switches};
 
-/// Prints structure, plan, modes, response and error bounds
+/// Prints structure, chosen methods, modes, response and error bounds
 #[derive(Debug, Args)]
 pub struct Analyze {
     #[command(flatten)]
@@ -27,7 +27,7 @@ pub struct Analyze {
     /// Say why these methods ran and what was left out
     #[arg(long)]
     explain: bool,
-    /// Write tables, data and plots into this directory, in place of files of the same names
+    /// Write tables, data and plots into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

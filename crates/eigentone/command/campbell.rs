@@ -22,13 +22,13 @@ pub struct Campbell {
     /// The speed in rad/s for which the gyroscopic terms of the scene are given; at others they are in proportion
     #[arg(long, value_name = "SPEED", value_parser = positive, default_value_t = 1.0)]
     given_at: f64,
-    /// How many times in each turn the excitation acts: 1 is unbalance; several with commas between
+    /// Orders of the excitation: how many times it acts in each turn; 1 is unbalance; several with commas between
     #[arg(long, value_name = "ORDERS", value_parser = positive, value_delimiter = ',', default_value = "1")]
     orders: Vec<f64>,
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
-    /// Write data and plots into this directory, in place of files of the same names
+    /// Write data and plots into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -32,7 +32,7 @@ pub struct Check {
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
-    /// Write the tables and the work-precision diagram into this directory, in place of files of the same names
+    /// Write the tables and the work-precision diagram into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

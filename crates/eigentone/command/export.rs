@@ -31,7 +31,7 @@ pub struct Export {
     /// [default: all masses, points and outputs]
     #[arg(long, value_name = "NAME")]
     to: Vec<String>,
-    /// The exact discrete form for inputs that keep each sample, or run straight from one to the next
+    /// The exact discrete form: inputs are held between samples (zero), or are straight lines between them (first)
     #[arg(long, value_enum)]
     hold: Option<Hold>,
     /// Time between the samples, in s
@@ -184,7 +184,7 @@ impl Export {
             // Nothing is left to tell it to if standard error is closed.
             let _ = writeln!(
                 io::stderr(),
-                "note: {file}: output {output:?} follows a derivative of the {name}: the input is the {word} of {support} instead"
+                "note: {file}: output {output:?} depends on a derivative of the {name}: the input is the {word} of {support} instead"
             );
             raised.retain(|(known, _)| *known != support);
             raised.push((support, quantity));

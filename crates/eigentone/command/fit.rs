@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::design::{self, FitError, fit};
 use eigentone::modes::Precision;
+use eigentone::report::significant;
 use serde_json::{Value, json};
 
 use super::measured::{Measured, Unfit};
@@ -199,7 +200,7 @@ impl Answer<'_> {
                 Some(interval) => format!("± {interval:.1e}"),
                 None => "± ?".to_owned(),
             };
-            let _ = writeln!(text, "{name:<width$}  {value:.10e}  {interval}");
+            let _ = writeln!(text, "{name:<width$}  {}  {interval}", significant(*value));
         }
         let columns: Vec<String> = self
             .measured

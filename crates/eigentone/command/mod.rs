@@ -182,7 +182,7 @@ struct Question {
 /// How far an answer may be off.
 #[derive(Clone, Copy, Debug, Args)]
 struct Accuracy {
-    /// Proven bounds, with more digits where they demand it, or plain doubles
+    /// Proven bounds, computed with more digits where they need them, or double precision alone
     #[arg(long, value_enum, default_value_t = Precision::Certified)]
     precision: Precision,
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]

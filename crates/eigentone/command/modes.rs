@@ -25,8 +25,8 @@ pub struct Modes {
     /// Which program finds the modes; those of another program are checked here
     #[arg(long, value_enum, default_value_t = Engine::Own)]
     engine: Engine,
-    /// Examine what SLEPc found by its residuals alone, without a factor made here, which would take most of the time of large
-    /// models: bounds are larger, and modes are not counted
+    /// Check the modes of SLEPc by their residuals alone, without a factorisation, which takes most of the time of large
+    /// models: bounds are larger, and that no mode is missing is not checked
     #[arg(long)]
     no_factor: bool,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, value_parser};
 use eigentone::design::{Optimum, OptimumError, Piece, front, minimise};
 use eigentone::modes::Precision;
-use eigentone::report::{FrontDesign, FrontReport};
+use eigentone::report::{FrontDesign, FrontReport, significant};
 use serde_json::{Value, json};
 
 use super::files::Files;
@@ -316,9 +316,10 @@ impl Answer<'_> {
                 1 => "  the upper limit",
                 _ => "  the lower limit",
             };
-            let _ = writeln!(text, "{name:<width$}  {value:.10e}{note}");
+            let _ = writeln!(text, "{name:<width$}  {}{note}", significant(*value));
         }
-        let _ = writeln!(text, "{:<width$}  {:.10e}", self.metric.text, self.value);
+        let (name, value) = (&self.metric.text, significant(self.value));
+        let _ = writeln!(text, "{name:<width$}  {value}");
         let word = match self.sign > 0.0 {
             true => "minimum",
             false => "maximum",
@@ -338,12 +339,13 @@ impl Answer<'_> {
         };
         for (frequency, value, weight) in self.active().filter(|_| optimum.active.len() > 1) {
             let at = frequency.map_or(String::new(), |at| {
-                let hertz = at / std::f64::consts::TAU;
-                format!(" at {at:.6e} rad/s, {hertz:.6e} Hz")
+                let hertz = significant(at / std::f64::consts::TAU);
+                format!(" at {} rad/s, {hertz} Hz", significant(at))
             });
             let _ = writeln!(
                 text,
-                "one of the largest: {value:.10e}{at}, weight {weight:.4}"
+                "one of the largest: {}{at}, weight {weight:.4}",
+                significant(value)
             );
         }
         if optimum.active.len() > 1 {

@@ -18,7 +18,7 @@ pub struct Random {
     question: Question,
     #[command(flatten)]
     form: Form,
-    /// Largest magnitudes to be expected within this time, in s [default: the end of the scene's time]
+    /// Print the expected largest value within this time, in s [default: the end of the scene's time]
     #[arg(long, value_name = "T", value_parser = duration)]
     peak_in: Option<f64>,
     /// Write the root mean squares into this directory, as JSON and CSV, and spectral densities, as CSV and SVG

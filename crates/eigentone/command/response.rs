@@ -19,7 +19,7 @@ pub struct Response {
     /// Print only these samples, in this order: whole numbers from 0 on, as 0,10,400
     #[arg(long, value_name = "INDICES", value_delimiter = ',', value_parser = index)]
     steps: Option<Vec<u64>>,
-    /// Use this many modes of the lowest frequencies alone, and let the others follow without inertia; needs no dense
+    /// Superpose only this many modes of the lowest frequencies, with the others as static deflections; needs no dense
     /// matrices
     #[arg(long, value_name = "COUNT", value_parser = super::count)]
     modes: Option<u32>,

@@ -32,13 +32,13 @@ pub struct Slepc {
     /// Time limit of SLEPc, in s
     #[arg(long, value_name = "SECONDS", default_value_t = 3600.0, value_parser = super::positive)]
     time_limit: f64,
-    /// What starts processes, with -n COUNT: mpirun, or srun within a job of Slurm
+    /// The program that starts the processes, called with -n COUNT: mpirun, or srun within a job of Slurm
     #[arg(long, value_name = "COMMAND", default_value = "mpirun")]
     launcher: String,
     /// The Python that has slepc4py [default: python3, then /usr/bin/python3]
     #[arg(long, value_name = "FILE")]
     python: Option<PathBuf>,
-    /// Where matrices and shapes are passed on, which all ranks must see [default: the system's temporary directory]
+    /// The directory in which matrices and shapes are exchanged; every process must see it [default: the system's temporary directory]
     #[arg(long, value_name = "DIR")]
     scratch: Option<PathBuf>,
 }

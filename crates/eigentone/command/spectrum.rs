@@ -42,7 +42,7 @@ pub struct Spectrum {
     accuracy: Accuracy,
     #[command(flatten)]
     form: Form,
-    /// Write data and plots into this directory, in place of files of the same names
+    /// Write data and plots into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -10,13 +10,13 @@ use super::files::Files;
 use super::progress::Progress;
 use super::{Failure, print};
 
-/// Takes stiffness, damping, masses, steps, times and sizes to extremes, by every method
+/// Tries every method at extremes of stiffness, damping, mass, step, time and size
 #[derive(Debug, Args)]
 pub struct Stability {
     /// Study only these families: stiffness, damping, mass, step, horizon, size
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = family)]
     only: Vec<String>,
-    /// Write the tables, the data and the heat maps into this directory, in place of files of the same names
+    /// Write the tables, the data and the heat maps into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

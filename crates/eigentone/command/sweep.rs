@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use eigentone::design::{Grid, Range};
-use eigentone::report::{SweepTable, SweptDesign};
+use eigentone::report::{SweepTable, SweptDesign, significant};
 use serde_json::{Value, json};
 
 use super::designs::Designs;
@@ -39,7 +39,7 @@ pub struct Sweep {
     vary: Vec<Vary>,
     #[arg(long, value_name = "METRIC", help = METRICS)]
     metric: Vec<Metric>,
-    /// Only part i of N, from 1
+    /// Compute only part i of N; the first is 1
     #[arg(long, value_name = "i/N", value_parser = shard)]
     shard: Option<(u64, u64)>,
     /// Print one JSON object for each design with every digit
@@ -48,10 +48,10 @@ pub struct Sweep {
     /// Write all designs into this directory, as CSV while they come, and then plots and a page; parts are for `merge`
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on with the table in --out, which an earlier run of the same sweep began
+    /// Continue the table in --out that an earlier run of the same sweep began
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Plain doubles, or more digits where bounds demand it
+    /// Double precision alone, or more digits where proven bounds need them
     #[arg(long, value_enum, default_value_t = super::Precision::Double)]
     precision: super::Precision,
     /// Largest relative error wanted, at least 2^-53 [default: the last digits]
@@ -217,7 +217,7 @@ fn line(headers: &[String], design: &SweptDesign) -> String {
     for (header, value) in headers.iter().zip(cells) {
         let width = header.chars().count();
         let _ = match value {
-            Some(value) => write!(line, "  {value:>width$.5e}"),
+            Some(value) => write!(line, "  {:>width$}", significant(value)),
             None => write!(line, "  {:>width$}", "–"),
         };
     }

@@ -17,7 +17,7 @@ pub struct Tables {
     /// The scene file; - is standard input; without one, every scene of the gallery
     #[arg(value_parser = source::parser())]
     scene: Option<PathBuf>,
-    /// Write the tables into this directory, in place of files of the same names
+    /// Write the tables into this directory, replacing files of the same names
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Show the motion at these sample indices, in this order [default: eleven evenly spread ones]

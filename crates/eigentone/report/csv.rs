@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
-/// One row; a cell that needs quotes gets them.
+/// One row; a cell that needs quotes gets them, and one that is no number stays [`text`].
 pub(crate) fn row(
     out: &mut impl Write,
     cells: impl IntoIterator<Item = impl AsRef<str>>,
@@ -12,7 +12,7 @@ pub(crate) fn row(
         if index > 0 {
             out.write_all(b",")?;
         }
-        let cell = cell.as_ref();
+        let cell = text(cell.as_ref());
         if cell.contains(['"', ',', '\n', '\r']) {
             write!(out, "\"{}\"", cell.replace('"', "\"\""))?;
         } else {
@@ -25,13 +25,20 @@ pub(crate) fn row(
 /// What begins a formula in some spreadsheet.
 const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
 
-/// Text for the beginning of a cell: an apostrophe before what a spreadsheet would take for a formula says that it is
-/// none.
-pub(crate) fn text(text: &str) -> Cow<'_, str> {
-    match text.trim_start().starts_with(FORMULA) {
-        true => format!("'{text}").into(),
-        false => text.into(),
+/// What a cell holds: an apostrophe before what a spreadsheet would take for a formula says that it is none.
+pub(crate) fn text(cell: &str) -> Cow<'_, str> {
+    if !cell.trim_start().starts_with(FORMULA) || is_negative_number(cell) {
+        return cell.into();
     }
+    format!("'{cell}").into()
+}
+
+/// Whether it is one as [`number`] writes them.
+fn is_negative_number(cell: &str) -> bool {
+    let digits = cell.strip_prefix('-');
+    digits.is_some_and(|digits| {
+        digits.starts_with(|c: char| c.is_ascii_digit()) && cell.parse::<f64>().is_ok()
+    })
 }
 
 /// The shortest form that reads back to the same double; an empty cell for what is no number.
@@ -64,12 +71,17 @@ mod tests {
 
     #[test]
     fn names_are_no_formulas() {
-        for name in ["=1+1", "+a", "-a", "@a", "\t=1", " =1", "＝1"] {
+        for name in [
+            "=1+1", "+a", "+1", "-a", "-1+a", "-inf", "@a", "\t=1", " =1", " -1", "＝1",
+        ] {
             assert_eq!(text(name), format!("'{name}"));
         }
-        for name in ["m1", "a=b", "'=1", ""] {
+        for name in ["m1", "a=b", "'=1", "", "-1.5", "-1e-300", "-0.0"] {
             assert_eq!(text(name), name);
         }
+        let mut out = Vec::new();
+        row(&mut out, ["=a", "-b,", "-2.5"]).expect("a vector takes it");
+        assert_eq!(String::from_utf8_lossy(&out), "'=a,\"'-b,\",-2.5\r\n");
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl CycleReport<'_> {
             .column("im", Align::Right, of(|one| one.im))
             .column("modulus", Align::Right, of(|one| one.norm()));
         text.push_str(&table.text());
-        text.push_str("Multipliers: the eigenvalues of what one period does to a small disturbance (Floquet).\n");
+        text.push_str("Multipliers (Floquet): the eigenvalues of the matrix by which one period multiplies a small disturbance.\n");
         text.push_str("\nstate at the start of a period\n");
         let names = self.system.names();
         let units = |quantity| {

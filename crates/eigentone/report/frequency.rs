@@ -33,8 +33,8 @@ pub struct FrequencyReport<'a> {
     pub features: Option<&'a [Features]>,
 }
 
-const WIDTH: &str = "Ω → 0, Ω → ∞: what |H| tends to, times that power of Ω if one is given; width: between the frequencies of half power, |H|/√2, on both sides of a peak";
-const INFINITE: &str = "∞: without damping, or narrower than 1e-25 of its frequency\n";
+const WIDTH: &str = "Ω → 0, Ω → ∞: the limit of |H|, to be multiplied by that power of Ω if one is given; width: between the frequencies of half power, |H|/√2, on both sides of a peak";
+const INFINITE: &str = "∞: a peak without damping, or one narrower than 1e-25 of its frequency\n";
 const UNKNOWN: &str = "∞: without damping, or too narrow for its height to be estimated\n";
 
 /// Rows that a person reads.

@@ -104,7 +104,7 @@ impl<'a> FrontReport<'a> {
     /// Those of `out`.
     pub fn csv(&self, mut out: impl Write) -> io::Result<()> {
         let columns: Vec<(&str, Vec<f64>)> = self.columns().collect();
-        let header = columns.iter().map(|(name, _)| csv::text(name).into_owned());
+        let header = columns.iter().map(|(name, _)| (*name).to_owned());
         csv::row(&mut out, header.chain(["local_optimum".to_owned()]))?;
         for (row, one) in self.designs.iter().enumerate() {
             let values = columns.iter().map(|(_, values)| csv::number(values[row]));

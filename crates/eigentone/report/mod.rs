@@ -54,6 +54,7 @@ pub use events::events_csv;
 pub use frequency::FrequencyReport;
 pub use front::{FrontDesign, FrontReport};
 pub use modes::ModeReport;
+pub use number::significant;
 pub use page::Page;
 pub use plot::{Line, Plot, Ring};
 pub use random::RandomReport;

@@ -12,8 +12,8 @@ const PLAIN: std::ops::Range<i32> = -4..6;
 /// Powers of ten that a column may span and still have the same decimals.
 const SPREAD: i32 = 2;
 
-/// A number with six significant digits, in plain notation where that is readable.
-pub(crate) fn significant(value: f64) -> String {
+/// A number with six significant digits, in plain notation where that is readable, as all tables have them.
+pub fn significant(value: f64) -> String {
     digits(value, DIGITS)
 }
 

@@ -12,9 +12,9 @@ use super::unit;
 
 /// What the tables say.
 pub(super) const EXPLAINED: &str = "\
-Without damping, for a motion of the ground that is the same for all masses that springs and dampers join.\n\
+Without damping, for a motion of the ground that is the same for all masses that springs and dampers connect.\n\
 Participation: how strongly that motion drives the mode, whose shape has a largest entry of 1. Effective mass:\n\
-what of the mass the ground feels through the mode; over all modes it adds up to the total, and so do moments\n\
+the part of the mass that the ground feels through the mode; over all modes it adds up to the total, and so do moments\n\
 of inertia.";
 
 /// A heading and a table for each part that has effective masses, or why there are none.

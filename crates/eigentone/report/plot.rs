@@ -405,13 +405,16 @@ fn stroke(index: usize) -> String {
     }
 }
 
-/// The text, or its beginning and an ellipsis.
+/// The text, or its beginning and an ellipsis, which parts no number or word where there is a gap in the second half.
 pub(super) fn shorten(text: &str, letters: usize) -> String {
     if text.chars().count() <= letters {
         return text.to_owned();
     }
     let kept: String = text.chars().take(letters - 1).collect();
-    kept + "…"
+    match kept.rfind(' ') {
+        Some(gap) if 2 * gap > kept.len() => format!("{} …", kept[..gap].trim_end_matches(',')),
+        _ => kept + "…",
+    }
 }
 
 /// Text for SVG; what XML cannot hold is made visible.

@@ -161,7 +161,7 @@ impl<'a> RandomReport<'a> {
                 let (value, bound) = known.unzip();
                 [csv::optional(value), csv::optional(bound)]
             };
-            let name = csv::text(&row.of.name).into_owned();
+            let name = row.of.name.clone();
             let first = [name, row.what.to_owned(), row.unit.to_owned()].into_iter();
             let numbers = cells(row.of.rms.finite())
                 .into_iter()
@@ -214,11 +214,7 @@ impl<'a> RandomReport<'a> {
             let (name, unit) = self.density_name(density);
             ["", " bound"].map(|part| unit::bracketed(&format!("{name}{part}"), &unit))
         });
-        let headers = first.into_iter().chain(headers);
-        csv::row(
-            &mut out,
-            headers.map(|header| csv::text(&header).into_owned()),
-        )?;
+        csv::row(&mut out, first.into_iter().chain(headers))?;
         for (k, &frequency) in frequencies.iter().enumerate() {
             let first = [frequency, frequency / TAU].map(csv::number);
             let values = densities.iter().flat_map(|density| {

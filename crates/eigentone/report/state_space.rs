@@ -65,7 +65,7 @@ impl<'a> StateSpaceReport<'a> {
                 }
             }
             if values.ncols() > COLUMNS {
-                text += "too wide to be shown: --json and --out give it\n";
+                text += "too wide for the screen: --json prints it, --out writes it\n";
                 continue;
             }
             let mut table = Table::default().column("", Align::Left, side);

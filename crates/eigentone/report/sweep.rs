@@ -40,7 +40,7 @@ impl SweepTable {
     /// Those of the writer.
     pub fn header(&self, roots: usize, out: &mut impl Write) -> io::Result<()> {
         let names = self.parameters.iter().chain(&self.metrics);
-        let names = names.map(|name| csv::text(&visible(name)).into_owned());
+        let names = names.map(|name| visible(name));
         let roots = (1..=roots).flat_map(|k| [format!("re {k}"), format!("im {k}")]);
         let head = ["design".to_owned()].into_iter().chain(names).chain(roots);
         csv::row(out, head.chain(["doubtful".to_owned()]))

@@ -78,7 +78,7 @@ impl Sheet {
                 Cell::Value(value) => value.to_string(),
                 Cell::Chosen(value) => value.trimmed(),
                 Cell::Whole(number) => number.to_string(),
-                Cell::Text(text) => csv::text(text).into_owned(),
+                Cell::Text(text) => text.clone(),
                 Cell::None => String::new(),
             });
             cells.collect::<Vec<String>>()

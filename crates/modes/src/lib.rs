@@ -64,7 +64,7 @@ pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
 pub use linear::{Balanced, balance};
 pub use model::{
     CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MAX_COORDINATES,
-    MAX_DENSE_COORDINATES, MatrixKind, Node, Point, Term,
+    MAX_DENSE_COORDINATES, MatrixKind, Names, NoCoordinate, Node, Point, Term,
 };
 pub use modes::{Bounds, Eigenvalue, Frequency, Mode, ModePlan, Modes, Motion, Precision};
 pub use participation::{Participation, ParticipationError};
@@ -79,6 +79,4 @@ pub use sparse::{
 };
 pub use structure::Structure;
 pub use sweep::{Design, DesignError, ModesWorkspace};
-pub use system::{
-    Beam, BeamEnd, BuildError, NoCoordinate, Parameter, Rod, RodEnd, System, SystemBuilder,
-};
+pub use system::{Beam, BeamEnd, BuildError, Parameter, Rod, RodEnd, System, SystemBuilder};

@@ -53,6 +53,15 @@ fn question(system: &System) -> Response<'_> {
 /// The largest errors of displacements and velocities, each checked against its bound.
 fn errors(found: &Trajectory, exact: &Trajectory, bounded: bool) -> [f64; 2] {
     assert_eq!(found.steps(), exact.steps());
+    for motion in [found, exact] {
+        assert_eq!(
+            motion.displacement_of("m7"),
+            Ok(motion.displacement().row(6))
+        );
+        assert_eq!(motion.velocity_of("m7"), Ok(motion.velocity().row(6)));
+        assert_eq!(motion.acceleration_of("m7"), Ok(None));
+        assert!(motion.displacement_of("m0").is_err());
+    }
     let mut worst = [0.0; 2];
     for column in 0..found.len() {
         let pairs = [

@@ -268,6 +268,7 @@ impl<T: Real> Outputs<T> {
             matrix(&self.values[0]),
             matrix(&self.values[1]),
         )
+        .with_names(problem.system().coordinate_names())
         .with_bounds(bounds(&self.bounds[0]), bounds(&self.bounds[1]));
         let trajectory = match self.accelerates {
             true => trajectory

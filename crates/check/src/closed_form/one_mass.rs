@@ -137,7 +137,8 @@ impl ResponseMethod for OneMass {
             times,
             row(|motion| motion.displacement),
             row(|motion| motion.velocity),
-        );
+        )
+        .with_names(problem.system().coordinate_names());
         Ok(match problem.wants_acceleration() {
             true => trajectory.with_acceleration(row(|motion| motion.acceleration)),
             false => trajectory,

@@ -151,7 +151,8 @@ pub(crate) fn follow(
         }
     }
     let times = steps.iter().map(|index| grid.time(*index)).collect();
-    let trajectory = Trajectory::new(name, steps, times, recorder.displacement, recorder.velocity);
+    let trajectory = Trajectory::new(name, steps, times, recorder.displacement, recorder.velocity)
+        .with_names(problem.system().coordinate_names());
     Ok(match acceleration {
         Some(acceleration) => trajectory.with_acceleration(acceleration),
         None => trajectory,

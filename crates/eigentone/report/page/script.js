@@ -109,8 +109,8 @@
     const middle = () => at ? at.point[0] : view[0] + view[2] / 2;
     button(tools, "+", "Zoom in", () => zoom(0.5, middle()));
     button(tools, "−", "Zoom out", () => zoom(2, middle()));
-    button(tools, "←", "Show what is left of it", () => pan(-0.5));
-    button(tools, "→", "Show what is right of it", () => pan(0.5));
+    button(tools, "←", "Move the view to the left", () => pan(-0.5));
+    button(tools, "→", "Move the view to the right", () => pan(0.5));
     button(tools, "all", "Show all", () => look(0, GRID));
     const said = document.createElement("output");
     (figure.querySelector(".panels") || figure.querySelector(":scope > svg")).after(said);

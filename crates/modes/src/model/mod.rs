@@ -7,9 +7,10 @@ mod element;
 mod expansion;
 mod form;
 mod machine;
+mod names;
 mod terms;
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use eigentone_digits::DoubleDouble;
 use faer::sparse::SparseColMatRef;
@@ -23,6 +24,7 @@ pub use form::Form;
 pub(crate) use form::gathered;
 pub(crate) use machine::Machine;
 pub use machine::{GivenElement, Point};
+pub use names::{Names, NoCoordinate};
 pub use terms::Term;
 
 /// The largest number of coordinates a system may have: a vector of this length takes 80 MB.
@@ -35,7 +37,7 @@ pub const MAX_DENSE_COORDINATES: usize = 4_000;
 /// Named coordinates with masses, springs, dampers and added matrices.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
-    names: Arc<[String]>,
+    names: Names,
     masses: Vec<f64>,
     springs: Vec<Element>,
     dampers: Vec<Element>,
@@ -43,8 +45,6 @@ pub(crate) struct Model {
     added: [Added; 3],
     /// Absent where there are neither points nor supports nor names of elements.
     machine: Option<Arc<Machine>>,
-    /// The coordinates by their names, sorted when first asked for.
-    by_name: Arc<OnceLock<Vec<u32>>>,
 }
 
 impl Model {
@@ -62,7 +62,6 @@ impl Model {
             dampers,
             added: added.map(Into::into),
             machine: None,
-            by_name: Arc::default(),
         }
     }
 
@@ -117,19 +116,8 @@ impl Model {
         self.names.len()
     }
 
-    pub(crate) fn names(&self) -> &Arc<[String]> {
+    pub(crate) fn names(&self) -> &Names {
         &self.names
-    }
-
-    pub(crate) fn index_of(&self, name: &str) -> Option<usize> {
-        let by_name = self.by_name.get_or_init(|| {
-            let mut order: Vec<u32> = (0..self.names.len() as u32).collect();
-            order.sort_unstable_by_key(|&i| self.names[i as usize].as_str());
-            order
-        });
-        let at = |i: &u32| self.names[*i as usize].as_str();
-        let place = by_name.binary_search_by(|i| at(i).cmp(name)).ok()?;
-        Some(by_name[place] as usize)
     }
 
     pub(crate) fn masses(&self) -> &[f64] {

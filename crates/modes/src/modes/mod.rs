@@ -1,4 +1,4 @@
-//! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality.
+//! The answer of the quadratic eigenproblem: eigenvalues, and modes with their quality. It knows `model`.
 
 mod plan;
 #[cfg(feature = "serde")]
@@ -7,6 +7,8 @@ mod serial;
 use std::cmp::Ordering;
 
 use num_complex::Complex;
+
+use crate::model::{Names, NoCoordinate};
 
 pub use plan::ModePlan;
 
@@ -180,6 +182,7 @@ pub struct Mode {
     pub(crate) eigenvalue: Eigenvalue,
     pub(crate) repeats: Repeats,
     pub(crate) roots: usize,
+    pub(crate) names: Names,
     pub(crate) shape: Vec<Complex<f64>>,
     pub(crate) shape_bound: Option<Vec<f64>>,
     pub(crate) left_shape: Option<Vec<Complex<f64>>>,
@@ -272,6 +275,32 @@ impl Mode {
     /// is 1 + 0i, the first one on ties: of those that doubles do not tell apart.
     pub fn shape(&self) -> &[Complex<f64>] {
         &self.shape
+    }
+
+    /// The component of the [`shape`](Self::shape) at the coordinate of a name.
+    ///
+    /// ```
+    /// use eigentone_modes::{GROUND, System};
+    ///
+    /// let system = System::builder()
+    ///     .mass("m1", 1.0)
+    ///     .mass("m2", 1.0)
+    ///     .spring(GROUND, "m1", 2.0)
+    ///     .spring("m1", "m2", 3.0)
+    ///     .build()?;
+    /// let modes = system.modes()?;
+    /// assert_eq!(modes[0].component("m2")?, modes[0].shape()[1]);
+    /// assert_eq!(
+    ///     modes[0].component("m3").unwrap_err().to_string(),
+    ///     "there is no coordinate \"m3\": there are \"m1\", \"m2\""
+    /// );
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`NoCoordinate`], which names those that there are.
+    pub fn component(&self, name: &str) -> Result<Complex<f64>, NoCoordinate> {
+        Ok(self.shape[self.names.find(name)?])
     }
 
     /// How far each component of the [`shape`](Self::shape) may be from that of the true shape whose component

@@ -309,7 +309,7 @@ fn at_once(
     let found = congruence::certify(system, structure, modes, tolerance)?;
     Some(Proof {
         roots: found.into_iter().map(root).collect(),
-        claim: "what the shapes leave of K and M off the diagonal, with 32 digits".to_owned(),
+        claim: "what K and M have off the diagonal in coordinates of the modes, computed with 32 digits".to_owned(),
         shapes_may_gain: false,
     })
 }
@@ -339,13 +339,13 @@ fn by_undamped_shapes(
         shapes_may_gain: false,
     };
     let in_proportion = rayleigh::certify(system, structure, shapes.clone(), tolerance).map(|found| {
-        let claim = "what the undamped shapes leave of K and M off the diagonal, with 32 digits; \
+        let claim = "what K and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits; \
                      the damping follows exactly";
         proof(found, claim)
     });
     in_proportion.or_else(|| {
         let found = classically::certify(system, structure, shapes, tolerance)?;
-        let claim = "what the undamped shapes leave of K, C and M off the diagonal, with 32 digits";
+        let claim = "what K, C and M have off the diagonal in coordinates of the undamped modes, computed with 32 digits";
         Some(proof(found, claim))
     })
 }
@@ -487,7 +487,9 @@ fn in_discs(
     }
     Some(Proof {
         roots,
-        claim: format!("discs that hold all roots, with {digits} digits"),
+        claim: format!(
+            "discs in the complex plane that contain all roots, computed with {digits} digits"
+        ),
         shapes_may_gain: false,
     })
 }

@@ -39,7 +39,7 @@ impl ModeSolver for Classical {
     }
 
     fn reason(&self) -> &'static str {
-        "classically damped: the undamped shapes stay, and each damps by itself"
+        "classically damped: damping leaves the undamped shapes as they are and couples none of them"
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {

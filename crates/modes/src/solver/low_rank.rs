@@ -46,7 +46,7 @@ impl ModeSolver for LowRank {
         let n = system.len();
         let dampers = system.dampers().len();
         if system.added(MatrixKind::Damping).is_some() {
-            return Some("it was given a damping matrix, not dampers alone".to_owned());
+            return Some("the system has a damping matrix, not dampers alone".to_owned());
         }
         if n < SMALLEST || 2 * dampers * dampers > n {
             return Some(format!(

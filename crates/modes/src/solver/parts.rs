@@ -113,6 +113,7 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) 
             bound
         };
         modes.extend(part.modes.into_iter().map(|mode| Mode {
+            names: system.coordinate_names().clone(),
             shape: spread(&mode.shape),
             shape_bound: mode.shape_bound.map(spread_bound),
             left_shape: mode.left_shape.as_deref().map(spread),

@@ -156,7 +156,6 @@ pub(crate) fn together(modes: &[Mode], members: &[usize]) -> Repeats {
 }
 
 fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds: Bounds) -> Modes {
-    let symmetric = system.structure().is_symmetric();
     let roots: Vec<Root> = roots.into_iter().map(normalised_root).collect();
     let unknown = roots.iter().filter(|root| root.quality.is_none());
     let unknown: Vec<Approximate<'_>> = unknown.map(Root::approximate).collect();
@@ -179,9 +178,9 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
                 Bounds::Estimated => root.error.or_else(|| estimate(&root, quality, &values, i)),
             };
             mode(
+                system,
                 root,
                 quality,
-                symmetric,
                 error.filter(|error| bounds == Bounds::Proven || is_small(*error, values[i])),
             )
         })
@@ -278,14 +277,14 @@ fn estimate(
     Some((reach, reach))
 }
 
-fn mode(root: Root, quality: Quality, symmetric: bool, error: Option<(f64, f64)>) -> Mode {
+fn mode(system: &System, root: Root, quality: Quality, error: Option<(f64, f64)>) -> Mode {
     let Quality {
         backward_error,
         condition,
     } = quality;
     let condition = condition.filter(|_| root.count == 1 && root.value.norm() != 0.0);
     let (left_shape, left_shape_bound) = match root.left {
-        None if symmetric => (
+        None if system.structure().is_symmetric() => (
             Some(root.shape.iter().map(|entry| entry.conj()).collect()),
             root.shape_bound.clone(),
         ),
@@ -299,6 +298,7 @@ fn mode(root: Root, quality: Quality, symmetric: bool, error: Option<(f64, f64)>
         },
         repeats: root.repeats.unwrap_or(UNKNOWN),
         roots: root.count,
+        names: system.coordinate_names().clone(),
         shape: root.shape,
         shape_bound: root.shape_bound,
         left_shape,

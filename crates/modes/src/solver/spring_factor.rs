@@ -65,7 +65,7 @@ impl ModeSolver for SpringFactor {
 pub(crate) fn refuses_springs(system: &System) -> Option<String> {
     use crate::model::MatrixKind::{Mass, Stiffness};
     if system.added(Mass).is_some() || system.added(Stiffness).is_some() {
-        return Some("it was given matrices, not springs and masses alone".to_owned());
+        return Some("the system has matrices, not springs and masses alone".to_owned());
     }
     if system
         .springs()

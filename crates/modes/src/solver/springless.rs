@@ -27,13 +27,15 @@ impl ModeSolver for DamperFactor {
 
     fn refuses(&self, system: &System, structure: &Structure) -> Option<String> {
         if !has_no_springs(system) || structure.is_undamped() {
-            return Some("it is for masses and dampers alone".to_owned());
+            return Some(
+                "it takes systems of masses and dampers alone, without springs".to_owned(),
+            );
         }
         if structure.massless().is_empty() {
             return Some("there are no massless nodes".to_owned());
         }
         if system.added(MatrixKind::Damping).is_some() {
-            return Some("it was given a damping matrix, not dampers alone".to_owned());
+            return Some("the system has a damping matrix, not dampers alone".to_owned());
         }
         spring_factor::refuses_springs(&turned(system))
     }

@@ -61,7 +61,10 @@ pub(crate) fn uncoupled(found: &Undamped, damping: &Form) -> Option<Answer> {
 /// Roots with their residuals and conditions in the whole equation.
 pub(crate) fn judged(roots: Vec<Root>, forms: [&Form; 3], facts: &Facts, plan: ModePlan) -> Modes {
     let judge = Judge::of(forms);
-    let mut modes: Vec<Mode> = roots.into_iter().map(|root| judge.mode(root)).collect();
+    let mut modes: Vec<Mode> = roots
+        .into_iter()
+        .map(|root| judge.mode(root, &facts.names))
+        .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
     let n = forms[0].len();
     Modes {

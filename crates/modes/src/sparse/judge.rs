@@ -5,6 +5,7 @@ use num_complex::Complex;
 use super::answer::{Parts, Root};
 use super::basis::dot;
 use super::form::Form;
+use crate::model::Names;
 use crate::modes::{Eigenvalue, Mode};
 use crate::solver::normalised;
 
@@ -43,7 +44,7 @@ impl<'a> Judge<'a> {
         rest
     }
 
-    pub(crate) fn mode(&self, root: Root) -> Mode {
+    pub(crate) fn mode(&self, root: Root, names: &Names) -> Mode {
         let Root {
             value,
             error,
@@ -70,6 +71,7 @@ impl<'a> Judge<'a> {
             },
             repeats,
             roots,
+            names: names.clone(),
             left_shape: Some(shape.iter().map(|entry| entry.conj()).collect()),
             left_shape_bound: None,
             shape,

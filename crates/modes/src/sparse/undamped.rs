@@ -5,6 +5,7 @@ use num_complex::Complex;
 
 use super::answer::Root;
 use super::refine::Pair;
+use crate::model::Names;
 use crate::modes::Repeats;
 use crate::structure::rayleigh::Proportion;
 use crate::system::System;
@@ -12,6 +13,7 @@ use crate::system::System;
 /// What was asked for, and what is proved of the system.
 #[derive(Clone, Debug)]
 pub(crate) struct Facts {
+    pub(crate) names: Names,
     pub(crate) target: f64,
     pub(crate) count: usize,
     /// Parts without mass that no spring ties to the ground.
@@ -47,6 +49,7 @@ impl Facts {
     pub(crate) fn of(system: &System) -> Facts {
         let structure = system.structure();
         Facts {
+            names: system.coordinate_names().clone(),
             target: 0.0,
             count: 0,
             idle: Vec::new(),

@@ -43,6 +43,7 @@ use crate::exact::rank::rank;
 use crate::model::MAX_DENSE_COORDINATES;
 use crate::model::MatrixKind;
 use crate::model::Model;
+use crate::model::Names;
 
 /// What was proved of a system, by [`System::structure`](crate::System::structure). It prints one
 /// fact a line. A fact that is not stated was not proved, which need not make it untrue.
@@ -67,7 +68,7 @@ use crate::model::Model;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
-    names: Arc<[String]>,
+    names: Names,
     coefficients: Arc<Coefficients>,
     undamped: bool,
     gyroscopic: bool,
@@ -94,7 +95,7 @@ impl Structure {
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
         };
         Structure {
-            names: Arc::clone(model.names()),
+            names: model.names().clone(),
             undamped: undamped::is_undamped(&coefficients),
             gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
             passive: passive::passive(model, &coefficients),
@@ -163,7 +164,7 @@ impl Structure {
             _ if !self.is_symmetric() => "a matrix is not symmetric",
             Verdict::Disproved => "not classically damped: C M⁻¹ K differs from K M⁻¹ C",
             _ if !self.massless().is_empty() => {
-                "massless nodes leave no M⁻¹ with which C M⁻¹ K = K M⁻¹ C could hold"
+                "with massless nodes M has no inverse, which C M⁻¹ K = K M⁻¹ C takes"
             }
             _ => "not proved to be classically damped: C M⁻¹ K = K M⁻¹ C with M positive definite",
         }

@@ -12,7 +12,6 @@ mod places;
 #[cfg(feature = "serde")]
 mod serial;
 
-use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 use faer::sparse::SparseColMatRef;
@@ -20,7 +19,7 @@ use faer::{Mat, MatRef};
 
 use crate::model::{
     Added, CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MatrixKind, Model,
-    Point, Term,
+    Names, NoCoordinate, Point, Term,
 };
 use crate::structure::Structure;
 
@@ -91,9 +90,14 @@ impl System {
         self.model.names()
     }
 
+    /// The same as a list that finds places by name, and that modes and trajectories share.
+    pub fn coordinate_names(&self) -> &Names {
+        self.model.names()
+    }
+
     /// The index of the coordinate `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
-        self.model.index_of(name)
+        self.model.names().index_of(name)
     }
 
     /// The same, where a name that is none is an error: rows of trajectories and components of shapes are found by it.
@@ -112,10 +116,7 @@ impl System {
     /// # Errors
     /// [`NoCoordinate`], which names those that there are.
     pub fn coordinate(&self, name: &str) -> Result<usize, NoCoordinate> {
-        self.index_of(name).ok_or_else(|| NoCoordinate {
-            name: name.to_owned(),
-            names: Arc::clone(self.model.names()),
-        })
+        self.model.names().find(name)
     }
 
     /// What the coordinate of this index measures: a displacement, or an angle if it was given by
@@ -259,39 +260,6 @@ impl System {
         self.structure.get_or_init(|| Structure::of(&self.model))
     }
 }
-
-/// A name that no coordinate has.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NoCoordinate {
-    /// The name.
-    pub name: String,
-    names: Arc<[String]>,
-}
-
-impl fmt::Display for NoCoordinate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const SHOWN: usize = 12;
-        let shown: Vec<String> = self
-            .names
-            .iter()
-            .take(SHOWN)
-            .map(|name| format!("{name:?}"))
-            .collect();
-        let verb = if self.names.len() == 1 { "is" } else { "are" };
-        write!(
-            f,
-            "there is no coordinate {:?}: there {verb} {}",
-            self.name,
-            shown.join(", ")
-        )?;
-        match self.names.len().saturating_sub(SHOWN) {
-            0 => Ok(()),
-            more => write!(f, " and {more} more"),
-        }
-    }
-}
-
-impl std::error::Error for NoCoordinate {}
 
 impl From<Model> for System {
     fn from(model: Model) -> System {

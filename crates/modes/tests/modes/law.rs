@@ -1,6 +1,6 @@
 //! Laws that hold whatever the numbers are.
 
-use eigentone_modes::{Bounds, Eigenvalue, Modes, Motion};
+use eigentone_modes::{Bounds, Eigenvalue, GROUND, Modes, Motion, SparseModes, System};
 use proptest::prelude::*;
 
 use crate::networks::{Network, networks};
@@ -86,6 +86,35 @@ fn config() -> ProptestConfig {
         cases: 100,
         failure_persistence: None,
         ..ProptestConfig::default()
+    }
+}
+
+/// Of parts whose coordinates alternate, which are solved apart, and of sparse modes.
+#[test]
+fn components_are_found_by_name() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("c", 3.0)
+        .mass("b", 2.0)
+        .spring(GROUND, "a", 5.0)
+        .spring("a", "b", 4.0)
+        .spring(GROUND, "c", 7.0)
+        .build()
+        .expect("a system");
+    let lowest = SparseModes::lowest(&system, 3).expect("sparse modes");
+    for modes in [
+        system.modes().expect("modes"),
+        lowest.modes().expect("modes"),
+    ] {
+        assert_eq!(modes.len(), 3);
+        for mode in &modes {
+            for (name, entry) in ["a", "c", "b"].iter().zip(mode.shape()) {
+                assert_eq!(mode.component(name).as_ref(), Ok(entry));
+            }
+            let error = mode.component("d").expect_err("no such name").to_string();
+            let right = r#"there is no coordinate "d": there are "a", "c", "b""#;
+            assert_eq!(error, right);
+        }
     }
 }
 

@@ -231,6 +231,7 @@ impl<'a, 'b> Collector<'a, 'b> {
         let forces = combined.split_off(asked.len());
         let names = asked.iter().map(|combination| combination.name.clone());
         let trajectory = Trajectory::new(method, steps, times, x, v)
+            .with_names(self.problem.system().coordinate_names())
             .with_bounds(x_bound, v_bound)
             .with_combined(names.zip(combined).collect());
         let trajectory = match self.problem.wants_forces() {

@@ -16,7 +16,7 @@ impl Serialize for Rows<'_> {
     }
 }
 
-/// The keys of `eigentone response --json`, with a list for each coordinate in order: a motion does not know their names.
+/// The keys of `eigentone response --json`, with a list for each coordinate in order.
 /// Nothing reads it back: what is proven rests on the problem.
 impl Serialize for Trajectory {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {

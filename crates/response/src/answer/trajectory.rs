@@ -1,7 +1,7 @@
 //! The answer: displacement and velocity at the instants asked for.
 
-use eigentone_modes::{Bounds, ElementKind};
-use faer::{Mat, MatRef};
+use eigentone_modes::{Bounds, ElementKind, Names, NoCoordinate};
+use faer::{Mat, MatRef, RowRef};
 
 use super::combined::Combined;
 use super::operations::Operations;
@@ -20,11 +20,13 @@ use super::operations::Operations;
 /// assert_eq!(answer.displacement().nrows(), 1);
 /// assert!((answer.displacement()[(0, 4)] - 1f64.sin()).abs() < 2e-16);
 /// assert!((answer.velocity()[(0, 4)] - 1f64.cos()).abs() < 2e-16);
+/// assert_eq!(answer.velocity_of("m")?, answer.velocity().row(0));
 /// assert_eq!(answer.bounds(), Bounds::Proven);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
+    names: Names,
     steps: Vec<u64>,
     times: Vec<f64>,
     displacement: Mat<f64>,
@@ -47,7 +49,7 @@ pub struct Trajectory {
 impl Trajectory {
     /// An answer from its parts: step indices, their instants in s, and n × N matrices with one
     /// column for each instant. Instants off the grid have no step index: then there are none at all.
-    /// Bounds are absent until [`with_bounds`](Self::with_bounds).
+    /// Bounds are absent until [`with_bounds`](Self::with_bounds), names until [`with_names`](Self::with_names).
     ///
     /// # Panics
     /// If the number of columns, or of step indices other than 0, is not the number of instants.
@@ -62,6 +64,7 @@ impl Trajectory {
         assert!(steps.is_empty() || steps.len() == count);
         assert!(displacement.ncols() == count && velocity.ncols() == count);
         Trajectory {
+            names: Names::default(),
             steps,
             times,
             displacement,
@@ -76,6 +79,18 @@ impl Trajectory {
             digits: 16,
             operations: Operations::default(),
             method,
+        }
+    }
+
+    /// The same with the names of its coordinates, which are those of the system that moves.
+    ///
+    /// # Panics
+    /// If there are not as many as coordinates.
+    pub fn with_names(self, names: &Names) -> Trajectory {
+        assert_eq!(names.len(), self.displacement.nrows());
+        Trajectory {
+            names: names.clone(),
+            ..self
         }
     }
 
@@ -249,6 +264,31 @@ impl Trajectory {
     /// Accelerations in m/s², laid out as the displacements, where they were asked for.
     pub fn acceleration(&self) -> Option<MatRef<'_, f64>> {
         self.acceleration.as_ref().map(Mat::as_ref)
+    }
+
+    /// The displacements of the coordinate of a name, one for each instant.
+    ///
+    /// # Errors
+    /// [`NoCoordinate`], which names those that there are.
+    pub fn displacement_of(&self, name: &str) -> Result<RowRef<'_, f64>, NoCoordinate> {
+        Ok(self.displacement().row(self.names.find(name)?))
+    }
+
+    /// Its velocities.
+    ///
+    /// # Errors
+    /// [`NoCoordinate`].
+    pub fn velocity_of(&self, name: &str) -> Result<RowRef<'_, f64>, NoCoordinate> {
+        Ok(self.velocity().row(self.names.find(name)?))
+    }
+
+    /// Its accelerations, where they were asked for.
+    ///
+    /// # Errors
+    /// [`NoCoordinate`].
+    pub fn acceleration_of(&self, name: &str) -> Result<Option<RowRef<'_, f64>>, NoCoordinate> {
+        let row = self.names.find(name)?;
+        Ok(self.acceleration().map(|all| all.row(row)))
     }
 
     /// How far any displacement may be off at each instant, in m: proven or a first-order estimate,

@@ -11,26 +11,26 @@ use super::modal_sum::ModalSum;
 
 /// What is read of what one input does.
 pub(super) struct InDoubles<'a> {
-    sum: &'a ModalSum,
+    pub(super) sum: &'a ModalSum,
     /// A row for each output and each power of s in it.
-    outputs: Mat<f64>,
+    pub(super) outputs: Mat<f64>,
     /// Which output, and which power.
-    rows: Vec<(usize, i32)>,
+    pub(super) rows: Vec<(usize, i32)>,
     /// By power of s, what acts on the modes.
-    inputs: Vec<(i32, Vec<f64>)>,
+    pub(super) inputs: Vec<(i32, Vec<f64>)>,
     /// What passes by the modes: which output, which power, and the coefficient.
-    direct: Vec<(usize, i32, f64)>,
+    pub(super) direct: Vec<(usize, i32, f64)>,
     /// Lengths of the outputs: factors times the lengths of the coordinates.
-    lengths: Vec<(usize, i32, f64)>,
+    pub(super) lengths: Vec<(usize, i32, f64)>,
     /// By power, a bound of |D||f| in the lengths of the coordinates.
-    passed: Vec<(i32, f64)>,
+    pub(super) passed: Vec<(i32, f64)>,
     count: usize,
     /// In lengths of the coordinates: bounds of the parts of F that grow with powers of s.
-    defects: [f64; 3],
+    pub(super) defects: [f64; 3],
     /// Likewise of the columns of U.
-    columns: Vec<f64>,
+    pub(super) columns: Vec<f64>,
     /// |R| times the lengths.
-    residual: Vec<f64>,
+    pub(super) residual: Vec<f64>,
 }
 
 /// A value and how far it may be off.
@@ -40,7 +40,7 @@ pub(super) type Value = (Complex<f64>, f64);
 const BATCH: usize = 128;
 
 /// Relative errors of a block's inverse, of which the determinant has the digits of double-double.
-const BLOCK: f64 = 16.0 * f64::EPSILON;
+pub(super) const BLOCK: f64 = 16.0 * f64::EPSILON;
 
 /// Coordinates, and what they are multiplied by.
 type Factors = Vec<(usize, Complex<f64>)>;
@@ -162,11 +162,13 @@ impl<'a> InDoubles<'a> {
             }
         }
         let inputs = acts.into_iter().map(|(power, force)| {
-            let mut modal = vec![0.0; states];
+            // What forces on several coordinates cancel of each other loses no digit of a double.
+            let mut modal = vec![DoubleDouble::ZERO; states];
             for (j, value) in force.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                (0..states).for_each(|k| modal[k] += value * sum.weights[(k, j)]);
+                let weight = |k: usize| sum.weights[(k, j)];
+                (0..states).for_each(|k| modal[k] += DoubleDouble::product(*value, weight(k)));
             }
-            (power, modal)
+            (power, modal.into_iter().map(DoubleDouble::to_f64).collect())
         });
         let each = sums.iter().map(|(index, power, parts)| {
             let terms = parts
@@ -364,7 +366,7 @@ pub(super) fn turn(frequency: f64, power: i32) -> Complex<f64> {
 
 impl ModalSum {
     /// Calls `visit` with start, width and inverse of each block of s − Λ; `None` where one is nearly singular.
-    fn each_block(
+    pub(super) fn each_block(
         &self,
         frequency: f64,
         mut visit: impl FnMut(usize, usize, &[Complex<f64>; 4]),
@@ -412,19 +414,21 @@ impl ModalSum {
         Some(())
     }
 
+    /// How fast the modes of each block are, in 1/s.
+    pub(super) fn rates(&self) -> Vec<f64> {
+        let blocks = self.blocks.iter();
+        let rates = blocks.map(|block| match *block.generator.as_slice() {
+            [a] => a.to_f64().abs(),
+            [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt(),
+            _ => 0.0,
+        });
+        rates.collect()
+    }
+
     /// Lengths for all frequencies: they have the units of the coordinates.
     fn common_lengths(&self) -> Option<Vec<f64>> {
         let n = self.shapes.nrows();
-        let rates: Vec<f64> = self
-            .blocks
-            .iter()
-            .map(|block| match *block.generator.as_slice() {
-                [a] => a.to_f64().abs(),
-                [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt(),
-                _ => 0.0,
-            })
-            .collect();
-        let largest = rates.iter().copied().fold(0.0, f64::max);
+        let largest = self.rates().into_iter().fold(0.0, f64::max);
         let rate = if largest > 0.0 { largest } else { 1.0 };
         // Above all of them no block is near to its resonance.
         let at = self.at_lengths(Frequency::from(rate * 1.618))?;

@@ -10,6 +10,7 @@ mod grid;
 mod harmonic_motion;
 mod hessenberg;
 mod in_doubles;
+mod modal_series;
 mod modal_sum;
 mod orders;
 mod phasor;

@@ -249,7 +249,9 @@ impl<'a> FrequencyResponse<'a> {
 
     /// The same with proven bounds, by modes or elimination.
     fn proven(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
-        let (columns, blocks, modes) = self.parts()?;
+        /// Up to so many coordinates elimination in balls is as quick.
+        const SMALL: usize = 40;
+        let (columns, blocks, modes) = self.parts(SMALL)?;
         let names = self.output_names();
         let mut functions = self.functions(&columns);
         let mut methods = vec![FrequencyMethod::Modes; frequencies.len()];
@@ -352,6 +354,8 @@ impl<'a> FrequencyResponse<'a> {
     /// # Errors
     /// As [`at`](Self::at).
     pub fn features(&self, frequencies: &[f64]) -> Result<Vec<Features>, FrequencyError> {
+        /// Up to so many coordinates the proof is quick without modes.
+        const FEW: usize = 16;
         let mut grid = frequencies.to_vec();
         let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
         if let Some(&frequency) = grid.iter().find(unfit) {
@@ -362,7 +366,7 @@ impl<'a> FrequencyResponse<'a> {
         if self.system.len() > MOST_DENSE {
             return self.features_of_large(&grid);
         }
-        let (columns, blocks, modes) = self.parts()?;
+        let (columns, blocks, modes) = self.parts(FEW)?;
         let last = grid.iter().copied().rfind(|last| *last > 0.0);
         let middle = f64::exp2(last.map_or(0.0, |last| last.log2().round().clamp(-500.0, 500.0)));
         let functions = columns.iter().flat_map(|column| {
@@ -390,7 +394,14 @@ impl<'a> FrequencyResponse<'a> {
                 let glance = glance.map(|known| |frequency: f64| known.steepness(frequency));
                 let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
                 let block = &blocks[column.block];
-                let turns = turns(block, &column.pushes, reading, middle, &mut centers);
+                let turns = turns(
+                    block,
+                    &column.pushes,
+                    reading,
+                    middle,
+                    in_doubles.as_ref(),
+                    &mut centers,
+                );
                 Features::of(&look, glance, grid, turns.as_ref())
             })
         });
@@ -414,10 +425,9 @@ impl<'a> FrequencyResponse<'a> {
         Ok(functions.collect())
     }
 
-    /// The inputs, the parts of the system that they act on, and its modes where they are quicker than elimination.
-    fn parts(&self) -> Result<Parts<'_>, FrequencyError> {
-        /// Up to so many coordinates elimination in balls is as quick.
-        const SMALL: usize = 40;
+    /// The inputs, the parts of the system that they act on, and its modes where there are parts of more than so many
+    /// coordinates.
+    fn parts(&self, few: usize) -> Result<Parts<'_>, FrequencyError> {
         self.check_loss_factors()?;
         let mut columns = self.columns()?;
         let stiffness = DynamicStiffness::of(self.system, &self.loss_factors);
@@ -432,7 +442,7 @@ impl<'a> FrequencyResponse<'a> {
         }
         let blocks: Vec<Block> = groups.iter().map(|group| stiffness.block(group)).collect();
         let is_large = self.precision == Precision::Double
-            || blocks.iter().any(|block| block.coordinates().len() > SMALL);
+            || blocks.iter().any(|block| block.coordinates().len() > few);
         let has_modes = is_large && self.loss_factors.iter().all(|factor| *factor == 0.0);
         let find = || ModalSum::of(self.system, &stiffness);
         let modes = has_modes.then(|| self.modes.get_or_init(find).as_ref());

@@ -1,7 +1,7 @@
 //! All frequencies between 0 and ∞ at which a magnitude turns, each in an interval of its own.
 //!
 //! |H|² is covered by power series about points of the axis: of H, or of 1/H beside poles that are nearly on the axis, in Ω
-//! and, beyond all poles, in 1/Ω. With a(t) = |h|² of a series h, its slope has the sign of a polynomial g(t) with bounds for
+//! and, beyond all poles, in 1/Ω. Those of H come from a factor at the point, or of full matrices from modes (`modal_series`). With a(t) = |h|² of a series h, its slope has the sign of a polynomial g(t) with bounds for
 //! the coefficients and for the rest. An interval is decided where g has one sign, or where g′ has one and g is known at both
 //! ends; others are divided. Where one stays undecided, or the work is not worth it, nothing is said.
 
@@ -12,6 +12,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude};
 
 use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
+use super::in_doubles::InDoubles;
 use super::orders::{Orders, Terms};
 use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, times};
 
@@ -35,16 +36,23 @@ pub(super) struct Centers {
     /// By the number of equations, which outputs out of reach have none of, the direction and both ends.
     known: HashMap<(usize, bool, u64, u64), Option<Rc<Center>>>,
     work: u64,
+    /// Those of modes, in doubles.
+    products: u64,
 }
 
 /// Products of balls that may be spent on one input.
 const MOST_WORK: u64 = 20_000_000;
 
+/// Products of doubles likewise.
+const MOST_PRODUCTS: u64 = 300_000_000;
+
 /// The farthest that is looked at about a point, in ρ.
 const REACH: f64 = 0.4;
 
 /// One function, in Ω or in 1/Ω.
-struct Axis {
+struct Axis<'a> {
+    /// Where series by modes answer, and up to where none does.
+    modes: Option<(&'a InDoubles<'a>, f64)>,
     /// In 1/Ω.
     backward: bool,
     /// Whether |h|² is a function of x².
@@ -61,15 +69,42 @@ struct Axis {
     orders: Rc<Orders>,
 }
 
-/// The turns of what one input does to one output; `None` where they are not proved to be all. The axes meet at `middle`.
+/// The turns of what one input does to one output; `None` where they are not proved to be all. Modes, where they are known,
+/// answer between the slowest and the fastest of them; else the axes meet at `middle`.
 pub(super) fn turns(
     block: &Block,
     pushes: &[Push],
     reading: &Reading,
     middle: f64,
+    modes: Option<&InDoubles<'_>>,
     centers: &mut Centers,
 ) -> Option<Turns> {
-    let [forward, backward] = Axis::both(block, pushes, reading)?;
+    /// So much slower and faster than all modes one series is enough, to 0 and to ∞.
+    const BEYOND: f64 = 16.0;
+    let axes = Axis::both(block, pushes, reading)?;
+    let by_modes = |centers: &mut Centers| {
+        let (modes, [least, most]) = (modes?, modes?.rates()?);
+        let middle = f64::exp2((most * BEYOND).log2().ceil());
+        let mut axes = Axis::both(block, pushes, reading)?;
+        axes[0].modes = Some((modes, least / BEYOND));
+        covered(&axes, middle, centers)
+    };
+    // Factors of full matrices take long, those of others hardly any time; around poles without damping no series is one of H.
+    let n = axes[0].n;
+    let is_full = 8 * axes[0].entries.len() > n * n;
+    match (axes[0].is_real, is_full) {
+        (true, _) => covered(&axes, middle, centers),
+        (false, true) => by_modes(centers).or_else(|| covered(&axes, middle, centers)),
+        (false, false) => covered(&axes, middle, centers).or_else(|| by_modes(centers)),
+    }
+}
+
+/// The same of the function in Ω and in 1/Ω.
+fn covered(
+    [forward, backward]: &[Axis<'_>; 2],
+    middle: f64,
+    centers: &mut Centers,
+) -> Option<Turns> {
     let low = forward.cover(middle, centers)?;
     let high = backward.cover(middle.recip(), centers)?;
     let mut brackets = low.brackets;
@@ -91,9 +126,9 @@ struct Cover {
     rises_at_zero: bool,
 }
 
-impl Axis {
+impl Axis<'_> {
     /// In Ω, and in 1/Ω; `None` for powers that no quantity has.
-    fn both(block: &Block, pushes: &[Push], reading: &Reading) -> Option<[Axis; 2]> {
+    fn both(block: &Block, pushes: &[Push], reading: &Reading) -> Option<[Self; 2]> {
         let coordinates = block.coordinates();
         let place = |coordinate: usize| coordinates.binary_search(&coordinate).ok();
         let own = reading.of.iter();
@@ -196,6 +231,7 @@ impl Axis {
                 .iter()
                 .map(|(&(row, column), polynomial)| (row, column, turned(row, polynomial)));
             Axis {
+                modes: None,
                 backward,
                 even: lossless || undamped,
                 is_real: lossless && undamped,
@@ -239,7 +275,12 @@ impl Axis {
                 continue;
             }
             let hopeless = high - low < NARROW * high || high < NEAR * end;
-            if hopeless || centers.work > MOST_WORK {
+            // Modes need few centres, but at 0 and ∞.
+            let spent = match self.modes {
+                Some(_) => centers.products > MOST_PRODUCTS || centers.work > 5 * MOST_WORK,
+                None => centers.work > MOST_WORK,
+            };
+            if hopeless || spent {
                 return None;
             }
             let between = low + SHARE * (high - low);
@@ -251,15 +292,27 @@ impl Axis {
 
     /// One interval.
     fn decide(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
-        /// Poles so near to the axis are not stepped around.
-        const SHARP: f64 = 0.02;
-        let direct = self.direct(low, high, centers);
+        /// Poles so near to the axis are not stepped around: by factors, and by modes, whose steps take hardly any time.
+        const SHARP: [f64; 2] = [0.02, 1e-7];
+        if let Some((modes, first)) = self.modes {
+            if low == 0.0 && high > first {
+                return None;
+            }
+            if let Some(cover) = by_modes(modes, low, high, centers) {
+                return Some(cover);
+            }
+        }
+        let direct = match self.modes {
+            Some(_) if low > 0.0 => None,
+            _ => self.direct(low, high, centers),
+        };
         if let Some(center) = direct
             && let Some(cover) = self.by_series(&center, false, low, high, centers)
         {
             return Some(cover);
         }
-        if low > 0.0 && high - low > SHARP * high {
+        let sharp = SHARP[usize::from(self.modes.is_some())];
+        if low > 0.0 && high - low > sharp * high {
             return None;
         }
         let (x, least) = about(low, high);
@@ -335,33 +388,20 @@ impl Axis {
             if x == 0.0 {
                 self.clear(&mut series, inverse);
             }
-            let slope = Slope::of(&series, self, inverse, x, radius)?;
+            let power = if inverse { -self.power } else { self.power };
+            let slope = Slope::of(&series, power, self.even, x, radius)?;
             // |h|² is a ratio of polynomials of degree 4n + 4 or less: it is constant if it is for so many coefficients.
             if slope.is_zero() && count < 8 * self.n + 20 {
                 continue;
             }
-            let ends = [low, high].map(|end| (end - x) / radius);
-            // What the ends were rounded by.
-            let spare = |end: f64| end.abs() * 1e-14;
-            let low_end = if low == 0.0 {
-                0.0
-            } else {
-                ends[0] - spare(ends[0])
-            };
-            let high_end = ends[1] + spare(ends[1]);
-            let Some(found) = slope.turns(low_end, high_end) else {
+            let Some(brackets) = slope.brackets(low, high, x, radius) else {
                 if 2 * slope.coefficients.len() > count {
                     return None;
                 }
                 continue;
             };
-            let place = |t: f64| match t {
-                _ if t <= low_end => low,
-                _ if t >= high_end => high,
-                _ => (x + radius * t).clamp(low, high),
-            };
             return Some(Cover {
-                brackets: found.into_iter().map(|ends| ends.map(place)).collect(),
+                brackets,
                 rises_at_zero: slope.rises_at_zero() != inverse,
             });
         }
@@ -414,6 +454,22 @@ impl Axis {
     }
 }
 
+/// One interval away from 0, by a series of H from modes.
+fn by_modes(modes: &InDoubles<'_>, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
+    const COUNT: usize = 20;
+    if low == 0.0 {
+        return None;
+    }
+    let (x, least) = about(low, high);
+    centers.products += modes.products(COUNT);
+    let (series, radius) = modes.series(x, least, COUNT)?;
+    let slope = Slope::of(&series, 0, false, x, radius)?;
+    Some(Cover {
+        brackets: slope.brackets(low, high, x, radius)?,
+        rises_at_zero: false,
+    })
+}
+
 /// The point about which an interval is looked at, and the least ρ.
 fn about(low: f64, high: f64) -> (f64, f64) {
     let x = if low == 0.0 {
@@ -435,8 +491,9 @@ struct Slope {
 }
 
 impl Slope {
-    /// With a = |h|²: (x₀/ρ + t) a′ ∓ 2P a, as |H|² is a divided by 2P powers of x.
-    fn of(series: &PowerSeries, axis: &Axis, inverse: bool, x: f64, radius: f64) -> Option<Slope> {
+    /// With a = |h|²: (x₀/ρ + t) a′ − 2P a, as |H|², or its inverse, is a divided by 2P powers of x; `even` where a has even
+    /// powers of x alone.
+    fn of(series: &PowerSeries, power: i32, even: bool, x: f64, radius: f64) -> Option<Slope> {
         let down = series.largest.exponent();
         let sized = |value: Number| super::elimination::scaled(value, -down);
         let h: Vec<Number> = series.coefficients.iter().copied().map(sized).collect();
@@ -447,12 +504,12 @@ impl Slope {
             pairs.fold(Number::ZERO, |sum, i| sum + h[i] * conj(h[k - i]))
         };
         let squares: Vec<Number> = (0..count)
-            .map(|k| match axis.even && x == 0.0 && k % 2 == 1 {
+            .map(|k| match even && x == 0.0 && k % 2 == 1 {
                 true => Number::ZERO,
                 false => square(k),
             })
             .collect();
-        let power = f64::from(if inverse { -axis.power } else { axis.power });
+        let power = f64::from(power);
         let far = x / radius;
         let slope = (0..count - 1).map(|k| {
             let at = k as f64;
@@ -540,6 +597,26 @@ impl Slope {
         (value.abs() > off).then_some(value > 0.0)
     }
 
+    /// The intervals with one turn each between two frequencies, of a slope about x in parts of ρ.
+    fn brackets(&self, low: f64, high: f64, x: f64, radius: f64) -> Option<Vec<[f64; 2]>> {
+        let ends = [low, high].map(|end| (end - x) / radius);
+        // What the ends were rounded by.
+        let spare = |end: f64| end.abs() * 1e-14;
+        let low_end = if low == 0.0 {
+            0.0
+        } else {
+            ends[0] - spare(ends[0])
+        };
+        let high_end = ends[1] + spare(ends[1]);
+        let place = |t: f64| match t {
+            _ if t <= low_end => low,
+            _ if t >= high_end => high,
+            _ => (x + radius * t).clamp(low, high),
+        };
+        let found = self.turns(low_end, high_end)?.into_iter();
+        Some(found.map(|ends| ends.map(place)).collect())
+    }
+
     /// Intervals with one turn each, and none elsewhere between the ends; `None` where that is not decided.
     fn turns(&self, low: f64, high: f64) -> Option<Vec<[f64; 2]>> {
         /// How narrow a part may become.
@@ -588,5 +665,101 @@ impl Slope {
             open.push([low, between]);
         }
         Some(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_modes::{GROUND, System};
+
+    use super::super::dynamic_stiffness::DynamicStiffness;
+    use super::super::modal_sum::ModalSum;
+    use super::super::phasor::Phase;
+    use super::*;
+
+    /// Every mass joined to every other, with dampers between some of them.
+    fn full(n: usize, seed: u32) -> System {
+        let mut state = seed;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
+        };
+        let mut builder = System::builder();
+        for i in 0..n {
+            let name = format!("m{i}");
+            builder = builder.mass(&name, 0.2 + random());
+            builder = builder.spring(GROUND, &name, 1.0 + 9.0 * random());
+            for j in 0..i {
+                let other = format!("m{j}");
+                builder = builder.spring(&name, &other, random());
+                if (i + j) % 2 == 0 {
+                    builder = builder.damper(&name, &other, 0.1 * random());
+                }
+            }
+        }
+        builder.damper(GROUND, "m0", 0.3).build().expect("a system")
+    }
+
+    /// As many turns at the same places as without modes, and series that are the same within their bounds.
+    #[test]
+    fn modes_and_factors_show_the_same_turns() {
+        for (n, seed) in [(2, 1), (4, 2), (6, 3), (9, 4), (9, 5), (12, 6)] {
+            let system = full(n, seed);
+            let stiffness = DynamicStiffness::of(&system, &[]);
+            let block = stiffness.block(&stiffness.reached(0..n));
+            let sum = ModalSum::of(&system, &stiffness).expect("modes");
+            let pushes = [Push {
+                coordinate: 0,
+                part: Part::of(0, [1.0; 2]),
+                phase: Phase::Zero,
+            }];
+            for (coordinate, power) in [(0, 0), (n - 1, 0), (n / 2, 1), (1, 2)] {
+                let reading = Reading {
+                    of: vec![(coordinate, Part::of(power, [1.0; 2]))],
+                    more: Vec::new(),
+                };
+                let modes = InDoubles::of(&sum, &pushes, std::slice::from_ref(&reading));
+                let modes = modes.expect("lengths");
+                let [least, most] = modes.rates().expect("modes");
+                let plain = || Axis::both(&block, &pushes, &reading).expect("quantities");
+                let mut axes = plain();
+                axes[0].modes = Some((&modes, least / 16.0));
+                let mut centers = Centers::default();
+                let by_modes = covered(&axes, 32.0 * most, &mut centers).expect("proven");
+                let axes = plain();
+                let by_factors = covered(&axes, 4.0, &mut Centers::default()).expect("proven");
+                assert_eq!(by_modes.brackets.len(), by_factors.brackets.len());
+                for (a, b) in by_modes.brackets.iter().zip(&by_factors.brackets) {
+                    assert!(a[0] <= b[1] && b[0] <= a[1], "{a:?} {b:?}");
+                }
+                assert_eq!(by_modes.falls_at_first, by_factors.falls_at_first);
+                assert_eq!(by_modes.rises_at_last, by_factors.rises_at_last);
+                for x in [0.37, 1.9, 3.1] {
+                    let (one, radius) = modes.series(x, 1e-3, 12).expect("regular");
+                    let center = axes[0].direct(x - 4e-4, x + 4e-4, &mut centers);
+                    let center = center.expect("regular");
+                    let (at, own) = center.place();
+                    assert_eq!(at, x);
+                    let other = axes[0].series(&center, false, 12);
+                    let (mut unit, mut shared) = (1.0, 1.0);
+                    for (a, b) in one.coefficients.iter().zip(&other.coefficients) {
+                        // The other function is divided by the power of Ω that its row has.
+                        if power == 0 {
+                            let off = (a.middle().re.to_f64() * shared
+                                - b.middle().re.to_f64() * unit)
+                                .hypot(
+                                    a.middle().im.to_f64() * shared - b.middle().im.to_f64() * unit,
+                                );
+                            let [a, b] = [a, b].map(|value| value.radius().to_f64());
+                            let bound = a * shared + b * unit;
+                            assert!(off <= bound * (1.0 + 1e-9), "{off:e} {bound:e}");
+                            let size = one.largest.to_f64();
+                            assert!(a <= 1e-10 * size, "{a:e} {size:e}");
+                        }
+                        (unit, shared) = (unit / own, shared / radius);
+                    }
+                }
+            }
+        }
     }
 }

@@ -71,6 +71,7 @@ impl ModalTruncation {
         }
         let (steps, times) = (motion.steps().to_vec(), motion.times().to_vec());
         Ok(Trajectory::new(NAME, steps, times, displacement, velocity)
+            .with_names(problem.system().coordinate_names())
             .with_bounds(x_bounds, v_bounds)
             .after(motion.operations()))
     }

@@ -120,20 +120,49 @@ fn comfort_as_people_feel_it_is_least_where_a_grid_has_it() {
         let best = number(&answer["parameters"]["damper.damping"]);
         let value = number(&answer["metric"]["value"]);
         let around = format!("damper.damping={}:{}:21", 0.9 * best, 1.1 * best);
-        let sweep = ["sweep", &scene, "--vary", &around, "--metric", metric, "--json"];
+        let sweep = [
+            "sweep", &scene, "--vary", &around, "--metric", metric, "--json",
+        ];
         let values: Vec<f64> = printed(&sweep)
             .lines()
-            .map(|line| number(&serde_json::from_str::<Value>(line).expect("JSON")["metrics"][metric]))
+            .map(|line| {
+                number(&serde_json::from_str::<Value>(line).expect("JSON")["metrics"][metric])
+            })
             .collect();
-        assert!((values[10] / value - 1.0).abs() < 1e-12, "{metric}: {values:?}");
-        assert!(values.iter().all(|other| *other >= value * (1.0 - 1e-12)), "{metric}: {values:?}");
-        assert!(values[0] > 1.0005 * value && values[20] > 1.0005 * value, "{metric}: {values:?}");
+        assert!(
+            (values[10] / value - 1.0).abs() < 1e-12,
+            "{metric}: {values:?}"
+        );
+        assert!(
+            values.iter().all(|other| *other >= value * (1.0 - 1e-12)),
+            "{metric}: {values:?}"
+        );
+        assert!(
+            values[0] > 1.0005 * value && values[20] > 1.0005 * value,
+            "{metric}: {values:?}"
+        );
         // No person feels more of it than there is, but for the few percent that both filters add.
-        let plain = ["sweep", &scene, "--vary", &around, "--metric", "rms comfort", "--json"];
-        let plain: Value = serde_json::from_str(printed(&plain).lines().next().expect("a line")).expect("JSON");
+        let plain = [
+            "sweep",
+            &scene,
+            "--vary",
+            &around,
+            "--metric",
+            "rms comfort",
+            "--json",
+        ];
+        let plain: Value =
+            serde_json::from_str(printed(&plain).lines().next().expect("a line")).expect("JSON");
         assert!(values[0] < 1.06 * number(&plain["metrics"]["rms comfort"]));
     }
-    let unknown = ["sweep", &scene, "--vary", "damper.damping=1000", "--metric", "rms-wk comfrot"];
+    let unknown = [
+        "sweep",
+        &scene,
+        "--vary",
+        "damper.damping=1000",
+        "--metric",
+        "rms-wk comfrot",
+    ];
     assert!(refused(&unknown, 2).contains("did you mean \"comfort\"?"));
 }
 

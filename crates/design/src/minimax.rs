@@ -256,7 +256,10 @@ where
             .collect();
         let each = here.pieces.iter().map(|piece| {
             let (_, gradient) = known.iter().find(|(known, _)| known.place == piece.place)?;
-            let parts = gradient.iter().zip(&units).map(|(slope, unit)| slope * unit);
+            let parts = gradient
+                .iter()
+                .zip(&units)
+                .map(|(slope, unit)| slope * unit);
             let parts: Vec<f64> = parts.collect();
             let known = parts.len() == units.len() && parts.iter().all(|part| part.is_finite());
             known.then_some(parts)

@@ -159,7 +159,10 @@ fn derivatives_that_are_given_take_the_place_of_differences() {
     let data: Vec<f64> = (0..8).map(|k| 3.0 * (-0.4 * f64::from(k)).exp()).collect();
     let residuals = |p: &[f64]| -> Option<Vec<f64>> {
         let each = data.iter().enumerate();
-        Some(each.map(|(k, value)| p[0] * (-p[1] * k as f64).exp() - value).collect())
+        Some(
+            each.map(|(k, value)| p[0] * (-p[1] * k as f64).exp() - value)
+                .collect(),
+        )
     };
     let derivatives = |p: &[f64]| -> Option<Vec<Vec<f64>>> {
         let decay = |k: usize| (-p[1] * k as f64).exp();
@@ -173,7 +176,11 @@ fn derivatives_that_are_given_take_the_place_of_differences() {
         assert!((found.point[0] - 3.0).abs() < 1e-13 && (found.point[1] - 0.4).abs() < 1e-14);
         assert!(found.is_settled);
     }
-    assert!(5 * given.evaluations < differences.evaluations, "{}", given.evaluations);
+    assert!(
+        5 * given.evaluations < differences.evaluations,
+        "{}",
+        given.evaluations
+    );
     // What does not fit is passed over.
     let wrong = fit_with(&start, false, residuals, |_| Some(vec![vec![1.0]])).unwrap();
     assert_eq!(wrong.point, differences.point);

@@ -189,9 +189,9 @@ impl Measured {
         let modes: Vec<_> = modes.collect::<Option<_>>()?;
         let known = sensitivities(scene, modes.into_iter())?;
         varied.derivatives(values, None, &|other| {
-            let told = known.iter().map(|(root, sensitivity)| {
-                Some((*root, sensitivity.toward(other.system()).ok()?))
-            });
+            let told = known
+                .iter()
+                .map(|(root, sensitivity)| Some((*root, sensitivity.toward(other.system()).ok()?)));
             let told = told.collect::<Option<Vec<_>>>()?;
             let each = self.each(|of, at| {
                 let (root, rate) = told[used.binary_search(&at).unwrap_or_default()];
@@ -216,10 +216,16 @@ impl Measured {
         asked: &[Asked],
     ) -> Option<Vec<Vec<f64>>> {
         let place = |of: Of| match of {
-            Of::Function { asked, function, .. } => Some((asked, function)),
+            Of::Function {
+                asked, function, ..
+            } => Some((asked, function)),
             _ => None,
         };
-        let mut used: Vec<_> = self.columns.iter().filter_map(|column| place(column.of)).collect();
+        let mut used: Vec<_> = self
+            .columns
+            .iter()
+            .filter_map(|column| place(column.of))
+            .collect();
         used.sort_unstable();
         used.dedup();
         let ends = used.iter().map(|&(question, function)| {
@@ -235,7 +241,9 @@ impl Measured {
         let ends: Vec<Asked> = ends.collect::<Option<_>>()?;
         let adjoints = ends.iter().map(|one| {
             let transfer = one.transfer(scene)?;
-            at.iter().map(|frequency| transfer.adjoint(*frequency)).collect()
+            at.iter()
+                .map(|frequency| transfer.adjoint(*frequency))
+                .collect()
         });
         let adjoints: Vec<Vec<Adjoint>> = adjoints.collect::<Option<_>>()?;
         varied.derivatives(values, None, &|other| {
@@ -246,7 +254,12 @@ impl Measured {
             });
             let told = told.collect::<Option<Vec<_>>>()?;
             let each = self.each(|of, k| {
-                let Of::Function { asked, function, is_imaginary } = of else {
+                let Of::Function {
+                    asked,
+                    function,
+                    is_imaginary,
+                } = of
+                else {
                     return Ok(None);
                 };
                 let value = told[used.binary_search(&(asked, function)).unwrap_or_default()][k];

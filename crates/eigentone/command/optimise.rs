@@ -15,8 +15,8 @@ use serde_json::{Value, json};
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{
-    Kind, METRICS, Metric, Varied, mean_square, object, peaks_of_gain, rates, ratios,
-    sensitivities, transfer,
+    Kind, METRICS, Metric, Varied, mean_square, object, peaks_in_doubles, peaks_of_gain, rates,
+    ratios, sensitivities, transfer,
 };
 use super::{Failure, print, source, tell_switches};
 
@@ -233,7 +233,7 @@ fn between(
     }
     let parameters: Vec<&str> = varied.names().collect();
     let report = FrontReport {
-        title: scene_title(varied.scene()),
+        title: varied.title(),
         parameters: &parameters,
         metrics: aims.map(|aim| aim.metric.text.as_str()),
         designs: &designs,
@@ -249,10 +249,6 @@ fn between(
         true => report.json(out),
         false => out.write_all(report.text().as_bytes()),
     })
-}
-
-fn scene_title(scene: &Value) -> &str {
-    scene["title"].as_str().unwrap_or_default()
 }
 
 struct Answer<'a> {
@@ -393,9 +389,8 @@ impl Varied {
                     place: f64::ln(frequency).max(LOWEST),
                     value,
                 };
-                if let Some(peaks) = peaks_of_gain(scene, from, to, *band)? {
-                    return Ok(Some(peaks.iter().map(piece).collect()));
-                }
+                let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
+                return Ok(peaks.map(|peaks| peaks.iter().map(piece).collect()));
             }
             Kind::Damping if aim.sign < 0.0 => {
                 let all = ratios(modes).map(|(size, ratio)| Piece {
@@ -452,7 +447,9 @@ fn held<'a>(
     let sign = aim.sign;
     match &aim.metric.kind {
         Kind::Damping => {
-            let moving = modes.into_iter().filter(|mode| mode.eigenvalue().value.norm() > 0.0);
+            let moving = modes
+                .into_iter()
+                .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
             let mut all = sensitivities(scene, moving)?;
             if sign > 0.0 {
                 let ratio = |root: &Complex<f64>| -root.re / root.norm();
@@ -477,12 +474,14 @@ fn held<'a>(
         }
         Kind::Gain(from, to, band) => {
             let transfer = transfer(scene, from, to).ok()??;
-            let mut peaks = peaks_of_gain(scene, from, to, *band).ok()??;
+            let mut peaks = peaks_in_doubles(scene, from, to, *band).ok()??;
             if sign < 0.0 {
                 peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
                 peaks.truncate(1);
             }
-            let adjoints = peaks.iter().map(|(frequency, _)| transfer.adjoint(*frequency));
+            let adjoints = peaks
+                .iter()
+                .map(|(frequency, _)| transfer.adjoint(*frequency));
             let adjoints = adjoints.collect::<Option<Vec<_>>>()?;
             (adjoints.len() == pieces.len()).then_some(())?;
             Some(Box::new(move |other| {

@@ -1,14 +1,16 @@
 //! A scene of which numbers vary, and what is told of each design: for `sweep`, `optimise` and `fit`.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
 use eigentone::design::difference;
-use eigentone::modes::{Mode, Modes, Motion, Precision, Sensitivity};
+use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::response::{
-    ByCertifiedExponential, Combination, Extrema, LargestGain, MeanSquare, Peak, Piece, Problem, Quantity, ResponsePlan,
-    StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
+    ByCertifiedExponential, Combination, Extrema, LargestGain, MeanSquare, Peak, Piece, Problem,
+    Quantity, ResponsePlan, StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting,
+    peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use num_complex::Complex;
@@ -198,6 +200,13 @@ impl Varied {
         Ok((scene, varied))
     }
 
+    /// The title of the scene, or the name of its file.
+    pub fn title(&self) -> &str {
+        let title = self.value["title"].as_str();
+        let name = || self.file.file_stem().and_then(OsStr::to_str);
+        title.or_else(name).unwrap_or_default()
+    }
+
     /// The scene as it was read.
     pub fn scene(&self) -> &Value {
         &self.value
@@ -293,14 +302,20 @@ impl Varied {
         let derivative = |i: usize| {
             let own = limits.map(|limits| limits[i]);
             let (low, high) = own.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-            let range = if (high - low).is_finite() { high - low } else { 1.0 };
+            let range = if (high - low).is_finite() {
+                high - low
+            } else {
+                1.0
+            };
             let size = match values[i].abs() {
                 0.0 => SPACING * range,
                 size => size,
             };
             let spacing = (SPACING * size).min(range / 8.0);
             // As many of the nine nodes below as the limits allow.
-            let least = ((values[i] + 8.0 * spacing - high) / spacing).ceil().max(0.0);
+            let least = ((values[i] + 8.0 * spacing - high) / spacing)
+                .ceil()
+                .max(0.0);
             let most = ((values[i] - low) / spacing).floor().min(8.0);
             let below = 4.0f64.max(least).min(most.max(0.0)) as usize;
             let mut sum: Option<Vec<f64>> = None;
@@ -351,8 +366,8 @@ impl Varied {
                 if grows(modes) {
                     return Ok(None);
                 }
-                if self.precision == Precision::Double {
-                    let peaks = peaks_of_gain(scene, from, to, *band)?;
+                if self.precision == Precision::Double && modes.eigenvalues().iter().all(decays) {
+                    let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
                     let largest = peaks
                         .and_then(|all| all.into_iter().map(|(_, size)| size).reduce(f64::max));
                     if largest.is_some() {
@@ -408,12 +423,19 @@ impl Varied {
                 };
                 let mut all = motion.outputs().iter().chain(motion.displacement());
                 let found = all.find(|of| of.name == *name);
-                Ok(found.and_then(|found| found.rms.finite()).map(|(value, _)| value))
+                Ok(found
+                    .and_then(|found| found.rms.finite())
+                    .map(|(value, _)| value))
             }
             Kind::Peak(name) => peak(scene, self.precision, name),
             Kind::Settling(name) => settling(scene, modes, name),
         }
     }
+}
+
+/// Whether a root is clearly to the left of the axis: near it, only a proof tells whether a gain is finite.
+fn decays(root: &Eigenvalue) -> bool {
+    !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
 }
 
 /// Whether something grows: there is no steady motion then that a frequency response would tell of.
@@ -431,9 +453,23 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     moving.map(|(root, size)| (size, -root.re / size))
 }
 
-/// Frequency in rad/s and magnitude of each peak in doubles within a band, or at all frequencies, its ends and the highest frequency
-/// looked at included; `None` where doubles do not tell them.
+/// Frequency in rad/s and magnitude of each peak within a band, or at all frequencies, its ends and the highest frequency looked at
+/// included; `None` where one is infinite, or something grows.
 pub fn peaks_of_gain(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    match peaks_in_doubles(scene, from, to, band)? {
+        Some(peaks) => Ok(Some(peaks)),
+        None => peaks_by_brackets(scene, modes, from, to, band),
+    }
+}
+
+/// The same of matrices in doubles, where these have digits enough.
+pub fn peaks_in_doubles(
     scene: &Scene,
     from: &String,
     to: &String,
@@ -442,6 +478,105 @@ pub fn peaks_of_gain(
     let transfer = transfer(scene, from, to)?;
     let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
     Ok(transfer.and_then(|transfer| transfer.peaks(scene.system(), low, high)))
+}
+
+/// The same by values that keep their digits where matrices in doubles do not, and by brackets alone; `None` where one is infinite, or
+/// something grows.
+fn peaks_by_brackets(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    /// Points of the even grid.
+    const EVEN: usize = 60;
+    /// Each narrows the brackets about ten times near a peak, and until then it comes nearer.
+    const ROUNDS: usize = 20;
+    /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
+    const FLAT: f64 = 1e-13;
+    if grows(modes) {
+        return Ok(None);
+    }
+    let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
+    let look = |frequencies: &[f64]| -> Result<Option<Vec<f64>>, String> {
+        let functions = asked.at(frequencies).map_err(|error| error.to_string())?;
+        let values = functions.functions().first().map(|f| f.values());
+        let values = values.unwrap_or_default().iter();
+        let sizes = values.map(|value| value.known().map(|(value, _)| value.norm()));
+        Ok(sizes.collect())
+    };
+    let roots = modes.eigenvalues().iter().map(|root| root.value);
+    let roots: Vec<_> = roots.filter(|root| root.norm() > 0.0).collect();
+    let sizes = || roots.iter().map(|root| root.norm());
+    let low = sizes().fold(f64::INFINITY, f64::min) / 10.0;
+    let high = sizes().fold(0.0, f64::max) * 10.0;
+    let span = (high / low).ln();
+    let even = (0..EVEN).map(|k| low * (span * k as f64 / (EVEN - 1) as f64).exp());
+    let mut grid: Vec<f64> = even.filter(|at| at.is_finite()).collect();
+    for root in &roots {
+        const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
+        grid.extend(OFFSETS.map(|offset| root.im.abs() + offset * root.re.abs()));
+    }
+    let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
+    grid.extend([low, high]);
+    grid.retain(|at| at.is_finite() && (low..=high).contains(at));
+    grid.sort_by(f64::total_cmp);
+    grid.dedup();
+    let Some(values) = look(&grid)? else {
+        return Ok(None);
+    };
+    let last = grid.len() - 1;
+    let is_peak = |k: &usize| {
+        let left = *k == 0 || values[*k] > values[k - 1];
+        left && (*k == last || values[*k] >= values[k + 1])
+    };
+    let (inner, ends): (Vec<usize>, Vec<usize>) = (0..=last)
+        .filter(is_peak)
+        .partition(|k| 0 < *k && *k < last);
+    let mut brackets: Vec<[(f64, f64); 3]> = inner
+        .iter()
+        .map(|k| [k - 1, *k, k + 1].map(|k| (grid[k], values[k])))
+        .collect();
+    for _ in 0..ROUNDS {
+        let is_flat = |[a, b, c]: &[(f64, f64); 3]| a.1.min(c.1) >= b.1 * (1.0 - FLAT);
+        if brackets.iter().all(is_flat) {
+            break;
+        }
+        let tried: Vec<[f64; 3]> = brackets.iter().map(vertex).collect();
+        let Some(values) = look(&tried.concat())? else {
+            return Ok(None);
+        };
+        for ((bracket, tried), values) in brackets.iter_mut().zip(tried).zip(values.chunks(3)) {
+            let mut all = bracket.to_vec();
+            all.extend(tried.into_iter().zip(values.iter().copied()));
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1));
+            if let Some(best) = best {
+                *bracket = [all[best - 1], all[best], all[best + 1]];
+            }
+        }
+    }
+    let ends = ends.iter().map(|k| (grid[*k], values[*k]));
+    let peaks = brackets.iter().map(|bracket| bracket[1]).chain(ends);
+    Ok(Some(peaks.filter(|(_, value)| value.is_finite()).collect()))
+}
+
+/// Where the parabola through 1/|H|², which is nearly one about a resonance, is least, and points beside it.
+fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
+    let [a, b, c] = bracket.map(|(at, value)| (at, (bracket[1].1 / value).powi(2)));
+    let (left, right) = (b.0 - a.0, c.0 - b.0);
+    let (down, up) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+    let bend = (up - down) / (left + right);
+    // Slope at b, and how far from there to the vertex.
+    let slope = (down * right + up * left) / (left + right);
+    let vertex = b.0 - slope / (2.0 * bend);
+    let near = 0.05 * left.min(right).max((left + right) / 20.0);
+    let vertex = match a.0 < vertex && vertex < c.0 {
+        true => vertex,
+        false => b.0,
+    };
+    [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
 }
 
 /// One frequency response function in doubles.
@@ -459,7 +594,9 @@ pub fn mean_square(
     /// Values are to be as good as this part of them.
     const GOOD: f64 = 1e-11;
     let noise = scene.noise().ok_or("the scene has no `noise`")?;
-    let square = noise.mean_square(name, weighting).map_err(|error| error.to_string())?;
+    let square = noise
+        .mean_square(name, weighting)
+        .map_err(|error| error.to_string())?;
     Ok(square.filter(|square| square.estimate() <= GOOD * square.value()))
 }
 
@@ -467,7 +604,10 @@ pub fn mean_square(
 pub fn rates(root: Complex<f64>, rate: Complex<f64>) -> [f64; 2] {
     let size = root.norm();
     let turn = (root.re * rate.im - root.im * rate.re) / size;
-    [(root.conj() * rate).re / size, turn / size * (root.im / size)]
+    [
+        (root.conj() * rate).re / size,
+        turn / size * (root.im / size),
+    ]
 }
 
 /// Of modes, how their roots change with the matrices; `None` where one is repeated or not told from others.
@@ -531,11 +671,7 @@ fn moving<'a>(
 }
 
 /// The question that it answers.
-fn asked_of<'a>(
-    scene: &'a Scene,
-    precision: Precision,
-    name: &str,
-) -> Result<Problem<'a>, String> {
+fn asked_of<'a>(scene: &'a Scene, precision: Precision, name: &str) -> Result<Problem<'a>, String> {
     let output = scene.outputs().iter().find(|output| output.name == *name);
     let of = match output {
         Some(output) => output.of.clone(),

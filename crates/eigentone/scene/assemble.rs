@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use eigentone_modes::{
-    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Precision, Rod,
-    System, SystemBuilder,
+    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Precision,
+    Rod, System, SystemBuilder,
 };
 use eigentone_response::{
     Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Noise, Polynomial, Quantity, Ramp,

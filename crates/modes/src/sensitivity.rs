@@ -118,11 +118,15 @@ impl<'a> Sensitivity<'a> {
         if expected != found {
             return Err(SensitivityError::ForeignMode { expected, found });
         }
-        let (mut sum, mut power) = (ComplexDoubleDouble::ZERO, ComplexDoubleDouble::new(1.0, 0.0));
+        let (mut sum, mut power) = (
+            ComplexDoubleDouble::ZERO,
+            ComplexDoubleDouble::new(1.0, 0.0),
+        );
         for kind in [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass] {
             let mut part = ComplexDoubleDouble::ZERO;
             for term in other.terms(kind) {
-                part = part + conjugate(self.left[term.row]) * self.root.x[term.column] * term.value;
+                part =
+                    part + conjugate(self.left[term.row]) * self.root.x[term.column] * term.value;
             }
             sum = sum + part * power;
             power = power * self.root.lambda;
@@ -660,7 +664,10 @@ mod tests {
             let sensitivity = Sensitivity::of(&one, &mode).unwrap();
             let foreign = sensitivity.toward(&system).unwrap_err();
             let found = system.len();
-            assert_eq!(foreign, SensitivityError::ForeignMode { expected: 1, found });
+            assert_eq!(
+                foreign,
+                SensitivityError::ForeignMode { expected: 1, found }
+            );
         }
     }
 

@@ -2,8 +2,9 @@
 
 use eigentone_modes::{GROUND, Precision, System, SystemBuilder};
 use eigentone_response::{
-    Combination, FrequencyResponse, HalfSine, Harmonic, Hold, LargestGain, Quantity, RandomVibration, Response,
-    ResponsePlan, Samples, State, Step, Sum, Trajectory, Weighting, peak_grid,
+    Combination, FrequencyResponse, HalfSine, Harmonic, Hold, LargestGain, Quantity,
+    RandomVibration, Response, ResponsePlan, Samples, State, Step, Sum, Trajectory, Weighting,
+    peak_grid,
 };
 use num_complex::Complex;
 
@@ -29,13 +30,21 @@ fn chain(numbers: &[f64]) -> SystemBuilder {
         builder = builder.mass(format!("m{i}"), numbers[3 * i]);
     }
     for i in 0..n {
-        let before = if i == 0 { "road".to_owned() } else { format!("m{}", i - 1) };
+        let before = if i == 0 {
+            "road".to_owned()
+        } else {
+            format!("m{}", i - 1)
+        };
         builder = builder
             .spring(&before, format!("m{i}"), numbers[3 * i + 1])
             .damper(&before, format!("m{i}"), numbers[3 * i + 2]);
     }
     let last = format!("m{}", n - 1);
-    let ends = if n == 1 { vec![("m0".to_owned(), 0.7)] } else { vec![("m0".to_owned(), 0.5), (last, 0.5)] };
+    let ends = if n == 1 {
+        vec![("m0".to_owned(), 0.7)]
+    } else {
+        vec![("m0".to_owned(), 0.5), (last, 0.5)]
+    };
     builder.point("middle", ends, 0.0)
 }
 
@@ -78,7 +87,10 @@ fn linear(numbers: &[f64], at: usize, f: impl Fn(&[f64]) -> f64) -> f64 {
 }
 
 fn road(system: &System) -> FrequencyResponse<'_> {
-    FrequencyResponse::of(system).from("road").quantity(Quantity::Acceleration).to("middle")
+    FrequencyResponse::of(system)
+        .from("road")
+        .quantity(Quantity::Acceleration)
+        .to("middle")
 }
 
 #[test]
@@ -112,7 +124,10 @@ fn derivatives_of_frequency_responses_are_those_of_proven_values() {
                     slope(&numbers, at, |numbers| proven(numbers).im),
                 );
                 let size = value.norm() / numbers[at] + right.norm();
-                assert!((found - right).norm() < 1e-11 * size, "{n} {at}: {found} {right}");
+                assert!(
+                    (found - right).norm() < 1e-11 * size,
+                    "{n} {at}: {found} {right}"
+                );
             }
         }
     }
@@ -121,8 +136,15 @@ fn derivatives_of_frequency_responses_are_those_of_proven_values() {
 #[test]
 fn losses_of_springs_are_in_derivatives_too() {
     let asked = |k: f64| {
-        let system = System::builder().mass("m", 2.0).spring(GROUND, "m", k).build().unwrap();
-        let asked = FrequencyResponse::of(&system).from("m").to("m").loss_factors([0.1]);
+        let system = System::builder()
+            .mass("m", 2.0)
+            .spring(GROUND, "m", k)
+            .build()
+            .unwrap();
+        let asked = FrequencyResponse::of(&system)
+            .from("m")
+            .to("m")
+            .loss_factors([0.1]);
         asked.transfer().unwrap().expect("it is small")
     };
     let adjoint = asked(50.0).adjoint(5.0).expect("no pole");
@@ -145,7 +167,9 @@ fn the_highest_peak_is_the_proven_one() {
         let force = FrequencyResponse::of(&system).from("m0").to("middle");
         for asked in [force, FrequencyResponse::of(&system).from("road").to("m0")] {
             let transfer = asked.transfer().unwrap().expect("it is small");
-            let peaks = transfer.peaks(&system, 0.0, f64::INFINITY).expect("doubles tell it");
+            let peaks = transfer
+                .peaks(&system, 0.0, f64::INFINITY)
+                .expect("doubles tell it");
             let found = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
             let grid = peak_grid(&system, &system.modes().unwrap(), &[]);
             let features = asked.features(&grid).unwrap();
@@ -159,7 +183,11 @@ fn the_highest_peak_is_the_proven_one() {
 
 #[test]
 fn gains_that_doubles_do_not_tell_are_left_to_proofs() {
-    let undamped = System::builder().mass("m", 1.0).spring(GROUND, "m", 4.0).build().unwrap();
+    let undamped = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 4.0)
+        .build()
+        .unwrap();
     let stiff = System::builder()
         .mass("m", 1.0)
         .mass("n", 1.0)
@@ -168,8 +196,14 @@ fn gains_that_doubles_do_not_tell_are_left_to_proofs() {
         .spring("m", "n", 1e20)
         .damper("m", "n", 1.0);
     for system in [undamped, stiff.build().unwrap()] {
-        let transfer = FrequencyResponse::of(&system).from("m").to("m").transfer().unwrap();
-        let peaks = transfer.expect("it is small").peaks(&system, 0.0, f64::INFINITY);
+        let transfer = FrequencyResponse::of(&system)
+            .from("m")
+            .to("m")
+            .transfer()
+            .unwrap();
+        let peaks = transfer
+            .expect("it is small")
+            .peaks(&system, 0.0, f64::INFINITY);
         assert_eq!(peaks, None);
     }
 }
@@ -181,7 +215,10 @@ fn noise(system: &System) -> RandomVibration<'_> {
         (Quantity::Displacement, last, 1.0),
         (Quantity::Displacement, "road".to_owned(), -1.0),
     ]);
-    let of = |name: &str, of: Sum| Combination { name: name.to_owned(), of };
+    let of = |name: &str, of: Sum| Combination {
+        name: name.to_owned(),
+        of,
+    };
     RandomVibration::of(system)
         .motion("road", Quantity::Velocity, 1e-3)
         .output(of("ride", ride))
@@ -198,13 +235,22 @@ fn mean_squares_are_the_proven_ones_within_their_estimates() {
         let (first, last) = ("m0".to_owned(), "travel".to_owned());
         let white = RandomVibration::of(&system).force("m1", 2.0);
         for (noise, name) in [(white, first), (noise(&system), last)] {
-            let found = noise.mean_square(&name, None).unwrap().expect("doubles tell it");
+            let found = noise
+                .mean_square(&name, None)
+                .unwrap()
+                .expect("doubles tell it");
             let proven = noise.solve().unwrap();
             let mut all = proven.outputs().iter().chain(proven.displacement());
-            let rms = &all.find(|one| one.name == name).expect("it is asked for").rms;
+            let rms = &all
+                .find(|one| one.name == name)
+                .expect("it is asked for")
+                .rms;
             let (value, _) = rms.finite().expect("it is held");
             let off = (found.value() - value * value).abs();
-            assert!(off <= found.estimate() + 1e-15 * found.value(), "{case} {name}: {off:e}");
+            assert!(
+                off <= found.estimate() + 1e-15 * found.value(),
+                "{case} {name}: {off:e}"
+            );
             assert!(found.estimate() < 1e-10 * found.value(), "{case} {name}");
         }
     }
@@ -217,7 +263,10 @@ fn mean_squares_are_the_proven_ones_within_their_estimates() {
 fn derivatives_of_mean_squares_are_those_of_proven_values() {
     let numbers = random(&mut Dice(23), 3, 0.05);
     let system = built(&numbers);
-    let found = noise(&system).mean_square("travel", None).unwrap().expect("doubles tell it");
+    let found = noise(&system)
+        .mean_square("travel", None)
+        .unwrap()
+        .expect("doubles tell it");
     for at in 0..numbers.len() {
         let along = |numbers: &[f64]| {
             let system = built(numbers);
@@ -231,28 +280,53 @@ fn derivatives_of_mean_squares_are_those_of_proven_values() {
         };
         let (found, right) = (slope(&numbers, at, along), slope(&numbers, at, proven));
         let size = found.abs() + right.abs() + proven(&numbers) / numbers[at];
-        assert!((found - right).abs() < 1e-11 * size, "{at}: {found:e} {right:e}");
+        assert!(
+            (found - right).abs() < 1e-11 * size,
+            "{at}: {found:e} {right:e}"
+        );
     }
 }
 
 /// W_k and W_d × 1000 at third octaves 10^(n/10) Hz, n = 0 … 19, as ISO 2631-1:1997 prints them in its table 3. Of W_d its filter has
 /// 202 at 10 Hz.
 const PRINTED: [[f64; 2]; 20] = [
-    [482.0, 1011.0], [484.0, 1008.0], [494.0, 968.0], [531.0, 890.0], [631.0, 776.0],
-    [804.0, 642.0], [967.0, 512.0], [1039.0, 409.0], [1054.0, 323.0], [1036.0, 253.0],
-    [988.0, 212.0], [902.0, 161.0], [768.0, 125.0], [636.0, 100.0], [513.0, 80.0],
-    [405.0, 63.2], [314.0, 49.4], [246.0, 38.8], [186.0, 29.5], [132.0, 21.1],
+    [482.0, 1011.0],
+    [484.0, 1008.0],
+    [494.0, 968.0],
+    [531.0, 890.0],
+    [631.0, 776.0],
+    [804.0, 642.0],
+    [967.0, 512.0],
+    [1039.0, 409.0],
+    [1054.0, 323.0],
+    [1036.0, 253.0],
+    [988.0, 212.0],
+    [902.0, 161.0],
+    [768.0, 125.0],
+    [636.0, 100.0],
+    [513.0, 80.0],
+    [405.0, 63.2],
+    [314.0, 49.4],
+    [246.0, 38.8],
+    [186.0, 29.5],
+    [132.0, 21.1],
 ];
 
 #[test]
 fn weightings_are_as_printed() {
     for (n, printed) in PRINTED.iter().enumerate() {
         let hertz = 10f64.powf(n as f64 / 10.0);
-        for (weighting, printed) in [Weighting::Vertical, Weighting::Horizontal].iter().zip(printed) {
+        for (weighting, printed) in [Weighting::Vertical, Weighting::Horizontal]
+            .iter()
+            .zip(printed)
+        {
             let found = 1000.0 * weighting.at(hertz * std::f64::consts::TAU).norm();
             let printed = if *printed == 212.0 { 202.0 } else { *printed };
             let last = if printed < 100.0 { 0.05 } else { 0.5 };
-            assert!((found - printed).abs() < 1.05 * last, "{weighting:?} {hertz}: {found} {printed}");
+            assert!(
+                (found - printed).abs() < 1.05 * last,
+                "{weighting:?} {hertz}: {found} {printed}"
+            );
         }
     }
 }
@@ -262,11 +336,16 @@ fn weighted_mean_squares_agree_with_quadrature() {
     let system = built(&[40.0, 160_000.0, 10.0, 300.0, 16_000.0, 1000.0]);
     let noise = noise(&system);
     for weighting in [Weighting::Vertical, Weighting::Horizontal] {
-        let found = noise.mean_square("ride", Some(weighting)).unwrap().expect("doubles tell it");
+        let found = noise
+            .mean_square("ride", Some(weighting))
+            .unwrap()
+            .expect("doubles tell it");
         assert!(found.estimate() < 1e-11 * found.value());
         // ∫|W|²|H|²S/ω² dω/2π over ln ω, of a smooth function that vanishes at both ends.
         let (from, to, count) = (1e-5f64.ln(), 1e7f64.ln(), 40_000);
-        let asked = FrequencyResponse::of(&system).from("road").quantity(Quantity::Acceleration);
+        let asked = FrequencyResponse::of(&system)
+            .from("road")
+            .quantity(Quantity::Acceleration);
         let transfer = asked.to("m1").transfer().unwrap().expect("it is small");
         let step = (to - from) / f64::from(count);
         let sum: f64 = (0..=count)
@@ -277,7 +356,11 @@ fn weighted_mean_squares_agree_with_quadrature() {
             })
             .sum();
         let right = sum * step / std::f64::consts::TAU;
-        assert!((found.value() / right - 1.0).abs() < 1e-9, "{} {right}", found.value());
+        assert!(
+            (found.value() / right - 1.0).abs() < 1e-9,
+            "{} {right}",
+            found.value()
+        );
     }
 }
 
@@ -291,7 +374,14 @@ fn moved(system: &System) -> Response<'_> {
     Response::of(system)
         .from(State::at_rest().displace("m0", 0.1).push(&last, -0.3))
         .load("middle", Step::of(3.0))
-        .load("m0", Harmonic { amplitude: 2.0, frequency: 11.0, phase: 0.4 })
+        .load(
+            "m0",
+            Harmonic {
+                amplitude: 2.0,
+                frequency: 11.0,
+                phase: 0.4,
+            },
+        )
         .load(&last, samples)
         .motion("road", Quantity::Velocity, HalfSine::of(0.2, 0.3))
         .sum("ride", [(Quantity::Acceleration, last.as_str(), 1.0)])
@@ -325,9 +415,14 @@ fn derivatives_of_motions_are_those_of_proven_motions() {
         let problem = here.tangent(&tangent, &rates);
         let found = ResponsePlan::of(&problem).unwrap().run(&problem).unwrap();
         for k in [1usize, 7, 20] {
-            let right = slope(&numbers, at, |numbers| run(&built(numbers)).displacement()[(2, k)]);
+            let right = slope(&numbers, at, |numbers| {
+                run(&built(numbers)).displacement()[(2, k)]
+            });
             let off = found.displacement()[(5, k)] - right;
-            assert!(off.abs() < 1e-11 * (right.abs() + 0.1 / numbers[at]), "{at} {k}: {off:e}");
+            assert!(
+                off.abs() < 1e-11 * (right.abs() + 0.1 / numbers[at]),
+                "{at} {k}: {off:e}"
+            );
             let right = slope(&numbers, at, |numbers| run(&built(numbers)).output(0)[k]);
             let off = found.output(0)[k] - right;
             let size = right.abs() + run(&system).output(0)[k].abs() / numbers[at];

@@ -65,7 +65,9 @@ impl Transfer {
             ends.push(low);
             ends.push(high.min(2.0 * ends.iter().fold(last, |a, b| a.max(*b))));
             ends.sort_by(f64::total_cmp);
-            let middles = ends.windows(2).map(|pair| (pair, 0.5 * (pair[0] + pair[1])));
+            let middles = ends
+                .windows(2)
+                .map(|pair| (pair, 0.5 * (pair[0] + pair[1])));
             let mut above = middles.filter(|(_, middle)| search.size(*middle) > level);
             let Some((pair, _)) = above.next() else {
                 return search.judged(peaks);
@@ -88,10 +90,16 @@ impl<'a> Search<'a> {
             let lost = first_order.b() * losses * first_order.x();
             let a = first_order.a();
             let states = a.nrows();
-            let turned = Mat::from_fn(states, states, |i, j| Complex::new(a[(i, j)], -lost[(i, j)]));
+            let turned = Mat::from_fn(states, states, |i, j| {
+                Complex::new(a[(i, j)], -lost[(i, j)])
+            });
             let mut poles = turned.eigenvalues().ok()?;
             poles.retain(|pole| pole.im >= 0.0);
-            return decays(&poles).then_some(Search { transfer, poles, sum: None });
+            return decays(&poles).then_some(Search {
+                transfer,
+                poles,
+                sum: None,
+            });
         }
         let acts: Acts = transfer
             .acts
@@ -121,7 +129,11 @@ impl<'a> Search<'a> {
         let residues: Vec<Complex<f64>> = (0..states).map(residue).collect();
         let known = residues.iter().all(|residue| residue.is_finite());
         let sum = Some(PoleSum { form, residues });
-        known.then_some(Search { transfer, poles, sum })
+        known.then_some(Search {
+            transfer,
+            poles,
+            sum,
+        })
     }
 
     /// |H|.
@@ -165,8 +177,7 @@ impl<'a> Search<'a> {
     /// The peaks between the points of a grid.
     fn peaks_on(&self, grid: &[f64]) -> Option<Vec<(f64, f64)>> {
         let values: Vec<f64> = grid.iter().map(|at| self.size(*at)).collect();
-        let is_peak =
-            |k: &usize| values[*k] > values[k - 1] && values[*k] >= values[k + 1];
+        let is_peak = |k: &usize| values[*k] > values[k - 1] && values[*k] >= values[k + 1];
         let inner = (1..grid.len().saturating_sub(1)).filter(is_peak);
         let each = inner.map(|k| {
             let bracket = [k - 1, k, k + 1].map(|k| (grid[k], values[k]));
@@ -211,7 +222,10 @@ impl<'a> Search<'a> {
     fn judged(&self, peaks: Vec<(f64, f64)>) -> Option<Vec<(f64, f64)>> {
         let highest = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
         let sound = peaks.iter().all(|&(at, value)| {
-            let off = self.transfer.adjoint(at).map(|adjoint| self.transfer.rounding(&adjoint));
+            let off = self
+                .transfer
+                .adjoint(at)
+                .map(|adjoint| self.transfer.rounding(&adjoint));
             // What was sought is what there is.
             let alike = (self.size(at) - value).abs() <= 1e-6 * highest;
             alike && off.is_some_and(|off| off <= GOOD * highest)
@@ -250,7 +264,9 @@ impl PoleSum {
             (false, false) => -a(j - n, i - n),
         });
         let roots = eigenvalues(matrix.as_ref())?;
-        let near = roots.iter().filter(|root| root.im > 0.0 && root.re.abs() <= NEAR * root.im);
+        let near = roots
+            .iter()
+            .filter(|root| root.im > 0.0 && root.re.abs() <= NEAR * root.im);
         Some(near.map(|root| root.im).collect())
     }
 }

@@ -57,7 +57,9 @@ impl StateForm {
         let mut c = vec![0.0; states];
         for (power, row) in &rows {
             let last = (0..*power).fold(row.clone(), |row, _| times(a.transpose(), &row));
-            c.iter_mut().zip(last).for_each(|(sum, entry)| *sum += entry);
+            c.iter_mut()
+                .zip(last)
+                .for_each(|(sum, entry)| *sum += entry);
         }
         let (mut b, mut direct) = (Vec::new(), Vec::new());
         for acts in inputs {
@@ -83,7 +85,9 @@ impl StateForm {
                 }
                 let forth = (0..*turns).fold(start, |state, _| times(a, &state));
                 let end = (*turns..0).fold(forth, |state, _| back(state));
-                sum.iter_mut().zip(end).for_each(|(sum, entry)| *sum += entry);
+                sum.iter_mut()
+                    .zip(end)
+                    .for_each(|(sum, entry)| *sum += entry);
             }
             b.push(sum);
             direct.push(passed);
@@ -91,7 +95,13 @@ impl StateForm {
         let massive = form.massive().len();
         let rates = (0..states).map(|i| (massive..2 * massive).contains(&i));
         let (rates, a) = (rates.collect(), a.to_owned());
-        Some(StateForm { a, rates, b, c, direct })
+        Some(StateForm {
+            a,
+            rates,
+            b,
+            c,
+            direct,
+        })
     }
 
     /// Lₖ of an input.

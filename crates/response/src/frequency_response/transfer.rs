@@ -67,11 +67,7 @@ impl Adjoint {
 }
 
 impl Transfer {
-    pub(super) fn of(
-        system: &System,
-        ports: Ports,
-        losses: Option<faer::Mat<f64>>,
-    ) -> Transfer {
+    pub(super) fn of(system: &System, ports: Ports, losses: Option<faer::Mat<f64>>) -> Transfer {
         let n = system.len();
         let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
         let mut sizes = [(); 3].map(|()| vec![0.0; n * n]);
@@ -90,8 +86,16 @@ impl Transfer {
             sizes,
             losses: losses.map(flat),
             acts: ports.acts,
-            reads: ports.sums.into_iter().map(|(_, power, of)| (power, of)).collect(),
-            direct: ports.direct.into_iter().map(|(_, power, by)| (power, by)).collect(),
+            reads: ports
+                .sums
+                .into_iter()
+                .map(|(_, power, of)| (power, of))
+                .collect(),
+            direct: ports
+                .direct
+                .into_iter()
+                .map(|(_, power, by)| (power, by))
+                .collect(),
         }
     }
 
@@ -139,14 +143,18 @@ impl Transfer {
 
     fn passed(&self, frequency: f64, order: i32) -> Complex<f64> {
         let parts = self.direct.iter();
-        parts.map(|(power, by)| derived(frequency, *power, order) * by).sum()
+        parts
+            .map(|(power, by)| derived(frequency, *power, order) * by)
+            .sum()
     }
 
     /// yᵀZx.
     fn between(&self, y: &[Complex<f64>], x: &[Complex<f64>], frequency: f64) -> Complex<f64> {
         let n = self.n;
         let row = |i: usize| -> Complex<f64> {
-            (0..n).map(|j| self.stiffness(i * n + j, frequency, 0) * x[j]).sum()
+            (0..n)
+                .map(|j| self.stiffness(i * n + j, frequency, 0) * x[j])
+                .sum()
         };
         (0..n).map(|i| y[i] * row(i)).sum()
     }
@@ -170,7 +178,12 @@ impl Transfer {
         let row = self.row(frequency, 0);
         let value = product(&row, &x) + self.passed(frequency, 0);
         let y = factor.solve_transposed(row);
-        value.is_finite().then_some(Adjoint { frequency, value, x, y })
+        value.is_finite().then_some(Adjoint {
+            frequency,
+            value,
+            x,
+            y,
+        })
     }
 
     /// An estimate of what rounding makes of the value: some units of all terms that it depends on.
@@ -310,7 +323,10 @@ impl Factor {
             }
         }
         let mut y = vec![Complex::ZERO; n];
-        self.rows.iter().zip(right).for_each(|(i, value)| y[*i] = value);
+        self.rows
+            .iter()
+            .zip(right)
+            .for_each(|(i, value)| y[*i] = value);
         y
     }
 }

@@ -72,13 +72,17 @@ impl<'a> Problem<'a> {
         for (at, channel) in self.channels().iter().enumerate() {
             for (order, direction) in channel.directions.iter().enumerate() {
                 let start = layout.channel(at, order);
-                direction.iter().for_each(|(row, by)| numbers[start + row] += by);
+                direction
+                    .iter()
+                    .for_each(|(row, by)| numbers[start + row] += by);
             }
         }
         for (at, source) in self.sources().iter().enumerate() {
             for (order, terms) in source.terms.iter().enumerate() {
                 let start = layout.source(at, order);
-                terms.iter().for_each(|(i, [a, b])| numbers[start + i] += a * b);
+                terms
+                    .iter()
+                    .for_each(|(i, [a, b])| numbers[start + i] += a * b);
             }
         }
         numbers
@@ -147,7 +151,10 @@ impl<'a> Problem<'a> {
     pub fn tangent<'b>(&self, system: &'b System, rates: &[f64]) -> Problem<'b> {
         let layout = Layout::of(self);
         let n = layout.n;
-        assert!(rates.len() == layout.len() && system.len() == 2 * n, "of another problem");
+        assert!(
+            rates.len() == layout.len() && system.len() == 2 * n,
+            "of another problem"
+        );
         let initial = [self.initial_displacement(), self.initial_velocity()];
         let initial = [0, 1].map(|order| {
             let start = layout.initial(order);
@@ -161,7 +168,10 @@ impl<'a> Problem<'a> {
                 let changes = (0..n).map(|i| (n + i, rates[start + i]));
                 direction.extend(changes.filter(|(_, by)| *by != 0.0));
             }
-            Channel { directions, ..channel.clone() }
+            Channel {
+                directions,
+                ..channel.clone()
+            }
         });
         let sources = self.sources().iter().enumerate();
         let sources = sources.map(|(at, source)| {

@@ -81,16 +81,24 @@ impl Weighting {
 
     /// What reads the output of a form through it; `None` where the output follows a derivative of an input.
     pub(super) fn after(self, form: StateForm) -> Option<StateForm> {
-        let passes = |power: i32| power > 0 && (0..form.b.len()).any(|i| form.direct(i, power) != 0.0);
+        let passes =
+            |power: i32| power > 0 && (0..form.b.len()).any(|i| form.direct(i, power) != 0.0);
         if StateForm::powers().any(passes) {
             return None;
         }
         let stages = self.stages().into_iter();
-        Some(stages.fold(form, |form, Stage { above, below: [first, square] }| {
-            // x″ = (u − x − d₁x′)/d₂, and the output n₀x + n₁x′ + n₂x″.
-            let bend = above[2] / square;
-            let read = [above[0] - bend, above[1] - bend * first];
-            form.followed([-1.0 / square, -first / square], 1.0 / square, read, bend)
-        }))
+        Some(stages.fold(
+            form,
+            |form,
+             Stage {
+                 above,
+                 below: [first, square],
+             }| {
+                // x″ = (u − x − d₁x′)/d₂, and the output n₀x + n₁x′ + n₂x″.
+                let bend = above[2] / square;
+                let read = [above[0] - bend, above[1] - bend * first];
+                form.followed([-1.0 / square, -first / square], 1.0 / square, read, bend)
+            },
+        ))
     }
 }

@@ -132,7 +132,8 @@ impl Scaled {
                 return None;
             }
             if size <= ENOUGH * p.norm_max() && size_x <= ENOUGH * x.norm_max() {
-                return Some([p, x]);
+                // What rounding makes unsymmetric would count as a residual that X does not weigh rightly.
+                return Some([p, x].map(|sum| faer::Scale(0.5) * (&sum + sum.transpose())));
             }
             f = &f * &f;
         }

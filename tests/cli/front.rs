@@ -104,6 +104,68 @@ fn comfort_against_travel_is_as_closed_forms_have_it() {
     }
 }
 
+/// Values of the filter's own are in `crates/response/tests/designs.rs`: here the least of them is one of a finer and finer grid.
+#[test]
+fn comfort_as_people_feel_it_is_least_where_a_grid_has_it() {
+    let folder = fresh("front-weighted");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = quarter_car(&folder.join("car.json"));
+    let vary = ["--vary", "damper.damping=200:4000"];
+    for metric in ["rms-wk comfort", "rms-wd comfort"] {
+        let least = ["optimise", &scene, "--minimise", metric, "--json"];
+        let answer = parsed(&[&least[..], &vary].concat());
+        let certificate = &answer["certificate"];
+        assert_eq!(certificate["local_optimum"], true, "{answer}");
+        assert_eq!(certificate["proven"], false, "{answer}");
+        let best = number(&answer["parameters"]["damper.damping"]);
+        let value = number(&answer["metric"]["value"]);
+        let around = format!("damper.damping={}:{}:21", 0.9 * best, 1.1 * best);
+        let sweep = [
+            "sweep", &scene, "--vary", &around, "--metric", metric, "--json",
+        ];
+        let values: Vec<f64> = printed(&sweep)
+            .lines()
+            .map(|line| {
+                number(&serde_json::from_str::<Value>(line).expect("JSON")["metrics"][metric])
+            })
+            .collect();
+        assert!(
+            (values[10] / value - 1.0).abs() < 1e-12,
+            "{metric}: {values:?}"
+        );
+        assert!(
+            values.iter().all(|other| *other >= value * (1.0 - 1e-12)),
+            "{metric}: {values:?}"
+        );
+        assert!(
+            values[0] > 1.0005 * value && values[20] > 1.0005 * value,
+            "{metric}: {values:?}"
+        );
+        // No person feels more of it than there is, but for the few percent that both filters add.
+        let plain = [
+            "sweep",
+            &scene,
+            "--vary",
+            &around,
+            "--metric",
+            "rms comfort",
+            "--json",
+        ];
+        let plain: Value =
+            serde_json::from_str(printed(&plain).lines().next().expect("a line")).expect("JSON");
+        assert!(values[0] < 1.06 * number(&plain["metrics"]["rms comfort"]));
+    }
+    let unknown = [
+        "sweep",
+        &scene,
+        "--vary",
+        "damper.damping=1000",
+        "--metric",
+        "rms-wk comfrot",
+    ];
+    assert!(refused(&unknown, 2).contains("did you mean \"comfort\"?"));
+}
+
 #[test]
 fn no_design_of_a_grid_is_better_in_both() {
     let folder = fresh("front-grid");

@@ -1,5 +1,5 @@
 //! Parameters from measurements, by Levenberg and Marquardt's method (Moré, in Numerical Analysis, Lecture Notes in Mathematics
-//! 630, 1978) with derivatives by differences of eighth order, and how well the measurements tell them.
+//! 630, 1978) with derivatives that are given, or differences of eighth order, and how well the measurements tell them.
 //!
 //! One singular value decomposition of the derivatives serves steps, covariances, and combinations that nothing tells.
 
@@ -79,6 +79,20 @@ pub fn fit(
     known: bool,
     residuals: impl FnMut(&[f64]) -> Option<Vec<f64>>,
 ) -> Result<Fit, FitError> {
+    fit_with(start, known, residuals, |_| None)
+}
+
+/// The same with derivatives: `derivatives` gives those of all residuals by each parameter in turn, or `None` where differences
+/// are to be taken.
+///
+/// # Errors
+/// [`FitError`].
+pub fn fit_with(
+    start: &[f64],
+    known: bool,
+    residuals: impl FnMut(&[f64]) -> Option<Vec<f64>>,
+    derivatives: impl FnMut(&[f64]) -> Option<Vec<Vec<f64>>>,
+) -> Result<Fit, FitError> {
     const STEPS: usize = 200;
     if start.is_empty() {
         return Err(FitError::Empty);
@@ -94,6 +108,7 @@ pub fn fit(
     let mut model = Model {
         units: start.iter().map(|value| value.abs()).collect(),
         residuals,
+        derivatives,
         evaluations: 0,
         count: 0,
     };
@@ -152,9 +167,10 @@ pub fn fit(
     })
 }
 
-struct Model<F> {
+struct Model<F, G> {
     units: Vec<f64>,
     residuals: F,
+    derivatives: G,
     evaluations: usize,
     count: usize,
 }
@@ -168,7 +184,11 @@ struct Slopes {
     right: Mat<f64>,
 }
 
-impl<F: FnMut(&[f64]) -> Option<Vec<f64>>> Model<F> {
+impl<F, G> Model<F, G>
+where
+    F: FnMut(&[f64]) -> Option<Vec<f64>>,
+    G: FnMut(&[f64]) -> Option<Vec<Vec<f64>>>,
+{
     fn given(&self, point: &[f64]) -> Vec<f64> {
         let each = point.iter().zip(&self.units);
         each.map(|(part, unit)| part * unit).collect()
@@ -183,9 +203,12 @@ impl<F: FnMut(&[f64]) -> Option<Vec<f64>>> Model<F> {
     }
 
     fn slopes(&mut self, point: &[f64]) -> Option<Slopes> {
-        let columns: Vec<Vec<f64>> = (0..point.len())
-            .map(|i| self.slope(point, i))
-            .collect::<Option<_>>()?;
+        let columns = match self.given_slopes(point) {
+            Some(columns) => columns,
+            None => (0..point.len())
+                .map(|i| self.slope(point, i))
+                .collect::<Option<_>>()?,
+        };
         let lengths: Vec<f64> = columns.iter().map(|column| length(column)).collect();
         let scale = |length: f64| if length > 0.0 { 1.0 / length } else { 0.0 };
         let (rows, count) = (self.count, columns.len());
@@ -201,6 +224,22 @@ impl<F: FnMut(&[f64]) -> Option<Vec<f64>>> Model<F> {
             left: svd.U().to_owned(),
             right: svd.V().to_owned(),
         })
+    }
+
+    /// The derivatives that are given, by parts of the sizes.
+    fn given_slopes(&mut self, point: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let given = self.given(point);
+        let mut columns = (self.derivatives)(&given)?;
+        let fits = |column: &Vec<f64>| {
+            column.len() == self.count && column.iter().all(|slope| slope.is_finite())
+        };
+        if columns.len() != point.len() || !columns.iter().all(fits) {
+            return None;
+        }
+        for (column, unit) in columns.iter_mut().zip(&self.units) {
+            column.iter_mut().for_each(|slope| *slope *= unit);
+        }
+        Some(columns)
     }
 
     /// The derivative by one parameter: spacings become smaller until two tell the same, or rounding tells more of the

@@ -4,7 +4,7 @@
 //! between the ends, in parts of the line's extent (Pascoletti & Serafini 1984, *Scalarizing vector optimization problems*), so
 //! that hollow parts of the front are reached too.
 
-use crate::minimax::{Optimum, OptimumError, Piece, minimise};
+use crate::minimax::{Optimum, OptimumError, Piece, minimise_with};
 
 /// A design on the front.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,10 +41,31 @@ const APART: f64 = 1e6;
 pub fn front(
     limits: &[(f64, f64)],
     count: usize,
-    mut aims: impl FnMut(&[f64]) -> Option<[Vec<Piece>; 2]>,
+    aims: impl FnMut(&[f64]) -> Option<[Vec<Piece>; 2]>,
 ) -> Result<Vec<FrontPoint>, OptimumError> {
-    let first = minimise(limits, |x| aims(x).map(|[first, _]| first))?;
-    let second = minimise(limits, |x| aims(x).map(|[_, second]| second))?;
+    front_with(limits, count, aims, |_| None)
+}
+
+/// The same with gradients, as [`minimise_with`] takes them.
+///
+/// # Errors
+/// [`OptimumError`].
+pub fn front_with(
+    limits: &[(f64, f64)],
+    count: usize,
+    mut aims: impl FnMut(&[f64]) -> Option<[Vec<Piece>; 2]>,
+    mut gradients: impl FnMut(&[f64]) -> Option<[Vec<(Piece, Vec<f64>)>; 2]>,
+) -> Result<Vec<FrontPoint>, OptimumError> {
+    let first = minimise_with(
+        limits,
+        |x| aims(x).map(|[first, _]| first),
+        |x| gradients(x).map(|[first, _]| first),
+    )?;
+    let second = minimise_with(
+        limits,
+        |x| aims(x).map(|[_, second]| second),
+        |x| gradients(x).map(|[_, second]| second),
+    )?;
     let mut at = |optimum: Optimum| -> Option<FrontPoint> {
         let values = aims(&optimum.point)?.map(|pieces| worst(&pieces));
         Some(FrontPoint {
@@ -72,17 +93,32 @@ pub fn front(
             best[0] + part * extent[0],
             best[1] + (1.0 - part) * extent[1],
         ];
-        let found = minimise(limits, |x| {
-            let mut all = Vec::new();
-            for (aim, pieces) in aims(x)?.into_iter().enumerate() {
-                all.extend(pieces.into_iter().map(|piece| Piece {
-                    place: piece.place + APART * aim as f64,
-                    // 1 on the line: what is relative to it stays so.
-                    value: 1.0 + (piece.value - start[aim]) / extent[aim],
-                }));
-            }
-            Some(all)
-        })?;
+        // 1 on the line: what is relative to it stays so.
+        let above = |aim: usize, piece: Piece| Piece {
+            place: piece.place + APART * aim as f64,
+            value: 1.0 + (piece.value - start[aim]) / extent[aim],
+        };
+        let found = minimise_with(
+            limits,
+            |x| {
+                let all = aims(x)?.into_iter().enumerate();
+                let all = all.flat_map(|(aim, pieces)| {
+                    let each = pieces.into_iter();
+                    each.map(move |piece| above(aim, piece))
+                });
+                Some(all.collect())
+            },
+            |x| {
+                let all = gradients(x)?.into_iter().enumerate();
+                let all = all.flat_map(|(aim, pieces)| {
+                    pieces.into_iter().map(move |(piece, gradient)| {
+                        let parts = gradient.into_iter().map(|slope| slope / extent[aim]);
+                        (above(aim, piece), parts.collect())
+                    })
+                });
+                Some(all.collect())
+            },
+        )?;
         if let Some(pieces) = aims(&found.point) {
             points.push(FrontPoint {
                 is_shown: found.is_shown(),

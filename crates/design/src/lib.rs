@@ -10,6 +10,7 @@
 //! Nothing here prints or reads files.
 
 mod campbell;
+mod difference;
 mod fit;
 mod follower;
 mod front;
@@ -19,9 +20,10 @@ mod programme;
 mod range;
 
 pub use campbell::{Branch, Campbell, CampbellDiagram, CampbellError, CriticalSpeed, Whirl};
-pub use fit::{Fit, FitError, fit};
+pub use difference::difference;
+pub use fit::{Fit, FitError, fit, fit_with};
 pub use follower::{FollowError, Followed, Follower};
-pub use front::{FrontPoint, front};
+pub use front::{FrontPoint, front, front_with};
 pub use grid::{Grid, GridError};
-pub use minimax::{Optimum, OptimumError, Piece, minimise};
+pub use minimax::{Optimum, OptimumError, Piece, minimise, minimise_with};
 pub use range::{Range, RangeError};

@@ -2,13 +2,14 @@
 //!
 //! Starts spread over the limits (Halton 1960) lead to local searches by sequential quadratic programming with a trust region
 //! (Madsen 1975, *An algorithm for minimax solution of overdetermined systems*; Hald & Madsen 1981): each step minimises
-//! max_j f_j + g_jᵀd + ½dᵀBd, where B is the curvature of the functions as the multipliers weigh them. The last steps take
-//! derivatives of eighth order, so that the point is as good as the functions' digits. Where functions are not smooth, meshes
-//! that become finer go on (Audet & Dennis 2006).
+//! max_j f_j + g_jᵀd + ½dᵀBd, where B is the curvature of the functions as the multipliers weigh them. Gradients are those that
+//! are given; where none are, the last steps take differences of eighth order, so that the point is as good as the functions'
+//! digits. Where functions are not smooth, meshes that become finer go on (Audet & Dennis 2006).
 
 use faer::Mat;
 use thiserror::Error;
 
+use crate::difference::difference;
 use crate::programme::{Programme, Step};
 
 /// A function at a point. What is minimised is the largest value of all.
@@ -113,6 +114,32 @@ pub fn minimise(
     limits: &[(f64, f64)],
     pieces: impl FnMut(&[f64]) -> Option<Vec<Piece>>,
 ) -> Result<Optimum, OptimumError> {
+    minimise_with(limits, pieces, |_| None)
+}
+
+/// The same with gradients: `gradients` gives each function at a point with its derivatives by the parameters, or `None` where
+/// differences are to be taken.
+///
+/// ```
+/// use eigentone_design::{Piece, minimise_with};
+///
+/// let piece = |x: f64| Piece { place: 0.0, value: x.cosh() - 0.5 * x };
+/// let optimum = minimise_with(
+///     &[(-3.0, 4.0)],
+///     |x| Some(vec![piece(x[0])]),
+///     |x| Some(vec![(piece(x[0]), vec![x[0].sinh() - 0.5])]),
+/// )?;
+/// assert!((optimum.point[0] - 0.5f64.asinh()).abs() < 1e-15);
+/// # Ok::<(), eigentone_design::OptimumError>(())
+/// ```
+///
+/// # Errors
+/// [`OptimumError`].
+pub fn minimise_with(
+    limits: &[(f64, f64)],
+    pieces: impl FnMut(&[f64]) -> Option<Vec<Piece>>,
+    gradients: impl FnMut(&[f64]) -> Option<Vec<(Piece, Vec<f64>)>>,
+) -> Result<Optimum, OptimumError> {
     let n = limits.len();
     if !(1..=MOST).contains(&n) {
         return Err(OptimumError::Count { count: n });
@@ -125,6 +152,7 @@ pub fn minimise(
     let mut search = Search {
         limits,
         pieces,
+        gradients,
         evaluations: 0,
     };
     let starts = search.starts();
@@ -153,9 +181,10 @@ pub fn minimise(
     Ok(optimum)
 }
 
-struct Search<'a, F> {
+struct Search<'a, F, G> {
     limits: &'a [(f64, f64)],
     pieces: F,
+    gradients: G,
     evaluations: usize,
 }
 
@@ -178,6 +207,8 @@ struct Derivatives {
     pieces: Vec<Piece>,
     gradients: Vec<Vec<f64>>,
     curvatures: Vec<Mat<f64>>,
+    /// Whether the gradients are those that were given.
+    are_given: bool,
 }
 
 impl Derivatives {
@@ -193,7 +224,11 @@ impl Derivatives {
     }
 }
 
-impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
+impl<F, G> Search<'_, F, G>
+where
+    F: FnMut(&[f64]) -> Option<Vec<Piece>>,
+    G: FnMut(&[f64]) -> Option<Vec<(Piece, Vec<f64>)>>,
+{
     /// Parameters from parts of the ranges.
     fn outside(&self, at: &[f64]) -> Vec<f64> {
         let each = self.limits.iter().zip(at);
@@ -202,6 +237,32 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             1.0 => high,
             _ if low > 0.0 && high / low > WIDE => low * (u * (high / low).ln()).exp(),
             _ => low + u * (high - low),
+        });
+        each.collect()
+    }
+
+    /// The gradients that are given, of all functions at a point, by parts of the ranges.
+    fn given(&mut self, here: &Station) -> Option<Vec<Vec<f64>>> {
+        let point = self.outside(&here.at);
+        let known = (self.gradients)(&point)?;
+        let units: Vec<f64> = self
+            .limits
+            .iter()
+            .zip(&point)
+            .map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
+                true => x * (high / low).ln(),
+                false => high - low,
+            })
+            .collect();
+        let each = here.pieces.iter().map(|piece| {
+            let (_, gradient) = known.iter().find(|(known, _)| known.place == piece.place)?;
+            let parts = gradient
+                .iter()
+                .zip(&units)
+                .map(|(slope, unit)| slope * unit);
+            let parts: Vec<f64> = parts.collect();
+            let known = parts.len() == units.len() && parts.iter().all(|part| part.is_finite());
+            known.then_some(parts)
         });
         each.collect()
     }
@@ -372,12 +433,14 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             offset.iter().for_each(|&(i, h)| at[i] += h);
             around.push(self.station(at)?.pieces);
         }
+        let given = self.given(here);
         let mut known = Derivatives {
             pieces: Vec::new(),
             gradients: Vec::new(),
             curvatures: Vec::new(),
+            are_given: given.is_some(),
         };
-        for piece in &here.pieces {
+        for (j, piece) in here.pieces.iter().enumerate() {
             let Some(f) = follow(piece, &here.pieces, &around) else {
                 if piece.value == here.worst() {
                     return None;
@@ -400,7 +463,10 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
                 let away = (0..n).map(|j| curvature[(i, j)] * (here.at[j] - centre[j]));
                 (up(i) - down(i)) / (2.0 * H) + away.sum::<f64>()
             });
-            known.gradients.push(gradient.collect());
+            known.gradients.push(match &given {
+                Some(given) => given[j].clone(),
+                None => gradient.collect(),
+            });
             known.curvatures.push(curvature);
             known.pieces.push(*piece);
         }
@@ -463,7 +529,7 @@ impl<F: FnMut(&[f64]) -> Option<Vec<Piece>>> Search<'_, F> {
             let Some(mut known) = self.derivatives(&here) else {
                 break;
             };
-            if self.sharpen(&here, &mut known).is_none() {
+            if !known.are_given && self.sharpen(&here, &mut known).is_none() {
                 break;
             }
             let Some(step) = self.step(&here, &known, 0.01, weights.as_deref()) else {
@@ -651,21 +717,6 @@ fn follow(piece: &Piece, own: &[Piece], around: &[Vec<Piece>]) -> Option<Vec<f64
         (!taken).then_some(nearest.value)
     });
     each.collect()
-}
-
-/// Weights of nine evenly spaced values, of which `at` is the place, for the first derivative there.
-fn difference(at: usize) -> [f64; 9] {
-    let product = |k: usize, without: usize, from: usize| -> f64 {
-        let others = (0..9usize).filter(|m| *m != k && *m != without);
-        others.map(|m| from as f64 - m as f64).product()
-    };
-    std::array::from_fn(|k| match k == at {
-        true => {
-            let others = (0..9usize).filter(|m| *m != at);
-            others.map(|m| 1.0 / (at as f64 - m as f64)).sum()
-        }
-        false => product(k, at, at) / product(k, k, k),
-    })
 }
 
 fn weighed(curvatures: &[Mat<f64>], weights: &[f64]) -> Mat<f64> {

@@ -6,7 +6,7 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
-use eigentone::design::{self, FitError, fit};
+use eigentone::design::{self, FitError, fit_with};
 use eigentone::modes::Precision;
 use eigentone::report::significant;
 use serde_json::{Value, json};
@@ -86,17 +86,33 @@ impl Fit {
             let each = entries().zip(model?);
             Some(each.map(|(entry, model)| entry.residual(model)).collect())
         };
+        let derivatives = |values: &[f64], is_relative: bool| -> Option<Vec<Vec<f64>>> {
+            let mut columns = measured.derivatives(&varied, values)?;
+            for column in &mut columns {
+                let each = column.iter_mut().zip(entries());
+                each.for_each(|(slope, entry)| *slope *= entry.per_model(is_relative));
+            }
+            Some(columns)
+        };
         let from = |start: &[f64]| {
-            fit(start, known, |values| {
-                residuals(model(values, Precision::Double))
-            })
+            fit_with(
+                start,
+                known,
+                |values| residuals(model(values, Precision::Double)),
+                |values| derivatives(values, false),
+            )
         };
         let mut found = from(&start);
         if measured.begins_relatively() {
-            let begun = fit(&start, false, |values| {
-                let each = entries().zip(model(values, Precision::Double)?);
-                Some(each.map(|(entry, model)| entry.relative(model)).collect())
-            });
+            let begun = fit_with(
+                &start,
+                false,
+                |values| {
+                    let each = entries().zip(model(values, Precision::Double)?);
+                    Some(each.map(|(entry, model)| entry.relative(model)).collect())
+                },
+                |values| derivatives(values, true),
+            );
             let other = begun.and_then(|begun| from(&begun.point));
             let left = |found: &Result<design::Fit, FitError>| {
                 let squares =

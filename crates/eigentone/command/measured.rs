@@ -8,11 +8,13 @@ use std::path::Path;
 
 use eigentone::modes::Precision;
 use eigentone::report::{FrequencyReport, motion_columns};
-use eigentone::response::{Combination, FrequencyFunctions, Quantity, ResponsePlan};
+use eigentone::response::{
+    Adjoint, Combination, FrequencyFunctions, Problem, Quantity, ResponsePlan, Transfer,
+};
 use eigentone::scene::{RecordError, Scene, Table, did_you_mean};
 
 use super::frf::asked;
-use super::study::{is_end, is_to, motion};
+use super::study::{Varied, is_end, is_to, motion, numbers_beside, rates, sensitivities};
 
 /// What was measured, and how the scene gives it.
 #[derive(Debug)]
@@ -53,6 +55,14 @@ impl Entry {
     /// In parts of how large the measured function is there alone, so that resonances do not hide the rest.
     pub fn relative(&self, model: f64) -> f64 {
         (model - self.value) / self.size
+    }
+
+    /// How much a residual, or a relative one, changes with the model.
+    pub fn per_model(&self, is_relative: bool) -> f64 {
+        match is_relative {
+            true => 1.0 / self.size,
+            false => 1.0 / self.deviation.unwrap_or(self.scale),
+        }
     }
 
     pub fn model(&self, residual: f64) -> f64 {
@@ -154,6 +164,140 @@ impl Measured {
         }
     }
 
+    /// The derivatives of what the scene gives by each of its numbers, in closed form; `None` where there are none.
+    pub fn derivatives(&self, varied: &Varied, values: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let scene = varied.scene_of(values).ok()?;
+        match &self.source {
+            Source::Modes => self.of_roots(varied, values, &scene),
+            Source::Frequencies { at, asked } => {
+                self.of_adjoints(varied, values, &scene, at, asked)
+            }
+            Source::Motion { instants, outputs } => {
+                self.of_tangents(varied, values, &scene, instants, outputs)
+            }
+        }
+    }
+
+    fn of_roots(&self, varied: &Varied, values: &[f64], scene: &Scene) -> Option<Vec<Vec<f64>>> {
+        let modes = scene.system().modes_to(Precision::Double).ok()?;
+        let all: Vec<_> = modes.into_iter().collect();
+        let entries = self.columns.iter().flat_map(|column| &column.entries);
+        let mut used: Vec<usize> = entries.map(|entry| entry.at).collect();
+        used.sort_unstable();
+        used.dedup();
+        let modes = used.iter().map(|at| all.get(*at).copied());
+        let modes: Vec<_> = modes.collect::<Option<_>>()?;
+        let known = sensitivities(scene, modes.into_iter())?;
+        varied.derivatives(values, None, &|other| {
+            let told = known
+                .iter()
+                .map(|(root, sensitivity)| Some((*root, sensitivity.toward(other.system()).ok()?)));
+            let told = told.collect::<Option<Vec<_>>>()?;
+            let each = self.each(|of, at| {
+                let (root, rate) = told[used.binary_search(&at).unwrap_or_default()];
+                let [frequency, ratio] = rates(root, rate);
+                Ok(match of {
+                    Of::Natural(unit) => Some(frequency / unit),
+                    Of::Damped(unit) => Some(rate.im * root.im.signum() / unit),
+                    Of::Ratio => Some(ratio),
+                    _ => None,
+                })
+            });
+            each.ok()?
+        })
+    }
+
+    fn of_adjoints(
+        &self,
+        varied: &Varied,
+        values: &[f64],
+        scene: &Scene,
+        at: &[f64],
+        asked: &[Asked],
+    ) -> Option<Vec<Vec<f64>>> {
+        let place = |of: Of| match of {
+            Of::Function {
+                asked, function, ..
+            } => Some((asked, function)),
+            _ => None,
+        };
+        let mut used: Vec<_> = self
+            .columns
+            .iter()
+            .filter_map(|column| place(column.of))
+            .collect();
+        used.sort_unstable();
+        used.dedup();
+        let ends = used.iter().map(|&(question, function)| {
+            let asked = &asked[question];
+            let functions = asked.at(scene, Precision::Double, &[]).ok()?;
+            let function = &functions.functions()[function];
+            Some(Asked {
+                from: vec![function.from().to_owned()],
+                to: vec![function.to().to_owned()],
+                quantity: asked.quantity,
+            })
+        });
+        let ends: Vec<Asked> = ends.collect::<Option<_>>()?;
+        let adjoints = ends.iter().map(|one| {
+            let transfer = one.transfer(scene)?;
+            at.iter()
+                .map(|frequency| transfer.adjoint(*frequency))
+                .collect()
+        });
+        let adjoints: Vec<Vec<Adjoint>> = adjoints.collect::<Option<_>>()?;
+        varied.derivatives(values, None, &|other| {
+            let told = ends.iter().zip(&adjoints).map(|(one, adjoints)| {
+                let transfer = one.transfer(other)?;
+                let along = adjoints.iter().map(|adjoint| adjoint.along(&transfer));
+                Some(along.collect::<Vec<_>>())
+            });
+            let told = told.collect::<Option<Vec<_>>>()?;
+            let each = self.each(|of, k| {
+                let Of::Function {
+                    asked,
+                    function,
+                    is_imaginary,
+                } = of
+                else {
+                    return Ok(None);
+                };
+                let value = told[used.binary_search(&(asked, function)).unwrap_or_default()][k];
+                Ok(Some(if is_imaginary { value.im } else { value.re }))
+            });
+            each.ok()?
+        })
+    }
+
+    fn of_tangents(
+        &self,
+        varied: &Varied,
+        values: &[f64],
+        scene: &Scene,
+        instants: &[u64],
+        outputs: &[Combination],
+    ) -> Option<Vec<Vec<f64>>> {
+        let here = question(scene, Precision::Double, instants, outputs).ok()?;
+        let rates = varied.derivatives(values, None, &|other| {
+            let there = question(other, Precision::Double, instants, outputs).ok()?;
+            numbers_beside(&here, &there)
+        })?;
+        let each = rates.iter().map(|rates| {
+            let system = here.tangent_system(rates).ok()?;
+            let problem = here.tangent(&system, rates);
+            let trajectory = ResponsePlan::of(&problem).ok()?.run(&problem).ok()?;
+            let each = self.each(|of, k| {
+                let Of::Output(output) = of else {
+                    return Ok(None);
+                };
+                let value = trajectory.output(output)[k];
+                Ok((!trajectory.is_doubtful(k)).then_some(value))
+            });
+            each.ok()?
+        });
+        each.collect()
+    }
+
     fn each<T>(
         &self,
         value: impl Fn(Of, usize) -> Result<Option<T>, String>,
@@ -225,10 +369,7 @@ impl Measured {
         instants: &[u64],
         outputs: &[Combination],
     ) -> Result<Option<Vec<f64>>, String> {
-        let problem = motion(scene)?.to(precision);
-        let problem = problem.with_combinations(outputs.to_vec());
-        let problem = problem.and_then(|problem| problem.at(instants));
-        let problem = problem.map_err(|error| error.to_string())?;
+        let problem = question(scene, precision, instants, outputs)?;
         let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
         let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
         self.each(|of, k| {
@@ -241,6 +382,19 @@ impl Measured {
     }
 }
 
+/// The motion that gives these outputs at these instants.
+fn question<'s>(
+    scene: &'s Scene,
+    precision: Precision,
+    instants: &[u64],
+    outputs: &[Combination],
+) -> Result<Problem<'s>, String> {
+    let problem = motion(scene)?.to(precision);
+    let problem = problem.with_combinations(outputs.to_vec());
+    let problem = problem.and_then(|problem| problem.at(instants));
+    problem.map_err(|error| error.to_string())
+}
+
 impl Asked {
     fn at(
         &self,
@@ -251,6 +405,11 @@ impl Asked {
         let asked = asked(scene, &self.from, &self.to).quantity(self.quantity);
         let found = asked.precision(precision).at(frequencies);
         found.map_err(|error| error.to_string())
+    }
+
+    fn transfer(&self, scene: &Scene) -> Option<Transfer> {
+        let asked = asked(scene, &self.from, &self.to).quantity(self.quantity);
+        asked.transfer().ok()?
     }
 }
 

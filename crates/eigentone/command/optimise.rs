@@ -4,14 +4,20 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, value_parser};
-use eigentone::design::{Optimum, OptimumError, Piece, front, minimise};
-use eigentone::modes::Precision;
+use eigentone::design::{Optimum, OptimumError, Piece, front_with, minimise_with};
+use eigentone::modes::{Modes, Precision};
 use eigentone::report::{FrontDesign, FrontReport, significant};
+use eigentone::response::Transfer;
+use eigentone::scene::Scene;
+use num_complex::Complex;
 use serde_json::{Value, json};
 
 use super::files::Files;
 use super::progress::Progress;
-use super::study::{Kind, METRICS, Metric, Varied, object};
+use super::study::{
+    Kind, METRICS, Metric, Varied, mean_square, object, peaks_in_doubles, peaks_of_gain, rates,
+    ratios, sensitivities, transfer,
+};
 use super::{Failure, print, source, tell_switches};
 
 /// Finds the numbers of the scene that make a metric smallest, and shows that they do; with two metrics, the designs between the two
@@ -153,7 +159,11 @@ fn is_followed(proven: Option<f64>, followed: f64) -> bool {
 fn best(aim: Aim<'_>, limits: &[(f64, f64)], varied: Varied, json: bool) -> Result<(), Failure> {
     let Aim { metric, sign } = aim;
     let mut tried = Tried::of(&varied);
-    let found = minimise(limits, |values| tried.pieces(&[aim], values)?.pop());
+    let found = minimise_with(
+        limits,
+        |values| tried.pieces(&[aim], values)?.pop(),
+        |values| varied.gradients(&[aim], values, limits)?.pop(),
+    );
     let optimum = match found {
         Ok(optimum) => optimum,
         Err(error) => return Err(tried.refuse(&[aim], error)),
@@ -168,7 +178,7 @@ fn best(aim: Aim<'_>, limits: &[(f64, f64)], varied: Varied, json: bool) -> Resu
     let answer = Answer {
         varied: &varied,
         metric,
-        is_proven: value.is_some(),
+        is_proven: value.is_some() && metric.kind.is_proven(),
         is_shown: optimum.is_shown() && is_followed(value, sign * optimum.value),
         value: value.unwrap_or(sign * optimum.value),
         optimum: &optimum,
@@ -190,9 +200,12 @@ fn between(
     files: Option<Files>,
 ) -> Result<(), Failure> {
     let mut tried = Tried::of(&varied);
-    let found = front(limits, count.into(), |values| {
-        tried.pieces(&aims, values)?.try_into().ok()
-    });
+    let found = front_with(
+        limits,
+        count.into(),
+        |values| tried.pieces(&aims, values)?.try_into().ok(),
+        |values| varied.gradients(&aims, values, limits)?.try_into().ok(),
+    );
     let points = match found {
         Ok(points) => points,
         Err(error) => return Err(tried.refuse(&aims, error)),
@@ -220,7 +233,7 @@ fn between(
     }
     let parameters: Vec<&str> = varied.names().collect();
     let report = FrontReport {
-        title: scene_title(varied.scene()),
+        title: varied.title(),
         parameters: &parameters,
         metrics: aims.map(|aim| aim.metric.text.as_str()),
         designs: &designs,
@@ -236,10 +249,6 @@ fn between(
         true => report.json(out),
         false => out.write_all(report.text().as_bytes()),
     })
-}
-
-fn scene_title(scene: &Value) -> &str {
-    scene["title"].as_str().unwrap_or_default()
 }
 
 struct Answer<'a> {
@@ -330,7 +339,7 @@ impl Answer<'_> {
             }
             true => writeln!(
                 text,
-                "a local {word} as far as doubles tell: gradients and curvature show it, but no proof covers every peak"
+                "a local {word} as far as doubles tell: gradients and curvature show it, but the value is not proven"
             ),
             false => writeln!(
                 text,
@@ -355,37 +364,152 @@ impl Answer<'_> {
     }
 }
 
+/// What is told of scenes beside the one that was solved, one number for each function, with its solution held.
+type Held<'a> = Box<dyn Fn(&Scene) -> Option<Vec<f64>> + 'a>;
+
 impl Varied {
     /// For each aim the functions of which the largest is minimised: ± the metric.
     fn pieces(&self, aims: &[Aim<'_>], values: &[f64]) -> Result<Option<Vec<Vec<Piece>>>, String> {
         let (scene, modes) = self.solve(values)?;
-        let each = aims.iter().map(|aim| match &aim.metric.kind {
+        let each = aims.iter().map(|aim| self.pieces_of(aim, &scene, &modes));
+        each.collect()
+    }
+
+    fn pieces_of(
+        &self,
+        aim: &Aim<'_>,
+        scene: &Scene,
+        modes: &Modes,
+    ) -> Result<Option<Vec<Piece>>, String> {
+        let single = |value: f64| Piece {
+            place: 0.0,
+            value: aim.sign * value,
+        };
+        match &aim.metric.kind {
             Kind::Gain(from, to, band) if aim.sign > 0.0 => {
-                let peaks = super::study::peaks_of_gain(&scene, &modes, from, to, *band)?;
                 let piece = |&(frequency, value): &(f64, f64)| Piece {
-                    place: f64::ln(frequency).max(-1e4),
+                    place: f64::ln(frequency).max(LOWEST),
                     value,
                 };
-                Ok(peaks.map(|peaks| peaks.iter().map(piece).collect()))
+                let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
+                return Ok(peaks.map(|peaks| peaks.iter().map(piece).collect()));
             }
             Kind::Damping if aim.sign < 0.0 => {
-                let all = super::study::ratios(&modes).map(|(size, ratio)| Piece {
+                let all = ratios(modes).map(|(size, ratio)| Piece {
                     place: size.ln(),
                     value: -ratio,
                 });
-                Ok(Some(all.collect()))
+                return Ok(Some(all.collect()));
             }
-            kind => {
-                let value = self.measure(kind, &scene, &modes)?;
-                let piece = |value: f64| Piece {
-                    place: 0.0,
-                    value: aim.sign * value,
-                };
-                Ok(value.map(|value| vec![piece(value)]))
-            }
+            _ => {}
+        }
+        let value = self.measure(&aim.metric.kind, scene, modes)?;
+        Ok(value.map(|value| vec![single(value)]))
+    }
+
+    /// The same with the derivatives of each by the numbers: those of roots, gains and mean squares in closed form. `None` where
+    /// there are none.
+    fn gradients(
+        &self,
+        aims: &[Aim<'_>],
+        values: &[f64],
+        limits: &[(f64, f64)],
+    ) -> Option<Vec<Vec<(Piece, Vec<f64>)>>> {
+        let (scene, modes) = self.solve(values).ok()?;
+        let each = aims.iter().map(|aim| {
+            let pieces = self.pieces_of(aim, &scene, &modes).ok()??;
+            let columns = match &aim.metric.kind {
+                Kind::Peak(name) => {
+                    let slopes = self.slopes_of_peak(&scene, name, values, limits)?;
+                    slopes.iter().map(|slope| vec![aim.sign * slope]).collect()
+                }
+                _ => {
+                    let held = held(aim, &scene, &modes, &pieces)?;
+                    self.derivatives(values, Some(limits), &held)?
+                }
+            };
+            let gradient = |j: usize| columns.iter().map(|column| column[j]).collect();
+            let each = pieces.iter().enumerate();
+            Some(each.map(|(j, piece)| (*piece, gradient(j))).collect())
         });
         each.collect()
     }
+}
+
+/// The logarithm of the least frequency.
+const LOWEST: f64 = -1e4;
+
+/// What the functions of an aim are with the solution held; `None` where that is not known.
+fn held<'a>(
+    aim: &'a Aim<'_>,
+    scene: &'a Scene,
+    modes: &'a Modes,
+    pieces: &[Piece],
+) -> Option<Held<'a>> {
+    let sign = aim.sign;
+    match &aim.metric.kind {
+        Kind::Damping => {
+            let moving = modes
+                .into_iter()
+                .filter(|mode| mode.eigenvalue().value.norm() > 0.0);
+            let mut all = sensitivities(scene, moving)?;
+            if sign > 0.0 {
+                let ratio = |root: &Complex<f64>| -root.re / root.norm();
+                all.sort_by(|(a, _), (b, _)| ratio(a).total_cmp(&ratio(b)));
+                all.truncate(1);
+            }
+            Some(Box::new(move |other| {
+                let each = all.iter().map(|(root, sensitivity)| {
+                    let rate = sensitivity.toward(other.system()).ok()?;
+                    Some(sign * rates(*root, rate)[1])
+                });
+                each.collect()
+            }))
+        }
+        Kind::Frequency(k) => {
+            let mut all = sensitivities(scene, modes.into_iter().skip(k - 1).take(1))?;
+            let (root, sensitivity) = all.pop().filter(|(root, _)| root.norm() > 0.0)?;
+            Some(Box::new(move |other| {
+                let rate = sensitivity.toward(other.system()).ok()?;
+                Some(vec![sign * rates(root, rate)[0]])
+            }))
+        }
+        Kind::Gain(from, to, band) => {
+            let transfer = transfer(scene, from, to).ok()??;
+            let mut peaks = peaks_in_doubles(scene, from, to, *band).ok()??;
+            if sign < 0.0 {
+                peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
+                peaks.truncate(1);
+            }
+            let adjoints = peaks
+                .iter()
+                .map(|(frequency, _)| transfer.adjoint(*frequency));
+            let adjoints = adjoints.collect::<Option<Vec<_>>>()?;
+            (adjoints.len() == pieces.len()).then_some(())?;
+            Some(Box::new(move |other| {
+                let transfer = transfer_of(other, from, to)?;
+                let each = adjoints.iter().map(|adjoint| {
+                    let value = adjoint.value();
+                    let along = adjoint.along(&transfer);
+                    sign * (value.conj() * along).re / value.norm()
+                });
+                Some(each.collect())
+            }))
+        }
+        Kind::Rms(name, weighting) => {
+            let square = mean_square(scene, name, *weighting).ok()??;
+            let twice = 2.0 * square.value().sqrt();
+            Some(Box::new(move |other| {
+                let along = square.along(&other.noise()?).ok()??;
+                Some(vec![sign * along / twice])
+            }))
+        }
+        Kind::Peak(_) | Kind::Settling(_) => None,
+    }
+}
+
+fn transfer_of(scene: &Scene, from: &String, to: &String) -> Option<Transfer> {
+    transfer(scene, from, to).ok()?
 }
 
 fn varied(text: &str) -> Result<(String, (f64, f64)), String> {

@@ -1,15 +1,19 @@
 //! A scene of which numbers vary, and what is told of each design: for `sweep`, `optimise` and `fit`.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::slice::from_ref;
 use std::str::FromStr;
 
-use eigentone::modes::{Eigenvalue, Modes, Motion, Precision};
+use eigentone::design::difference;
+use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::response::{
-    Combination, Extrema, LargestGain, Peak, Problem, Quantity, ResponsePlan, StateSpaceError, Sum,
-    Summary, Trajectory, peak_grid,
+    ByCertifiedExponential, Combination, Extrema, LargestGain, MeanSquare, Peak, Piece, Problem,
+    Quantity, ResponsePlan, StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting,
+    peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
+use num_complex::Complex;
 use serde_json::Value;
 
 use super::frequency::Asked;
@@ -29,12 +33,20 @@ pub enum Kind {
     Frequency(usize),
     /// From, to, and between which frequencies, in rad/s.
     Gain(String, String, Option<(f64, f64)>),
-    Rms(String),
+    /// Of what, and through which weighting.
+    Rms(String, Option<Weighting>),
     Peak(String),
     Settling(String),
 }
 
-pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"gain FROM TO lo:hi\", \"rms NAME\", \"peak NAME\" and \"settling NAME\"";
+pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"gain FROM TO lo:hi\", \"rms NAME\", \"rms-wk NAME\", \"rms-wd NAME\", \"peak NAME\" and \"settling NAME\"";
+
+impl Kind {
+    /// Whether there are proven values of it: a weighted mean square is an estimate.
+    pub fn is_proven(&self) -> bool {
+        !matches!(self, Kind::Rms(_, Some(_)))
+    }
+}
 
 impl FromStr for Metric {
     type Err = String;
@@ -55,7 +67,13 @@ impl FromStr for Metric {
                 // Names may have spaces: which they are the scene tells.
                 _ => Kind::Gain(ends.to_owned(), String::new(), None),
             },
-            ("rms", name) if !name.is_empty() => Kind::Rms(name.to_owned()),
+            ("rms", name) if !name.is_empty() => Kind::Rms(name.to_owned(), None),
+            ("rms-wk", name) if !name.is_empty() => {
+                Kind::Rms(name.to_owned(), Some(Weighting::Vertical))
+            }
+            ("rms-wd", name) if !name.is_empty() => {
+                Kind::Rms(name.to_owned(), Some(Weighting::Horizontal))
+            }
             ("peak", name) if !name.is_empty() => Kind::Peak(name.to_owned()),
             ("settling", name) if !name.is_empty() => Kind::Settling(name.to_owned()),
             _ => return Err(format!("metrics are {METRICS}")),
@@ -182,6 +200,13 @@ impl Varied {
         Ok((scene, varied))
     }
 
+    /// The title of the scene, or the name of its file.
+    pub fn title(&self) -> &str {
+        let title = self.value["title"].as_str();
+        let name = || self.file.file_stem().and_then(OsStr::to_str);
+        title.or_else(name).unwrap_or_default()
+    }
+
     /// The scene as it was read.
     pub fn scene(&self) -> &Value {
         &self.value
@@ -252,7 +277,7 @@ impl Varied {
                 text.push_str(&Value::from(values[*next]).to_string());
             }
         }
-        Scene::parse(&text, &self.file).map_err(|error| {
+        Scene::parse_to(&text, &self.file, self.precision).map_err(|error| {
             let message = error.to_string();
             // Lines and columns are not those of the file.
             let place = format!("{}:", self.file.display());
@@ -261,6 +286,53 @@ impl Varied {
                 .and_then(|rest| rest.split_once(": "));
             rest.map_or(message.clone(), |(_, rest)| rest.to_owned())
         })
+    }
+
+    /// The derivatives, by each of the numbers, of what `held` tells of scenes beside this one: of the numbers of their equations,
+    /// with solutions held. These are most often linear in the numbers of a scene, and smooth for sure, so that differences of
+    /// eighth order are exact but for rounding. `None` where a scene beside this one has none.
+    pub fn derivatives(
+        &self,
+        values: &[f64],
+        limits: Option<&[(f64, f64)]>,
+        held: &dyn Fn(&Scene) -> Option<Vec<f64>>,
+    ) -> Option<Vec<Vec<f64>>> {
+        /// In parts of the number, and of its range where it is 0.
+        const SPACING: f64 = 1.0 / 128.0;
+        let derivative = |i: usize| {
+            let own = limits.map(|limits| limits[i]);
+            let (low, high) = own.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            let range = if (high - low).is_finite() {
+                high - low
+            } else {
+                1.0
+            };
+            let size = match values[i].abs() {
+                0.0 => SPACING * range,
+                size => size,
+            };
+            let spacing = (SPACING * size).min(range / 8.0);
+            // As many of the nine nodes below as the limits allow.
+            let least = ((values[i] + 8.0 * spacing - high) / spacing)
+                .ceil()
+                .max(0.0);
+            let most = ((values[i] - low) / spacing).floor().min(8.0);
+            let below = 4.0f64.max(least).min(most.max(0.0)) as usize;
+            let mut sum: Option<Vec<f64>> = None;
+            for (node, weight) in difference(below.min(8)).into_iter().enumerate() {
+                let mut moved = values.to_vec();
+                moved[i] += (node as f64 - below as f64) * spacing;
+                let told = held(&self.scene_of(&moved).ok()?)?;
+                let sum = sum.get_or_insert_with(|| vec![0.0; told.len()]);
+                if sum.len() != told.len() {
+                    return None;
+                }
+                let terms = sum.iter_mut().zip(told);
+                terms.for_each(|(sum, value)| *sum += weight * value / spacing);
+            }
+            sum.filter(|sum| sum.iter().all(|slope| slope.is_finite()))
+        };
+        (0..values.len()).map(derivative).collect()
     }
 
     /// A metric, or `None` where it is infinite or not known.
@@ -326,11 +398,21 @@ impl Varied {
                 let all: Option<Vec<f64>> = peaks.chain(ends).collect();
                 Ok(all.and_then(|all| all.into_iter().reduce(f64::max)))
             }
-            Kind::Rms(name) => {
+            Kind::Rms(name, weighting) => {
                 if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
                     return Err("a spring with a `loss_factor` has no force in time".to_owned());
                 }
                 let noise = scene.noise().ok_or("the scene has no `noise`")?;
+                if !is_moved(scene, name) {
+                    return Err(unknown(scene, name));
+                }
+                if self.precision == Precision::Double || weighting.is_some() {
+                    let square = mean_square(scene, name, *weighting)?;
+                    let rms = square.map(|square| square.value().sqrt());
+                    if rms.is_some() || weighting.is_some() {
+                        return Ok(rms);
+                    }
+                }
                 let motion = match noise.solve() {
                     Ok(motion) => motion,
                     // It is infinite, or not known.
@@ -341,8 +423,9 @@ impl Varied {
                 };
                 let mut all = motion.outputs().iter().chain(motion.displacement());
                 let found = all.find(|of| of.name == *name);
-                let found = found.ok_or_else(|| unknown(scene, name))?;
-                Ok(found.rms.finite().map(|(value, _)| value))
+                Ok(found
+                    .and_then(|found| found.rms.finite())
+                    .map(|(value, _)| value))
             }
             Kind::Peak(name) => peak(scene, self.precision, name),
             Kind::Settling(name) => settling(scene, modes, name),
@@ -370,9 +453,36 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     moving.map(|(root, size)| (size, -root.re / size))
 }
 
-/// Frequency in rad/s and magnitude of each peak in doubles within a band, or at all frequencies, its ends and the highest frequency
-/// looked at included; `None` where one is infinite, or something grows.
+/// Frequency in rad/s and magnitude of each peak within a band, or at all frequencies, its ends and the highest frequency looked at
+/// included; `None` where one is infinite, or something grows.
 pub fn peaks_of_gain(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    match peaks_in_doubles(scene, from, to, band)? {
+        Some(peaks) => Ok(Some(peaks)),
+        None => peaks_by_brackets(scene, modes, from, to, band),
+    }
+}
+
+/// The same of matrices in doubles, where these have digits enough.
+pub fn peaks_in_doubles(
+    scene: &Scene,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    let transfer = transfer(scene, from, to)?;
+    let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
+    Ok(transfer.and_then(|transfer| transfer.peaks(scene.system(), low, high)))
+}
+
+/// The same by values that keep their digits where matrices in doubles do not, and by brackets alone; `None` where one is infinite, or
+/// something grows.
+fn peaks_by_brackets(
     scene: &Scene,
     modes: &Modes,
     from: &String,
@@ -469,6 +579,54 @@ fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
     [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
 }
 
+/// One frequency response function in doubles.
+pub fn transfer(scene: &Scene, from: &String, to: &String) -> Result<Option<Transfer>, String> {
+    let transfer = asked(scene, from_ref(from), from_ref(to)).transfer();
+    transfer.map_err(|error| error.to_string())
+}
+
+/// The mean square of an output or displacement under the scene's noise in doubles, where they tell it.
+pub fn mean_square(
+    scene: &Scene,
+    name: &str,
+    weighting: Option<Weighting>,
+) -> Result<Option<MeanSquare>, String> {
+    /// Values are to be as good as this part of them.
+    const GOOD: f64 = 1e-11;
+    let noise = scene.noise().ok_or("the scene has no `noise`")?;
+    let square = noise
+        .mean_square(name, weighting)
+        .map_err(|error| error.to_string())?;
+    Ok(square.filter(|square| square.estimate() <= GOOD * square.value()))
+}
+
+/// What a root at λ that changes at a rate makes of |λ| and of −Re λ/|λ|.
+pub fn rates(root: Complex<f64>, rate: Complex<f64>) -> [f64; 2] {
+    let size = root.norm();
+    let turn = (root.re * rate.im - root.im * rate.re) / size;
+    [
+        (root.conj() * rate).re / size,
+        turn / size * (root.im / size),
+    ]
+}
+
+/// Of modes, how their roots change with the matrices; `None` where one is repeated or not told from others.
+pub fn sensitivities<'a, 'm>(
+    scene: &'a Scene,
+    modes: impl Iterator<Item = &'m Mode>,
+) -> Option<Vec<(Complex<f64>, Sensitivity<'a>)>> {
+    let each = modes.map(|mode| {
+        let sensitivity = Sensitivity::of(scene.system(), mode).ok()?;
+        Some((mode.eigenvalue().value, sensitivity))
+    });
+    each.collect()
+}
+
+/// The numbers of a problem beside another; `None` where loads differ too.
+pub fn numbers_beside(here: &Problem<'_>, there: &Problem<'_>) -> Option<Vec<f64>> {
+    (there.drives() == here.drives()).then(|| there.numbers())
+}
+
 /// Refuses what has no linear motion in time.
 pub fn motion(scene: &Scene) -> Result<Problem<'_>, String> {
     if let Some(first) = scene.switch_places().into_iter().next() {
@@ -480,6 +638,14 @@ pub fn motion(scene: &Scene) -> Result<Problem<'_>, String> {
         .problem()
         .ok_or("the scene has no `time`: add \"time\": {\"end\": …, \"step\": …}")?;
     problem.map_err(|error| error.to_string())
+}
+
+/// Whether an output, mass or point has this name.
+fn is_moved(scene: &Scene, name: &str) -> bool {
+    let points = scene.system().points().iter().map(|point| &point.name);
+    let outputs = scene.outputs().iter().map(|output| &output.name);
+    let mut known = outputs.chain(scene.system().names()).chain(points);
+    known.any(|known| known == name)
 }
 
 /// No output, mass or point has this name.
@@ -498,6 +664,14 @@ fn moving<'a>(
     precision: Precision,
     name: &str,
 ) -> Result<(Problem<'a>, Trajectory), String> {
+    let problem = asked_of(scene, precision, name)?;
+    let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
+    let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+    Ok((problem, trajectory))
+}
+
+/// The question that it answers.
+fn asked_of<'a>(scene: &'a Scene, precision: Precision, name: &str) -> Result<Problem<'a>, String> {
     let output = scene.outputs().iter().find(|output| output.name == *name);
     let of = match output {
         Some(output) => output.of.clone(),
@@ -509,10 +683,37 @@ fn moving<'a>(
     let name = name.to_owned();
     let problem = motion(scene)?.to(precision);
     let problem = problem.with_combinations(vec![Combination { name, of }]);
-    let problem = problem.map_err(|error| error.to_string())?;
-    let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
-    let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
-    Ok((problem, trajectory))
+    problem.map_err(|error| error.to_string())
+}
+
+impl Varied {
+    /// The derivatives of the largest magnitude by the numbers: those of the motion at its instant.
+    pub fn slopes_of_peak(
+        &self,
+        scene: &Scene,
+        name: &str,
+        values: &[f64],
+        limits: &[(f64, f64)],
+    ) -> Option<Vec<f64>> {
+        let (problem, trajectory) = moving(scene, self.precision, name).ok()?;
+        let largest = Extrema::of(&problem, &trajectory)?.output(0)?.largest();
+        // At an event the value before it and the one after differ.
+        let mut starts = problem.timeline().pieces().iter().skip(1).map(Piece::start);
+        if starts.any(|start| (start - largest.time).abs() <= 1e-9 * largest.time) {
+            return None;
+        }
+        let rates = self.derivatives(values, Some(limits), &|other| {
+            let there = asked_of(other, self.precision, name).ok()?;
+            numbers_beside(&problem, &there)
+        })?;
+        let each = rates.iter().map(|rates| {
+            let system = problem.tangent_system(rates).ok()?;
+            let tangent = problem.tangent(&system, rates);
+            let motion = ByCertifiedExponential.at(&tangent, &[largest.time]).ok()?;
+            Some(largest.value.signum() * motion.output(0)[0])
+        });
+        each.collect()
+    }
 }
 
 /// The largest magnitude at any time.

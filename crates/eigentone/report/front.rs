@@ -119,17 +119,10 @@ impl<'a> FrontReport<'a> {
         let [x, y] = self.metrics;
         let point = move |k: usize| (designs[k].metrics[0], designs[k].metrics[1]);
         Plot {
-            title: self.title.to_owned(),
+            title: format!("{}: {y} against {x}", self.title),
             x: Axis::linear(x, ""),
             y: Axis::linear(y, ""),
-            lines: vec![
-                Line::new(
-                    "designs of which none is better in both",
-                    designs.len(),
-                    point,
-                )
-                .marked(),
-            ],
+            lines: vec![Line::new("Pareto front", designs.len(), point).marked()],
             ring: None,
         }
     }

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use eigentone_modes::{
-    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Rod, System,
-    SystemBuilder,
+    Beam, BuildError, CoordinateKind, ElementKind, GROUND, GivenElement, MatrixKind, Precision,
+    Rod, System, SystemBuilder,
 };
 use eigentone_response::{
     Combination, HalfSine, Harmonic, Impulse, Load, LoadError, Noise, Polynomial, Quantity, Ramp,
@@ -26,8 +26,12 @@ use super::text::Source;
 use super::words::{did_you_mean, excerpt};
 
 /// Checks all there is to check.
-pub(super) fn scene(layout: layout::Scene, source: &Source<'_>) -> Result<Scene, SceneError> {
-    let system = system(&layout, source)?;
+pub(super) fn scene(
+    layout: layout::Scene,
+    source: &Source<'_>,
+    precision: Precision,
+) -> Result<Scene, SceneError> {
+    let system = system(&layout, source, precision)?;
     let names = Names {
         system: &system,
         source,
@@ -294,7 +298,11 @@ impl Named {
     }
 }
 
-fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneError> {
+fn system(
+    layout: &layout::Scene,
+    source: &Source<'_>,
+    precision: Precision,
+) -> Result<System, SceneError> {
     let mut builder = System::builder();
     if let Some(masses) = &layout.masses {
         if masses.0.is_empty() {
@@ -373,6 +381,9 @@ fn system(layout: &layout::Scene, source: &Source<'_>) -> Result<System, SceneEr
     }
     if let Some(Object(damping)) = &layout.damping {
         builder = damped(builder, damping);
+        if precision == Precision::Double {
+            builder = builder.quick_modal_damping();
+        }
     }
     let mut order = 0;
     if let Some(Object(matrices)) = &layout.matrices {

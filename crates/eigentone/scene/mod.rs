@@ -19,7 +19,7 @@ mod words;
 
 use std::path::Path;
 
-use eigentone_modes::System;
+use eigentone_modes::{Precision, System};
 use eigentone_response::{
     Combination, Load, Noise, Problem, Quantity, RandomVibration, Response, ResponseError, State,
     Sum,
@@ -84,8 +84,16 @@ impl Scene {
     /// # Ok::<(), eigentone::scene::SceneError>(())
     /// ```
     pub fn parse(text: &str, file: &Path) -> Result<Scene, SceneError> {
+        Scene::parse_to(text, file, Precision::default())
+    }
+
+    /// The same for answers of this precision: what is only wanted in doubles need not have modal damping with fifty digits.
+    ///
+    /// # Errors
+    /// As [`parse`](Scene::parse).
+    pub fn parse_to(text: &str, file: &Path, precision: Precision) -> Result<Scene, SceneError> {
         let source = text::Source::new(text, file)?;
-        assemble::scene(source.layout()?, &source)
+        assemble::scene(source.layout()?, &source, precision)
     }
 
     /// The title, if it has one.

@@ -61,7 +61,7 @@ mod system;
 
 pub use assurance::{AssuranceError, modal_assurance, phase_collinearity};
 pub use first_order::{EnclosedFirstOrder, FirstOrder, FirstOrderError};
-pub use linear::{Balanced, balance};
+pub use linear::{Balanced, balance, eigenvalues};
 pub use model::{
     CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MAX_COORDINATES,
     MAX_DENSE_COORDINATES, MatrixKind, Names, NoCoordinate, Node, Point, Term,

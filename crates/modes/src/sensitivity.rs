@@ -1,10 +1,11 @@
-//! How a root and its shape change with each mass, spring, damper and matrix entry. It knows `modes`, `quality` and
+//! How a root and its shape change with each mass, spring, damper and matrix entry. It knows `model`, `modes`, `quality` and
 //! `system`.
 
 use eigentone_digits::ComplexDoubleDouble;
 use num_complex::Complex;
 use thiserror::Error;
 
+use crate::model::MatrixKind;
 use crate::modes::Mode;
 use crate::quality::bordered::{Resolved, conjugate};
 use crate::system::System;
@@ -104,6 +105,33 @@ impl<'a> Sensitivity<'a> {
             place,
             eigenvalue,
         })
+    }
+
+    /// How the root changes, in 1/s, on the way to another system with as many coordinates: the derivative at t = 0 where
+    /// M, C and K go straight there from t = 0 to 1, −y*Q₁(λ)x / (y*Q′(λ)x) with the other's Q₁. It is linear in the matrices of
+    /// the other, so that its derivative by any number that they depend on is that of the root.
+    ///
+    /// # Errors
+    /// [`SensitivityError::ForeignMode`] for another number of coordinates.
+    pub fn toward(&self, other: &System) -> Result<Complex<f64>, SensitivityError> {
+        let (expected, found) = (self.system.len(), other.len());
+        if expected != found {
+            return Err(SensitivityError::ForeignMode { expected, found });
+        }
+        let (mut sum, mut power) = (
+            ComplexDoubleDouble::ZERO,
+            ComplexDoubleDouble::new(1.0, 0.0),
+        );
+        for kind in [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass] {
+            let mut part = ComplexDoubleDouble::ZERO;
+            for term in other.terms(kind) {
+                part =
+                    part + conjugate(self.left[term.row]) * self.root.x[term.column] * term.value;
+            }
+            sum = sum + part * power;
+            power = power * self.root.lambda;
+        }
+        Ok(rounded(-sum / self.slope))
     }
 
     /// λ^power·rᵀx: what the parameter multiplies.
@@ -219,7 +247,7 @@ mod tests {
     use faer::Mat;
 
     use super::*;
-    use crate::model::{GROUND, MatrixKind};
+    use crate::model::GROUND;
     use crate::modes::Repeats;
 
     fn close(a: Complex<f64>, b: Complex<f64>, tolerance: f64) -> bool {
@@ -607,6 +635,39 @@ mod tests {
                 assert_eq!(Sensitivity::of(&system, &mode).is_ok(), expected);
             }
             assert_eq!(count, simple);
+        }
+    }
+
+    #[test]
+    fn the_way_to_another_system_is_that_of_its_parameters() {
+        for system in [damped(), nonsymmetric()] {
+            for mode in &system.modes().unwrap() {
+                let sensitivity = Sensitivity::of(&system, mode).unwrap();
+                let size = mode.eigenvalue().value.norm();
+                let stay = sensitivity.toward(&system).unwrap();
+                assert!(stay.norm() < 1e-25 * size, "{stay}");
+                let mut together = system.clone();
+                let mut sum = Complex::ZERO;
+                for (parameter, by) in [
+                    (Parameter::Mass(0), 0.5),
+                    (Parameter::Spring(1), -2.0),
+                    (Parameter::Damper(0), 0.125),
+                ] {
+                    together = changed(&together, parameter, by);
+                    sum += sensitivity.to(parameter).unwrap().eigenvalue() * by;
+                }
+                let found = sensitivity.toward(&together).unwrap();
+                assert!(close(found, sum, 1e-14 * size), "{found} {sum}");
+            }
+            let mode = one_mass(1.0, 0.1, 1.0).modes().unwrap().as_slice()[0].clone();
+            let one = one_mass(1.0, 0.1, 1.0);
+            let sensitivity = Sensitivity::of(&one, &mode).unwrap();
+            let foreign = sensitivity.toward(&system).unwrap_err();
+            let found = system.len();
+            assert_eq!(
+                foreign,
+                SensitivityError::ForeignMode { expected: 1, found }
+            );
         }
     }
 

@@ -68,9 +68,9 @@ pub use exponential::{
     expm, expm_bounded, expm_condition,
 };
 pub use frequency_response::{
-    Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions, FrequencyMethod,
-    FrequencyResponse, FrequencyValue, HarmonicMotion, LargestGain, Peak, SteadyState,
-    SteadyStateError, peak_grid, receptance,
+    Adjoint, Asymptote, Features, FrequencyError, FrequencyFunction, FrequencyFunctions,
+    FrequencyMethod, FrequencyResponse, FrequencyValue, HarmonicMotion, LargestGain, Peak,
+    SteadyState, SteadyStateError, Transfer, peak_grid, receptance,
 };
 pub use march::{ByExponential, BySuperposition};
 pub use plan::{ModalTruncation, Response, ResponsePlan, methods};
@@ -87,7 +87,7 @@ pub use response_spectrum::{
     BaseAcceleration, Baseline, ResponseSpectrum, SpectralPeak, SpectrumError,
 };
 pub use state_space::{
-    BoundedMatrix, Noise, RandomVibration, Rms, SpectralDensity, StateMatrices, StateSpace,
-    StateSpaceBuilder, StateSpaceError, StationaryMotion, Statistics,
+    BoundedMatrix, MeanSquare, Noise, RandomVibration, Rms, SpectralDensity, StateMatrices,
+    StateSpace, StateSpaceBuilder, StateSpaceError, StationaryMotion, Statistics, Weighting,
 };
 pub use sweep::{Answer, Sweep, SweepError};

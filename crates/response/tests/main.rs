@@ -5,6 +5,7 @@
 mod between;
 mod closed_form;
 mod decay_to_rest;
+mod designs;
 #[path = "elements/main.rs"]
 mod elements;
 mod energy;

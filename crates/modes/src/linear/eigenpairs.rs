@@ -7,12 +7,37 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
-use crate::linear::Balanced;
+use crate::linear::balance::{Balanced, balance};
 use crate::linear::small::{self, Eigenpairs};
 use crate::linear::vector::settle;
 
 /// Up to so many states the routines for small matrices are the quicker ones.
 const SMALL: usize = 48;
+
+/// All eigenvalues of a real matrix in doubles, in no order, those of a conjugate pair beside each other; `None` where an entry
+/// is not finite, or the iteration does not converge.
+///
+/// ```
+/// let turn = faer::mat![[0.0, 2.0], [-2.0, 0.0]];
+/// let roots = eigentone_modes::eigenvalues(turn.as_ref()).expect("it is finite");
+/// assert!(roots.iter().all(|root| (root.im.abs() - 2.0).abs() < 1e-15 && root.re.abs() < 1e-15));
+/// ```
+pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex<f64>>> {
+    let n = matrix.nrows();
+    let columns = || matrix.col_iter().flat_map(|column| column.iter().copied());
+    if !columns().all(f64::is_finite) {
+        return None;
+    }
+    if n <= SMALL {
+        let mut roots = vec![Complex::ZERO; n];
+        let found = small::eigenvalues(&mut columns().collect::<Vec<f64>>(), n, &mut roots);
+        return found.map(|()| roots);
+    }
+    let balanced = balance(matrix).matrix;
+    let roots = balanced.eigenvalues().ok();
+    settle();
+    roots
+}
 
 /// The eigenvalues, one of each conjugate pair, with their vectors; `None` where the iteration does not converge.
 pub(crate) fn eigenpairs(balanced: &Balanced, with_left: bool) -> Option<Eigenpairs> {

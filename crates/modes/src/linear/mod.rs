@@ -10,3 +10,4 @@ pub(crate) mod vector;
 pub(crate) mod wide;
 
 pub use balance::{Balanced, balance};
+pub use eigenpairs::eigenvalues;

@@ -7,23 +7,24 @@ use eigentone_digits::{Real, Wide};
 /// 384 bits.
 pub(crate) type Number = Wide<6>;
 
-/// What is smaller than this beside what it came from is rounding, or cannot be told from it: 2^-200 leaves 184 bits.
-fn least(size: Number) -> Number {
-    size.abs().scale(-200)
+/// What is smaller than this beside what it came from is rounding, or cannot be told from it: 2^-200 leaves 184 of 384 bits, 2^-80
+/// about 20 of a double-double.
+fn least<T: Real>(size: T) -> T {
+    size.abs().scale(i64::from(T::UNIT_LOG2.max(-222)) + 22)
 }
 
 /// A full matrix by rows.
-pub(crate) type Rows = Vec<Vec<Number>>;
+pub(crate) type Rows<T> = Vec<Vec<T>>;
 
 /// X of A X = B, all given by rows, by elimination with row interchanges; `None` where a pivot is lost beside its row.
-pub(crate) fn solve(mut a: Rows, mut b: Rows) -> Option<Rows> {
+pub(crate) fn solve<T: Real>(mut a: Rows<T>, mut b: Rows<T>) -> Option<Rows<T>> {
     let n = a.len();
-    let sizes: Vec<Number> = a.iter().map(|row| largest(row.iter().copied())).collect();
+    let sizes: Vec<T> = a.iter().map(|row| largest(row.iter().copied())).collect();
     let mut rows: Vec<usize> = (0..n).collect();
     for k in 0..n {
         // The pivot that is largest beside its row.
         let share = |i: &usize| match sizes[*i].is_zero() {
-            true => Number::from(0.0),
+            true => T::ZERO,
             false => a[*i][k].abs() / sizes[*i],
         };
         let best = (k..n).max_by(|i, j| {
@@ -41,16 +42,16 @@ pub(crate) fn solve(mut a: Rows, mut b: Rows) -> Option<Rows> {
                 continue;
             }
             let factor = -(a[i][k] / row[k]);
-            Number::add_multiple(&mut a[i][k..], factor, &row[k..]);
-            Number::add_multiple(&mut b[i], factor, &right);
+            T::add_multiple(&mut a[i][k..], factor, &row[k..]);
+            T::add_multiple(&mut b[i], factor, &right);
         }
     }
-    let mut x: Rows = vec![Vec::new(); n];
+    let mut x: Rows<T> = vec![Vec::new(); n];
     for k in (0..n).rev() {
         let i = rows[k];
         let mut row = b[i].clone();
         for j in k + 1..n {
-            Number::add_multiple(&mut row, -a[i][j], &x[j]);
+            T::add_multiple(&mut row, -a[i][j], &x[j]);
         }
         x[k] = row.into_iter().map(|entry| entry / a[i][k]).collect();
     }
@@ -58,8 +59,8 @@ pub(crate) fn solve(mut a: Rows, mut b: Rows) -> Option<Rows> {
 }
 
 /// The modes of K x = ω²M x by rising ω²: ω², and as rows the forces M x for shapes with xᵀMx = 1. `None` where M is not
-/// positive definite. What is below 2^-200 of the largest ω² is 0.
-pub(crate) fn modes(mass: &Rows, stiffness: &Rows) -> Option<(Vec<Number>, Rows)> {
+/// positive definite. What is below [`least`] of the largest ω² is 0.
+pub(crate) fn modes<T: Real>(mass: &Rows<T>, stiffness: &Rows<T>) -> Option<(Vec<T>, Rows<T>)> {
     let n = mass.len();
     // M = L Lᵀ, and A = L⁻¹ K L⁻ᵀ.
     let factor = cholesky(mass)?;
@@ -71,11 +72,11 @@ pub(crate) fn modes(mass: &Rows, stiffness: &Rows) -> Option<(Vec<Number>, Rows)
     transpose(&mut forces);
     rotate(&mut a, &mut forces);
     let size = largest((0..n).map(|i| a[i][i]));
-    let mut found: Vec<(Number, Vec<Number>)> = forces
+    let mut found: Vec<(T, Vec<T>)> = forces
         .into_iter()
         .enumerate()
         .map(|(i, forces)| match a[i][i].abs() <= least(size) {
-            true => (Number::from(0.0), forces),
+            true => (T::ZERO, forces),
             false => (a[i][i], forces),
         })
         .collect();
@@ -83,8 +84,8 @@ pub(crate) fn modes(mass: &Rows, stiffness: &Rows) -> Option<(Vec<Number>, Rows)
     Some(found.into_iter().unzip())
 }
 
-fn largest(values: impl Iterator<Item = Number>) -> Number {
-    values.fold(Number::from(0.0), |largest, value| {
+fn largest<T: Real>(values: impl Iterator<Item = T>) -> T {
+    values.fold(T::ZERO, |largest, value| {
         if value.abs() > largest {
             value.abs()
         } else {
@@ -93,7 +94,7 @@ fn largest(values: impl Iterator<Item = Number>) -> Number {
     })
 }
 
-fn transpose(rows: &mut Rows) {
+fn transpose<T: Real>(rows: &mut Rows<T>) {
     for i in 0..rows.len() {
         let (above, below) = rows.split_at_mut(i);
         for (j, row) in above.iter_mut().enumerate() {
@@ -103,9 +104,9 @@ fn transpose(rows: &mut Rows) {
 }
 
 /// L with L Lᵀ the matrix, by rows with zeros above the diagonal.
-fn cholesky(matrix: &Rows) -> Option<Rows> {
+fn cholesky<T: Real>(matrix: &Rows<T>) -> Option<Rows<T>> {
     let n = matrix.len();
-    let mut factor: Rows = vec![vec![Number::from(0.0); n]; n];
+    let mut factor: Rows<T> = vec![vec![T::ZERO; n]; n];
     for i in 0..n {
         for j in 0..=i {
             let mut sum = matrix[i][j];
@@ -125,12 +126,12 @@ fn cholesky(matrix: &Rows) -> Option<Rows> {
 }
 
 /// L⁻¹B.
-fn forward(factor: &Rows, mut b: Rows) -> Rows {
+fn forward<T: Real>(factor: &Rows<T>, mut b: Rows<T>) -> Rows<T> {
     for (i, own) in factor.iter().enumerate() {
         let (above, rest) = b.split_at_mut(i);
         for (entry, row) in own.iter().zip(above.iter()) {
             if !entry.is_zero() {
-                Number::add_multiple(&mut rest[0], -*entry, row);
+                T::add_multiple(&mut rest[0], -*entry, row);
             }
         }
         let pivot = own[i];
@@ -140,11 +141,11 @@ fn forward(factor: &Rows, mut b: Rows) -> Rows {
 }
 
 /// Makes a symmetric matrix diagonal by rotations of rows and columns; those of rows are applied to `others` too.
-fn rotate(a: &mut Rows, others: &mut Rows) {
+fn rotate<T: Real>(a: &mut Rows<T>, others: &mut Rows<T>) {
     /// Each sweep squares what is left, once it is small.
     const SWEEPS: usize = 40;
     let n = a.len();
-    let one = Number::from(1.0);
+    let one = T::ONE;
     for _ in 0..SWEEPS {
         let mut still = true;
         for p in 0..n {
@@ -152,14 +153,14 @@ fn rotate(a: &mut Rows, others: &mut Rows) {
                 let off = a[p][q];
                 let (first, second) = (a[p][p], a[q][q]);
                 let size = largest([first, second].into_iter());
-                // 2^-370 of both is what rounding leaves.
-                if off.abs() <= size.scale(-370) {
+                // 13 bits more than a unit of both are what rounding leaves.
+                if off.abs() <= size.scale(i64::from(T::UNIT_LOG2) + 13) {
                     continue;
                 }
                 still = false;
                 let theta = (second - first) / (off + off);
                 let size = theta.abs() + (theta * theta + one).sqrt();
-                let tangent = match theta < Number::from(0.0) {
+                let tangent = match theta < T::ZERO {
                     true => -(one / size),
                     false => one / size,
                 };
@@ -172,7 +173,7 @@ fn rotate(a: &mut Rows, others: &mut Rows) {
                     row[p] = cosine * x - sine * y;
                     row[q] = sine * x + cosine * y;
                 }
-                (a[p][q], a[q][p]) = (Number::from(0.0), Number::from(0.0));
+                (a[p][q], a[q][p]) = (T::ZERO, T::ZERO);
             }
         }
         if still {
@@ -181,7 +182,7 @@ fn rotate(a: &mut Rows, others: &mut Rows) {
     }
 }
 
-fn turn(rows: &mut Rows, [p, q]: [usize; 2], [cosine, sine]: [Number; 2]) {
+fn turn<T: Real>(rows: &mut Rows<T>, [p, q]: [usize; 2], [cosine, sine]: [T; 2]) {
     let (above, below) = rows.split_at_mut(q);
     for (x, y) in above[p].iter_mut().zip(&mut below[0]) {
         (*x, *y) = (cosine * *x - sine * *y, sine * *x + cosine * *y);
@@ -189,11 +190,11 @@ fn turn(rows: &mut Rows, [p, q]: [usize; 2], [cosine, sine]: [Number; 2]) {
 }
 
 /// A number as three doubles, the largest first: it is their sum but for 2^-159 of itself.
-pub(crate) fn parts(number: Number) -> [f64; 3] {
+pub(crate) fn parts<T: Real>(number: T) -> [f64; 3] {
     let mut rest = number;
     [(); 3].map(|()| {
         let part = rest.to_f64();
-        rest = rest - Number::from(part);
+        rest = rest - T::from(part);
         part
     })
 }
@@ -202,7 +203,7 @@ pub(crate) fn parts(number: Number) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    fn rows<const N: usize>(entries: [[f64; N]; N]) -> Rows {
+    fn rows<const N: usize>(entries: [[f64; N]; N]) -> Rows<Number> {
         let row = |row: &[f64; N]| row.iter().map(|x| Number::from(*x)).collect();
         entries.iter().map(row).collect()
     }
@@ -210,7 +211,7 @@ mod tests {
     /// Equations whose pivots must be sought, and a singular matrix.
     #[test]
     fn equations() {
-        let b: Rows = [1.0, 2.0].map(|x| vec![Number::from(x)]).to_vec();
+        let b: Rows<Number> = [1.0, 2.0].map(|x| vec![Number::from(x)]).to_vec();
         let x = solve(rows([[0.0, 3.0], [1.0, 1e-30]]), b.clone()).expect("regular");
         assert_eq!(parts(x[1][0])[..2], [1.0 / 3.0, 1.850_371_707_708_594e-17]);
         assert!(solve(rows([[1.0, 2.0], [2.0, 4.0]]), b).is_none());

@@ -141,7 +141,17 @@ impl SystemBuilder {
         self.modal = Some(ModalRatios {
             ratios: ratios.into(),
             relative_to: relative_to.map(str::to_owned),
+            in_double_double: false,
         });
+        self
+    }
+
+    /// Has the matrix of [`modal_damping`](Self::modal_damping) with some thirty digits instead, which takes about a tenth of the time: for
+    /// many designs, of which answers in doubles are wanted.
+    pub fn quick_modal_damping(mut self) -> Self {
+        if let Some(modal) = &mut self.modal {
+            modal.in_double_double = true;
+        }
         self
     }
 

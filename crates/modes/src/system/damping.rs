@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use eigentone_digits::Real;
+use eigentone_digits::{DoubleDouble, Real};
 
 use super::BuildError;
 use crate::exact::matrix::ExactMatrix;
@@ -30,6 +30,8 @@ pub(super) struct Rayleigh {
 pub(super) struct ModalRatios {
     pub(super) ratios: Vec<f64>,
     pub(super) relative_to: Option<String>,
+    /// Whether some thirty digits are enough.
+    pub(super) in_double_double: bool,
 }
 
 /// What moves when a support does.
@@ -118,8 +120,15 @@ impl Rayleigh {
 }
 
 impl ModalRatios {
-    /// What it adds to a model: MΦ diag(2ζω) ΦᵀM, each entry as three doubles.
+    /// What it adds to a model: MΦ diag(2ζω) ΦᵀM, each entry as three doubles, or as two where double-doubles do.
     pub(super) fn of(&self, model: &Model) -> Result<MoreDamping, BuildError> {
+        match self.in_double_double {
+            true => self.with_digits::<DoubleDouble>(model),
+            false => self.with_digits::<Number>(model),
+        }
+    }
+
+    fn with_digits<T: Real>(&self, model: &Model) -> Result<MoreDamping, BuildError> {
         let Some(&last) = self.ratios.last() else {
             return Err(BuildError::NoRatios);
         };
@@ -135,14 +144,14 @@ impl ModalRatios {
         }
         let no_modes = |reason| BuildError::NoModes { reason };
         let kinds = [MatrixKind::Mass, MatrixKind::Stiffness];
-        let [mass, stiffness] = kinds.map(|kind| dense(model, kind));
+        let [mass, stiffness] = kinds.map(|kind| dense::<T>(model, kind));
         if !kinds.into_iter().all(|kind| is_symmetric(model, kind)) {
             return Err(no_modes("M or K is not symmetric"));
         }
-        let zero = Number::from(0.0);
+        let zero = T::ZERO;
         let (massless, massive): (Vec<usize>, Vec<usize>) =
             (0..n).partition(|&i| mass[i].iter().all(|entry| *entry == zero));
-        let block = |rows: &Rows, of: &[usize], with: &[usize]| -> Rows {
+        let block = |rows: &Rows<T>, of: &[usize], with: &[usize]| -> Rows<T> {
             let row = |i: &usize| with.iter().map(|j| rows[*i][*j]).collect();
             of.iter().map(row).collect()
         };
@@ -168,7 +177,7 @@ impl ModalRatios {
         let (squares, forces) = found.ok_or(no_modes("M is not positive definite"))?;
         let rigid = rigid_motions(model, &massless, &massive);
         let zeta = |r: usize| self.ratios.get(r).copied().unwrap_or(last);
-        let mut matrix: Rows = vec![vec![zero; massive.len()]; massive.len()];
+        let mut matrix: Rows<T> = vec![vec![zero; massive.len()]; massive.len()];
         for (r, (&square, force)) in squares.iter().zip(&forces).enumerate() {
             if square < zero {
                 return Err(no_modes("K is not positive semidefinite"));
@@ -177,7 +186,7 @@ impl ModalRatios {
                 continue;
             }
             if let (Some(&next), Some(&largest)) = (squares.get(r + 1), squares.last())
-                && next - square <= largest.scale(-200)
+                && next - square <= largest.scale(i64::from(T::UNIT_LOG2.max(-222)) + 22)
                 && zeta(r) != zeta(r + 1)
                 && next != zero
             {
@@ -188,7 +197,7 @@ impl ModalRatios {
                     ratios: [zeta(r), zeta(r + 1)],
                 });
             }
-            let rate = Number::from(2.0 * zeta(r)) * square.sqrt();
+            let rate = T::from(2.0 * zeta(r)) * square.sqrt();
             for (i, x) in force.iter().enumerate() {
                 let factor = rate * *x;
                 for (entry, y) in matrix[i][..=i].iter_mut().zip(force) {
@@ -336,7 +345,7 @@ impl Follow {
                 most: MOST,
             });
         }
-        let mut right: Rows = vec![vec![Number::from(0.0)]; n];
+        let mut right: Rows<Number> = vec![vec![Number::ZERO]; n];
         for term in own() {
             right[term.row][0] = right[term.row][0] - Number::from(term.value);
         }
@@ -437,12 +446,12 @@ fn times(factor: f64, terms: impl Iterator<Item = Term>) -> Result<Vec<Term>, Bu
 }
 
 /// One of the matrices with all its digits.
-fn dense(model: &Model, kind: MatrixKind) -> Rows {
+fn dense<T: Real>(model: &Model, kind: MatrixKind) -> Rows<T> {
     let n = model.len();
-    let mut rows: Rows = vec![vec![Number::from(0.0); n]; n];
+    let mut rows: Rows<T> = vec![vec![T::ZERO; n]; n];
     for term in model.terms(kind) {
         let entry = &mut rows[term.row][term.column];
-        *entry = *entry + Number::from(term.value);
+        *entry = *entry + T::from(term.value);
     }
     rows
 }

@@ -7,15 +7,16 @@ use eigentone_modes::{
 };
 use thiserror::Error;
 
-use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried};
+use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried, losses};
 use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
 use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 use super::hessenberg::Hessenberg;
-use super::in_doubles::{self, InDoubles};
+use super::in_doubles::{self, InDoubles, Ports};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 use super::sparse_factor;
+use super::transfer::Transfer;
 use super::turns::{Centers, turns};
 use crate::problem::{Combination, Quantity, Source, Sum};
 
@@ -406,6 +407,25 @@ impl<'a> FrequencyResponse<'a> {
             })
         });
         Ok(functions.collect())
+    }
+
+    /// The first of the functions in doubles; `None` for more than 400 coordinates.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn transfer(&self) -> Result<Option<Transfer>, FrequencyError> {
+        if self.system.len() > MOST_DENSE {
+            return Ok(None);
+        }
+        self.check_loss_factors()?;
+        let lossy = self.loss_factors.iter().any(|factor| *factor != 0.0);
+        let losses = lossy.then(|| losses(self.system, &self.loss_factors));
+        let first = self.columns()?.into_iter().next();
+        Ok(first.map(|first| {
+            let reading = &first.readings[..1];
+            let ports = Ports::of(self.system.len(), &first.pushes, reading);
+            Transfer::of(self.system, ports, losses)
+        }))
     }
 
     /// The same by sparse factors, with estimates in place of proofs.

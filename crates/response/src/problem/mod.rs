@@ -18,6 +18,7 @@ mod rate;
 mod state;
 mod straight_load;
 mod straight_loads;
+mod tangent;
 mod timeline;
 mod walk;
 

@@ -256,6 +256,43 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// The same signals and instants, where they drive twice as many coordinates of another system: these come first, and what is
+    /// a channel is another.
+    pub(super) fn doubled<'b>(
+        &self,
+        system: &'b System,
+        [initial_displacement, initial_velocity]: [Vec<f64>; 2],
+        channels: Vec<Channel>,
+        sources: Vec<Source>,
+    ) -> Problem<'b> {
+        let n = self.system.len();
+        let drives = self.drives.iter().map(|applied| AppliedLoad {
+            coordinate: match applied.coordinate < n {
+                true => applied.coordinate,
+                false => applied.coordinate + system.len() - n,
+            },
+            load: applied.load.clone(),
+        });
+        Problem {
+            system,
+            initial_displacement,
+            initial_velocity,
+            drives: drives.collect(),
+            given: self.given.clone(),
+            loads: self.loads,
+            channels,
+            combinations: self.combinations.clone(),
+            sources,
+            forces: false,
+            grid: self.grid,
+            timeline: OnceLock::new(),
+            courses: OnceLock::new(),
+            instants: self.instants.clone(),
+            acceleration: false,
+            precision: self.precision,
+        }
+    }
+
     /// The system that moves.
     pub fn system(&self) -> &'a System {
         self.system

@@ -15,4 +15,7 @@ mod realisation;
 pub use bounded::BoundedMatrix;
 pub use error::StateSpaceError;
 pub use model::{StateMatrices, StateSpace, StateSpaceBuilder};
-pub use random::{Noise, RandomVibration, Rms, SpectralDensity, StationaryMotion, Statistics};
+pub use random::{
+    MeanSquare, Noise, RandomVibration, Rms, SpectralDensity, StationaryMotion, Statistics,
+    Weighting,
+};

@@ -2,16 +2,20 @@
 
 mod band;
 mod density;
+mod estimated;
 mod mean_square;
 mod settled;
 mod statistics;
+mod weighting;
 
 use eigentone_modes::{FirstOrder, System};
 
 pub use self::density::SpectralDensity;
+pub use self::estimated::MeanSquare;
 use self::mean_square::MeanSquares;
 use self::settled::settled;
 pub use self::statistics::{Rms, Statistics};
+pub use self::weighting::Weighting;
 use super::asked::Asked;
 use super::error::StateSpaceError;
 use super::ladder::{affordable, climb};

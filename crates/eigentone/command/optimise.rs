@@ -414,7 +414,7 @@ impl Varied {
         aims: &[Aim<'_>],
         values: &[f64],
         limits: &[(f64, f64)],
-    ) -> Option<Vec<Vec<(Piece, Vec<f64>)>>> {
+    ) -> Option<Vec<Sloped>> {
         let (scene, modes) = self.solve(values).ok()?;
         let each = aims.iter().map(|aim| {
             let pieces = self.pieces_of(aim, &scene, &modes).ok()??;
@@ -435,6 +435,9 @@ impl Varied {
         each.collect()
     }
 }
+
+/// Pieces with their derivatives by the numbers.
+type Sloped = Vec<(Piece, Vec<f64>)>;
 
 /// The logarithm of the least frequency.
 const LOWEST: f64 = -1e4;

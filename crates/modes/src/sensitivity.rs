@@ -125,10 +125,9 @@ impl<'a> Sensitivity<'a> {
         for kind in [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass] {
             let mut part = ComplexDoubleDouble::ZERO;
             for term in other.terms(kind) {
-                part =
-                    part + conjugate(self.left[term.row]) * self.root.x[term.column] * term.value;
+                part += conjugate(self.left[term.row]) * self.root.x[term.column] * term.value;
             }
-            sum = sum + part * power;
+            sum += part * power;
             power = power * self.root.lambda;
         }
         Ok(rounded(-sum / self.slope))

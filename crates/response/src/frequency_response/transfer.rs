@@ -34,9 +34,12 @@ pub struct Transfer {
     /// What the losses of springs add to K, times i.
     losses: Option<Vec<f64>>,
     pub(super) acts: Vec<(i32, Vec<Complex<f64>>)>,
-    pub(super) reads: Vec<(i32, Vec<(usize, Complex<f64>)>)>,
+    pub(super) reads: Vec<(i32, Reading)>,
     pub(super) direct: Vec<(i32, Complex<f64>)>,
 }
+
+/// The coordinates that are read, and their factors.
+type Reading = Vec<(usize, Complex<f64>)>;
 
 /// A value H(iΩ) of a [`Transfer`] with the motion x and its adjoint y, Zx = b and Zᵀy = c for H = cᵀZ⁻¹b + d.
 #[derive(Clone, Debug)]
@@ -312,14 +315,16 @@ impl Factor {
         for i in 0..n {
             right[i] /= self.entries[i * n + i];
             let known = right[i];
-            for j in i + 1..n {
-                right[j] -= self.entries[i * n + j] * known;
+            let row = &self.entries[i * n + i + 1..(i + 1) * n];
+            for (entry, right) in row.iter().zip(&mut right[i + 1..]) {
+                *right -= entry * known;
             }
         }
         for i in (0..n).rev() {
             let known = right[i];
-            for j in 0..i {
-                right[j] -= self.entries[i * n + j] * known;
+            let row = &self.entries[i * n..i * n + i];
+            for (entry, right) in row.iter().zip(&mut right[..i]) {
+                *right -= entry * known;
             }
         }
         let mut y = vec![Complex::ZERO; n];

@@ -21,7 +21,7 @@ pub struct FrontPoint {
 const APART: f64 = 1e6;
 
 /// Finds `count` designs between the least of the first aim and that of the second, in this order, without those that others
-/// surpass. `aims` gives the functions of which each aim is the largest, as for [`minimise`]. Where one design is best for both,
+/// surpass. `aims` gives the functions of which each aim is the largest, as for [`minimise`](crate::minimise). Where one design is best for both,
 /// it is the only one.
 ///
 /// ```

@@ -9,9 +9,10 @@ use std::path::Path;
 use eigentone::modes::Precision;
 use eigentone::report::{FrequencyReport, motion_columns};
 use eigentone::response::{
-    Adjoint, Combination, FrequencyFunctions, Problem, Quantity, ResponsePlan, Transfer,
+    Adjoint, Combination, FrequencyFunctions, Problem, Quantity, ResponsePlan, Trajectory, Transfer,
 };
 use eigentone::scene::{RecordError, Scene, Table, did_you_mean};
+use num_complex::Complex;
 
 use super::frf::asked;
 use super::study::{Varied, is_end, is_to, motion, numbers_beside, rates, sensitivities};
@@ -253,17 +254,8 @@ impl Measured {
                 Some(along.collect::<Vec<_>>())
             });
             let told = told.collect::<Option<Vec<_>>>()?;
-            let each = self.each(|of, k| {
-                let Of::Function {
-                    asked,
-                    function,
-                    is_imaginary,
-                } = of
-                else {
-                    return Ok(None);
-                };
-                let value = told[used.binary_search(&(asked, function)).unwrap_or_default()][k];
-                Ok(Some(if is_imaginary { value.im } else { value.re }))
+            let each = self.each_value(|asked, function, k| {
+                Some(told[used.binary_search(&(asked, function)).ok()?][k])
             });
             each.ok()?
         })
@@ -286,14 +278,7 @@ impl Measured {
             let system = here.tangent_system(rates).ok()?;
             let problem = here.tangent(&system, rates);
             let trajectory = ResponsePlan::of(&problem).ok()?.run(&problem).ok()?;
-            let each = self.each(|of, k| {
-                let Of::Output(output) = of else {
-                    return Ok(None);
-                };
-                let value = trajectory.output(output)[k];
-                Ok((!trajectory.is_doubtful(k)).then_some(value))
-            });
-            each.ok()?
+            self.each_instant(&trajectory).ok()?
         });
         each.collect()
     }
@@ -348,6 +333,17 @@ impl Measured {
             .iter()
             .map(|one| one.at(scene, precision, at))
             .collect::<Result<_, _>>()?;
+        self.each_value(|asked, function, k| {
+            let value = all[asked].functions()[function].values()[k].known();
+            value.map(|(value, _)| value)
+        })
+    }
+
+    /// Real or imaginary parts, as they were measured, of what functions have at frequencies.
+    fn each_value(
+        &self,
+        value: impl Fn(usize, usize, usize) -> Option<Complex<f64>>,
+    ) -> Result<Option<Vec<f64>>, String> {
         self.each(|of, k| {
             let Of::Function {
                 asked,
@@ -357,8 +353,8 @@ impl Measured {
             else {
                 return Ok(None);
             };
-            let value = all[asked].functions()[function].values()[k].known();
-            Ok(value.map(|(value, _)| if is_imaginary { value.im } else { value.re }))
+            let value = value(asked, function, k);
+            Ok(value.map(|value| if is_imaginary { value.im } else { value.re }))
         })
     }
 
@@ -372,6 +368,10 @@ impl Measured {
         let problem = question(scene, precision, instants, outputs)?;
         let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
         let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
+        self.each_instant(&trajectory)
+    }
+
+    fn each_instant(&self, trajectory: &Trajectory) -> Result<Option<Vec<f64>>, String> {
         self.each(|of, k| {
             let Of::Output(output) = of else {
                 return Ok(None);

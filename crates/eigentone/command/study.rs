@@ -462,10 +462,17 @@ pub fn peaks_of_gain(
     to: &String,
     band: Option<(f64, f64)>,
 ) -> Result<Option<Vec<(f64, f64)>>, String> {
-    match peaks_in_doubles(scene, from, to, band)? {
-        Some(peaks) => Ok(Some(peaks)),
-        None => peaks_by_brackets(scene, modes, from, to, band),
+    let known = peaks_in_doubles(scene, from, to, band)?;
+    if known.is_some() || grows(modes) {
+        return Ok(known);
     }
+    // By values that keep their digits where matrices in doubles do not.
+    let roots = modes.eigenvalues().iter().map(|root| root.value);
+    let roots: Vec<_> = roots.filter(|root| root.norm() > 0.0).collect();
+    let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
+    let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
+    let peaks = asked.peaks_about(&roots, low, high);
+    peaks.map_err(|error| error.to_string())
 }
 
 /// The same of matrices in doubles, where these have digits enough.
@@ -478,105 +485,6 @@ pub fn peaks_in_doubles(
     let transfer = transfer(scene, from, to)?;
     let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
     Ok(transfer.and_then(|transfer| transfer.peaks(scene.system(), low, high)))
-}
-
-/// The same by values that keep their digits where matrices in doubles do not, and by brackets alone; `None` where one is infinite, or
-/// something grows.
-fn peaks_by_brackets(
-    scene: &Scene,
-    modes: &Modes,
-    from: &String,
-    to: &String,
-    band: Option<(f64, f64)>,
-) -> Result<Option<Vec<(f64, f64)>>, String> {
-    /// Points of the even grid.
-    const EVEN: usize = 60;
-    /// Each narrows the brackets about ten times near a peak, and until then it comes nearer.
-    const ROUNDS: usize = 20;
-    /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
-    const FLAT: f64 = 1e-13;
-    if grows(modes) {
-        return Ok(None);
-    }
-    let asked = asked(scene, from_ref(from), from_ref(to)).precision(Precision::Double);
-    let look = |frequencies: &[f64]| -> Result<Option<Vec<f64>>, String> {
-        let functions = asked.at(frequencies).map_err(|error| error.to_string())?;
-        let values = functions.functions().first().map(|f| f.values());
-        let values = values.unwrap_or_default().iter();
-        let sizes = values.map(|value| value.known().map(|(value, _)| value.norm()));
-        Ok(sizes.collect())
-    };
-    let roots = modes.eigenvalues().iter().map(|root| root.value);
-    let roots: Vec<_> = roots.filter(|root| root.norm() > 0.0).collect();
-    let sizes = || roots.iter().map(|root| root.norm());
-    let low = sizes().fold(f64::INFINITY, f64::min) / 10.0;
-    let high = sizes().fold(0.0, f64::max) * 10.0;
-    let span = (high / low).ln();
-    let even = (0..EVEN).map(|k| low * (span * k as f64 / (EVEN - 1) as f64).exp());
-    let mut grid: Vec<f64> = even.filter(|at| at.is_finite()).collect();
-    for root in &roots {
-        const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
-        grid.extend(OFFSETS.map(|offset| root.im.abs() + offset * root.re.abs()));
-    }
-    let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
-    grid.extend([low, high]);
-    grid.retain(|at| at.is_finite() && (low..=high).contains(at));
-    grid.sort_by(f64::total_cmp);
-    grid.dedup();
-    let Some(values) = look(&grid)? else {
-        return Ok(None);
-    };
-    let last = grid.len() - 1;
-    let is_peak = |k: &usize| {
-        let left = *k == 0 || values[*k] > values[k - 1];
-        left && (*k == last || values[*k] >= values[k + 1])
-    };
-    let (inner, ends): (Vec<usize>, Vec<usize>) = (0..=last)
-        .filter(is_peak)
-        .partition(|k| 0 < *k && *k < last);
-    let mut brackets: Vec<[(f64, f64); 3]> = inner
-        .iter()
-        .map(|k| [k - 1, *k, k + 1].map(|k| (grid[k], values[k])))
-        .collect();
-    for _ in 0..ROUNDS {
-        let is_flat = |[a, b, c]: &[(f64, f64); 3]| a.1.min(c.1) >= b.1 * (1.0 - FLAT);
-        if brackets.iter().all(is_flat) {
-            break;
-        }
-        let tried: Vec<[f64; 3]> = brackets.iter().map(vertex).collect();
-        let Some(values) = look(&tried.concat())? else {
-            return Ok(None);
-        };
-        for ((bracket, tried), values) in brackets.iter_mut().zip(tried).zip(values.chunks(3)) {
-            let mut all = bracket.to_vec();
-            all.extend(tried.into_iter().zip(values.iter().copied()));
-            all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1));
-            if let Some(best) = best {
-                *bracket = [all[best - 1], all[best], all[best + 1]];
-            }
-        }
-    }
-    let ends = ends.iter().map(|k| (grid[*k], values[*k]));
-    let peaks = brackets.iter().map(|bracket| bracket[1]).chain(ends);
-    Ok(Some(peaks.filter(|(_, value)| value.is_finite()).collect()))
-}
-
-/// Where the parabola through 1/|H|², which is nearly one about a resonance, is least, and points beside it.
-fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
-    let [a, b, c] = bracket.map(|(at, value)| (at, (bracket[1].1 / value).powi(2)));
-    let (left, right) = (b.0 - a.0, c.0 - b.0);
-    let (down, up) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
-    let bend = (up - down) / (left + right);
-    // Slope at b, and how far from there to the vertex.
-    let slope = (down * right + up * left) / (left + right);
-    let vertex = b.0 - slope / (2.0 * bend);
-    let near = 0.05 * left.min(right).max((left + right) / 20.0);
-    let vertex = match a.0 < vertex && vertex < c.0 {
-        true => vertex,
-        false => b.0,
-    };
-    [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
 }
 
 /// One frequency response function in doubles.

@@ -101,7 +101,7 @@ impl Features {
     ///
     /// It is not where poles on the axis coincide, or are not seen by the function, where two rigid motions or more are
     /// free, or the mass matrix stays singular without its empty rows and columns, and where the proof takes too long, as it
-    /// may of undamped full matrices from 40 coordinates on, and of others from some hundreds on.
+    /// may of undamped full matrices from 40 coordinates on, and of others from about a hundred on.
     pub fn is_complete(&self) -> bool {
         self.complete
     }

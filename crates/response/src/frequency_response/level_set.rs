@@ -10,6 +10,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
+use super::brackets::{Bracket, brackets, grid, narrow};
 use super::state_form::{Acts, StateForm};
 use super::transfer::Transfer;
 
@@ -41,7 +42,7 @@ impl Transfer {
     pub fn peaks(&self, system: &System, low: f64, high: f64) -> Option<Vec<(f64, f64)>> {
         const MOST: usize = 100;
         let search = Search::of(self, system)?;
-        let grid = search.grid(low, high);
+        let grid = grid(&search.poles, low, high);
         let mut peaks = search.peaks_on(&grid)?;
         let last = *grid.last()?;
         for at in [grid[0], last] {
@@ -153,55 +154,20 @@ impl<'a> Search<'a> {
         sum.norm()
     }
 
-    /// Frequencies between which no peak hides but by chance.
-    fn grid(&self, low: f64, high: f64) -> Vec<f64> {
-        /// Points of the even grid.
-        const EVEN: usize = 60;
-        const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
-        let sizes = || self.poles.iter().map(|pole| pole.norm());
-        let first = sizes().fold(f64::INFINITY, f64::min) / 10.0;
-        let last = sizes().fold(0.0, f64::max) * 10.0;
-        let span = (last / first).ln();
-        let even = (0..EVEN).map(|k| first * (span * k as f64 / (EVEN - 1) as f64).exp());
-        let mut grid: Vec<f64> = even.collect();
-        for pole in &self.poles {
-            grid.extend(OFFSETS.map(|offset| pole.im.abs() + offset * pole.re.abs()));
-        }
-        grid.extend([low, high]);
-        grid.retain(|at| at.is_finite() && (low..=high).contains(at));
-        grid.sort_by(f64::total_cmp);
-        grid.dedup();
-        grid
-    }
-
     /// The peaks between the points of a grid.
     fn peaks_on(&self, grid: &[f64]) -> Option<Vec<(f64, f64)>> {
-        let values: Vec<f64> = grid.iter().map(|at| self.size(*at)).collect();
-        let is_peak = |k: &usize| values[*k] > values[k - 1] && values[*k] >= values[k + 1];
-        let inner = (1..grid.len().saturating_sub(1)).filter(is_peak);
-        let each = inner.map(|k| {
-            let bracket = [k - 1, k, k + 1].map(|k| (grid[k], values[k]));
-            self.peak_in(bracket)
-        });
-        each.collect()
-    }
-
-    fn peak_in(&self, mut bracket: [(f64, f64); 3]) -> Option<(f64, f64)> {
-        /// Each narrows the bracket about ten times near a peak, and until then it comes nearer.
-        const ROUNDS: usize = 20;
         /// Values beside a peak that are as near to it are near enough for Newton's method.
         const FLAT: f64 = 1e-6;
-        for _ in 0..ROUNDS {
-            let [a, b, c] = bracket;
-            if a.1.min(c.1) >= b.1 * (1.0 - FLAT) {
-                break;
-            }
-            let mut all = bracket.to_vec();
-            all.extend(vertex(&bracket).map(|at| (at, self.size(at))));
-            all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1))?;
-            bracket = [all[best - 1], all[best], all[best + 1]];
-        }
+        let sizes = |at: &[f64]| at.iter().map(|at| self.size(*at)).collect::<Vec<f64>>();
+        let mut found = brackets(grid, &sizes(grid));
+        narrow(&mut found, FLAT, |at| Ok::<_, ()>(sizes(at))).ok()?;
+        found
+            .into_iter()
+            .map(|bracket| self.peak_in(bracket))
+            .collect()
+    }
+
+    fn peak_in(&self, bracket: Bracket) -> Option<(f64, f64)> {
         let [low, mut at, high] = bracket.map(|(at, _)| at);
         let width = high - low;
         for _ in 0..8 {
@@ -274,21 +240,4 @@ impl PoleSum {
 /// Whether all of it is clearly to the left of the axis: near it, only a proof tells whether a gain is finite.
 fn decays(poles: &[Complex<f64>]) -> bool {
     poles.iter().all(|pole| pole.re <= -1e-9 * pole.norm())
-}
-
-/// Where the parabola through 1/|H|², which is nearly one about a resonance, is least, and points beside it.
-fn vertex(bracket: &[(f64, f64); 3]) -> [f64; 3] {
-    let [a, b, c] = bracket.map(|(at, value)| (at, (bracket[1].1 / value).powi(2)));
-    let (left, right) = (b.0 - a.0, c.0 - b.0);
-    let (down, up) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
-    let bend = (up - down) / (left + right);
-    // Slope at b, and how far from there to the vertex.
-    let slope = (down * right + up * left) / (left + right);
-    let vertex = b.0 - slope / (2.0 * bend);
-    let near = 0.05 * left.min(right).max((left + right) / 20.0);
-    let vertex = match a.0 < vertex && vertex < c.0 {
-        true => vertex,
-        false => b.0,
-    };
-    [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
 }

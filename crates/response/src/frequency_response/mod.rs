@@ -1,6 +1,7 @@
 //! Steady motions under harmonic forces, and frequency response functions with their peaks. It knows `problem` and
 //! `march`.
 
+mod brackets;
 mod dynamic_stiffness;
 mod elimination;
 mod enclosure;

@@ -1,0 +1,125 @@
+//! Peaks between and beside poles: points about each pole, brackets about what is largest, and parabolas that narrow them.
+
+use num_complex::Complex;
+
+use super::question::{FrequencyError, FrequencyResponse};
+
+/// Three points of which the middle one is the largest.
+pub(super) type Bracket = [(f64, f64); 3];
+
+/// Frequencies between which no peak hides but by chance: evenly spread ones, some about each pole, and both ends.
+pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
+    const EVEN: usize = 60;
+    const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
+    let sizes = || poles.iter().map(|pole| pole.norm());
+    let first = sizes().fold(f64::INFINITY, f64::min) / 10.0;
+    let last = sizes().fold(0.0, f64::max) * 10.0;
+    let span = (last / first).ln();
+    let even = (0..EVEN).map(|k| first * (span * k as f64 / (EVEN - 1) as f64).exp());
+    let mut grid: Vec<f64> = even.collect();
+    for pole in poles {
+        grid.extend(OFFSETS.map(|offset| pole.im.abs() + offset * pole.re.abs()));
+    }
+    grid.extend([low, high]);
+    grid.retain(|at| at.is_finite() && (low..=high).contains(at));
+    grid.sort_by(f64::total_cmp);
+    grid.dedup();
+    grid
+}
+
+/// Brackets about the points of a grid that are larger than those beside them.
+pub(super) fn brackets(grid: &[f64], values: &[f64]) -> Vec<Bracket> {
+    let is_peak = |k: &usize| values[*k] > values[k - 1] && values[*k] >= values[k + 1];
+    let inner = (1..grid.len().saturating_sub(1)).filter(is_peak);
+    inner
+        .map(|k| [k - 1, k, k + 1].map(|k| (grid[k], values[k])))
+        .collect()
+}
+
+/// Narrows each bracket until its ends are as large as its middle but for a part of it, or as far as rounding lets it.
+pub(super) fn narrow<E>(
+    brackets: &mut [Bracket],
+    part: f64,
+    mut look: impl FnMut(&[f64]) -> Result<Vec<f64>, E>,
+) -> Result<(), E> {
+    /// Each narrows a bracket about ten times near a peak, and until then it comes nearer.
+    const ROUNDS: usize = 20;
+    let is_open = |[a, b, c]: &Bracket| a.1.min(c.1) < b.1 * (1.0 - part);
+    for _ in 0..ROUNDS {
+        let open = || brackets.iter().filter(|bracket| is_open(bracket));
+        let tried: Vec<f64> = open().flat_map(vertex).collect();
+        if tried.is_empty() {
+            break;
+        }
+        let values = look(&tried)?;
+        let mut tried = tried.into_iter().zip(values);
+        for bracket in brackets.iter_mut().filter(|bracket| is_open(bracket)) {
+            let mut all = bracket.to_vec();
+            all.extend(tried.by_ref().take(3));
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1));
+            if let Some(best) = best {
+                *bracket = [all[best - 1], all[best], all[best + 1]];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where the parabola through 1/|H|², which is nearly one about a resonance, is least, and points beside it.
+fn vertex(bracket: &Bracket) -> [f64; 3] {
+    let [a, b, c] = bracket.map(|(at, value)| (at, (bracket[1].1 / value).powi(2)));
+    let (left, right) = (b.0 - a.0, c.0 - b.0);
+    let (down, up) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+    let bend = (up - down) / (left + right);
+    // Slope at b, and how far from there to the vertex.
+    let slope = (down * right + up * left) / (left + right);
+    let vertex = b.0 - slope / (2.0 * bend);
+    let near = 0.05 * left.min(right).max((left + right) / 20.0);
+    let vertex = match a.0 < vertex && vertex < c.0 {
+        true => vertex,
+        false => b.0,
+    };
+    [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
+}
+
+impl FrequencyResponse<'_> {
+    /// Frequency in rad/s and magnitude of each peak of the first function between two frequencies, the higher of which may be
+    /// infinite, with both ends and the highest frequency looked at, by its [values](Self::at) about the roots given, those of the
+    /// system; `None` where a value is not known. Where two peaks are close, one may be missed:
+    /// [`Transfer::peaks`](super::Transfer::peaks) tells that none is higher, [`features`](Self::features) prove all.
+    ///
+    /// # Errors
+    /// As [`at`](Self::at).
+    pub fn peaks_about(
+        &self,
+        roots: &[Complex<f64>],
+        low: f64,
+        high: f64,
+    ) -> Result<Option<Vec<(f64, f64)>>, FrequencyError> {
+        /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
+        const FLAT: f64 = 1e-13;
+        let look = |frequencies: &[f64]| -> Result<Vec<f64>, Option<FrequencyError>> {
+            let functions = self.at(frequencies).map_err(Some)?;
+            let values = functions.functions().first().map(|f| f.values());
+            let values = values.unwrap_or_default().iter();
+            let sizes = values.map(|value| value.known().map(|(value, _)| value.norm()));
+            sizes.collect::<Option<_>>().ok_or(None)
+        };
+        let sought = || {
+            let grid = grid(roots, low, high);
+            let values = look(&grid)?;
+            let mut found = brackets(&grid, &values);
+            narrow(&mut found, FLAT, look)?;
+            let points = || grid.iter().copied().zip(values.iter().copied());
+            let ends = points().next().into_iter().chain(points().next_back());
+            let peaks = found.iter().map(|bracket| bracket[1]).chain(ends);
+            Ok(peaks.filter(|(_, value)| value.is_finite()).collect())
+        };
+        match sought() {
+            Ok(peaks) => Ok(Some(peaks)),
+            Err(None) => Ok(None),
+            Err(Some(error)) => Err(error),
+        }
+    }
+}

@@ -468,13 +468,23 @@ fn peaks_of_many_masses_are_proven_too() {
     }
 }
 
-/// K and C with the shapes of one reflection, and a damper that joins all modes: |H|² in closed form, of which every turn is
-/// found on a fine grid.
+/// K and C with the shapes of one reflection, and a damper that joins all modes, or none: |H|² in closed form, of which every
+/// turn is found on a fine grid, and every pole.
 #[test]
-fn full_damped_matrices_have_all_their_peaks() {
-    for (n, outputs) in [(24, &[0, 5, 23][..]), (48, &[7])] {
+fn full_matrices_have_all_their_peaks() {
+    let asked = [
+        (24, &[0, 5, 23][..], true),
+        (48, &[7], true),
+        (7, &[0, 3], false),
+        (24, &[0, 5], false),
+        (48, &[7], false),
+    ];
+    for (n, outputs, is_damped) in asked {
         let omega = |k: usize| 1.0 + 0.31 * k as f64 + 0.1 * (k as f64 * 1.7).sin();
-        let zeta = |k: usize| 0.004 + 0.006 * (k % 5) as f64;
+        let zeta = |k: usize| match is_damped {
+            true => 0.004 + 0.006 * (k % 5) as f64,
+            false => 0.0,
+        };
         let v: Vec<f64> = (0..n).map(|i| 1.0 + (0.9 * i as f64).sin()).collect();
         let square: f64 = v.iter().map(|v| v * v).sum();
         let q = |i: usize, k: usize| f64::from(i == k) - 2.0 * v[i] * v[k] / square;
@@ -484,7 +494,7 @@ fn full_damped_matrices_have_all_their_peaks() {
                 (0..n).map(|k| q(i, k) * value(k) * q(j, k)).sum()
             })
         };
-        let dashpot = 0.7;
+        let dashpot = if is_damped { 0.7 } else { 0.0 };
         let mut damping = modal(&|k| 2.0 * zeta(k) * omega(k));
         damping[(2, 2)] += dashpot;
         let stiffness = modal(&|k| omega(k) * omega(k));
@@ -506,6 +516,17 @@ fn full_damped_matrices_have_all_their_peaks() {
         };
         for &to in outputs {
             let found = features(&system, "x1", &format!("x{}", to + 1));
+            let poles = found.peaks().iter().filter(|peak| peak.gain().is_none());
+            let poles: Vec<(f64, f64)> = poles.map(|peak| peak.frequency()).collect();
+            assert_eq!(poles.len(), if is_damped { 0 } else { n });
+            for (k, (pole, off)) in poles.into_iter().enumerate() {
+                assert!(
+                    (pole - omega(k)).abs() < 1e-13 * pole,
+                    "{pole} {}",
+                    omega(k)
+                );
+                assert!(off <= f64::EPSILON * pole, "{off:e}");
+            }
             let mut turns: Vec<(f64, bool)> = Vec::new();
             let peaks = found.peaks().iter().map(|peak| (peak.frequency().0, true));
             turns.extend(peaks);
@@ -513,10 +534,21 @@ fn full_damped_matrices_have_all_their_peaks() {
             turns.sort_by(|a, b| a.0.total_cmp(&b.0));
             let count = 30_000;
             let (low, high) = (0.02f64, 20.0 * omega(n - 1));
-            let at = |k: usize| low * (high / low).powf(k as f64 / count as f64);
-            let sizes: Vec<f64> = (0..=count).map(|k| h(to, at(k)).norm()).collect();
+            let even = |k: usize| low * (high / low).powf(k as f64 / count as f64);
+            let mut grid: Vec<f64> = (0..=count).map(even).collect();
+            if !is_damped {
+                // A zero may be close to a pole.
+                let near = (0..n).flat_map(|k| {
+                    let offsets = (0..80).map(move |j| 0.01 * 0.75f64.powi(j));
+                    offsets.flat_map(move |off| [1.0 - off, 1.0 + off].map(|part| part * omega(k)))
+                });
+                grid.extend(near);
+                grid.sort_by(f64::total_cmp);
+            }
+            let at = |k: usize| grid[k];
+            let sizes: Vec<f64> = grid.iter().map(|w| h(to, *w).norm()).collect();
             let mut seen = turns.iter();
-            for k in 1..count {
+            for k in 1..grid.len() - 1 {
                 let [before, own, after] = [k - 1, k, k + 1].map(|k| sizes[k]);
                 if (own - before) * (own - after) > 0.0 {
                     let &(frequency, is_peak) = seen.next().expect("none is missing");

@@ -35,8 +35,18 @@ pub(super) struct Question<'a> {
     pub(super) frequency: Frequency,
     /// For each right-hand side what acts, and the readings.
     pub(super) columns: &'a [(&'a [Push], &'a [Reading])],
-    /// Whether the steepness is asked for.
-    pub(super) steepness: bool,
+    pub(super) asked: Asked,
+}
+
+/// What is asked of each reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Asked {
+    /// The value to the last digit.
+    Value,
+    /// The same, and the steepness with its sign.
+    Steepness,
+    /// No more than the sign of the steepness.
+    Sign,
 }
 
 /// A value, and how far it may be off.
@@ -199,6 +209,7 @@ fn read<T: Real>(
     slope: impl Fn(&[Ball<T>]) -> Vec<Ball<T>>,
 ) -> Option<Answer> {
     let frequency = question.frequency;
+    let steepness = question.asked != Asked::Value;
     let mut good = true;
     let values = question.columns.iter().map(|(pushes, readings)| {
         let mut right = vec![Ball::<T>::ZERO; n];
@@ -207,12 +218,12 @@ fn read<T: Real>(
             let at = place(push.coordinate).expect("it acts on the block");
             let phase = push.phase.factor();
             right[at] = right[at] + push.part.value::<T>(frequency) * phase;
-            if let (true, Some(part)) = (question.steepness, push.part.derivative()) {
+            if let (true, Some(part)) = (steepness, push.part.derivative()) {
                 change[at] = change[at] + part.value::<T>(frequency) * phase;
             }
         }
         let x = solve(right)?;
-        let rates = match question.steepness {
+        let rates = match steepness {
             true => Some(solve(
                 change
                     .into_iter()
@@ -245,29 +256,26 @@ fn read<T: Real>(
                 let more = part.value::<T>(frequency);
                 sum = sum + more;
                 size = size + more.upper();
-                if let (true, Some(part)) = (question.steepness, part.derivative()) {
+                if let (true, Some(part)) = (steepness, part.derivative()) {
                     change = change + part.value::<T>(frequency);
                 }
             }
             let (value, bound) = rounded(sum);
-            let ratio = question
-                .steepness
-                .then(|| change.checked_div(sum))
-                .flatten();
-            let steepness = ratio.map(|ratio| {
+            let ratio = steepness.then(|| change.checked_div(sum)).flatten();
+            let rise = ratio.map(|ratio| {
                 let value = ratio.middle().re.to_f64();
                 let rounding = Magnitude::from(value.abs()) * Magnitude::power_of_two(-52);
                 (value, (ratio.radius() + rounding).to_f64())
             });
-            good &= match steepness {
+            good &= match rise {
                 Some((value, off)) => value.abs() > off,
-                None => !question.steepness,
+                None => !steepness,
             };
-            good &= frequency.radius > 0.0 || is_good(sum, size);
+            good &= question.asked == Asked::Sign || is_good(sum, size, frequency.radius > 0.0);
             Value {
                 value,
                 bound,
-                steepness,
+                steepness: rise,
             }
         };
         Some(readings.iter().map(read).collect())
@@ -276,12 +284,12 @@ fn read<T: Real>(
     Some(Answer::Found(values, good))
 }
 
-/// Whether a number is known to a double's last digit, or is nothing beside what it might be.
-fn is_good<T: Real>(x: Ball<T>, size: Magnitude) -> bool {
+/// Whether a number is known to a double's last digit, or is nothing beside what it might be, at a frequency or in a range.
+fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
     const LAST_DIGIT: i64 = -56;
-    const NOTHING: f64 = 1e-30;
+    const NOTHING: [f64; 2] = [1e-30, 1e-18];
     x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
-        || x.radius() <= size * Magnitude::from(NOTHING)
+        || x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
 }
 
 /// The double nearest to a ball's middle, each part 0 if it cannot be told from 0, and how far the

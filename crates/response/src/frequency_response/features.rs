@@ -4,7 +4,7 @@
 use eigentone_digits::DoubleDouble;
 
 use super::dynamic_stiffness::Frequency;
-use super::enclosure::Value;
+use super::enclosure::{Asked, Value};
 use super::turns::Turns;
 
 /// A frequency at which a magnitude is largest, or least, among those around it.
@@ -16,6 +16,14 @@ pub struct Peak {
 }
 
 impl Peak {
+    fn pole(frequency: (f64, f64)) -> Peak {
+        Peak {
+            frequency,
+            gain: None,
+            half_power: None,
+        }
+    }
+
     /// Ω in rad/s: the double nearest to the true place, and a bound of how far it is from there, which is proven as those
     /// of the function's values are: beyond 400 coordinates it is an estimate.
     pub fn frequency(&self) -> (f64, f64) {
@@ -101,7 +109,7 @@ impl Features {
     ///
     /// It is not where poles on the axis coincide, or are not seen by the function, where two rigid motions or more are
     /// free, or the mass matrix stays singular without its empty rows and columns, and where the proof takes too long, as it
-    /// may of undamped full matrices from 40 coordinates on, and of others from about a hundred on.
+    /// may from about a hundred coordinates on.
     pub fn is_complete(&self) -> bool {
         self.complete
     }
@@ -138,13 +146,16 @@ impl Features {
     ) -> Features {
         let steep = |frequency: f64| match glance.and_then(|glance| glance(frequency)) {
             Some(rise) => Some(rise),
-            None => look(frequency.into()).and_then(|value| rise(&value)),
+            None => look(frequency.into(), Asked::Sign).and_then(|value| rise(&value)),
         };
         let known = grid.iter().filter(|frequency| **frequency > 0.0);
         let complete = turns.and_then(|turns| {
-            let found = turns.brackets.iter().map(|ends| {
-                let rises = [steep(ends[0])?, steep(ends[1])?];
-                found(look, glance, *ends, rises)
+            let found = turns.each.iter().map(|turn| {
+                if let Some(frequency) = turn.pole {
+                    return Some((true, Peak::pole(frequency)));
+                }
+                let rises = [steep(turn.ends[0])?, steep(turn.ends[1])?];
+                found(look, glance, turn.ends, rises)
             });
             let found = found.collect::<Option<Vec<(bool, Peak)>>>()?;
             // As many as there are, if no two are the same.
@@ -225,7 +236,7 @@ impl Features {
             add(f64::INFINITY, turns.limit?);
         }
         if turns.falls_at_first {
-            let value = look(0.0.into())?;
+            let value = look(0.0.into(), Asked::Value)?;
             let size = value.value.norm();
             add(0.0, (size, value.bound + size * f64::EPSILON));
         }
@@ -235,10 +246,13 @@ impl Features {
 
 /// Whether a peak is a pole: H, which is real, changes its sign in a bracket without a dip.
 fn is_pole(look: &Look<'_>, turns: &Turns, peak: f64) -> bool {
-    let mut brackets = turns.brackets.iter();
-    let own = brackets.find(|[low, high]| (*low..=*high).contains(&peak));
-    let value = |frequency: f64| look(frequency.into()).map(|value| value.value);
-    let signs = own.and_then(|[low, high]| Some((value(*low)?, value(*high)?)));
+    let mut each = turns.each.iter();
+    let own = each.find(|turn| (turn.ends[0]..=turn.ends[1]).contains(&peak));
+    if own.is_some_and(|turn| turn.pole.is_some()) {
+        return true;
+    }
+    let value = |frequency: f64| look(frequency.into(), Asked::Value).map(|value| value.value);
+    let signs = own.and_then(|turn| Some((value(turn.ends[0])?, value(turn.ends[1])?)));
     turns.is_real && signs.is_some_and(|(before, after)| (before * after.conj()).re < 0.0)
 }
 
@@ -260,7 +274,7 @@ fn found(
 }
 
 /// The value at a frequency; `None` at a pole.
-pub(super) type Look<'a> = dyn Fn(Frequency) -> Option<Value> + 'a;
+pub(super) type Look<'a> = dyn Fn(Frequency, Asked) -> Option<Value> + 'a;
 
 /// The steepness in doubles.
 pub(super) type Glance<'a> = dyn Fn(f64) -> Option<f64> + 'a;
@@ -279,7 +293,7 @@ fn rise(value: &Value) -> Option<f64> {
 
 /// The bracket between two frequencies, if looks say the same as glances.
 fn certain(look: &Look<'_>, ends: [f64; 2], before: f64) -> Option<Bracket> {
-    let [low, high] = ends.map(|end| look(end.into()).as_ref().and_then(rise));
+    let [low, high] = ends.map(|end| look(end.into(), Asked::Sign).as_ref().and_then(rise));
     let (low, high) = (low?, high?);
     let fits = low * before > 0.0 && high * before < 0.0;
     fits.then(|| (ends.map(DoubleDouble::from), [low, high]))
@@ -338,10 +352,11 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     const KNOWN: f64 = 1e-6;
     let (mut low, mut high, mut before, mut after) = (low, high, before, after);
     let at = |middle: DoubleDouble| {
-        look(Frequency {
+        let frequency = Frequency {
             middle,
             radius: 0.0,
-        })
+        };
+        look(frequency, Asked::Sign)
     };
     for k in 0..MOST {
         let width = (high - low).to_f64();
@@ -401,7 +416,7 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let radius = radius * (1.0 + f64::EPSILON);
     let frequency = middle.to_f64();
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
-    let gain = look(Frequency { middle, radius }).map(|value| {
+    let gain = look(Frequency { middle, radius }, Asked::Value).map(|value| {
         let size = value.value.norm();
         (size, value.bound + size * f64::EPSILON)
     });
@@ -429,7 +444,7 @@ fn half_power(
     let level = gain * std::f64::consts::FRAC_1_SQRT_2;
     // How far above the level, on a logarithmic scale, and how steep.
     let above = |frequency: f64| {
-        let value = look(frequency.into())?;
+        let value = look(frequency.into(), Asked::Steepness)?;
         let (rise, _) = value.steepness?;
         Some(((value.value.norm() / level).ln(), rise))
     };
@@ -485,7 +500,7 @@ fn half_power(
 
 /// What a magnitude tends to beyond a frequency.
 fn asymptote(look: &Look<'_>, frequency: f64) -> Option<Asymptote> {
-    let value = look(frequency.into())?;
+    let value = look(frequency.into(), Asked::Steepness)?;
     let (rise, _) = value.steepness?;
     let power = (rise * frequency).round() as i32;
     let coefficient = value.value.norm() / frequency.powi(power);

@@ -5,7 +5,7 @@ use num_complex::Complex;
 use thiserror::Error;
 
 use super::dynamic_stiffness::{DynamicStiffness, Part};
-use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
+use super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
 
 /// A motion x(t) = Im(X e^{iΩt}) of all coordinates with one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,7 +144,7 @@ pub(super) fn motion(
         modes: None,
         frequency: frequency.into(),
         columns: &[(pushes, &readings)],
-        steepness: false,
+        asked: Asked::Value,
     };
     let mut found = match enclose(&question) {
         Enclosed::Values(found, _) => found,

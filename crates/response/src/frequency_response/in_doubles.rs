@@ -281,7 +281,7 @@ impl<'a> InDoubles<'a> {
         if norm.is_nan() || norm > 0.25 {
             return None;
         }
-        let rounding = (self.columns.len() as f64 + 64.0) * f64::EPSILON + BLOCK;
+        let rounding = self.rounding();
         let off = moved * (norm / (1.0 - norm) + rounding) * (1.0 + 1e-9);
         let mut values = vec![(Complex::ZERO, 0.0); self.count];
         for (row, &(index, power)) in self.rows.iter().enumerate() {
@@ -298,6 +298,11 @@ impl<'a> InDoubles<'a> {
             .iter()
             .all(|(value, bound)| value.is_finite() && bound.is_finite());
         good.then_some(values)
+    }
+
+    /// The relative error of sums over all modes.
+    pub(super) fn rounding(&self) -> f64 {
+        (self.columns.len() as f64 + 64.0) * f64::EPSILON + BLOCK
     }
 
     /// The derivative of ln|H| with respect to Ω of the only output, without a bound.

@@ -5,11 +5,16 @@
 //! |y| ≤ (I − ρ|G|)⁻¹|G| Σ|fₖ|, in each block of Λ by itself; what rounding leaves of the recursion is a force too, with
 //! the same bound. So are the matrices of I − SZ = F (see `modal_sum`), and the function is that of the modes but for
 //! F(I − F)⁻¹S f, which is analytic and small in the unit disc: a bound of it there bounds each of its coefficients (Cauchy).
+//!
+//! Around a pole without damping the same bounds hold on a circle, on which |H − H̃| ≤ E for the function H̃ of the modes. As
+//! det(I − F) winds around 0 as often as 1 does, s → Z has no more roots within than the modes, one. With the residue r̃ of H̃, the
+//! residue r of H is within ρE of it, and not 0 where that is less; the pole then is within (17/16)ρ²E/|r| of that of the modes,
+//! by the first moments of H and H̃ on the circle.
 
-use eigentone_digits::{Ball, WideComplex};
+use eigentone_digits::{Ball, DoubleDouble, WideComplex};
 use num_complex::Complex;
 
-use super::in_doubles::{BLOCK, InDoubles};
+use super::in_doubles::{BLOCK, InDoubles, turn};
 use super::power_series::PowerSeries;
 
 /// (I − ρ|G|)⁻¹|G| of a block.
@@ -46,6 +51,16 @@ impl Reach {
         })
     }
 
+    /// The same of a block with an imaginary pole, where that is at least so far, and its conjugate too.
+    fn around([a, b, c, d]: [f64; 4], top: f64, far: [f64; 2]) -> Reach {
+        let divisor = far[0] * far[1] / ABOVE;
+        Reach {
+            width: 2,
+            size: [top + d.abs(), b.abs(), c.abs(), top + a.abs()].map(|entry| entry / divisor),
+            solved: [1.0, 0.0, 0.0, 1.0],
+        }
+    }
+
     fn bound(&self, force: [f64; 2]) -> [f64; 2] {
         let times = |matrix: &[f64; 4], v: [f64; 2]| match self.width {
             1 => [matrix[0] * v[0], 0.0],
@@ -55,6 +70,81 @@ impl Reach {
             ],
         };
         times(&self.solved, times(&self.size, force)).map(|bound| bound * ABOVE)
+    }
+}
+
+/// Bounds in lengths of the coordinates, of all blocks: of what moves, of what is lost in doubles, of what the residual of the modes
+/// makes; and of each row of the outputs.
+struct Bounds {
+    moved: f64,
+    lost: f64,
+    left: f64,
+    rows: Vec<f64>,
+}
+
+impl Bounds {
+    fn of(form: &InDoubles<'_>) -> Bounds {
+        Bounds {
+            moved: 0.0,
+            lost: 0.0,
+            left: 0.0,
+            rows: vec![0.0; form.rows.len()],
+        }
+    }
+
+    /// A block under such forces and errors.
+    fn add(
+        &mut self,
+        form: &InDoubles<'_>,
+        start: usize,
+        reach: &Reach,
+        forces: [f64; 2],
+        errors: [f64; 2],
+    ) {
+        let residual = [0, 1].map(|b| {
+            if b < reach.width {
+                form.residual[start + b]
+            } else {
+                0.0
+            }
+        });
+        let [y, off, rest] = [forces, errors, residual].map(|force| reach.bound(force));
+        for a in 0..reach.width {
+            let column = form.columns[start + a];
+            self.moved += column * y[a];
+            self.lost += column * off[a];
+            self.left += column * rest[a];
+            for (row, size) in self.rows.iter_mut().enumerate() {
+                *size += form.outputs[(row, start + a)].abs() * y[a];
+            }
+        }
+    }
+
+    /// Bounds of the function and of its error, with so much of what moves for rounding; `None` where I − F may be singular.
+    fn ends(&self, form: &InDoubles<'_>, far: f64, rounding: f64) -> Option<[f64; 2]> {
+        let passed = form.passed.iter();
+        let moved = passed.fold(self.moved, |sum, (power, size)| {
+            sum + size * far.powi(*power)
+        });
+        let [zeroth, first, second] = form.defects;
+        let norm = (zeroth + first * far + second * far * far + self.left) * ABOVE;
+        if norm.is_nan() || norm > 0.25 {
+            return None;
+        }
+        let off = (moved * (norm / (1.0 - norm) + rounding) + self.lost) * ABOVE;
+        let rows = form.rows.iter().zip(&self.rows);
+        let modal: f64 = rows.map(|(&(_, power), size)| size * far.powi(power)).sum();
+        let lengths = form.lengths.iter();
+        let error: f64 = lengths
+            .map(|&(_, power, length)| length * off * far.powi(power))
+            .sum();
+        let direct = form.direct.iter();
+        let direct: f64 = direct
+            .map(|&(_, power, part)| part.abs() * far.powi(power))
+            .sum();
+        let error = (error + direct * rounding) * ABOVE;
+        let largest = (modal + direct + error) * ABOVE;
+        largest.is_finite().then_some([largest, error])
     }
 }
 
@@ -108,7 +198,7 @@ impl InDoubles<'_> {
             radius *= 2.0;
         }
         let far = (x + radius) * ABOVE;
-        let rounding = (self.columns.len() as f64 + 64.0) * f64::EPSILON + BLOCK;
+        let rounding = self.rounding();
         let inputs: Vec<(Vec<Complex<f64>>, &[f64])> = self
             .inputs
             .iter()
@@ -116,8 +206,7 @@ impl InDoubles<'_> {
             .collect();
         let turn = Complex::new(0.0, radius);
         let mut sums = vec![vec![Complex::<f64>::ZERO; count]; self.rows.len()];
-        let mut sizes = vec![0.0; self.rows.len()];
-        let (mut moved, mut left, mut lost) = (0.0, 0.0, 0.0);
+        let mut bounds = Bounds::of(self);
         let mut regular = true;
         self.sum.each_block(x, |start, width, inverse| {
             let Some(reach) = Reach::of(width, inverse, radius) else {
@@ -154,52 +243,23 @@ impl InDoubles<'_> {
                     }
                 }
             }
-            let residual = [0, 1].map(|b| at(b).map_or(0.0, |at| self.residual[at]));
-            let [y, off, rest] = [forces, errors, residual].map(|force| reach.bound(force));
-            for a in 0..width {
-                let column = self.columns[start + a];
-                moved += column * y[a];
-                lost += column * off[a];
-                left += column * rest[a];
-                for (row, size) in sizes.iter_mut().enumerate() {
-                    *size += self.outputs[(row, start + a)].abs() * y[a];
-                }
-            }
+            bounds.add(self, start, &reach, forces, errors);
         })?;
-        let moved = self
-            .passed
-            .iter()
-            .fold(moved, |sum, (power, size)| sum + size * far.powi(*power));
-        let [zeroth, first, second] = self.defects;
-        let norm = (zeroth + first * far + second * far * far + left) * ABOVE;
-        if !regular || norm.is_nan() || norm > 0.25 {
-            return None;
-        }
-        let off = (moved * (norm / (1.0 - norm) + rounding) + lost) * ABOVE;
+        let [largest, error] = bounds.ends(self, far, rounding).filter(|_| regular)?;
         let mut coefficients = vec![Complex::<f64>::ZERO; count];
-        let (mut largest, mut error) = (0.0, 0.0);
-        for ((sum, size), &(_, power)) in sums.iter().zip(sizes).zip(&self.rows) {
+        for (sum, &(_, power)) in sums.iter().zip(&self.rows) {
             for (j, part) in turned(x, radius, power).into_iter().enumerate().take(count) {
                 for (to, from) in coefficients[j..].iter_mut().zip(sum) {
                     *to += part * from;
                 }
             }
-            largest += size * far.powi(power);
-        }
-        for &(_, power, length) in &self.lengths {
-            error += length * off * far.powi(power);
         }
         for &(_, power, coefficient) in &self.direct {
             for (to, part) in coefficients.iter_mut().zip(turned(x, radius, power)) {
                 *to += part * coefficient;
             }
-            let size = coefficient.abs() * far.powi(power);
-            largest += size;
-            error += size * rounding;
         }
-        let error = error * ABOVE;
-        let largest = (largest + error) * ABOVE;
-        let known = largest.is_finite() && coefficients.iter().all(|value| value.is_finite());
+        let known = coefficients.iter().all(|value| value.is_finite());
         let number = |value: Complex<f64>| {
             let middle = WideComplex {
                 re: value.re.into(),
@@ -214,5 +274,95 @@ impl InDoubles<'_> {
             };
             (series, radius)
         })
+    }
+
+    /// A pole of a function that is real, between these frequencies or beside them, where the function turns nowhere else between
+    /// them: Ω, and a bound of its error, which does not reach the ends. `None` where that is not proved.
+    pub(super) fn pole(&self, low: f64, high: f64) -> Option<(f64, f64)> {
+        /// How far a pole beyond the ends may be, in parts of their distance.
+        const NEAR: f64 = 0.5;
+        /// The interval, in parts of ρ.
+        const PART: f64 = 0.125;
+        let near = NEAR * (high - low);
+        let candidates = self.sum.blocks.iter().filter_map(|block| {
+            let [a, b, c, d] = *block.generator.as_slice() else {
+                return None;
+            };
+            let place = (a * d - b * c).to_f64().sqrt();
+            let fits = a + d == DoubleDouble::ZERO && place > low - near && place < high + near;
+            fits.then(|| (block.start, place, [a, b, c, d].map(DoubleDouble::to_f64)))
+        });
+        let mut candidates = candidates.fuse();
+        let (Some((own, place, generator)), None) = (candidates.next(), candidates.next()) else {
+            return None;
+        };
+        let distance = (high - place).max(place - low);
+        let radius = distance / PART;
+        // No centre is at the pole, where no block has an inverse.
+        let x = place + radius / 16.0;
+        let far = (x + radius) * ABOVE;
+        if radius < 256.0 * f64::EPSILON * place || radius > 0.25 * place {
+            return None;
+        }
+        let size = |power: i32| far.powi(power);
+        let force = |k: usize| -> f64 {
+            let parts = self.inputs.iter();
+            parts
+                .map(|(power, modal)| modal[k].abs() * size(*power))
+                .sum()
+        };
+        let (mut bounds, mut regular) = (Bounds::of(self), true);
+        self.sum.each_block(x, |start, width, inverse| {
+            let reach = match start == own {
+                true => Some(Reach::around(
+                    generator,
+                    far,
+                    [radius * (15.0 / 16.0), x + place - radius],
+                )),
+                false => Reach::of(width, inverse, radius),
+            };
+            let forces = [0, 1].map(|b| if b < width { force(start + b) } else { 0.0 });
+            match reach {
+                Some(reach) => bounds.add(self, start, &reach, forces, [0.0; 2]),
+                None => regular = false,
+            }
+        })?;
+        let [largest, error] = bounds
+            .ends(self, far, self.rounding())
+            .filter(|_| regular)?;
+        let (residue, rounding) = self.residue(own, place, generator);
+        let residue = residue - rounding;
+        let least = residue - radius * error;
+        if least.is_nan() || least < 0.875 * residue {
+            return None;
+        }
+        let off = 1.25 * radius * radius * error / residue + 8.0 * f64::EPSILON * place;
+        // Of what is left of the function without its pole.
+        let rest = largest + error + 1.5 * (residue + 2.0 * rounding) / radius;
+        let distance = distance + off;
+        let edge = radius * (15.0 / 16.0) - distance;
+        let alone =
+            distance * rest * ABOVE < least && distance * distance * rest * ABOVE < least * edge;
+        let apart = (place - low).abs() > off && (place - high).abs() > off;
+        (alone && apart).then_some((place, off))
+    }
+
+    /// The size of the residue at the pole of a block, and a bound of its error.
+    fn residue(&self, start: usize, place: f64, [a, b, c, d]: [f64; 4]) -> (f64, f64) {
+        let s = Complex::new(0.0, place);
+        let adjugate = [s - d, b.into(), c.into(), s - a];
+        let (mut sum, mut size) = (Complex::<f64>::ZERO, 0.0);
+        for (row, &(_, outer)) in self.rows.iter().enumerate() {
+            for (inner, modal) in &self.inputs {
+                for (at, entry) in adjugate.iter().enumerate() {
+                    let factor = self.outputs[(row, start + at / 2)] * modal[start + at % 2];
+                    let power = turn(place, outer + inner);
+                    sum += entry * power * factor;
+                    size += entry.norm() * (factor * power.norm()).abs();
+                }
+            }
+        }
+        let scale = 0.5 / place;
+        (sum.norm() * scale, size * scale * 64.0 * f64::EPSILON)
     }
 }

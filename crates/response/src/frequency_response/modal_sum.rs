@@ -511,7 +511,7 @@ fn size(matrix: &Mat<f64>) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::super::dynamic_stiffness::Part;
-    use super::super::enclosure::{Enclosed, Push, Question, Reading, enclose};
+    use super::super::enclosure::{Asked, Enclosed, Push, Question, Reading, enclose};
     use super::super::phasor::Phase;
     use super::*;
     use eigentone_modes::{Beam, BeamEnd, GROUND};
@@ -541,7 +541,7 @@ mod tests {
                     modes,
                     frequency: frequency.into(),
                     columns: &[(&push, &readings)],
-                    steepness: true,
+                    asked: Asked::Steepness,
                 });
                 match found {
                     Enclosed::Values(values, _) => values,

@@ -8,7 +8,7 @@ use eigentone_modes::{
 use thiserror::Error;
 
 use super::dynamic_stiffness::{Block, DynamicStiffness, Part, carried, losses};
-use super::enclosure::{Enclosed, Push, Question, Reading, Value, enclose};
+use super::enclosure::{Asked, Enclosed, Push, Question, Reading, Value, enclose};
 use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 use super::hessenberg::Hessenberg;
@@ -279,7 +279,7 @@ impl<'a> FrequencyResponse<'a> {
                     modes,
                     frequency: frequency.into(),
                     columns: &asked,
-                    steepness: false,
+                    asked: Asked::Value,
                 });
                 if !matches!(found, Enclosed::Values(_, FrequencyMethod::Modes)) {
                     methods[index] = FrequencyMethod::Elimination;
@@ -356,7 +356,7 @@ impl<'a> FrequencyResponse<'a> {
     /// As [`at`](Self::at).
     pub fn features(&self, frequencies: &[f64]) -> Result<Vec<Features>, FrequencyError> {
         /// Up to so many coordinates the proof is quick without modes.
-        const FEW: usize = 16;
+        const FEW: usize = 6;
         let mut grid = frequencies.to_vec();
         let unfit = |frequency: &&f64| !(0.0..=f64::MAX).contains(*frequency);
         if let Some(&frequency) = grid.iter().find(unfit) {
@@ -370,18 +370,19 @@ impl<'a> FrequencyResponse<'a> {
         let (columns, blocks, modes) = self.parts(FEW)?;
         let last = grid.iter().copied().rfind(|last| *last > 0.0);
         let middle = f64::exp2(last.map_or(0.0, |last| last.log2().round().clamp(-500.0, 500.0)));
+        let proven = OnceLock::new();
         let functions = columns.iter().flat_map(|column| {
-            let (grid, blocks) = (&grid, &blocks);
+            let (grid, blocks, proven) = (&grid, &blocks, &proven);
             let mut centers = Centers::default();
             column.readings.iter().map(move |reading| {
-                let look = |frequency| {
+                let look = |frequency, wanted| {
                     let asked = (column.pushes.as_slice(), std::slice::from_ref(reading));
                     let found = enclose(&Question {
                         block: &blocks[column.block],
                         modes,
                         frequency,
                         columns: &[asked],
-                        steepness: true,
+                        asked: wanted,
                     });
                     match found {
                         Enclosed::Values(values, _) => Some(values[0][0]),
@@ -395,7 +396,7 @@ impl<'a> FrequencyResponse<'a> {
                 let glance = glance.map(|known| |frequency: f64| known.steepness(frequency));
                 let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
                 let block = &blocks[column.block];
-                let turns = turns(
+                let mut turns = turns(
                     block,
                     &column.pushes,
                     reading,
@@ -403,10 +404,28 @@ impl<'a> FrequencyResponse<'a> {
                     in_doubles.as_ref(),
                     &mut centers,
                 );
+                for turn in turns.iter_mut().flat_map(|turns| &mut turns.each) {
+                    turn.narrow(|| proven.get_or_init(|| self.proven_frequencies()));
+                }
                 Features::of(&look, glance, grid, turns.as_ref())
             })
         });
         Ok(functions.collect())
+    }
+
+    /// The frequencies of modes with their bounds, where those are proven.
+    fn proven_frequencies(&self) -> Vec<(f64, f64)> {
+        let Ok(modes) = self.system.modes() else {
+            return Vec::new();
+        };
+        if modes.bounds() != Bounds::Proven {
+            return Vec::new();
+        }
+        let roots = modes.eigenvalues().iter();
+        let upper = roots.filter(|root| root.value.im > 0.0);
+        upper
+            .filter_map(|root| Some((root.value.im, root.bound?)))
+            .collect()
     }
 
     /// The first of the functions in doubles; `None` for more than 400 coordinates.
@@ -436,7 +455,7 @@ impl<'a> FrequencyResponse<'a> {
         let functions = columns.iter().flat_map(|column| {
             column.readings.iter().map(|reading| {
                 let asked = (column.pushes.as_slice(), reading);
-                let look = |frequency| {
+                let look = |frequency, _| {
                     sparse_factor::look(&stiffness, self.system.len(), asked, frequency)
                 };
                 Features::of(&look, None, grid, None)

@@ -1,8 +1,9 @@
 //! All frequencies between 0 and ∞ at which a magnitude turns, each in an interval of its own.
 //!
 //! |H|² is covered by power series about points of the axis: of H, or of 1/H beside poles that are nearly on the axis, in Ω
-//! and, beyond all poles, in 1/Ω. Those of H come from a factor at the point, or of full matrices from modes (`modal_series`). With a(t) = |h|² of a series h, its slope has the sign of a polynomial g(t) with bounds for
-//! the coefficients and for the rest. An interval is decided where g has one sign, or where g′ has one and g is known at both
+//! and, beyond all poles, in 1/Ω. Those of H come from a factor at the point, or of full matrices from modes
+//! (`modal_series`), which know poles without damping too. With a(t) = |h|² of a series h, its slope has the sign of a
+//! polynomial g(t) with bounds for the coefficients and for the rest. An interval is decided where g has one sign, or where g′ has one and g is known at both
 //! ends; others are divided. Where one stays undecided, or the work is not worth it, nothing is said.
 
 use std::collections::{BTreeMap, HashMap};
@@ -18,8 +19,8 @@ use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, 
 
 /// What is known of a magnitude at all frequencies.
 pub(super) struct Turns {
-    /// Intervals that follow each other, with one turn in each, and none elsewhere.
-    pub(super) brackets: Vec<[f64; 2]>,
+    /// By rising frequency, and none elsewhere.
+    pub(super) each: Vec<Turn>,
     /// Whether it falls before the first of them.
     pub(super) falls_at_first: bool,
     /// Whether it rises after the last of them, or is the same everywhere.
@@ -28,6 +29,28 @@ pub(super) struct Turns {
     pub(super) is_real: bool,
     /// The limit for Ω → ∞ with its bound; infinite where that is proved, `None` where it is unknown.
     pub(super) limit: Option<(f64, f64)>,
+}
+
+/// The only turn in an interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    pub(super) ends: [f64; 2],
+    /// Where it is known to be a pole on the axis: Ω, and a bound of how far it is from there.
+    pub(super) pole: Option<(f64, f64)>,
+}
+
+impl Turn {
+    /// Takes the place of a pole from proven frequencies of modes with their bounds, where one of them alone can be meant.
+    pub(super) fn narrow<'a>(&mut self, proven: impl FnOnce() -> &'a Vec<(f64, f64)>) {
+        let Some((place, off)) = self.pole else {
+            return;
+        };
+        let near = proven().iter();
+        let mut near = near.filter(|(at, bound)| (at - place).abs() <= off + bound);
+        if let (Some(&(at, bound)), None) = (near.next(), near.next()) {
+            self.pole = Some((at, bound)).filter(|_| bound < off).or(self.pole);
+        }
+    }
 }
 
 /// Series about the points of one input's axes.
@@ -89,13 +112,12 @@ pub(super) fn turns(
         axes[0].modes = Some((modes, least / BEYOND));
         covered(&axes, middle, centers)
     };
-    // Factors of full matrices take long, those of others hardly any time; around poles without damping no series is one of H.
+    // Factors of full matrices take long, those of others hardly any time.
     let n = axes[0].n;
-    let is_full = 8 * axes[0].entries.len() > n * n;
-    match (axes[0].is_real, is_full) {
-        (true, _) => covered(&axes, middle, centers),
-        (false, true) => by_modes(centers).or_else(|| covered(&axes, middle, centers)),
-        (false, false) => covered(&axes, middle, centers).or_else(|| by_modes(centers)),
+    if 8 * axes[0].entries.len() > n * n {
+        by_modes(centers).or_else(|| covered(&axes, middle, centers))
+    } else {
+        covered(&axes, middle, centers).or_else(|| by_modes(centers))
     }
 }
 
@@ -107,11 +129,14 @@ fn covered(
 ) -> Option<Turns> {
     let low = forward.cover(middle, centers)?;
     let high = backward.cover(middle.recip(), centers)?;
-    let mut brackets = low.brackets;
-    let beyond = high.brackets.into_iter().rev();
-    brackets.extend(beyond.map(|[near, far]| [far.recip(), near.recip()]));
+    let mut each = low.turns;
+    // In 1/Ω no modes are asked for poles.
+    each.extend(high.turns.into_iter().rev().map(|turn| Turn {
+        ends: [turn.ends[1].recip(), turn.ends[0].recip()],
+        pole: None,
+    }));
     Some(Turns {
-        brackets,
+        each,
         falls_at_first: !low.rises_at_zero,
         rises_at_last: !high.rises_at_zero,
         is_real: forward.is_real,
@@ -121,7 +146,7 @@ fn covered(
 
 /// What is known of one axis.
 struct Cover {
-    brackets: Vec<[f64; 2]>,
+    turns: Vec<Turn>,
     /// With x, from x = 0.
     rises_at_zero: bool,
 }
@@ -262,7 +287,7 @@ impl Axis<'_> {
         /// Where intervals are divided: no place of its own.
         const SHARE: f64 = 0.487_139;
         let mut cover = Cover {
-            brackets: Vec::new(),
+            turns: Vec::new(),
             rises_at_zero: false,
         };
         let mut open = vec![[0.0, end]];
@@ -271,7 +296,7 @@ impl Axis<'_> {
                 if low == 0.0 {
                     cover.rises_at_zero = decided.rises_at_zero;
                 }
-                cover.brackets.extend(decided.brackets);
+                cover.turns.extend(decided.turns);
                 continue;
             }
             let hopeless = high - low < NARROW * high || high < NEAR * end;
@@ -298,7 +323,7 @@ impl Axis<'_> {
             if low == 0.0 && high > first {
                 return None;
             }
-            if let Some(cover) = by_modes(modes, low, high, centers) {
+            if let Some(cover) = by_modes(modes, low, high, self.is_real, centers) {
                 return Some(cover);
             }
         }
@@ -394,14 +419,14 @@ impl Axis<'_> {
             if slope.is_zero() && count < 8 * self.n + 20 {
                 continue;
             }
-            let Some(brackets) = slope.brackets(low, high, x, radius) else {
+            let Some(turns) = slope.turns_between(low, high, x, radius) else {
                 if 2 * slope.coefficients.len() > count {
                     return None;
                 }
                 continue;
             };
             return Some(Cover {
-                brackets,
+                turns,
                 rises_at_zero: slope.rises_at_zero() != inverse,
             });
         }
@@ -454,18 +479,36 @@ impl Axis<'_> {
     }
 }
 
-/// One interval away from 0, by a series of H from modes.
-fn by_modes(modes: &InDoubles<'_>, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
+/// One interval away from 0, by modes: a series of H, or a pole of a function that is real.
+fn by_modes(
+    modes: &InDoubles<'_>,
+    low: f64,
+    high: f64,
+    is_real: bool,
+    centers: &mut Centers,
+) -> Option<Cover> {
     const COUNT: usize = 20;
     if low == 0.0 {
         return None;
     }
     let (x, least) = about(low, high);
     centers.products += modes.products(COUNT);
-    let (series, radius) = modes.series(x, least, COUNT)?;
-    let slope = Slope::of(&series, 0, false, x, radius)?;
+    let by_series = || {
+        let (series, radius) = modes.series(x, least, COUNT)?;
+        let slope = Slope::of(&series, 0, false, x, radius)?;
+        slope.turns_between(low, high, x, radius)
+    };
+    let by_pole = || {
+        let pole = is_real.then(|| modes.pole(low, high))??;
+        let is_within = low < pole.0 && pole.0 < high;
+        let turn = Turn {
+            ends: [low, high],
+            pole: Some(pole),
+        };
+        Some(is_within.then_some(turn).into_iter().collect())
+    };
     Some(Cover {
-        brackets: slope.brackets(low, high, x, radius)?,
+        turns: by_series().or_else(by_pole)?,
         rises_at_zero: false,
     })
 }
@@ -597,8 +640,8 @@ impl Slope {
         (value.abs() > off).then_some(value > 0.0)
     }
 
-    /// The intervals with one turn each between two frequencies, of a slope about x in parts of ρ.
-    fn brackets(&self, low: f64, high: f64, x: f64, radius: f64) -> Option<Vec<[f64; 2]>> {
+    /// The turns between two frequencies, of a slope about x in parts of ρ.
+    fn turns_between(&self, low: f64, high: f64, x: f64, radius: f64) -> Option<Vec<Turn>> {
         let ends = [low, high].map(|end| (end - x) / radius);
         // What the ends were rounded by.
         let spare = |end: f64| end.abs() * 1e-14;
@@ -614,7 +657,11 @@ impl Slope {
             _ => (x + radius * t).clamp(low, high),
         };
         let found = self.turns(low_end, high_end)?.into_iter();
-        Some(found.map(|ends| ends.map(place)).collect())
+        let turn = |ends: [f64; 2]| Turn {
+            ends: ends.map(place),
+            pole: None,
+        };
+        Some(found.map(turn).collect())
     }
 
     /// Intervals with one turn each, and none elsewhere between the ends; `None` where that is not decided.
@@ -728,8 +775,9 @@ mod tests {
                 let by_modes = covered(&axes, 32.0 * most, &mut centers).expect("proven");
                 let axes = plain();
                 let by_factors = covered(&axes, 4.0, &mut Centers::default()).expect("proven");
-                assert_eq!(by_modes.brackets.len(), by_factors.brackets.len());
-                for (a, b) in by_modes.brackets.iter().zip(&by_factors.brackets) {
+                assert_eq!(by_modes.each.len(), by_factors.each.len());
+                for (a, b) in by_modes.each.iter().zip(&by_factors.each) {
+                    let (a, b) = (a.ends, b.ends);
                     assert!(a[0] <= b[1] && b[0] <= a[1], "{a:?} {b:?}");
                 }
                 assert_eq!(by_modes.falls_at_first, by_factors.falls_at_first);

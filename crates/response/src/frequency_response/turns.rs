@@ -725,7 +725,7 @@ mod tests {
     use super::*;
 
     /// Every mass joined to every other, with dampers between some of them.
-    fn full(n: usize, seed: u32) -> System {
+    fn full(n: usize, seed: u32, is_damped: bool) -> System {
         let mut state = seed;
         let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -739,19 +739,24 @@ mod tests {
             for j in 0..i {
                 let other = format!("m{j}");
                 builder = builder.spring(&name, &other, random());
-                if (i + j) % 2 == 0 {
+                if is_damped && (i + j) % 2 == 0 {
                     builder = builder.damper(&name, &other, 0.1 * random());
                 }
             }
         }
-        builder.damper(GROUND, "m0", 0.3).build().expect("a system")
+        if is_damped {
+            builder = builder.damper(GROUND, "m0", 0.3);
+        }
+        builder.build().expect("a system")
     }
 
     /// As many turns at the same places as without modes, and series that are the same within their bounds.
     #[test]
     fn modes_and_factors_show_the_same_turns() {
-        for (n, seed) in [(2, 1), (4, 2), (6, 3), (9, 4), (9, 5), (12, 6)] {
-            let system = full(n, seed);
+        let systems = [(2, 1), (4, 2), (6, 3), (9, 4), (9, 5), (12, 6)];
+        let systems = systems.map(|(n, seed)| [true, false].map(|is_damped| (n, seed, is_damped)));
+        for (n, seed, is_damped) in systems.into_iter().flatten() {
+            let system = full(n, seed, is_damped);
             let stiffness = DynamicStiffness::of(&system, &[]);
             let block = stiffness.block(&stiffness.reached(0..n));
             let sum = ModalSum::of(&system, &stiffness).expect("modes");
@@ -782,7 +787,8 @@ mod tests {
                 }
                 assert_eq!(by_modes.falls_at_first, by_factors.falls_at_first);
                 assert_eq!(by_modes.rises_at_last, by_factors.rises_at_last);
-                for x in [0.37, 1.9, 3.1] {
+                // Without damping poles may be near.
+                for x in [0.37, 1.9, 3.1].into_iter().filter(|_| is_damped) {
                     let (one, radius) = modes.series(x, 1e-3, 12).expect("regular");
                     let center = axes[0].direct(x - 4e-4, x + 4e-4, &mut centers);
                     let center = center.expect("regular");

@@ -71,15 +71,48 @@ fn one_mass_peaks_as_its_closed_form() {
 
 /// A machine of 1 kg and 1 N/m with an absorber of mass ratio μ at Den Hartog's tuning and c = 2ζ m ω.
 fn absorber(mu: f64, zeta_squared: f64) -> System {
-    let tuning = 1.0 / (1.0 + mu);
+    tuned(mu, 1.0 / (1.0 + mu), 2.0 * mu * f64::sqrt(zeta_squared))
+}
+
+/// The same at any tuning, with a damper in N·s/m.
+fn tuned(mu: f64, tuning: f64, damping: f64) -> System {
     System::builder()
         .mass("machine", 1.0)
         .mass("absorber", mu)
         .spring(GROUND, "machine", 1.0)
         .spring("machine", "absorber", mu * tuning * tuning)
-        .damper("machine", "absorber", 2.0 * mu * f64::sqrt(zeta_squared))
+        .damper("machine", "absorber", damping)
         .build()
         .expect("a system")
+}
+
+/// Where the higher peak is as low as it can be both are equal, and known in closed form (Nishihara & Asami 2002, *Journal of
+/// Vibration and Acoustics* 124).
+#[test]
+fn both_peaks_are_equal_at_the_exact_optimum() {
+    for mu in [0.01f64, 0.05, 0.2, 1.0] {
+        let root = f64::sqrt(4.0 + 3.0 * mu);
+        let many = 16.0 + 23.0 * mu + 9.0 * mu * mu + 2.0 * (2.0 + mu) * root;
+        let few = 3.0 * (64.0 + 80.0 * mu + 27.0 * mu * mu);
+        let tuning = 2.0 / (1.0 + mu) * f64::sqrt(2.0 * many / few);
+        let zeta = f64::sqrt((8.0 + 9.0 * mu - 4.0 * root) / (1.0 + mu)) / 4.0;
+        let square = (8.0 + 9.0 * mu).powi(2) * (16.0 + 9.0 * mu) - 128.0 * root.powi(3);
+        let gain = f64::sqrt(square / (3.0 * (32.0 + 27.0 * mu))) / (3.0 * mu);
+        let system = tuned(mu, tuning, 2.0 * mu * zeta * tuning);
+        let found = features(&system, "machine", "machine");
+        let gains = found
+            .peaks()
+            .iter()
+            .map(|peak| peak.gain().expect("damped"));
+        let [(low, low_off), (high, high_off)] = gains.collect::<Vec<_>>()[..] else {
+            panic!("two peaks: {found:?}")
+        };
+        assert!(low_off.max(high_off) <= 4.0 * f64::EPSILON * gain);
+        assert_near(low, high, 1e-12);
+        // What is subtracted cancels for light absorbers.
+        assert_near(low, gain, 1e-12);
+        assert_near(high, gain, 1e-12);
+    }
 }
 
 /// Den Hartog (1956), *Mechanical Vibrations*, section 3.3: at the tuning 1/(1 + μ) all curves pass through two points of

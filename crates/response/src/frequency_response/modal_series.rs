@@ -53,7 +53,7 @@ impl Reach {
 
     /// The same of a block with an imaginary pole, where that is at least so far, and its conjugate too.
     fn around([a, b, c, d]: [f64; 4], top: f64, far: [f64; 2]) -> Reach {
-        let divisor = far[0] * far[1] / ABOVE;
+        let divisor = far[0] * far[1] / (1.0 + 1e-3);
         Reach {
             width: 2,
             size: [top + d.abs(), b.abs(), c.abs(), top + a.abs()].map(|entry| entry / divisor),
@@ -301,7 +301,8 @@ impl InDoubles<'_> {
         // No centre is at the pole, where no block has an inverse.
         let x = place + radius / 16.0;
         let far = (x + radius) * ABOVE;
-        if radius < 256.0 * f64::EPSILON * place || radius > 0.25 * place {
+        // Roundings of place and centre are a share of 1e-4 of it.
+        if radius < 65_536.0 * f64::EPSILON * place || radius > 0.25 * place {
             return None;
         }
         let size = |power: i32| far.powi(power);

@@ -418,7 +418,7 @@ impl<'a> FrequencyResponse<'a> {
         let Ok(modes) = self.system.modes() else {
             return Vec::new();
         };
-        if modes.bounds() != Bounds::Proven {
+        if modes.bounds() != Bounds::Proven || !modes.is_complete() {
             return Vec::new();
         }
         let roots = modes.eigenvalues().iter();

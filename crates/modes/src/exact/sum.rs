@@ -36,6 +36,9 @@ impl ExactSum {
 
     /// The sign of a sum: of the sum in doubles where rounding leaves no doubt of it.
     pub(crate) fn sign_of(terms: &[f64]) -> Ordering {
+        if let [term] = terms {
+            return term.partial_cmp(&0.0).unwrap_or(Ordering::Equal);
+        }
         let (mut sum, mut size) = (0.0, 0.0);
         for term in terms {
             sum += term;

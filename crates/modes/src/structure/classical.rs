@@ -7,6 +7,7 @@
 //! computed modulo primes; one that is not 0 disproves it.
 
 use super::coefficients::Coefficients;
+use super::commutator::differs_visibly;
 use crate::exact::elimination::solve;
 use crate::exact::matrix::{ExactMatrix, Image};
 use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
@@ -105,18 +106,13 @@ pub(crate) fn is_rayleigh(matrices: [&ExactMatrix; 3]) -> bool {
         + 3;
     let primes = bits / PRIME_BITS + 1;
     PrimeField::all().take(primes as usize).all(|field| {
-        let images = matrices.map(|matrix| matrix.image(&field));
         let mut plane = Plane::default();
         let mut parts = Vec::new();
         (0..matrices[0].len()).all(|i| {
             parts.clear();
-            for (which, image) in images.iter().enumerate() {
-                parts.extend(
-                    image
-                        .row(i)
-                        .filter(|entry| entry.0 >= i)
-                        .map(|(j, value)| (j, which, value)),
-                );
+            for (which, matrix) in matrices.iter().enumerate() {
+                let upper = matrix.row(i).filter(|entry| entry.0 >= i);
+                parts.extend(upper.map(|(j, terms)| (j, which, field.sum_of(terms))));
             }
             parts.sort_by_key(|part| part.0);
             parts.chunk_by(|a, b| a.0 == b.0).all(|entry| {
@@ -311,7 +307,7 @@ fn commute(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Verdict {
     if (n as u64).pow(3) > MOST_WORK {
         return Verdict::NotProved;
     }
-    if differ_somewhere(m, c, k, &PrimeField::first()) {
+    if differs_visibly(m, c, k) || differ_somewhere(m, c, k, &PrimeField::first()) {
         return Verdict::Disproved;
     }
     let cost = || {

@@ -33,31 +33,31 @@ const ZERO_TESTS: usize = 3;
 /// floating parts without mass, and for systems small enough for [`MOST_WORK`]; beyond, it rests
 /// on 0 at [`ZERO_TESTS`] points, each modulo another prime above 2^60. Of large systems only floating parts
 /// without mass are looked for.
-pub(crate) fn vanishes(model: &Model) -> bool {
+pub(crate) fn vanishes<'a>(model: &Model, coefficients: impl FnOnce() -> &'a Coefficients) -> bool {
     let lumped = model.is_of_elements(MatrixKind::Mass);
     if lumped && model.masses().iter().all(|&mass| mass > 0.0) {
         return false;
     }
-    let coefficients = Coefficients::of(model);
+    let coefficients = coefficients();
     if model.is_large() {
-        return Order::at_zero(&coefficients) == Order::Infinite;
+        return Order::at_zero(coefficients) == Order::Infinite;
     }
-    match Order::at_zero(&coefficients) {
+    match Order::at_zero(coefficients) {
         Order::Infinite => return true,
         Order::Exactly(_) => return false,
         Order::NotProved => {}
     }
-    Order::at_infinity(&coefficients) == Order::NotProved
+    Order::at_infinity(coefficients) == Order::NotProved
         && PrimeField::all()
             .take(ZERO_TESTS)
             .enumerate()
             .all(|(point, field)| {
-                Reduced::new(&coefficients, &field)
+                Reduced::new(coefficients, &field)
                     .at(point as u64 + 2)
                     .determinant
                     .is_zero()
             })
-        && Terms::of(&coefficients).is_none_or(|terms| terms.range.is_none())
+        && Terms::of(coefficients).is_none_or(|terms| terms.range.is_none())
 }
 
 /// How many roots are finite and how many are 0, where that is proved.
@@ -332,7 +332,7 @@ mod tests {
 
     /// (finite, zero), `None` where the determinant vanishes.
     fn roots(system: &System) -> Option<(usize, usize)> {
-        if vanishes(system.model()) {
+        if system.is_singular() {
             return None;
         }
         let roots = Roots::of(&Coefficients::of(system.model()));

@@ -3,7 +3,8 @@
 //! structure collects them. It knows `exact` and `model`.
 
 mod classical;
-mod coefficients;
+pub(crate) mod coefficients;
+mod commutator;
 pub(crate) mod determinant;
 mod distinct;
 mod gyroscopic;
@@ -85,11 +86,11 @@ pub struct Structure {
 }
 
 impl Structure {
-    pub(crate) fn of(model: &Model) -> Structure {
-        let coefficients = Coefficients::of(model);
+    /// Of a model and its matrices in exact arithmetic.
+    pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
         let Coefficients {
             damping, stiffness, ..
-        } = &coefficients;
+        } = &*coefficients;
         let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
@@ -108,7 +109,7 @@ impl Structure {
             damping_rank: Later::new(),
             undamped_modes: Later::new(),
             proportion: Later::new(),
-            coefficients: Arc::new(coefficients),
+            coefficients,
         }
     }
 

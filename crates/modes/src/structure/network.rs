@@ -28,7 +28,8 @@ impl Network {
             for (j, terms) in matrix.row(i) {
                 if j > i {
                     network.joins.push((i, j));
-                    network.non_negative &= ExactSum::sign_of(terms) == Ordering::Less;
+                    network.non_negative =
+                        network.non_negative && ExactSum::sign_of(terms) == Ordering::Less;
                 }
             }
             let ground = ExactSum::sign_of(matrix.row_terms(i));

@@ -7,9 +7,10 @@
 //! columns; its rank is bounded from above modulo primes.
 
 use std::cmp::Ordering;
-use std::ops::{Div, Mul, Sub, SubAssign};
+use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
 use eigentone_digits::DoubleDouble;
+use pulp::Arch;
 
 use crate::exact::matrix::ExactMatrix;
 use crate::exact::rank::independent;
@@ -68,17 +69,17 @@ fn sign(matrix: &ExactMatrix, chosen: &[usize]) -> Sign {
     let Some(rows) = scaled(matrix, chosen) else {
         return Sign::Indefinite;
     };
-    let doubles = || -> Vec<Vec<f64>> {
-        rows.iter()
-            .map(|row| row.iter().map(|entry| entry.high()).collect())
-            .collect()
+    let has_factor_in_doubles = |c: f64| {
+        let highs = |row: &Vec<DoubleDouble>| row.iter().map(|entry| entry.high()).collect();
+        let rows: Vec<Vec<f64>> = rows.iter().map(highs).collect();
+        Arch::new().dispatch(|| has_factor(rows, c, f64::sqrt))
     };
     let size = rows.len() as f64;
     let slack = |unit: f64| 4.0 * size * (size + 5.0) * unit;
     let (near, far) = (slack(2f64.powi(-52)), slack(2f64.powi(-98)));
-    if has_factor(doubles(), near, f64::sqrt) {
+    if has_factor_in_doubles(near) {
         Sign::Definite
-    } else if !has_factor(doubles(), -near, f64::sqrt) {
+    } else if !has_factor_in_doubles(-near) {
         Sign::Indefinite
     } else if has_factor(rows, far, DoubleDouble::sqrt) {
         Sign::Definite
@@ -127,17 +128,19 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
 
 /// Whether A − c·1 has a Cholesky factor, for A given by [`scaled`].
 ///
-/// With v bounding the relative error of each operation, a factorisation that ends is exact for a
+/// With v bounding the relative error of each operation, and in whatever order products are summed, a factorisation that ends is exact for a
 /// matrix off by at most (n + 2)v/(1 − (n + 2)v)·√(a_ii a_jj) in entry (i, j), a_ii < 4, to which
 /// rounding A and subtracting c add 2v·4: in norm less than c = 4n(n + 5)v, so that A ≻ 0. One that
 /// does not end, for A + c·1, shows in the same way that A is not semidefinite. What underflows is
 /// below 2^-1000 and covered by v, which is taken twice too large in doubles and 8 times in
 /// double-double.
+#[inline(always)] // so that doubles are compiled for whole vector registers
 fn has_factor<T>(mut rows: Vec<Vec<T>>, c: f64, root: impl Fn(T) -> T) -> bool
 where
     T: Copy
         + From<f64>
         + PartialOrd
+        + AddAssign
         + SubAssign
         + Sub<Output = T>
         + Mul<Output = T>
@@ -154,11 +157,7 @@ where
             let start = first.max(j + 1 - other.len());
             let mine = &row[start - first..j - first];
             let theirs = &other[other.len() - 1 - (j - start)..other.len() - 1];
-            let mut sum = row[j - first];
-            for (&a, &b) in mine.iter().zip(theirs) {
-                sum -= a * b;
-            }
-            let entry = sum / other[other.len() - 1];
+            let entry = (row[j - first] - product(mine, theirs)) / other[other.len() - 1];
             pivot -= entry * entry;
             row[j - first] = entry;
         }
@@ -168,6 +167,28 @@ where
         row[i - first] = root(pivot);
     }
     true
+}
+
+/// aᵀb, summed in several lanes.
+#[inline(always)]
+fn product<T: Copy + From<f64> + AddAssign + Mul<Output = T>>(a: &[T], b: &[T]) -> T {
+    const LANES: usize = 16;
+    let mut lanes = [T::from(0.0); LANES];
+    let (parts, others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let (rest, other_rest) = (parts.remainder(), others.remainder());
+    for (part, other) in parts.zip(others) {
+        for ((lane, &a), &b) in lanes.iter_mut().zip(part).zip(other) {
+            *lane += a * b;
+        }
+    }
+    let mut sum = T::from(0.0);
+    for (&a, &b) in rest.iter().zip(other_rest) {
+        sum += a * b;
+    }
+    if a.len() >= LANES {
+        lanes.into_iter().for_each(|lane| sum += lane);
+    }
+    sum
 }
 
 #[cfg(test)]

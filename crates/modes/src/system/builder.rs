@@ -15,7 +15,6 @@ use crate::model::{
     Added, CoordinateKind, ElementKind, GROUND, MAX_COORDINATES, MAX_DENSE_COORDINATES, Machine,
     MatrixKind, Model,
 };
-use crate::structure::determinant;
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
@@ -325,10 +324,10 @@ impl SystemBuilder {
                 return Err(BuildError::Overflow { kind, row, column });
             }
         }
-        if determinant::vanishes(&model) {
+        let system = System::from(model);
+        if system.is_singular() {
             return Err(BuildError::Singular);
         }
-        let system = System::from(model);
         #[cfg(feature = "serde")]
         let system = System {
             given: Some(given),

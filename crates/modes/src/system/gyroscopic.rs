@@ -2,7 +2,6 @@
 
 use super::{BuildError, System};
 use crate::model::{MatrixKind, MoreDamping, Term, gathered, product};
-use crate::structure::determinant;
 
 impl System {
     /// The same system with `factor` times the gyroscopic part (C − Cᵀ)/2 in place of that part of C. Exact: products are
@@ -48,9 +47,10 @@ impl System {
             is_given: true,
             ..MoreDamping::default()
         });
-        match determinant::vanishes(&model) {
+        let system = System::from(model);
+        match system.is_singular() {
             true => Err(BuildError::Singular),
-            false => Ok(model.into()),
+            false => Ok(system),
         }
     }
 

@@ -21,7 +21,8 @@ use crate::model::{
     Added, CoordinateKind, Element, ElementKind, Form, GROUND, GivenElement, MatrixKind, Model,
     Names, NoCoordinate, Point, Term,
 };
-use crate::structure::Structure;
+use crate::structure::coefficients::Coefficients;
+use crate::structure::{Structure, determinant};
 
 pub use beams::{Beam, BeamEnd, Rod, RodEnd};
 pub use builder::{BuildError, SystemBuilder};
@@ -36,7 +37,8 @@ pub(crate) use parameter::Place;
 #[derive(Clone, Debug)]
 pub struct System {
     model: Model,
-    /// Proved when first asked for; clones share it.
+    /// Both are made when first asked for; clones share them.
+    coefficients: Arc<OnceLock<Arc<Coefficients>>>,
     structure: Arc<OnceLock<Structure>>,
     /// What it was built from, to be written down.
     #[cfg(feature = "serde")]
@@ -257,7 +259,19 @@ impl System {
     /// What can be proved of the system from its parameters alone, in exact arithmetic. Proved when
     /// first asked for, and remembered.
     pub fn structure(&self) -> &Structure {
-        self.structure.get_or_init(|| Structure::of(&self.model))
+        self.structure
+            .get_or_init(|| Structure::of(&self.model, self.coefficients().clone()))
+    }
+
+    /// M, C and K in exact arithmetic.
+    fn coefficients(&self) -> &Arc<Coefficients> {
+        self.coefficients
+            .get_or_init(|| Arc::new(Coefficients::of(&self.model)))
+    }
+
+    /// Whether det(λ²M + λC + K) [vanishes](determinant::vanishes) for every λ.
+    pub(crate) fn is_singular(&self) -> bool {
+        determinant::vanishes(&self.model, || self.coefficients())
     }
 }
 
@@ -265,6 +279,7 @@ impl From<Model> for System {
     fn from(model: Model) -> System {
         System {
             model,
+            coefficients: Arc::default(),
             structure: Arc::default(),
             #[cfg(feature = "serde")]
             given: None,

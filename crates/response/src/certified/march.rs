@@ -47,7 +47,9 @@ pub(crate) fn march<T: Real, G: Real>(
 pub(super) struct Walker<'a, 'b, T> {
     driven: Driven<'a, 'b, T>,
     /// Φ^{2^j} of the unit step, as far as needed.
-    powers: Vec<Normed<T>>,
+    powers: Vec<Step<T>>,
+    /// The maps to displacements, velocities and accelerations.
+    outputs: [Columns<T>; 3],
     zeta: Vec<T>,
     next: Vec<T>,
     /// The error of the states and of sines and cosines, in the 2-norm.
@@ -65,6 +67,10 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let (zeta, error) = driven.start();
         Walker {
             powers: Vec::new(),
+            outputs: driven.generator.outputs.each_ref().map(|output| {
+                let size = zeta.len();
+                Columns::of(output.rows.len(), size, |i, j| output.rows[i][j])
+            }),
             next: zeta.clone(),
             zeta,
             drift: Drift::new(error),
@@ -176,7 +182,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         } else {
             let (time, error) = self.driven.clock.seconds::<T>(now, end);
             let relative = (error + error) / time.magnitude();
-            let hop = self.exponential(time, relative);
+            let hop = Step::of(self.exponential(time, relative));
             self.operations.steps += 1;
             let error = apply(
                 &hop,
@@ -185,7 +191,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 &mut self.next,
                 self.straight_error,
             );
-            let total = hop.true_norm() * self.drift.total() + error;
+            let total = hop.power.true_norm() * self.drift.total() + error;
             self.drift.restart(total);
             self.follow_slopes(end);
         }
@@ -210,7 +216,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             let power = match self.powers.last() {
                 Some(last) => {
                     self.operations.products += 1.0;
-                    last.times(last)
+                    last.power.times(&last.power)
                 }
                 None => {
                     let (time, error) = self
@@ -221,7 +227,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 }
             };
             self.drift.know(self.powers.len(), power.true_norm());
-            self.powers.push(power);
+            self.powers.push(Step::of(power));
         }
     }
 
@@ -259,7 +265,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         for row in 0..self.driven.generator.combinations.len() {
             let (exact, error) = match &outset {
                 Some(outset) => (outset[3].middle(row, 0), outset[3].radius(row, 0)),
-                None => self.evaluate(&self.driven.generator.combinations[row], drift)[0],
+                None => self.combination(&self.driven.generator.combinations[row], drift),
             };
             let (value, bound) = rounded(exact, error);
             if !value.is_finite() && error.is_finite() {
@@ -314,11 +320,22 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// Each coordinate's displacement, velocity or acceleration, and a bound of its error.
     fn values(&mut self, kind: usize) -> Vec<(T, Magnitude)> {
         let drift = self.drift.total();
-        self.evaluate(&self.driven.generator.outputs[kind], drift)
+        let error = self.output_error(&self.driven.generator.outputs[kind], drift);
+        let rows = self.outputs[kind].rows;
+        let mut values = vec![T::ZERO; rows];
+        self.outputs[kind].apply(&self.zeta, &mut values, |_| rows);
+        values.into_iter().map(|value| (value, error)).collect()
     }
 
-    /// The values of an output, and a bound of the error of any.
-    fn evaluate(&self, output: &Output<T>, drift: Magnitude) -> Vec<(T, Magnitude)> {
+    /// The value of an output of one row, and a bound of its error.
+    fn combination(&self, output: &Output<T>, drift: Magnitude) -> (T, Magnitude) {
+        let products = output.rows[0].iter().zip(&self.zeta).map(|(a, b)| *a * *b);
+        let sum = products.fold(T::ZERO, |sum, product| sum + product);
+        (sum, self.output_error(output, drift))
+    }
+
+    /// A bound of the error of any value of an output.
+    fn output_error(&self, output: &Output<T>, drift: Magnitude) -> Magnitude {
         let (states, loads) = self.zeta.split_at(self.driven.generator.states);
         let of_loads = if self.driven.generator.straight > self.driven.generator.states {
             drift + self.straight_error
@@ -336,8 +353,50 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             let floor = T::floor() * Magnitude::from(vector.len() as f64);
             error = error + part.norm * own + (part.error + rounding * part.norm) * size + floor;
         }
-        let rows = output.rows.iter();
-        rows.map(|row| (dot(row, &self.zeta), error)).collect()
+        error
+    }
+}
+
+/// A matrix by columns: all entries of a product with a vector are summed side by side.
+struct Columns<T> {
+    rows: usize,
+    entries: Vec<T>,
+}
+
+impl<T: Real> Columns<T> {
+    fn of(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> T) -> Columns<T> {
+        let mut entries = Vec::with_capacity(rows * columns);
+        for j in 0..columns {
+            entries.extend((0..rows).map(|i| entry(i, j)));
+        }
+        Columns { rows, entries }
+    }
+
+    /// The product with a vector, of which the first `rows(j)` entries alone depend on entry j of it.
+    fn apply(&self, vector: &[T], product: &mut [T], rows: impl Fn(usize) -> usize) {
+        product.fill(T::ZERO);
+        for (j, factor) in vector.iter().enumerate() {
+            if !factor.is_zero() {
+                let column = &self.entries[j * self.rows..][..rows(j)];
+                T::add_multiple(&mut product[..rows(j)], *factor, column);
+            }
+        }
+    }
+}
+
+/// Φ^{2^j}, or that of any other time.
+struct Step<T> {
+    power: Normed<T>,
+    columns: Columns<T>,
+}
+
+impl<T: Real> Step<T> {
+    fn of(power: Normed<T>) -> Step<T> {
+        let n = power.len();
+        Step {
+            columns: Columns::of(n, n, |i, j| power.row(i)[j]),
+            power,
+        }
     }
 }
 
@@ -364,7 +423,7 @@ fn larger(a: Magnitude, b: Magnitude) -> Magnitude {
 /// ζ ← Ψ ζ but for the straight loads; the error this makes by itself, that of the straight loads
 /// included.
 fn apply<T: Real>(
-    psi: &Normed<T>,
+    step: &Step<T>,
     generator: &Generator<T>,
     zeta: &mut [T],
     next: &mut [T],
@@ -372,16 +431,15 @@ fn apply<T: Real>(
 ) -> Magnitude {
     let n = zeta.len();
     let size = length(zeta);
-    for (i, next) in next.iter_mut().enumerate().take(generator.straight) {
-        let from = if i < generator.states {
-            0
-        } else {
-            generator.states
-        };
-        *next = dot(&psi.row(i)[from..], &zeta[from..]);
-    }
+    // Loads do not depend on states.
+    step.columns
+        .apply(zeta, next, |j| match j < generator.states {
+            true => generator.states,
+            false => generator.straight,
+        });
     zeta[..generator.straight].copy_from_slice(&next[..generator.straight]);
     let floor = T::floor() * Magnitude::from((n * n) as f64);
+    let psi = &step.power;
     (psi.error() + growth::<T>(n) * psi.frobenius()) * size
         + psi.true_norm() * straight_error
         + if size.is_zero() {
@@ -389,12 +447,6 @@ fn apply<T: Real>(
         } else {
             floor
         }
-}
-
-/// Σ aᵢ bᵢ.
-fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    let products = a.iter().zip(b).map(|(a, b)| *a * *b);
-    products.fold(T::ZERO, |sum, product| sum + product)
 }
 
 /// An upper bound of the 2-norm.

@@ -3,17 +3,18 @@
 use std::collections::HashMap;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::FirstOrder;
+use eigentone_modes::{FirstOrder, FirstOrderError, System};
 use faer::{Mat, MatMut};
 
 use super::batch::Batch;
 use super::course;
+use super::estimate::{Estimate, is_stiff};
 use super::flow::{Coordinates, Flow, Outputs, march};
 use super::strides::BY_EXPONENTIAL;
 use crate::answer::{Operations, ResponseMethod, Trajectory};
 use crate::exponential::second_order;
 use crate::hold::{Held, Inputs, Signals, accumulate, exact};
-use crate::problem::{Plant, Problem, ResponseError};
+use crate::problem::{Plant, Problem, ResponseError, TimeGrid};
 
 /// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
 /// form, at resonance, at critical damping and without supports. One exponential for each length of
@@ -33,15 +34,51 @@ impl ResponseMethod for ByExponential {
     }
 
     fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        match Exponential::of(problem.system()) {
+            Ok(exponential) => exponential.run(problem),
+            Err(error) => Err(ResponseError::NotApplicable {
+                method: self.name(),
+                reason: error.to_string(),
+            }),
+        }
+    }
+}
+
+/// The first-order form of a system and what is estimated of it, found once for any number of its motions.
+pub(crate) struct Exponential {
+    /// A clone, which shares what is proved.
+    system: System,
+    form: FirstOrder,
+    estimate: Estimate,
+}
+
+impl Exponential {
+    pub(crate) fn of(system: &System) -> Result<Exponential, FirstOrderError> {
+        let form = FirstOrder::of(system)?;
+        Ok(Exponential {
+            system: system.clone(),
+            estimate: Estimate::of(system, &form),
+            form,
+        })
+    }
+
+    /// Whether it was found from this system or from a clone.
+    pub(crate) fn is_of(&self, system: &System) -> bool {
+        std::ptr::eq(self.system.structure(), system.structure())
+    }
+
+    /// Whether rounding the state matrix is estimated to spoil a motion visibly.
+    pub(crate) fn is_stiff(&self, grid: &TimeGrid) -> bool {
+        is_stiff(&self.estimate, grid)
+    }
+
+    /// The motion of a problem of the same system.
+    pub(crate) fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         if let Some(answer) = course::whole(problem, None) {
             return answer;
         }
-        let form =
-            FirstOrder::of(problem.system()).map_err(|error| ResponseError::NotApplicable {
-                method: self.name(),
-                reason: error.to_string(),
-            })?;
-        let plant = Plant::of(problem, &form).evened();
+        let form = &self.form;
+        let plant = Plant::of(problem, form).evened();
         let inputs = Inputs::of(problem);
         let mut flow = Dense {
             u: inputs.columns(plant.b.as_ref()),
@@ -54,13 +91,13 @@ impl ResponseMethod for ByExponential {
             a: plant.a.clone(),
         };
         let coordinates = Coordinates {
-            detour: None,
+            estimate: self.estimate.clone(),
             b: plant.b.as_ref(),
             enter: &<[f64]>::to_vec,
             outputs: &Outputs::of(&plant, None),
             integrals: plant.integrals,
         };
-        march(self.name(), problem, &mut flow, &form, &coordinates)
+        march(BY_EXPONENTIAL, problem, &mut flow, form, &coordinates)
     }
 }
 

@@ -8,6 +8,7 @@ use eigentone_modes::{Precision, System};
 use faer::{Mat, MatMut};
 
 use super::course;
+use super::estimate::Estimate;
 use super::flow::{Coordinates, Flow, Outputs, march};
 use super::modal_basis::{Basis, BasisError, Block, HeldBlock, add_to_block, integrated};
 use super::strides::BY_SUPERPOSITION;
@@ -104,8 +105,10 @@ impl Superposition {
             accumulate(&inverse, z, &mut modal);
             modal
         };
+        let mut estimate = Estimate::of(problem.system(), form);
+        estimate.detour = Some(basis.detour);
         let coordinates = Coordinates {
-            detour: Some(basis.detour),
+            estimate,
             b: b.as_ref(),
             enter: &enter,
             outputs: &Outputs::of(&plant, Some(t.as_ref())),

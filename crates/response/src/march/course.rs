@@ -160,7 +160,7 @@ impl<'a, 'b> Course<'a, 'b> {
             Output::Displacement(i) => self.start[*i],
             Output::Velocity(i) => self.start[n + i],
         });
-        self.estimate = self.estimate.clone().by_way_of(strides.detour());
+        self.estimate.detour = strides.detour();
         if let Some(sizes) = self.loads.cancelled(self.plant.b.ncols()) {
             let at_once = Outputs::of(&self.plant, None).at_once(&sizes);
             self.estimate.cancel(at_once, grid.step());

@@ -37,7 +37,8 @@ pub(crate) struct Estimate {
     /// The units of rounding that the elimination of massless nodes makes, the sums that give back their motion, and the
     /// division by masses that are not lumped; 0 without any.
     at_once: f64,
-    detour: Option<Detour>,
+    /// Of a method that goes by way of modes.
+    pub(super) detour: Option<Detour>,
     steps: f64,
     elapsed: f64,
     displacement: f64,
@@ -87,11 +88,6 @@ impl Estimate {
             velocity: 0.0,
             acceleration: 0.0,
         }
-    }
-
-    /// The same for a method that goes by way of modes, or of none.
-    pub(crate) fn by_way_of(self, detour: Option<Detour>) -> Estimate {
-        Estimate { detour, ..self }
     }
 
     /// What the rounding of A alone makes of the motion over `elapsed` seconds, relative to its
@@ -184,9 +180,8 @@ pub(super) fn size(matrix: MatRef<'_, f64>) -> Mat<f64> {
 /// The sums of the sizes of the terms of a matrix.
 fn sizes_of_terms(system: &System, kind: MatrixKind) -> Mat<f64> {
     let mut sum = Mat::<f64>::zeros(system.len(), system.len());
-    for term in system.terms(kind) {
-        sum[(term.row, term.column)] += term.value.abs();
-    }
+    let terms = system.terms(kind);
+    terms.for_each(|term| sum[(term.row, term.column)] += term.value.abs());
     sum
 }
 

@@ -5,7 +5,7 @@ use eigentone_modes::FirstOrder;
 use faer::{Mat, MatMut, MatRef};
 
 use super::deviation::Deviation;
-use super::estimate::{Detour, Estimate};
+use super::estimate::Estimate;
 use super::queue::{Mark, Queue};
 use super::strides::{all_finite, largest};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
@@ -165,8 +165,8 @@ pub(crate) struct Coordinates<'a> {
     /// ζ of a state.
     pub(crate) enter: &'a dyn Fn(&[f64]) -> Vec<f64>,
     pub(crate) outputs: &'a Outputs,
-    /// What the way there and back makes of rounding errors, if it goes by way of modes.
-    pub(crate) detour: Option<Detour>,
+    /// With what the way there and back makes of rounding errors, if it goes by way of modes.
+    pub(crate) estimate: Estimate,
     /// How many states are integrals of signals.
     pub(crate) integrals: usize,
 }
@@ -186,7 +186,7 @@ pub(crate) fn march(
         b,
         enter,
         outputs,
-        detour,
+        ref estimate,
         integrals,
     } = *coordinates;
     let rows = outputs.maps[0].rows();
@@ -196,7 +196,7 @@ pub(crate) fn march(
         forces: std::array::from_fn(|_| vec![0.0; b.ncols()]),
         sizes: std::array::from_fn(|_| vec![0.0; b.ncols()]),
         motion: std::array::from_fn(|_| vec![0.0; rows]),
-        estimate: Estimate::of(problem.system(), form).by_way_of(detour),
+        estimate: estimate.clone(),
     };
     // What supports have moved is nothing at the start.
     let whole = |mut state: Vec<f64>| {

@@ -16,8 +16,8 @@ mod queue;
 mod strides;
 
 pub use by_exponential::ByExponential;
+pub(crate) use by_exponential::Exponential;
 pub use by_superposition::BySuperposition;
 pub(crate) use by_superposition::Superposition;
 pub(crate) use course::Course;
-pub(crate) use estimate::{Estimate, is_stiff};
 pub(crate) use modal_basis::Basis;

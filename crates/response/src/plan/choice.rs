@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-use eigentone_modes::{FirstOrder, Precision, dense_gigabytes};
+use eigentone_modes::{Precision, dense_gigabytes};
 
 use crate::answer::{ResponseMethod, Trajectory};
 use crate::certified::ByCertifiedExponential;
-use crate::march::{ByExponential, BySuperposition, Estimate, Superposition, is_stiff};
+use crate::march::{ByExponential, BySuperposition, Exponential, Superposition};
 use crate::problem::{Problem, ResponseError};
 
 /// The choice of a response method, as a value that can be printed and run.
@@ -17,8 +17,16 @@ pub struct ResponsePlan {
     pub reason: String,
     /// What the problem does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
-    /// The modes by which superposition was found to apply.
-    found: Option<Superposition>,
+    found: Found,
+}
+
+/// What was found of the system to choose.
+enum Found {
+    Nothing,
+    /// The modes by which superposition applies.
+    Modes(Superposition),
+    /// The form of which the exponential is taken.
+    Form(Exponential),
 }
 
 /// Every exact method, in the order in which the plan prefers them where they apply well: the
@@ -71,7 +79,7 @@ impl ResponsePlan {
                         method: &ByCertifiedExponential,
                         reason: "proven bounds, with as many digits as they take".to_owned(),
                         left_out,
-                        found: None,
+                        found: Found::Nothing,
                     });
                 }
                 Some(reason) => left_out.push((ByCertifiedExponential.name(), reason)),
@@ -79,11 +87,12 @@ impl ResponsePlan {
         }
         let structure = problem.system().structure();
         let classical = structure.is_undamped() || structure.is_classical();
+        let form = (!classical).then(|| Exponential::of(problem.system()).ok());
+        let form = form.flatten();
+        let is_stiff = |form: &Exponential| form.is_stiff(problem.grid());
         let reason = if classical {
             Some("each real mode moves by itself, in O(n) a step")
-        } else if FirstOrder::of(problem.system())
-            .is_ok_and(|form| is_stiff(&Estimate::of(problem.system(), &form), problem.grid()))
-        {
+        } else if form.as_ref().is_some_and(is_stiff) {
             Some("stiff: rounding the state matrix would cost digits, the modes keep them")
         } else {
             None
@@ -95,7 +104,7 @@ impl ResponsePlan {
                     method: &BySuperposition,
                     reason: reason.to_owned(),
                     left_out,
-                    found: Some(found),
+                    found: Found::Modes(found),
                 });
             }
             Some((_, Err(refusal))) => {
@@ -106,7 +115,11 @@ impl ResponsePlan {
                 left_out.push((BySuperposition.name(), reason));
             }
         }
-        match ByExponential.refuses(problem) {
+        let refusal = match form {
+            Some(_) => None,
+            None => ByExponential.refuses(problem),
+        };
+        match refusal {
             Some(reason) => Err(ResponseError::NotApplicable {
                 method: ByExponential.name(),
                 reason,
@@ -117,7 +130,7 @@ impl ResponsePlan {
                     method: &ByExponential,
                     reason: reason.to_owned(),
                     left_out,
-                    found: None,
+                    found: form.map_or(Found::Nothing, Found::Form),
                 })
             }
         }
@@ -129,9 +142,14 @@ impl ResponsePlan {
     /// What the method reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         match &self.found {
-            Some(found)
+            Found::Modes(found)
                 if self.method.name() == BySuperposition.name()
                     && found.is_of(problem.system()) =>
+            {
+                found.run(problem)
+            }
+            Found::Form(found)
+                if self.method.name() == ByExponential.name() && found.is_of(problem.system()) =>
             {
                 found.run(problem)
             }

@@ -293,7 +293,11 @@ fn component(entry: Complex<f64>, bound: Option<f64>, real: bool) -> String {
             true => number::significant(entry.re),
             false if size == 0.0 => "0".to_owned(),
             false => {
-                let phase = entry.arg().to_degrees();
+                // Above −180° and up to 180° as it is printed too, and 0 without a sign.
+                let phase = match (entry.arg().to_degrees() * 1e3).round() / 1e3 {
+                    -180.0 => 180.0,
+                    phase => phase + 0.0,
+                };
                 format!(
                     "{} ∠{}°",
                     number::significant(size),
@@ -379,6 +383,8 @@ mod tests {
         let shown = |re, im, bound, real| component(Complex::new(re, im), bound, real);
         assert_eq!(shown(-0.5, 0.0, Some(1e-17), true), "−0.500000");
         assert_eq!(shown(0.0, -0.5, Some(1e-17), false), "0.500000 ∠−90.000°");
+        assert_eq!(shown(0.5, -1e-9, Some(1e-17), false), "0.500000 ∠0.000°");
+        assert_eq!(shown(-0.5, -1e-9, Some(1e-17), false), "0.500000 ∠180.000°");
         assert_eq!(shown(0.0, 0.0, Some(0.0), true), "0");
         assert_eq!(shown(0.5, 0.0, Some(1e-6), true), "?");
         assert_eq!(shown(0.5, 0.0, None, true), "?");

@@ -8,9 +8,8 @@ use std::str::FromStr;
 use eigentone::design::difference;
 use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::response::{
-    ByCertifiedExponential, Combination, Extrema, LargestGain, MeanSquare, Peak, Piece, Problem,
-    Quantity, ResponsePlan, StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting,
-    peak_grid,
+    Combination, Extrema, LargestGain, MeanSquare, Peak, Problem, Quantity, ResponsePlan,
+    StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use num_complex::Complex;
@@ -604,23 +603,14 @@ impl Varied {
         limits: &[(f64, f64)],
     ) -> Option<Vec<f64>> {
         let (problem, trajectory) = moving(scene, self.precision, name).ok()?;
-        let largest = Extrema::of(&problem, &trajectory)?.output(0)?.largest();
-        // At an event the value before it and the one after differ.
-        let mut starts = problem.timeline().pieces().iter().skip(1).map(Piece::start);
-        if starts.any(|start| (start - largest.time).abs() <= 1e-9 * largest.time) {
-            return None;
-        }
+        let extrema = Extrema::of(&problem, &trajectory)?;
         let rates = self.derivatives(values, Some(limits), &|other| {
             let there = asked_of(other, self.precision, name).ok()?;
             numbers_beside(&problem, &there)
         })?;
-        let each = rates.iter().map(|rates| {
-            let system = problem.tangent_system(rates).ok()?;
-            let tangent = problem.tangent(&system, rates);
-            let motion = ByCertifiedExponential.at(&tangent, &[largest.time]).ok()?;
-            Some(largest.value.signum() * motion.output(0)[0])
-        });
-        each.collect()
+        let each = rates.iter();
+        each.map(|rates| extrema.slope_of_largest(&problem, 0, rates))
+            .collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is computed in doubles for many designs, and its derivatives, against proven answers and differences of them.
 
-use eigentone_modes::{GROUND, Precision, System, SystemBuilder};
+use eigentone_modes::{Beam, BeamEnd, GROUND, Precision, System, SystemBuilder};
 use eigentone_response::{
     ByCertifiedExponential, Combination, Extrema, FrequencyResponse, HalfSine, Harmonic, Hold,
     LargestGain, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step, Sum,
@@ -63,8 +63,13 @@ fn built(numbers: &[f64]) -> System {
 
 /// f′ by a difference of eighth order.
 fn slope(numbers: &[f64], at: usize, f: impl Fn(&[f64]) -> f64) -> f64 {
+    slope_by(5e-4, numbers, at, f)
+}
+
+/// The same with a spacing, in parts of the number.
+fn slope_by(spacing: f64, numbers: &[f64], at: usize, f: impl Fn(&[f64]) -> f64) -> f64 {
     const WEIGHTS: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-    let spacing = 5e-4 * numbers[at];
+    let spacing = spacing * numbers[at];
     let each = (1..).zip(WEIGHTS).map(|(k, weight)| {
         let moved = |sign: f64| {
             let mut moved = numbers.to_vec();
@@ -233,6 +238,22 @@ fn noise(system: &System) -> RandomVibration<'_> {
         .output(of("travel", travel))
 }
 
+/// The estimate of a mean square in parts of it, that is within it of the proven one.
+fn estimate(noise: &RandomVibration<'_>, name: &str, case: usize) -> f64 {
+    let found = noise.mean_square(name, None).unwrap();
+    let found = found.unwrap_or_else(|| panic!("{case} {name}: doubles tell it"));
+    let proven = noise.solve().unwrap();
+    let mut all = proven.outputs().iter().chain(proven.displacement());
+    let rms = &all.find(|one| one.name == name).expect("it is asked").rms;
+    let (value, _) = rms.finite().expect("it is held");
+    let off = (found.value() - value * value).abs();
+    assert!(
+        off <= found.estimate() + 1e-15 * found.value(),
+        "{case} {name}: {off:e}"
+    );
+    found.estimate() / found.value()
+}
+
 #[test]
 fn mean_squares_are_the_proven_ones_within_their_estimates() {
     let mut dice = Dice(17);
@@ -240,31 +261,34 @@ fn mean_squares_are_the_proven_ones_within_their_estimates() {
         let n = 2 + case % 5;
         let damping = [0.3, 0.02, 1e-3][case % 3];
         let system = built(&random(&mut dice, n, damping));
-        let (first, last) = ("m0".to_owned(), "travel".to_owned());
         let white = RandomVibration::of(&system).force("m1", 2.0);
-        for (noise, name) in [(white, first), (noise(&system), last)] {
-            let found = noise
-                .mean_square(&name, None)
-                .unwrap()
-                .expect("doubles tell it");
-            let proven = noise.solve().unwrap();
-            let mut all = proven.outputs().iter().chain(proven.displacement());
-            let rms = &all
-                .find(|one| one.name == name)
-                .expect("it is asked for")
-                .rms;
-            let (value, _) = rms.finite().expect("it is held");
-            let off = (found.value() - value * value).abs();
-            assert!(
-                off <= found.estimate() + 1e-15 * found.value(),
-                "{case} {name}: {off:e}"
-            );
-            assert!(found.estimate() < 1e-10 * found.value(), "{case} {name}");
+        for (noise, name) in [(white, "m0"), (noise(&system), "travel")] {
+            assert!(estimate(&noise, name, case) < 1e-11, "{case} {name}");
         }
     }
     // The displacement of a mass wanders with the road.
     let system = built(&random(&mut dice, 2, 0.1));
     assert!(noise(&system).mean_square("m0", None).unwrap().is_none());
+}
+
+#[test]
+fn so_are_those_of_stiff_systems() {
+    let mut dice = Dice(29);
+    for case in 0..30 {
+        let n = 2 + case % 5;
+        let mut numbers = random(&mut dice, n, 0.05);
+        let times = [1e3, 1e6, 1e9][case % 3];
+        numbers[3 * (n - 1) + 1] *= times;
+        let system = built(&numbers);
+        let white = RandomVibration::of(&system).force("m0", 2.0);
+        for (noise, name) in [(white, "middle"), (noise(&system), "ride")] {
+            let estimate = estimate(&noise, name, case);
+            assert!(
+                estimate < 1e-11 || times > 1e6,
+                "{case} {name}: {estimate:e}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -286,12 +310,66 @@ fn derivatives_of_mean_squares_are_those_of_proven_values() {
             let (value, _) = motion.outputs()[1].rms.finite().expect("it is held");
             value * value
         };
-        let (found, right) = (slope(&numbers, at, along), slope(&numbers, at, proven));
+        let (found, right) = (
+            slope_by(1.0 / 128.0, &numbers, at, along),
+            slope(&numbers, at, proven),
+        );
         let size = found.abs() + right.abs() + proven(&numbers) / numbers[at];
         assert!(
             (found - right).abs() < 1e-11 * size,
             "{at}: {found:e} {right:e}"
         );
+    }
+}
+
+/// A cantilever of this rigidity with a mass and a dashpot at its tip, and an absorber of this stiffness there.
+fn mast(rigidity: f64, absorber: f64) -> System {
+    let beam = Beam {
+        name: "mast".to_owned(),
+        length: 2.0,
+        elements: 20,
+        flexural_rigidity: rigidity,
+        mass_per_length: 1.2,
+        ends: [BeamEnd::Clamped, BeamEnd::Free],
+        lumped: false,
+    };
+    let builder = System::builder().mass("absorber", 0.1).beam(beam);
+    let builder = builder.point("tip", [("mast.20.w", 1.0)], 0.5);
+    let builder = builder
+        .spring("tip", "absorber", absorber)
+        .damper("tip", "absorber", 0.3)
+        .damper(GROUND, "tip", 0.5);
+    builder.build().expect("a mast")
+}
+
+/// Against partial fractions with 40 digits of the roots of the same finite elements.
+#[test]
+fn mean_squares_of_finite_elements_are_those_of_40_digits() {
+    let system = mast(100.0, 10.0);
+    fn noise(system: &System) -> RandomVibration<'_> {
+        RandomVibration::of(system).force("tip", 1.0)
+    }
+    let found = noise(&system)
+        .mean_square("tip", None)
+        .unwrap()
+        .expect("it is held");
+    let off = (found.value().sqrt() / 0.107_137_440_391_158_97 - 1.0).abs();
+    assert!(
+        off < 1e-15 && found.estimate() < 1e-14 * found.value(),
+        "{off:e}"
+    );
+    let along = |by: [f64; 2]| {
+        found
+            .along(&noise(&mast(by[0], by[1])))
+            .unwrap()
+            .expect("alike")
+    };
+    for (at, right) in [-1.522_584_550_067_093_7e-4, 3.611_977_353_696_341e-4]
+        .into_iter()
+        .enumerate()
+    {
+        let slope = slope_by(1.0 / 128.0, &[100.0, 10.0], at, |by| along([by[0], by[1]]));
+        assert!((slope / right - 1.0).abs() < 1e-13, "{at}: {slope:e}");
     }
 }
 

@@ -1960,6 +1960,25 @@ fn peaks_and_settling_of_a_sweep_lie_between_the_samples() {
         )
     };
     assert!(error("peak wall").contains("wall"));
+    // Without the spring it drifts, which is said.
+    let drifting = text.replace(r#""stiffness": 4"#, r#""stiffness": 0"#);
+    fs::write(&file, drifting).expect("it can be written");
+    let asked = ["--vary", "d.damping=0.4,1,2", "--metric", "settling m"];
+    let output = eigentone(&[&["sweep", scene, "--json"], &asked[..]].concat());
+    let lines = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(lines.matches(r#""settling m": null"#).count(), 3, "{lines}");
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        note.contains("settling m: no value in 3 of 3 designs, where it drifts"),
+        "{note}"
+    );
+    let vary = ["--vary", "d.damping=0.4:2", "--minimise", "settling m"];
+    let error_of_drift = refused(&[&["optimise", scene], &vary[..]].concat(), 2);
+    assert!(
+        error_of_drift.contains("limits: it drifts"),
+        "{error_of_drift}"
+    );
+    fs::write(&file, text).expect("it can be written");
     assert!(error("settling mm").contains("there is no output, mass or point"));
 }
 

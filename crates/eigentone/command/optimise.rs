@@ -143,6 +143,10 @@ impl Tried<'_> {
         let metrics: Vec<&str> = aims.iter().map(|aim| aim.metric.text.as_str()).collect();
         let why = match (error, self.why) {
             (OptimumError::Nowhere { .. }, Some(why)) => why,
+            (error @ OptimumError::Nowhere { .. }, None) => {
+                let kinds = aims.iter().map(|aim| aim.metric.kind.is_missing());
+                format!("{error}: {}", kinds.collect::<Vec<_>>().join(", or "))
+            }
             (error, _) => error.to_string(),
         };
         self.varied.refuse(format!("{}: {why}", metrics.join(", ")))

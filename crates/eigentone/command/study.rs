@@ -45,6 +45,20 @@ impl Kind {
     pub fn is_proven(&self) -> bool {
         !matches!(self, Kind::Rms(_, Some(_)))
     }
+
+    /// When a design has no value of it.
+    pub fn is_missing(&self) -> &'static str {
+        match self {
+            Kind::Damping => "roots are doubtful",
+            Kind::Frequency(_) => "there are fewer modes, or this one is doubtful",
+            Kind::Gain(..) => "it is infinite or not known, or something grows",
+            Kind::Rms(..) => "it is infinite or not known",
+            Kind::Peak(_) => "it is not known",
+            Kind::Settling(_) => {
+                "it drifts, keeps oscillating or grows, or is not at rest yet at the end of `time`"
+            }
+        }
+    }
 }
 
 impl FromStr for Metric {

@@ -147,7 +147,11 @@ impl Sweep {
         let mut said = Instant::now();
         let mut open = true;
         let mut headers = Vec::new();
+        let mut missing = vec![0u64; self.metric.len()];
         designs.each(range, |design| {
+            for (missing, value) in missing.iter_mut().zip(&design.metrics) {
+                *missing += u64::from(value.is_none());
+            }
             if open {
                 let mut text = String::new();
                 if !self.json && headers.is_empty() {
@@ -174,7 +178,17 @@ impl Sweep {
             // Without a reader and a table nobody waits for more.
             Ok(open || table.is_some())
         })?;
-        written(out.flush()).map(drop)
+        let flushed = written(out.flush()).map(drop);
+        for (metric, missing) in self.metric.iter().zip(missing).filter(|(_, k)| *k > 0) {
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: {}: no value in {missing} of {count} designs, where {}",
+                self.scene.display(),
+                metric.text,
+                metric.kind.is_missing()
+            );
+        }
+        flushed
     }
 
     /// What is printed of a design as JSON.

@@ -157,11 +157,17 @@ impl SweepReport<'_> {
             return None;
         }
         let [x, y] = self.axes(k);
-        let lines = families.into_iter().map(|(name, family)| {
-            let name = if name.is_empty() {
-                self.table.metrics[k].clone()
-            } else {
-                name
+        let others = &self.table.parameters[..self.table.parameters.len() - 1];
+        let of = match others {
+            [] => String::new(),
+            names => format!(" for {}", names.join(", ")),
+        };
+        let lines = families.into_iter().map(|(_, family)| {
+            // Names would not fit, and are in the title.
+            let values = family[0].values[..others.len()].iter();
+            let name = match others {
+                [] => self.table.metrics[k].clone(),
+                _ => values.map(f64::to_string).collect::<Vec<_>>().join(", "),
             };
             Line::new(&name, family.len(), move |i| {
                 let value = family[i].values.last().copied().unwrap_or(f64::NAN);
@@ -169,7 +175,7 @@ impl SweepReport<'_> {
             })
         });
         Some(Plot {
-            title: format!("{}: {}", self.title, self.table.metrics[k]),
+            title: format!("{}: {}{of}", self.title, self.table.metrics[k]),
             x,
             y,
             lines: lines.collect(),

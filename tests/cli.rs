@@ -2064,13 +2064,27 @@ fn designs_without_a_value_have_none() {
     let told = |vary: &str, metrics: &[&str]| -> Vec<Vec<Option<f64>>> {
         let asked = metrics.iter().flat_map(|metric| ["--metric", *metric]);
         let start = ["sweep", scene, "--json", "--vary", vary];
-        let text = printed(&start.into_iter().chain(asked).collect::<Vec<_>>());
+        let output = eigentone(&start.into_iter().chain(asked).collect::<Vec<_>>());
+        assert!(output.status.success(), "{output:?}");
         let line = |line: &str| -> Vec<Option<f64>> {
             let line: Value = serde_json::from_str(line).expect("JSON");
             let metrics = metrics.iter();
             metrics.map(|name| line["metrics"][name].as_f64()).collect()
         };
-        text.lines().map(line).collect()
+        let text = String::from_utf8_lossy(&output.stdout);
+        let all: Vec<Vec<Option<f64>>> = text.lines().map(line).collect();
+        // Each metric that some have not is named, with their number.
+        let notes = metrics.iter().enumerate().filter_map(|(k, name)| {
+            let missing = all.iter().filter(|one| one[k].is_none()).count();
+            let count = all.len();
+            let note = format!("{name}: no value in {missing} of {count} designs, where ");
+            (missing > 0).then_some(note)
+        });
+        let notes: Vec<String> = notes.collect();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(said.lines().count(), notes.len(), "{said}");
+        assert!(notes.iter().all(|note| said.contains(note)), "{said}");
+        all
     };
     let all = told("d.damping=-1,0,1", &["rms m", "gain m m", "damping"]);
     assert_eq!(all[0], [None, None, Some(-0.5)]);

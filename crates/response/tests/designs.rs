@@ -322,19 +322,19 @@ fn derivatives_of_mean_squares_are_those_of_proven_values() {
     }
 }
 
-/// A cantilever of this rigidity with a mass and a dashpot at its tip, and an absorber of this stiffness there.
-fn mast(rigidity: f64, absorber: f64) -> System {
+/// A cantilever of so many elements and this rigidity with a mass and a dashpot at its tip, and an absorber of this stiffness there.
+fn mast(elements: usize, rigidity: f64, absorber: f64) -> System {
     let beam = Beam {
         name: "mast".to_owned(),
         length: 2.0,
-        elements: 20,
+        elements,
         flexural_rigidity: rigidity,
         mass_per_length: 1.2,
         ends: [BeamEnd::Clamped, BeamEnd::Free],
         lumped: false,
     };
     let builder = System::builder().mass("absorber", 0.1).beam(beam);
-    let builder = builder.point("tip", [("mast.20.w", 1.0)], 0.5);
+    let builder = builder.point("tip", [(format!("mast.{elements}.w"), 1.0)], 0.5);
     let builder = builder
         .spring("tip", "absorber", absorber)
         .damper("tip", "absorber", 0.3)
@@ -345,7 +345,7 @@ fn mast(rigidity: f64, absorber: f64) -> System {
 /// Against partial fractions with 40 digits of the roots of the same finite elements.
 #[test]
 fn mean_squares_of_finite_elements_are_those_of_40_digits() {
-    let system = mast(100.0, 10.0);
+    let system = mast(20, 100.0, 10.0);
     fn noise(system: &System) -> RandomVibration<'_> {
         RandomVibration::of(system).force("tip", 1.0)
     }
@@ -360,7 +360,7 @@ fn mean_squares_of_finite_elements_are_those_of_40_digits() {
     );
     let along = |by: [f64; 2]| {
         found
-            .along(&noise(&mast(by[0], by[1])))
+            .along(&noise(&mast(20, by[0], by[1])))
             .unwrap()
             .expect("alike")
     };
@@ -370,6 +370,25 @@ fn mean_squares_of_finite_elements_are_those_of_40_digits() {
     {
         let slope = slope_by(1.0 / 128.0, &[100.0, 10.0], at, |by| along([by[0], by[1]]));
         assert!((slope / right - 1.0).abs() < 1e-13, "{at}: {slope:e}");
+    }
+}
+
+/// A force at the tip reaches the absorber through its spring and damper alone, so that its acceleration is finite.
+#[test]
+fn what_no_inertia_couples_has_a_finite_acceleration() {
+    let system = mast(3, 100.0, 10.0);
+    let output = Combination {
+        name: "ride".to_owned(),
+        of: Sum::Motions(vec![(Quantity::Acceleration, "absorber".to_owned(), 1.0)]),
+    };
+    let noise = RandomVibration::of(&system)
+        .force("tip", 1.0)
+        .output(output);
+    assert!(estimate(&noise, "ride", 0) < 1e-11);
+    let proven = noise.solve().unwrap();
+    let accelerations = proven.acceleration().iter();
+    for of in accelerations.filter(|of| of.name != "absorber") {
+        assert!(of.rms.finite().is_none(), "{}", of.name);
     }
 }
 

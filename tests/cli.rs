@@ -2530,6 +2530,52 @@ fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {
     assert!(refused(&["merge", whole], 2).contains("no part of a sweep"));
 }
 
+#[test]
+fn axes_of_designs_have_units() {
+    let folder = fresh("sweep-units");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("car.json");
+    let text = r#"{"masses": [{"name": "body", "mass": 300}, {"name": "wheel", "mass": 40}, {"name": "disc", "mass": 2, "unit": "rad"}],
+        "supports": ["road"],
+        "springs": [{"name": "k", "between": ["wheel", "body"], "stiffness": 16000}, {"between": ["road", "wheel"], "stiffness": 160000},
+                    {"name": "t", "between": ["ground", "disc"], "stiffness": 5}],
+        "dampers": [{"name": "c", "between": ["wheel", "body"], "damping": 1000}, {"between": ["ground", "disc"], "damping": 1}],
+        "outputs": [{"name": "comfort", "acceleration": {"body": 1}}, {"name": "grip", "force": "k"}],
+        "noise": [{"of": "road", "velocity": 1e-3}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let out = folder.join("out");
+    let [scene, out] = [&file, &out].map(|path| path.to_str().expect("UTF-8"));
+    let metrics = [
+        ("damping", ">damping<"),
+        ("frequency 2", ">frequency 2, rad/s<"),
+        ("gain body comfort", ">gain body comfort, m/s²/N<"),
+        ("gain road grip", ">gain road grip, N/m<"),
+        ("gain disc disc", ">gain disc disc, rad/(N·m)<"),
+        ("rms comfort", ">rms comfort, m/s²<"),
+    ];
+    let asked = metrics.iter().flat_map(|(metric, _)| ["--metric", metric]);
+    let asked: Vec<&str> = asked.chain(["--out", out]).collect();
+    for (vary, axis) in [
+        ("c.damping=800:1200:3", ">c.damping, N·s/m<"),
+        ("t.stiffness=4,5", ">t.stiffness, N·m/rad<"),
+        ("wheel.mass=30,40", ">wheel.mass, kg<"),
+        ("disc.mass=1,2", ">disc.mass, kg·m²<"),
+    ] {
+        printed(&[&["sweep", scene, "--vary", vary], &asked[..]].concat());
+        for (k, (_, told)) in metrics.iter().enumerate() {
+            let drawing = Path::new(out).join(format!("metric-{}.svg", k + 1));
+            let drawing = fs::read_to_string(drawing).expect("a drawing");
+            // Of small values the axis has a power of ten.
+            let powers = |label: &str| label.replace(", 10⁻³ ", ", ").replace(", 10⁻⁶ ", ", ");
+            let drawing = powers(&drawing);
+            assert!(
+                drawing.contains(axis) && drawing.contains(told),
+                "{told} {drawing}"
+            );
+        }
+    }
+}
+
 /// Random trees of masses, heavily and hardly damped: the largest gain that doubles find is the proven one.
 #[test]
 fn gains_in_doubles_are_the_proven_ones() {

@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 use eigentone::design::difference;
 use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
+use eigentone::report::Units;
 use eigentone::response::{
     Combination, Extrema, LargestGain, MeanSquare, Peak, Problem, Quantity, ResponsePlan,
     StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
@@ -46,6 +47,18 @@ impl Kind {
         !matches!(self, Kind::Rms(_, Some(_)))
     }
 
+    /// Its unit, empty where it is not known.
+    pub fn unit(&self, scene: &Scene) -> String {
+        let units = units(scene);
+        match self {
+            Kind::Damping => String::new(),
+            Kind::Frequency(_) => "rad/s".to_owned(),
+            Kind::Gain(from, to, _) => units.response(from, units.place(to)),
+            Kind::Rms(name, _) | Kind::Peak(name) => units.place(name).to_owned(),
+            Kind::Settling(_) => "s".to_owned(),
+        }
+    }
+
     /// When a design has no value of it.
     pub fn is_missing(&self) -> &'static str {
         match self {
@@ -58,6 +71,13 @@ impl Kind {
                 "it drifts, keeps oscillating or grows, or is not at rest yet at the end of `time`"
             }
         }
+    }
+}
+
+fn units(scene: &Scene) -> Units<'_> {
+    Units {
+        system: scene.system(),
+        outputs: scene.outputs(),
     }
 }
 
@@ -223,6 +243,20 @@ impl Varied {
     /// The scene as it was read.
     pub fn scene(&self) -> &Value {
         &self.value
+    }
+
+    /// The units of the varied numbers.
+    pub fn units(&self, scene: &Scene) -> impl Iterator<Item = String> {
+        self.pointers.iter().map(move |pointer| {
+            let parts: Vec<&str> = pointer.split('/').collect();
+            let unit = match parts[..] {
+                ["", list, index, key] => index
+                    .parse()
+                    .map_or("", |index| units(scene).number(list, index, key)),
+                _ => "",
+            };
+            unit.to_owned()
+        })
     }
 
     pub fn names(&self) -> impl Iterator<Item = &str> {

@@ -83,6 +83,8 @@ impl Sweep {
         if let Some(directory) = &self.out {
             let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
             let name = name.to_string_lossy();
+            let metrics = self.metric.iter().map(|metric| metric.kind.unit(&scene));
+            let units: Vec<String> = varied.units(&scene).chain(metrics).collect();
             let question = json!({
                 "eigentone": env!("CARGO_PKG_VERSION"),
                 "title": scene.title().unwrap_or(&name),
@@ -90,6 +92,7 @@ impl Sweep {
                 "designs": grid.count(),
                 "vary": self.vary.iter().map(|one| [&one.path, &one.text]).collect::<Vec<_>>(),
                 "metrics": self.metric.iter().map(|metric| &metric.text).collect::<Vec<_>>(),
+                "units": units,
                 "precision": format!("{:?}", self.precision),
                 "tolerance": self.tolerance,
                 "scene": varied.scene(),
@@ -101,6 +104,7 @@ impl Sweep {
                     .iter()
                     .map(|metric| metric.text.clone())
                     .collect(),
+                units,
             };
             let files = Part::new(directory, question, columns.clone());
             let Some((growing, done)) = files.open(&self.scene, self.resume)? else {

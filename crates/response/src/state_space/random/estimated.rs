@@ -86,8 +86,8 @@ impl MeanSquare {
         let scaled = Scaled::of(form, &units);
         let whole = |of: &[Vec<f64>]| Mat::from_fn(n, n, |i, j| of[j][i]);
         let smith = Smith::of(&whole(&scaled.a), q)?;
-        let p = vec![smith.solve(&whole(&scaled.q), false)];
-        let x = vec![smith.solve(&whole(&scaled.transposed().q), true)];
+        let solved = smith.solve(&whole(&scaled.q), &whole(&scaled.transposed().q))?;
+        let [p, x] = solved.map(|part| vec![part]);
         let found = MeanSquare {
             output: output.to_owned(),
             weighting,
@@ -113,7 +113,7 @@ impl MeanSquare {
         for _ in 0..ROUNDS {
             let left = scaled.left(&self.p);
             let back = [transposed.left(&self.x)];
-            let lacks = smith.solve(&left, false);
+            let [lacks, lacks_x] = smith.solve(&left, &back[0])?;
             let first = scaled.read(&self.p) + T::from(between(&self.x, &left));
             self.value = (first + T::from(between(&back, &lacks))).to_f64();
             // The last correction bounds what is left of it, as E is small beside P.
@@ -121,7 +121,7 @@ impl MeanSquare {
                 + rounding(&scaled, &self.p, &self.x)
                 + 2.0 * f64::EPSILON * self.value.abs();
             self.p.push(lacks);
-            self.x.push(smith.solve(&back[0], true));
+            self.x.push(lacks_x);
             if self.is_good() {
                 break;
             }
@@ -249,51 +249,47 @@ fn columns<T>(n: usize, entry: impl Fn(usize, usize) -> T) -> Vec<Vec<T>> {
 /// A of doubles, ready to solve AP + PAᵀ + Q = 0.
 struct Smith {
     shifted: PartialPivLu<f64>,
+    /// F.
+    f: Mat<f64>,
     q: f64,
-    /// F, F², F⁴ and so on, until they are nothing.
-    powers: Vec<Mat<f64>>,
 }
 
 impl Smith {
-    /// `None` where something does not decay, as far as doubles tell.
     fn of(a: &Mat<f64>, q: f64) -> Option<Smith> {
-        const DOUBLINGS: usize = 60;
-        const NOTHING: f64 = 1e-16;
         let shift = faer::Scale(q) * Mat::<f64>::identity(a.nrows(), a.nrows());
         let shifted = regular((a - &shift).partial_piv_lu())?;
-        let mut powers = vec![shifted.solve(a + &shift)];
-        for _ in 0..DOUBLINGS {
-            let last = powers.last()?;
-            match last.norm_max() {
-                size if !size.is_finite() => return None,
-                // What it adds is as small as its square.
-                size if size <= NOTHING => return Some(Smith { shifted, q, powers }),
-                _ => powers.push(last * last),
-            }
-        }
-        None
+        let f = shifted.solve(a + &shift);
+        Some(Smith { shifted, f, q })
     }
 
-    /// P, or with Aᵀ for A what solves that.
-    fn solve(&self, right: &Mat<f64>, transposed: bool) -> Mat<f64> {
-        let divided = |mut of: Mat<f64>| {
-            match transposed {
-                true => self.shifted.solve_transpose_in_place(&mut of),
-                false => self.shifted.solve_in_place(&mut of),
+    /// P for one Q, and with Aᵀ for A what solves that for another; `None` where something does not decay, as far as doubles tell.
+    fn solve(&self, right: &Mat<f64>, back: &Mat<f64>) -> Option<[Mat<f64>; 2]> {
+        const DOUBLINGS: usize = 60;
+        const NOTHING: f64 = 1e-16;
+        let mut once = right.to_owned();
+        self.shifted.solve_in_place(&mut once);
+        let mut p = once.transpose().to_owned();
+        self.shifted.solve_in_place(&mut p);
+        let mut once = back.to_owned();
+        self.shifted.solve_transpose_in_place(&mut once);
+        let mut x = once.transpose().to_owned();
+        self.shifted.solve_transpose_in_place(&mut x);
+        let mut f = self.f.clone();
+        for _ in 0..DOUBLINGS {
+            p += &f * &p * f.transpose();
+            x += f.transpose() * &x * &f;
+            let size = f.norm_max();
+            if !size.is_finite() {
+                return None;
             }
-            of
-        };
-        let once = divided(right.to_owned());
-        let mut sum = faer::Scale(2.0 * self.q) * divided(once.transpose().to_owned());
-        for power in &self.powers {
-            let f = match transposed {
-                true => power.transpose(),
-                false => power.as_ref(),
-            };
-            sum += f * &sum * f.transpose();
+            // What comes after is as small as its square.
+            if size <= NOTHING {
+                // What rounding makes unsymmetric would count as a residual that X does not weigh rightly.
+                return Some([p, x].map(|sum| faer::Scale(self.q) * (&sum + sum.transpose())));
+            }
+            f = &f * &f;
         }
-        // What rounding makes unsymmetric would count as a residual that X does not weigh rightly.
-        faer::Scale(0.5) * (&sum + sum.transpose())
+        None
     }
 }
 

@@ -1960,6 +1960,25 @@ fn peaks_and_settling_of_a_sweep_lie_between_the_samples() {
         )
     };
     assert!(error("peak wall").contains("wall"));
+    // Without the spring it drifts, which is said.
+    let drifting = text.replace(r#""stiffness": 4"#, r#""stiffness": 0"#);
+    fs::write(&file, drifting).expect("it can be written");
+    let asked = ["--vary", "d.damping=0.4,1,2", "--metric", "settling m"];
+    let output = eigentone(&[&["sweep", scene, "--json"], &asked[..]].concat());
+    let lines = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(lines.matches(r#""settling m": null"#).count(), 3, "{lines}");
+    let note = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        note.contains("settling m: no value in 3 of 3 designs, where it drifts"),
+        "{note}"
+    );
+    let vary = ["--vary", "d.damping=0.4:2", "--minimise", "settling m"];
+    let error_of_drift = refused(&[&["optimise", scene], &vary[..]].concat(), 2);
+    assert!(
+        error_of_drift.contains("limits: it drifts"),
+        "{error_of_drift}"
+    );
+    fs::write(&file, text).expect("it can be written");
     assert!(error("settling mm").contains("there is no output, mass or point"));
 }
 
@@ -2045,13 +2064,27 @@ fn designs_without_a_value_have_none() {
     let told = |vary: &str, metrics: &[&str]| -> Vec<Vec<Option<f64>>> {
         let asked = metrics.iter().flat_map(|metric| ["--metric", *metric]);
         let start = ["sweep", scene, "--json", "--vary", vary];
-        let text = printed(&start.into_iter().chain(asked).collect::<Vec<_>>());
+        let output = eigentone(&start.into_iter().chain(asked).collect::<Vec<_>>());
+        assert!(output.status.success(), "{output:?}");
         let line = |line: &str| -> Vec<Option<f64>> {
             let line: Value = serde_json::from_str(line).expect("JSON");
             let metrics = metrics.iter();
             metrics.map(|name| line["metrics"][name].as_f64()).collect()
         };
-        text.lines().map(line).collect()
+        let text = String::from_utf8_lossy(&output.stdout);
+        let all: Vec<Vec<Option<f64>>> = text.lines().map(line).collect();
+        // Each metric that some have not is named, with their number.
+        let notes = metrics.iter().enumerate().filter_map(|(k, name)| {
+            let missing = all.iter().filter(|one| one[k].is_none()).count();
+            let count = all.len();
+            let note = format!("{name}: no value in {missing} of {count} designs, where ");
+            (missing > 0).then_some(note)
+        });
+        let notes: Vec<String> = notes.collect();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(said.lines().count(), notes.len(), "{said}");
+        assert!(notes.iter().all(|note| said.contains(note)), "{said}");
+        all
     };
     let all = told("d.damping=-1,0,1", &["rms m", "gain m m", "damping"]);
     assert_eq!(all[0], [None, None, Some(-0.5)]);
@@ -2495,6 +2528,52 @@ fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {
     fs::remove_file(Path::new(parts).join("sweep.5-of-8.csv")).expect("it is there");
     assert!(refused(&["merge", parts], 2).contains("missing: 5"));
     assert!(refused(&["merge", whole], 2).contains("no part of a sweep"));
+}
+
+#[test]
+fn axes_of_designs_have_units() {
+    let folder = fresh("sweep-units");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("car.json");
+    let text = r#"{"masses": [{"name": "body", "mass": 300}, {"name": "wheel", "mass": 40}, {"name": "disc", "mass": 2, "unit": "rad"}],
+        "supports": ["road"],
+        "springs": [{"name": "k", "between": ["wheel", "body"], "stiffness": 16000}, {"between": ["road", "wheel"], "stiffness": 160000},
+                    {"name": "t", "between": ["ground", "disc"], "stiffness": 5}],
+        "dampers": [{"name": "c", "between": ["wheel", "body"], "damping": 1000}, {"between": ["ground", "disc"], "damping": 1}],
+        "outputs": [{"name": "comfort", "acceleration": {"body": 1}}, {"name": "grip", "force": "k"}],
+        "noise": [{"of": "road", "velocity": 1e-3}]}"#;
+    fs::write(&file, text).expect("it can be written");
+    let out = folder.join("out");
+    let [scene, out] = [&file, &out].map(|path| path.to_str().expect("UTF-8"));
+    let metrics = [
+        ("damping", ">damping<"),
+        ("frequency 2", ">frequency 2, rad/s<"),
+        ("gain body comfort", ">gain body comfort, m/s²/N<"),
+        ("gain road grip", ">gain road grip, N/m<"),
+        ("gain disc disc", ">gain disc disc, rad/(N·m)<"),
+        ("rms comfort", ">rms comfort, m/s²<"),
+    ];
+    let asked = metrics.iter().flat_map(|(metric, _)| ["--metric", metric]);
+    let asked: Vec<&str> = asked.chain(["--out", out]).collect();
+    for (vary, axis) in [
+        ("c.damping=800:1200:3", ">c.damping, N·s/m<"),
+        ("t.stiffness=4,5", ">t.stiffness, N·m/rad<"),
+        ("wheel.mass=30,40", ">wheel.mass, kg<"),
+        ("disc.mass=1,2", ">disc.mass, kg·m²<"),
+    ] {
+        printed(&[&["sweep", scene, "--vary", vary], &asked[..]].concat());
+        for (k, (_, told)) in metrics.iter().enumerate() {
+            let drawing = Path::new(out).join(format!("metric-{}.svg", k + 1));
+            let drawing = fs::read_to_string(drawing).expect("a drawing");
+            // Of small values the axis has a power of ten.
+            let powers = |label: &str| label.replace(", 10⁻³ ", ", ").replace(", 10⁻⁶ ", ", ");
+            let drawing = powers(&drawing);
+            assert!(
+                drawing.contains(axis) && drawing.contains(told),
+                "{told} {drawing}"
+            );
+        }
+    }
 }
 
 /// Random trees of masses, heavily and hardly damped: the largest gain that doubles find is the proven one.

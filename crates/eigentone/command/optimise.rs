@@ -143,6 +143,10 @@ impl Tried<'_> {
         let metrics: Vec<&str> = aims.iter().map(|aim| aim.metric.text.as_str()).collect();
         let why = match (error, self.why) {
             (OptimumError::Nowhere { .. }, Some(why)) => why,
+            (error @ OptimumError::Nowhere { .. }, None) => {
+                let kinds = aims.iter().map(|aim| aim.metric.kind.is_missing());
+                format!("{error}: {}", kinds.collect::<Vec<_>>().join(", or "))
+            }
             (error, _) => error.to_string(),
         };
         self.varied.refuse(format!("{}: {why}", metrics.join(", ")))
@@ -213,6 +217,7 @@ fn between(
     drop(tried);
     let varied = varied.to(Precision::default());
     let mut designs = Vec::new();
+    let mut units = [const { String::new() }; 2];
     for point in points {
         let (scene, modes) = varied
             .solve(&point.point)
@@ -225,6 +230,7 @@ fn between(
             is_shown &= is_followed(proven, aim.sign * followed);
             *value = proven.unwrap_or(aim.sign * followed);
         }
+        units = aims.map(|aim| aim.metric.kind.unit(&scene));
         designs.push(FrontDesign {
             parameters: point.point,
             metrics,
@@ -236,6 +242,7 @@ fn between(
         title: varied.title(),
         parameters: &parameters,
         metrics: aims.map(|aim| aim.metric.text.as_str()),
+        units: units.each_ref().map(String::as_str),
         designs: &designs,
     };
     if let Some(mut files) = files {

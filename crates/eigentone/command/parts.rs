@@ -339,9 +339,11 @@ fn table_of(file: &Path, question: &Value) -> Result<SweepTable, Failure> {
         .map(|all| all.iter().map(|one| one[0].clone()).collect());
     let names = names.and_then(|names: Vec<Value>| texts(&Value::from(names)));
     let metrics = texts(&question["metrics"]);
+    let units = texts(&question["units"]).unwrap_or_default();
     let table = names.zip(metrics).map(|(parameters, metrics)| SweepTable {
         parameters,
         metrics,
+        units,
     });
     table.ok_or_else(|| unfit(file, "it does not say what varies, and what is told"))
 }

@@ -7,10 +7,10 @@ use std::str::FromStr;
 
 use eigentone::design::difference;
 use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
+use eigentone::report::Units;
 use eigentone::response::{
-    ByCertifiedExponential, Combination, Extrema, LargestGain, MeanSquare, Peak, Piece, Problem,
-    Quantity, ResponsePlan, StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting,
-    peak_grid,
+    Combination, Extrema, LargestGain, MeanSquare, Peak, Problem, Quantity, ResponsePlan,
+    StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use num_complex::Complex;
@@ -45,6 +45,39 @@ impl Kind {
     /// Whether there are proven values of it: a weighted mean square is an estimate.
     pub fn is_proven(&self) -> bool {
         !matches!(self, Kind::Rms(_, Some(_)))
+    }
+
+    /// Its unit, empty where it is not known.
+    pub fn unit(&self, scene: &Scene) -> String {
+        let units = units(scene);
+        match self {
+            Kind::Damping => String::new(),
+            Kind::Frequency(_) => "rad/s".to_owned(),
+            Kind::Gain(from, to, _) => units.response(from, units.place(to)),
+            Kind::Rms(name, _) | Kind::Peak(name) => units.place(name).to_owned(),
+            Kind::Settling(_) => "s".to_owned(),
+        }
+    }
+
+    /// When a design has no value of it.
+    pub fn is_missing(&self) -> &'static str {
+        match self {
+            Kind::Damping => "roots are doubtful",
+            Kind::Frequency(_) => "there are fewer modes, or this one is doubtful",
+            Kind::Gain(..) => "it is infinite or not known, or something grows",
+            Kind::Rms(..) => "it is infinite or not known",
+            Kind::Peak(_) => "it is not known",
+            Kind::Settling(_) => {
+                "it drifts, keeps oscillating or grows, or is not at rest yet at the end of `time`"
+            }
+        }
+    }
+}
+
+fn units(scene: &Scene) -> Units<'_> {
+    Units {
+        system: scene.system(),
+        outputs: scene.outputs(),
     }
 }
 
@@ -210,6 +243,20 @@ impl Varied {
     /// The scene as it was read.
     pub fn scene(&self) -> &Value {
         &self.value
+    }
+
+    /// The units of the varied numbers.
+    pub fn units(&self, scene: &Scene) -> impl Iterator<Item = String> {
+        self.pointers.iter().map(move |pointer| {
+            let parts: Vec<&str> = pointer.split('/').collect();
+            let unit = match parts[..] {
+                ["", list, index, key] => index
+                    .parse()
+                    .map_or("", |index| units(scene).number(list, index, key)),
+                _ => "",
+            };
+            unit.to_owned()
+        })
     }
 
     pub fn names(&self) -> impl Iterator<Item = &str> {
@@ -604,23 +651,14 @@ impl Varied {
         limits: &[(f64, f64)],
     ) -> Option<Vec<f64>> {
         let (problem, trajectory) = moving(scene, self.precision, name).ok()?;
-        let largest = Extrema::of(&problem, &trajectory)?.output(0)?.largest();
-        // At an event the value before it and the one after differ.
-        let mut starts = problem.timeline().pieces().iter().skip(1).map(Piece::start);
-        if starts.any(|start| (start - largest.time).abs() <= 1e-9 * largest.time) {
-            return None;
-        }
+        let extrema = Extrema::of(&problem, &trajectory)?;
         let rates = self.derivatives(values, Some(limits), &|other| {
             let there = asked_of(other, self.precision, name).ok()?;
             numbers_beside(&problem, &there)
         })?;
-        let each = rates.iter().map(|rates| {
-            let system = problem.tangent_system(rates).ok()?;
-            let tangent = problem.tangent(&system, rates);
-            let motion = ByCertifiedExponential.at(&tangent, &[largest.time]).ok()?;
-            Some(largest.value.signum() * motion.output(0)[0])
-        });
-        each.collect()
+        let each = rates.iter();
+        each.map(|rates| extrema.slope_of_largest(&problem, 0, rates))
+            .collect()
     }
 }
 

@@ -83,6 +83,8 @@ impl Sweep {
         if let Some(directory) = &self.out {
             let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
             let name = name.to_string_lossy();
+            let metrics = self.metric.iter().map(|metric| metric.kind.unit(&scene));
+            let units: Vec<String> = varied.units(&scene).chain(metrics).collect();
             let question = json!({
                 "eigentone": env!("CARGO_PKG_VERSION"),
                 "title": scene.title().unwrap_or(&name),
@@ -90,6 +92,7 @@ impl Sweep {
                 "designs": grid.count(),
                 "vary": self.vary.iter().map(|one| [&one.path, &one.text]).collect::<Vec<_>>(),
                 "metrics": self.metric.iter().map(|metric| &metric.text).collect::<Vec<_>>(),
+                "units": units,
                 "precision": format!("{:?}", self.precision),
                 "tolerance": self.tolerance,
                 "scene": varied.scene(),
@@ -101,6 +104,7 @@ impl Sweep {
                     .iter()
                     .map(|metric| metric.text.clone())
                     .collect(),
+                units,
             };
             let files = Part::new(directory, question, columns.clone());
             let Some((growing, done)) = files.open(&self.scene, self.resume)? else {
@@ -147,7 +151,11 @@ impl Sweep {
         let mut said = Instant::now();
         let mut open = true;
         let mut headers = Vec::new();
+        let mut missing = vec![0u64; self.metric.len()];
         designs.each(range, |design| {
+            for (missing, value) in missing.iter_mut().zip(&design.metrics) {
+                *missing += u64::from(value.is_none());
+            }
             if open {
                 let mut text = String::new();
                 if !self.json && headers.is_empty() {
@@ -174,7 +182,17 @@ impl Sweep {
             // Without a reader and a table nobody waits for more.
             Ok(open || table.is_some())
         })?;
-        written(out.flush()).map(drop)
+        let flushed = written(out.flush()).map(drop);
+        for (metric, missing) in self.metric.iter().zip(missing).filter(|(_, k)| *k > 0) {
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: {}: no value in {missing} of {count} designs, where {}",
+                self.scene.display(),
+                metric.text,
+                metric.kind.is_missing()
+            );
+        }
+        flushed
     }
 
     /// What is printed of a design as JSON.

@@ -16,7 +16,7 @@ use super::csv;
 use super::number;
 use super::plot::{Line, Plot};
 use super::table::{Align, Table};
-use super::unit;
+use super::unit::{self, Units};
 
 /// Prints frequency response functions.
 #[derive(Clone, Copy, Debug)]
@@ -453,16 +453,8 @@ impl<'a> FrequencyReport<'a> {
                 asked.map_or("", |output| unit::output(system, output))
             }
         };
-        let kind = system.kind_at(function.from());
-        let input = match system.supports().iter().any(|own| own == function.from()) {
-            true => unit::motion(kind, Quantity::Displacement),
-            false => unit::force(kind),
-        };
-        match (output, input) {
-            ("", _) | (_, "") => String::new(),
-            (output, "N·m") => format!("{output}/(N·m)"),
-            (output, input) => format!("{output}/{input}"),
-        }
+        let outputs = self.outputs;
+        Units { system, outputs }.response(function.from(), output)
     }
 }
 

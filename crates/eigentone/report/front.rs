@@ -30,6 +30,8 @@ pub struct FrontReport<'a> {
     pub parameters: &'a [&'a str],
     /// The names of the metrics.
     pub metrics: [&'a str; 2],
+    /// Their units, empty where one is not known.
+    pub units: [&'a str; 2],
     /// The designs, from the best of the first metric to that of the second.
     pub designs: &'a [FrontDesign],
 }
@@ -120,8 +122,8 @@ impl<'a> FrontReport<'a> {
         let point = move |k: usize| (designs[k].metrics[0], designs[k].metrics[1]);
         Plot {
             title: format!("{}: {y} against {x}", self.title),
-            x: Axis::linear(x, ""),
-            y: Axis::linear(y, ""),
+            x: Axis::linear(x, self.units[0]),
+            y: Axis::linear(y, self.units[1]),
             lines: vec![Line::new("Pareto front", designs.len(), point).marked()],
             ring: None,
         }

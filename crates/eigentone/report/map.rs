@@ -14,6 +14,7 @@ pub(super) struct Map<'a> {
     pub(super) places: [Vec<f64>; 2],
     /// What is shown, and where it is not known.
     pub(super) what: &'a str,
+    pub(super) unit: &'a str,
     /// By the places to the right and upwards.
     pub(super) value: Box<dyn Fn(usize, usize) -> Option<f64> + 'a>,
 }
@@ -59,8 +60,8 @@ impl Map<'_> {
         known().next()?;
         // Equal ratios where values differ by orders of magnitude.
         let shades = match range.low > 0.0 && range.high / range.low > 100.0 {
-            true => Axis::logarithmic(self.what, ""),
-            false => Axis::linear(self.what, ""),
+            true => Axis::logarithmic(self.what, self.unit),
+            false => Axis::linear(self.what, self.unit),
         };
         let bar = Ruler::of(&shades, range, 0.0, BOTTOM, TOP);
         let [x, y] = [(0, LEFT, RIGHT), (1, BOTTOM, TOP)].map(|(k, from, to)| {

@@ -66,6 +66,7 @@ pub use stability::StabilityReport;
 pub use state_space::StateSpaceReport;
 pub use sweep::{SweepReport, SweepTable, SweptDesign};
 pub use switched::SwitchedReport;
+pub use unit::Units;
 
 /// What bounds are worth, as JSON says it.
 fn worth(bounds: Bounds) -> &'static str {

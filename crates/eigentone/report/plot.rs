@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::axis::{Axis, Range, Ruler, Scale};
 use super::table::visible;
-use super::thinned::Thinned;
+use super::thinned::{Thinned, apart};
 
 /// Fonts that are there without being loaded.
 pub(super) const FONT: &str = "system-ui, 'Segoe UI', 'DejaVu Sans', Helvetica, Arial, sans-serif";
@@ -30,8 +30,10 @@ const LEGEND: usize = 18;
 /// Letters of a legend entry that fit, and the room a letter needs at most on average.
 const LETTERS: usize = 24;
 const LETTER: f64 = 8.6;
-/// Half the width of a dot.
+/// Half the width of a dot, and how many of one line are drawn so large, with a rim that parts them.
 const DOT: f64 = 3.2;
+const MANY: usize = 50;
+const RIM: &str = r##" stroke="#ffffff" stroke-width="0.8""##;
 /// A line this many times longer than the drawing is wide fills an area, where dashes are noise.
 const DENSE: f64 = 12.0;
 
@@ -141,10 +143,13 @@ impl Plot<'_> {
     /// the drawing has columns keep the first, lowest, highest and last of each column, so that no
     /// extreme is lost.
     pub fn svg(&self) -> String {
-        let (mut xs, mut ys) = (Range::NONE, Range::NONE);
+        let (mut xs, mut ys, mut dots) = (Range::NONE, Range::NONE, Range::NONE);
         for line in &self.lines {
             for (x, y) in self.points(line) {
                 xs.include(x);
+                if matches!(line.look, Look::Dots | Look::Marked) {
+                    dots.include(x);
+                }
                 if !matches!(line.look, Look::Upright | Look::Shaded) {
                     ys.include(y);
                 }
@@ -155,7 +160,10 @@ impl Plot<'_> {
             ys.include(at.1);
         }
         let right = self.right();
-        let x = Ruler::of(&self.x, xs, 0.0, LEFT, right);
+        // The frame would cut dots at either end.
+        let is_cut = dots.low <= xs.low || dots.high >= xs.high;
+        let margin = if is_cut { 0.02 } else { 0.0 };
+        let x = Ruler::of(&self.x, xs, margin, LEFT, right);
         let y = Ruler::of(&self.y, ys, 0.04, BOTTOM, TOP);
         let mut svg = String::new();
         self.frame(&mut svg, &x, &y);
@@ -263,8 +271,11 @@ impl Plot<'_> {
         if let Look::Upright | Look::Shaded = line.look {
             return self.draw_across(svg, index, line, x);
         }
-        let places: Vec<(f64, f64)> =
-            Thinned::of(self.points(line).map(|(px, py)| (x.place(px), y.place(py)))).collect();
+        let places = self.points(line).map(|(px, py)| (x.place(px), y.place(py)));
+        let places: Vec<(f64, f64)> = match line.look {
+            Look::Dots => apart(places),
+            _ => Thinned::of(places).collect(),
+        };
         let Some(((x0, y0), rest)) = places.split_first() else {
             return stroke(index);
         };
@@ -284,8 +295,12 @@ impl Plot<'_> {
             let _ = writeln!(svg, r##"<path d="{path}"{stroke}/>"##);
         }
         if line.look != Look::Joined {
-            // A point by itself has no line that leads the eye to it.
-            let size = if places.len() == 1 { 5.0 } else { DOT };
+            let size = match places.len() {
+                // A point by itself has no line that leads the eye to it.
+                1 => 5.0,
+                2..=MANY => DOT,
+                _ => 0.6 * DOT,
+            };
             places
                 .iter()
                 .for_each(|place| mark(svg, index, *place, size));
@@ -390,10 +405,8 @@ fn mark(svg: &mut String, index: usize, (x, y): (f64, f64), size: f64) {
             )
         }
     };
-    let _ = writeln!(
-        svg,
-        r##"<{shape} fill="{colour}" stroke="#ffffff" stroke-width="0.8"/>"##
-    );
+    let rim = if size < DOT { "" } else { RIM };
+    let _ = writeln!(svg, r##"<{shape} fill="{colour}"{rim}/>"##);
 }
 
 /// Colour and dashes of a line.
@@ -500,6 +513,26 @@ mod tests {
         let at = LEFT + (RIGHT - LEFT) * 654_321.0 / 999_999.0;
         assert!((x - at).abs() <= 1.0, "{x} {at}");
         assert!(path.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+    }
+
+    #[test]
+    fn no_dot_is_lost_or_cut() {
+        let dots = |at: fn(usize) -> (f64, f64)| {
+            let svg = plot(vec![Line::new("root", 40, at).dots()]).svg();
+            let circles = svg.split("<circle cx=\"").skip(1);
+            let places = circles.map(|circle| circle.split('"').next()?.parse::<f64>().ok());
+            places.collect::<Option<Vec<f64>>>().expect("places")
+        };
+        // One stands in the legend.
+        let upright = dots(|k| (1.0, k as f64));
+        assert_eq!(upright.len(), 41);
+        let level = dots(|k| (k as f64, 1.0));
+        assert_eq!(level.len(), 41);
+        assert!(
+            level[..40]
+                .iter()
+                .all(|x| (LEFT + DOT..=RIGHT - DOT).contains(x))
+        );
     }
 
     #[test]

@@ -31,9 +31,25 @@ pub struct SweepTable {
     pub parameters: Vec<String>,
     /// What is told of each design.
     pub metrics: Vec<String>,
+    /// The units of both, one after the other; empty where one is not known.
+    pub units: Vec<String>,
 }
 
 impl SweepTable {
+    /// Name and unit of what varies.
+    pub(super) fn parameter(&self, k: usize) -> [&str; 2] {
+        [&self.parameters[k], self.unit(k)]
+    }
+
+    /// Name and unit of what is told.
+    pub(super) fn metric(&self, k: usize) -> [&str; 2] {
+        [&self.metrics[k], self.unit(self.parameters.len() + k)]
+    }
+
+    fn unit(&self, k: usize) -> &str {
+        self.units.get(k).map_or("", String::as_str)
+    }
+
     /// The header of a table of designs that have so many roots.
     ///
     /// # Errors
@@ -142,10 +158,10 @@ impl SweepReport<'_> {
     pub(super) fn axes(&self, metric: usize) -> [Axis; 2] {
         let last = self.table.parameters.len() - 1;
         let values = self.designs.iter().map(|design| design.values[last]);
-        let metric = &self.table.metrics[metric];
+        let [metric, unit] = self.table.metric(metric);
         [
-            scaled(&self.table.parameters[last], values),
-            Axis::linear(metric, ""),
+            scaled(self.table.parameter(last), values),
+            Axis::linear(metric, unit),
         ]
     }
 
@@ -157,11 +173,17 @@ impl SweepReport<'_> {
             return None;
         }
         let [x, y] = self.axes(k);
-        let lines = families.into_iter().map(|(name, family)| {
-            let name = if name.is_empty() {
-                self.table.metrics[k].clone()
-            } else {
-                name
+        let others = &self.table.parameters[..self.table.parameters.len() - 1];
+        let of = match others {
+            [] => String::new(),
+            names => format!(" for {}", names.join(", ")),
+        };
+        let lines = families.into_iter().map(|(_, family)| {
+            // Names would not fit, and are in the title.
+            let values = family[0].values[..others.len()].iter();
+            let name = match others {
+                [] => self.table.metrics[k].clone(),
+                _ => values.map(f64::to_string).collect::<Vec<_>>().join(", "),
             };
             Line::new(&name, family.len(), move |i| {
                 let value = family[i].values.last().copied().unwrap_or(f64::NAN);
@@ -169,7 +191,7 @@ impl SweepReport<'_> {
             })
         });
         Some(Plot {
-            title: format!("{}: {}", self.title, self.table.metrics[k]),
+            title: format!("{}: {}{of}", self.title, self.table.metrics[k]),
             x,
             y,
             lines: lines.collect(),
@@ -179,20 +201,25 @@ impl SweepReport<'_> {
 
     /// A metric over two parameters.
     pub(super) fn map(&self, k: usize) -> Option<String> {
-        self.over_two(&self.table.metrics[k], &|design| design.metrics[k])
+        self.over_two(self.table.metric(k), &|design| design.metrics[k])
     }
 
     /// The largest Re λ over two parameters: above 0 motions grow.
     pub(super) fn stability(&self) -> Option<String> {
-        self.over_two("largest Re λ, 1/s", &|design| {
+        self.over_two(["largest Re λ", "1/s"], &|design| {
             design.roots.iter().map(|root| root[0]).reduce(f64::max)
         })
     }
 
-    fn over_two(&self, what: &str, value: &dyn Fn(&SweptDesign) -> Option<f64>) -> Option<String> {
-        let [first, second] = self.table.parameters.as_slice() else {
+    fn over_two(
+        &self,
+        [what, unit]: [&str; 2],
+        value: &dyn Fn(&SweptDesign) -> Option<f64>,
+    ) -> Option<String> {
+        if self.table.parameters.len() != 2 {
             return None;
-        };
+        }
+        let [first, second] = [0, 1].map(|k| self.table.parameter(k));
         // Values may be listed in any order.
         let sorted = |values: Vec<f64>| {
             let mut order: Vec<usize> = (0..values.len()).collect();
@@ -223,6 +250,7 @@ impl SweepReport<'_> {
             ],
             places: [xs, ys],
             what,
+            unit,
             value: Box::new(|i, j| value(&families[upwards[j]].1[to_right[i]])),
         };
         map.svg()
@@ -259,8 +287,8 @@ impl SweepReport<'_> {
 }
 
 /// An axis of equal ratios where the values have them.
-fn scaled(name: &str, values: impl Iterator<Item = f64>) -> Axis {
-    let mut axis = Axis::linear(name, "");
+fn scaled([name, unit]: [&str; 2], values: impl Iterator<Item = f64>) -> Axis {
+    let mut axis = Axis::linear(name, unit);
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.dedup();

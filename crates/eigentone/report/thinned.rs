@@ -1,4 +1,6 @@
-//! Fewer points of a line that look the same.
+//! Fewer points that look the same.
+
+use std::collections::HashSet;
 
 /// Points in drawing coordinates, at most four in each column of one unit's width.
 pub(super) struct Thinned<I: Iterator<Item = (f64, f64)>> {
@@ -42,4 +44,11 @@ impl<I: Iterator<Item = (f64, f64)>> Iterator for Thinned<I> {
         self.ready = kept.into_iter();
         self.ready.next()
     }
+}
+
+/// Dots in drawing coordinates, one at most in each square of one unit's width.
+pub(super) fn apart(dots: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let mut taken = HashSet::new();
+    let is_first = |(x, y): &(f64, f64)| taken.insert((x.floor() as i64, y.floor() as i64));
+    dots.filter(is_first).collect()
 }

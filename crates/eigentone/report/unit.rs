@@ -87,6 +87,59 @@ pub(crate) fn output(system: &System, combination: &Combination) -> &'static str
     }
 }
 
+/// Units of what designs of a system vary and tell; empty where one is not known.
+#[derive(Clone, Copy, Debug)]
+pub struct Units<'a> {
+    /// The system.
+    pub system: &'a System,
+    /// What is asked for beside the motions of its coordinates.
+    pub outputs: &'a [Combination],
+}
+
+impl Units<'_> {
+    /// Of a number of a scene, by its list, its place there and its key.
+    pub fn number(&self, list: &str, index: usize, key: &str) -> &'static str {
+        let element = |of| {
+            let elements = self.system.elements(of);
+            elements
+                .get(index)
+                .map_or("", |element| coefficient(element.kind, of))
+        };
+        match (list, key) {
+            ("masses", "mass") if index < self.system.len() => {
+                inertia(Some(self.system.kind_of(index)))
+            }
+            ("springs", "stiffness") => element(ElementKind::Spring),
+            ("dampers", "damping") => element(ElementKind::Damper),
+            ("beams" | "rods", "length") => "m",
+            ("beams", "flexural_rigidity") => "N·m²",
+            _ => "",
+        }
+    }
+
+    /// Of an output, or of the displacement of a coordinate, point or support.
+    pub fn place(&self, name: &str) -> &'static str {
+        match self.outputs.iter().find(|output| output.name == name) {
+            Some(asked) => output(self.system, asked),
+            None => motion(self.system.kind_at(name), Quantity::Displacement),
+        }
+    }
+
+    /// Of a frequency response from a place to something of this unit.
+    pub fn response(&self, from: &str, output: &str) -> String {
+        let kind = self.system.kind_at(from);
+        let input = match self.system.supports().iter().any(|own| own == from) {
+            true => motion(kind, Quantity::Displacement),
+            false => force(kind),
+        };
+        match (output, input) {
+            ("", _) | (_, "") => String::new(),
+            (output, "N·m") => format!("{output}/(N·m)"),
+            (output, input) => format!("{output}/{input}"),
+        }
+    }
+}
+
 /// Which kinds of coordinate a system has.
 pub(crate) fn kinds(system: &System) -> impl Iterator<Item = CoordinateKind> {
     let has = |kind| (0..system.len()).any(|i| system.kind_of(i) == kind);

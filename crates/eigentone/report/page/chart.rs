@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::report::axis::{Axis, Range, Ruler, Scale};
 use crate::report::plot::{escape, shorten};
-use crate::report::thinned::Thinned;
+use crate::report::thinned::{Thinned, apart};
 
 /// Colours that the style has for lines.
 pub(super) const COLOURS: usize = 7;
@@ -102,7 +102,13 @@ impl Chart<'_> {
         }
         let together = self.series.len() <= TOGETHER;
         let frame = if together { CARD } else { PANEL };
-        let mut x = Ruler::of(&self.x, xs, 0.0, frame.left, frame.right);
+        // The frame would cut dots at either end.
+        let margin = if self.series.iter().all(|series| series.joined) {
+            0.0
+        } else {
+            0.02
+        };
+        let mut x = Ruler::of(&self.x, xs, margin, frame.left, frame.right);
         let mut y = Ruler::of(&self.y, ys, 0.05, frame.bottom, frame.top);
         x.keep(frame.divisions);
         y.keep(frame.divisions);
@@ -229,11 +235,17 @@ impl Chart<'_> {
     fn draw(&self, out: &mut String, index: usize, x: &Ruler, y: &Ruler) -> String {
         let series = &self.series[index];
         // Each column keeps four points at most.
-        let columns = (POINTS / self.series.len() / 4).min(POINTS_OF_ONE / 4) as f64;
+        let columns = match series.joined {
+            true => (POINTS / self.series.len() / 4).min(POINTS_OF_ONE / 4) as f64,
+            false => x.to - x.from,
+        };
         let across = columns / (x.to - x.from);
         let places = self.points(series);
         let places = places.map(|(px, py)| ((x.place(px) - x.from) * across, y.place(py)));
-        let places: Vec<(f64, f64)> = Thinned::of(places).collect();
+        let places: Vec<(f64, f64)> = match series.joined {
+            true => Thinned::of(places).collect(),
+            false => apart(places),
+        };
         let on_grid = |place: f64, from: f64, to: f64| {
             ((place - from) / (to - from) * GRID)
                 .round()

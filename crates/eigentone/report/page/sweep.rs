@@ -6,6 +6,7 @@ use crate::report::axis::Axis;
 use crate::report::number;
 use crate::report::sweep::SweepReport;
 use crate::report::table::{Align, Table};
+use crate::report::unit;
 
 /// Designs of the table; `sweep.csv` has all.
 const ROWS: usize = 500;
@@ -124,13 +125,23 @@ fn designs(report: &SweepReport<'_>) -> String {
     let shown = &report.designs[..report.designs.len().min(ROWS)];
     let indices = shown.iter().map(|design| design.index.to_string());
     let mut all = Table::default().column("design", Align::Right, indices);
-    for (k, name) in report.table.parameters.iter().enumerate() {
+    for k in 0..report.table.parameters.len() {
+        let [name, unit] = report.table.parameter(k);
         let values = shown.iter().map(|design| Some(design.values[k]));
-        all = all.column(name, Align::Point, number::column(values));
+        all = all.column(
+            &unit::labelled(name, unit),
+            Align::Point,
+            number::column(values),
+        );
     }
-    for (k, name) in report.table.metrics.iter().enumerate() {
+    for k in 0..report.table.metrics.len() {
+        let [name, unit] = report.table.metric(k);
         let values = shown.iter().map(|design| design.metrics[k]);
-        all = all.column(name, Align::Point, number::column(values));
+        all = all.column(
+            &unit::labelled(name, unit),
+            Align::Point,
+            number::column(values),
+        );
     }
     let mut body = table(&all);
     if shown.len() < report.designs.len() {

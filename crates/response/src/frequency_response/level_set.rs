@@ -11,7 +11,7 @@ use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 use super::brackets::{Bracket, brackets, grid, narrow};
-use super::state_form::{Acts, StateForm};
+use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
 
 /// Levels are above the highest peak by so much.
@@ -30,7 +30,7 @@ struct Search<'a> {
 
 /// H as a sum over poles, and what passes by the states.
 struct PoleSum {
-    form: StateForm,
+    form: StateForm<f64>,
     residues: Vec<Complex<f64>>,
 }
 
@@ -110,7 +110,8 @@ impl<'a> Search<'a> {
         let real = |(i, by): &(usize, Complex<f64>)| (*i, by.re);
         let reads = transfer.reads.iter();
         let reads = reads.map(|(power, parts)| (*power, parts.iter().map(real).collect()));
-        let mut form = StateForm::of(&first_order, &[acts], &reads.collect())?;
+        let equations = Equations::of(&first_order);
+        let mut form = StateForm::of(equations, &[acts], &reads.collect())?;
         for (power, by) in &transfer.direct {
             form.pass(0, *power, by.re);
         }
@@ -147,7 +148,7 @@ impl<'a> Search<'a> {
         let poles = self.poles.iter().zip(residues);
         let mut sum: Complex<f64> = poles.map(|(pole, residue)| residue / (s - pole)).sum();
         let mut power = Complex::ONE;
-        for k in 0..StateForm::powers().end {
+        for k in 0..powers().end {
             sum += power * form.direct(0, k);
             power *= s;
         }
@@ -204,7 +205,7 @@ impl PoleSum {
     /// What it comes to as frequencies grow; `None` where it grows without end.
     fn beyond(&self) -> Option<f64> {
         let grows = |power: i32| power > 0 && self.form.direct(0, power) != 0.0;
-        let ends = !StateForm::powers().any(grows);
+        let ends = !powers().any(grows);
         ends.then(|| self.form.direct(0, 0).abs())
     }
 

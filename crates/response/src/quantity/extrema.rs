@@ -3,8 +3,9 @@
 use eigentone_modes::ElementKind;
 
 use crate::answer::Trajectory;
+use crate::certified::ByCertifiedExponential;
 use crate::certified::follow::{INVISIBLE, Point, ROUNDING, Stretch, follow};
-use crate::problem::Problem;
+use crate::problem::{Piece, Problem};
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
 /// end, at any time and not only at the instants of the grid; and the same of all that the problem asks for beside them:
@@ -289,6 +290,29 @@ impl Extrema {
     /// Of a combination by its place. `None` where there is none, or displacements alone can be followed.
     pub fn output(&self, index: usize) -> Option<&Peaks> {
         self.beside.as_ref()?.outputs.get(index)
+    }
+
+    /// How fast the largest magnitude of a combination grows where the [`numbers`](Problem::numbers) of the problem change at these
+    /// rates: as the motion does at its instant, where it is level. `None` at an event, where the values before and after it
+    /// differ, and where the magnitude or its derivative is not known.
+    ///
+    /// # Panics
+    /// If there are not as many rates as numbers.
+    pub fn slope_of_largest(
+        &self,
+        problem: &Problem<'_>,
+        index: usize,
+        rates: &[f64],
+    ) -> Option<f64> {
+        let Reached { value, time, .. } = self.output(index)?.largest();
+        let mut starts = problem.timeline().pieces().iter().skip(1).map(Piece::start);
+        if starts.any(|start| (start - time).abs() <= 1e-9 * time) {
+            return None;
+        }
+        let system = problem.tangent_system(rates).ok()?;
+        let tangent = problem.tangent(&system, rates);
+        let motion = ByCertifiedExponential.at(&tangent, &[time]).ok()?;
+        Some(value.signum() * motion.output(index)[0])
     }
 
     /// Of the force in a spring or damper, by its place in [`System::elements`](eigentone_modes::System::elements), in N.

@@ -2,16 +2,22 @@
 //!
 //! A P + P Aᵀ + Q = 0 and Aᵀ X + X A + cᵀc = 0 are solved together: with F = (A − q)⁻¹(A + q) they are P = FPFᵀ + 2q(A − q)⁻¹Q(A − q)⁻ᵀ
 //! and its transpose, sums that double their length at each step (Smith 1968, *SIAM J. Appl. Math.* 16). What P leaves of its
-//! equation, weighed by X, is how far cPcᵀ is off: it is added, and what rounding makes of it is the estimate.
+//! equation, R = AP + PAᵀ + Q, weighed by X, is how far cPcᵀ is off: it is added, and what rounding makes of it is the estimate.
+//!
+//! Stiff systems, as finite elements are, leave doubles few digits of A itself. There R, and what X leaves of its equation, S, come from
+//! an A of twice the digits. With E that P lacks, AE + EAᵀ = −R, the mean square is cPcᵀ + tr XR + tr SE but for what E lacks itself.
 
-use eigentone_modes::FirstOrder;
+use std::slice::from_ref;
+
+use eigentone_digits::{DoubleDouble, Real};
+use eigentone_modes::{EnclosedFirstOrder, FirstOrder};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::RandomVibration;
 use super::settled::settled;
 use super::weighting::Weighting;
-use crate::frequency_response::{Acts, Reads, StateForm, regular};
+use crate::frequency_response::{Acts, Equations, Reads, StateForm, powers, regular};
 use crate::problem::{Combination, Quantity, Source, Sum};
 use crate::state_space::asked::Asked;
 use crate::state_space::error::StateSpaceError;
@@ -23,8 +29,10 @@ pub struct MeanSquare {
     weighting: Option<Weighting>,
     value: f64,
     estimate: f64,
-    p: Mat<f64>,
-    x: Mat<f64>,
+    p: Parts,
+    x: Parts,
+    /// Whether doubles alone leave too few digits.
+    is_stiff: bool,
     /// By what the states are divided.
     units: Vec<f64>,
 }
@@ -46,94 +54,238 @@ impl MeanSquare {
     /// # Errors
     /// As [`RandomVibration::mean_square`].
     pub fn along(&self, other: &RandomVibration<'_>) -> Result<Option<f64>, StateSpaceError> {
-        let Some(form) = other.form(&self.output, self.weighting)? else {
-            return Ok(None);
-        };
-        let fits = form.c.len() == self.units.len();
-        Ok(fits.then(|| {
-            let scaled = Scaled::of(&form, &self.units);
-            let left = scaled.left(&self.p);
-            scaled.read(&self.p) + between(&self.x, &left)
-        }))
+        let (output, weighting) = (&self.output, self.weighting);
+        Ok(match self.is_stiff {
+            true => self.held(other.precise(output, weighting)?),
+            false => self.held(other.in_doubles(output, weighting)?),
+        })
+    }
+
+    fn held<T: Real>(&self, form: Option<Weighed<T>>) -> Option<f64> {
+        let form = form.filter(|form| form.c.len() == self.units.len())?;
+        let scaled = Scaled::of(&form, &self.units);
+        Some(scaled.read(&self.p).to_f64() + between(&self.x, &scaled.left(&self.p)))
     }
 }
 
+impl MeanSquare {
+    /// As doubles tell it; `None` where something does not decay.
+    fn of(
+        form: &Weighed<f64>,
+        output: &str,
+        weighting: Option<Weighting>,
+    ) -> Option<(MeanSquare, Smith)> {
+        let n = form.c.len();
+        // The geometric mean of the rates.
+        let factor = regular(form.a.partial_piv_lu())?;
+        let logarithm = |i: usize| factor.U()[(i, i)].abs().ln();
+        let q = ((0..n).map(logarithm).sum::<f64>() / n as f64).exp();
+        let speed = f64::exp2(q.log2().round());
+        let unit = |is_rate: &bool| if *is_rate { speed } else { 1.0 };
+        let units: Vec<f64> = form.rates.iter().map(unit).collect();
+        let scaled = Scaled::of(form, &units);
+        let whole = |of: &[Vec<f64>]| Mat::from_fn(n, n, |i, j| of[j][i]);
+        let smith = Smith::of(&whole(&scaled.a), q)?;
+        let solved = smith.solve(&whole(&scaled.q), &whole(&scaled.transposed().q))?;
+        let [p, x] = solved.map(|part| vec![part]);
+        let found = MeanSquare {
+            output: output.to_owned(),
+            weighting,
+            value: scaled.read(&p) + between(&x, &scaled.left(&p)),
+            estimate: rounding(&scaled, &p, &x),
+            p,
+            x,
+            is_stiff: false,
+            units,
+        };
+        Some((found, smith))
+    }
+
+    /// The same with a form of more digits.
+    fn corrected<T: Real>(mut self, form: &Weighed<T>, smith: &Smith) -> Option<MeanSquare> {
+        const ROUNDS: usize = 4;
+        if form.c.len() != self.units.len() {
+            return None;
+        }
+        let scaled = Scaled::of(form, &self.units);
+        let transposed = scaled.transposed();
+        self.is_stiff = true;
+        for _ in 0..ROUNDS {
+            let left = scaled.left(&self.p);
+            let back = [transposed.left(&self.x)];
+            let [lacks, lacks_x] = smith.solve(&left, &back[0])?;
+            let first = scaled.read(&self.p) + T::from(between(&self.x, &left));
+            self.value = (first + T::from(between(&back, &lacks))).to_f64();
+            // The last correction bounds what is left of it, as E is small beside P.
+            self.estimate = between(&sizes(&back), &sizes(from_ref(&lacks))[0])
+                + rounding(&scaled, &self.p, &self.x)
+                + 2.0 * f64::EPSILON * self.value.abs();
+            self.p.push(lacks);
+            self.x.push(lacks_x);
+            if self.is_good() {
+                break;
+            }
+        }
+        Some(self)
+    }
+
+    /// Whether it needs no more digits.
+    fn is_good(&self) -> bool {
+        const GOOD: f64 = 1e-12;
+        self.estimate <= GOOD * self.value
+    }
+}
+
+/// An estimate of what rounding makes of cPcᵀ + tr X(AP + PAᵀ + Q): some units of all terms.
+fn rounding<T: Real>(scaled: &Scaled<T>, p: &[Mat<f64>], x: &[Mat<f64>]) -> f64 {
+    let of_terms = scaled.map(|entry| entry.to_f64().abs());
+    let (p, x) = (sizes(p), sizes(x));
+    let terms = between(&x, &of_terms.left(&p)) + of_terms.read(&p);
+    let unit = f64::exp2(f64::from(T::UNIT_LOG2 + 1));
+    (scaled.c.len() as f64 + 8.0) * unit * terms
+}
+
+/// A symmetric matrix as a sum of others, each much smaller than those before it.
+type Parts = Vec<Mat<f64>>;
+
+fn entry<T: Real>(parts: &[Mat<f64>], i: usize, j: usize) -> T {
+    let parts = parts.iter().map(|part| T::from(part[(i, j)]));
+    parts.fold(T::ZERO, |sum, part| sum + part)
+}
+
 /// What noise of one unit, by its strength, makes of one output.
-struct Weighed {
-    form: StateForm,
+struct Weighed<T> {
+    form: StateForm<T>,
     /// Half of the density of each input.
     strengths: Vec<f64>,
 }
 
-impl std::ops::Deref for Weighed {
-    type Target = StateForm;
+impl<T> std::ops::Deref for Weighed<T> {
+    type Target = StateForm<T>;
 
-    fn deref(&self) -> &StateForm {
+    fn deref(&self) -> &StateForm<T> {
         &self.form
     }
 }
 
-/// A, Q and c with other units of the states.
-struct Scaled {
-    a: Mat<f64>,
-    q: Mat<f64>,
-    c: Vec<f64>,
+/// A, Q and c with other units of the states, powers of two; matrices by their columns.
+struct Scaled<T> {
+    a: Vec<Vec<T>>,
+    q: Vec<Vec<T>>,
+    c: Vec<T>,
 }
 
-impl Scaled {
-    fn of(form: &Weighed, units: &[f64]) -> Scaled {
+impl<T: Real> Scaled<T> {
+    fn of(form: &Weighed<T>, units: &[f64]) -> Scaled<T> {
         let n = units.len();
-        let a = Mat::from_fn(n, n, |i, j| form.a[(i, j)] * (units[j] / units[i]));
-        let mut q = Mat::<f64>::zeros(n, n);
-        for (b, strength) in form.b.iter().zip(&form.strengths) {
-            for i in 0..n {
-                for j in 0..n {
-                    q[(i, j)] += strength * (b[i] / units[i]) * (b[j] / units[j]);
-                }
-            }
+        let c = form.c.iter().zip(units).map(|(c, unit)| c.mul_f64(*unit));
+        let a = |i: usize, j: usize| form.a[(i, j)].mul_f64(units[j] / units[i]);
+        let q = |i: usize, j: usize| {
+            let inputs = form.b.iter().zip(&form.strengths);
+            inputs.fold(T::ZERO, |sum, (b, strength)| {
+                let [one, other] = [i, j].map(|k| b[k].mul_f64(1.0 / units[k]));
+                sum + one * other.mul_f64(*strength)
+            })
+        };
+        Scaled {
+            a: columns(n, a),
+            q: columns(n, q),
+            c: c.collect(),
         }
-        let c = form.c.iter().zip(units).map(|(c, unit)| c * unit).collect();
-        Scaled { a, q, c }
+    }
+
+    /// With Aᵀ for A, and cᵀc for Q.
+    fn transposed(&self) -> Scaled<T> {
+        let n = self.c.len();
+        Scaled {
+            a: columns(n, |i, j| self.a[i][j]),
+            q: columns(n, |i, j| self.c[i] * self.c[j]),
+            c: Vec::new(),
+        }
+    }
+
+    fn map<U>(&self, by: impl Fn(&T) -> U) -> Scaled<U> {
+        let vector = |of: &Vec<T>| of.iter().map(&by).collect();
+        Scaled {
+            a: self.a.iter().map(vector).collect(),
+            q: self.q.iter().map(vector).collect(),
+            c: vector(&self.c),
+        }
     }
 
     /// AP + PAᵀ + Q.
-    fn left(&self, p: &Mat<f64>) -> Mat<f64> {
-        let moved = &self.a * p;
-        &moved + moved.transpose() + &self.q
+    fn left(&self, p: &[Mat<f64>]) -> Mat<f64> {
+        let n = self.a.len();
+        let moved: Vec<Vec<T>> = (0..n)
+            .map(|j| {
+                let mut column = vec![T::ZERO; n];
+                for (k, of) in self.a.iter().enumerate() {
+                    T::add_multiple(&mut column, entry(p, k, j), of);
+                }
+                column
+            })
+            .collect();
+        Mat::from_fn(n, n, |i, j| {
+            (moved[j][i] + moved[i][j] + self.q[j][i]).to_f64()
+        })
     }
 
-    fn read(&self, p: &Mat<f64>) -> f64 {
+    /// cPcᵀ.
+    fn read(&self, p: &[Mat<f64>]) -> T {
         let n = self.c.len();
-        let row = |i: usize| (0..n).map(|j| p[(i, j)] * self.c[j]).sum::<f64>();
-        (0..n).map(|i| self.c[i] * row(i)).sum()
+        let terms = (0..n * n).map(|k| (k / n, k % n));
+        terms.fold(T::ZERO, |sum, (i, j)| {
+            sum + self.c[i] * self.c[j] * entry(p, i, j)
+        })
+    }
+}
+
+fn columns<T>(n: usize, entry: impl Fn(usize, usize) -> T) -> Vec<Vec<T>> {
+    (0..n)
+        .map(|j| (0..n).map(|i| entry(i, j)).collect())
+        .collect()
+}
+
+/// A of doubles, ready to solve AP + PAᵀ + Q = 0.
+struct Smith {
+    shifted: PartialPivLu<f64>,
+    /// F.
+    f: Mat<f64>,
+    q: f64,
+}
+
+impl Smith {
+    fn of(a: &Mat<f64>, q: f64) -> Option<Smith> {
+        let shift = faer::Scale(q) * Mat::<f64>::identity(a.nrows(), a.nrows());
+        let shifted = regular((a - &shift).partial_piv_lu())?;
+        let f = shifted.solve(a + &shift);
+        Some(Smith { shifted, f, q })
     }
 
-    /// P and X; `None` where something does not decay, as far as doubles tell.
-    fn solve(&self, q: f64) -> Option<[Mat<f64>; 2]> {
+    /// P for one Q, and with Aᵀ for A what solves that for another; `None` where something does not decay, as far as doubles tell.
+    fn solve(&self, right: &Mat<f64>, back: &Mat<f64>) -> Option<[Mat<f64>; 2]> {
         const DOUBLINGS: usize = 60;
-        const ENOUGH: f64 = 1e-18;
-        let n = self.c.len();
-        let unit = Mat::<f64>::identity(n, n);
-        let shifted = regular((&self.a - faer::Scale(q) * &unit).partial_piv_lu())?;
-        let mut f = shifted.solve(&self.a + faer::Scale(q) * &unit);
-        let once = shifted.solve(&self.q);
-        let mut p = faer::Scale(2.0 * q) * shifted.solve(once.transpose());
-        let row = Mat::from_fn(n, 1, |i, _| self.c[i]);
-        let mut back = row;
-        shifted.solve_transpose_in_place(&mut back);
-        let mut x = faer::Scale(2.0 * q) * (&back * back.transpose());
+        const NOTHING: f64 = 1e-16;
+        let mut once = right.to_owned();
+        self.shifted.solve_in_place(&mut once);
+        let mut p = once.transpose().to_owned();
+        self.shifted.solve_in_place(&mut p);
+        let mut once = back.to_owned();
+        self.shifted.solve_transpose_in_place(&mut once);
+        let mut x = once.transpose().to_owned();
+        self.shifted.solve_transpose_in_place(&mut x);
+        let mut f = self.f.clone();
         for _ in 0..DOUBLINGS {
-            let more = &f * &p * f.transpose();
-            let more_x = f.transpose() * &x * &f;
-            let (size, size_x) = (more.norm_max(), more_x.norm_max());
-            p += &more;
-            x += &more_x;
-            if !(size.is_finite() && size_x.is_finite()) {
+            p += &f * &p * f.transpose();
+            x += f.transpose() * &x * &f;
+            let size = f.norm_max();
+            if !size.is_finite() {
                 return None;
             }
-            if size <= ENOUGH * p.norm_max() && size_x <= ENOUGH * x.norm_max() {
+            // What comes after is as small as its square.
+            if size <= NOTHING {
                 // What rounding makes unsymmetric would count as a residual that X does not weigh rightly.
-                return Some([p, x].map(|sum| faer::Scale(0.5) * (&sum + sum.transpose())));
+                return Some([p, x].map(|sum| faer::Scale(self.q) * (&sum + sum.transpose())));
             }
             f = &f * &f;
         }
@@ -142,10 +294,19 @@ impl Scaled {
 }
 
 /// tr XR.
-fn between(x: &Mat<f64>, r: &Mat<f64>) -> f64 {
-    let n = x.nrows();
-    let column = |j: usize| (0..n).map(|i| x[(i, j)] * r[(i, j)]).sum::<f64>();
+fn between(x: &[Mat<f64>], r: &Mat<f64>) -> f64 {
+    let n = r.nrows();
+    let column = |j: usize| {
+        (0..n)
+            .map(|i| entry::<f64>(x, i, j) * r[(i, j)])
+            .sum::<f64>()
+    };
     (0..n).map(column).sum()
+}
+
+fn sizes(parts: &[Mat<f64>]) -> Parts {
+    let size = |of: &Mat<f64>| Mat::from_fn(of.nrows(), of.ncols(), |i, j| of[(i, j)].abs());
+    parts.iter().map(size).collect()
 }
 
 impl RandomVibration<'_> {
@@ -173,45 +334,47 @@ impl RandomVibration<'_> {
         output: &str,
         weighting: Option<Weighting>,
     ) -> Result<Option<MeanSquare>, StateSpaceError> {
-        Ok(self.form(output, weighting)?.and_then(|form| {
-            let n = form.c.len();
-            // The geometric mean of the rates.
-            let factor = regular(form.a.partial_piv_lu())?;
-            let logarithm = |i: usize| factor.U()[(i, i)].abs().ln();
-            let q = ((0..n).map(logarithm).sum::<f64>() / n as f64).exp();
-            let speed = f64::exp2(q.log2().round());
-            let unit = |is_rate: &bool| if *is_rate { speed } else { 1.0 };
-            let units: Vec<f64> = form.rates.iter().map(unit).collect();
-            let scaled = Scaled::of(&form, &units);
-            let [p, x] = scaled.solve(q)?;
-            let value = scaled.read(&p) + between(&x, &scaled.left(&p));
-            let size = |matrix: &Mat<f64>| Mat::from_fn(n, n, |i, j| matrix[(i, j)].abs());
-            let sizes = Scaled {
-                a: size(&scaled.a),
-                q: size(&scaled.q),
-                c: scaled.c.iter().map(|entry| entry.abs()).collect(),
-            };
-            let terms = between(&size(&x), &sizes.left(&size(&p))) + sizes.read(&size(&p));
-            let estimate = (n as f64 + 8.0) * f64::EPSILON * terms;
-            let sound = value > 0.0 && estimate.is_finite();
-            sound.then(|| MeanSquare {
-                output: output.to_owned(),
-                weighting,
-                value,
-                estimate,
-                p,
-                x,
-                units,
-            })
-        }))
+        let Some(form) = self.in_doubles(output, weighting)? else {
+            return Ok(None);
+        };
+        let Some((found, smith)) = MeanSquare::of(&form, output, weighting) else {
+            return Ok(None);
+        };
+        let found = match found.is_good() {
+            true => Some(found),
+            false => {
+                let form = self.precise(output, weighting)?;
+                form.and_then(|form| found.corrected(&form, &smith))
+            }
+        };
+        Ok(found.filter(|found| found.value > 0.0 && found.estimate.is_finite()))
     }
 
-    /// What the noise makes of one output; `None` where it passes by the states, or may.
-    fn form(
+    fn in_doubles(
         &self,
         output: &str,
         weighting: Option<Weighting>,
-    ) -> Result<Option<Weighed>, StateSpaceError> {
+    ) -> Result<Option<Weighed<f64>>, StateSpaceError> {
+        let equations = Equations::of(&FirstOrder::of(self.system)?);
+        self.form(equations, output, weighting)
+    }
+
+    fn precise(
+        &self,
+        output: &str,
+        weighting: Option<Weighting>,
+    ) -> Result<Option<Weighed<DoubleDouble>>, StateSpaceError> {
+        let equations = Equations::precise(&EnclosedFirstOrder::of(self.system)?);
+        self.form(equations, output, weighting)
+    }
+
+    /// What the noise makes of one output; `None` where it passes by the states, or may.
+    fn form<T: Real>(
+        &self,
+        equations: Equations<T>,
+        output: &str,
+        weighting: Option<Weighting>,
+    ) -> Result<Option<Weighed<T>>, StateSpaceError> {
         let system = self.system;
         let mut asked = Asked::of(system);
         for (name, quantity, noise) in &self.sources {
@@ -228,7 +391,6 @@ impl RandomVibration<'_> {
             name: output.to_owned(),
             of: Sum::Motions(vec![(Quantity::Displacement, output.to_owned(), 1.0)]),
         }))?;
-        let first_order = FirstOrder::of(system)?;
         let n = system.len();
         let inputs: Vec<Acts> = asked
             .channels
@@ -253,7 +415,7 @@ impl RandomVibration<'_> {
             })
             .filter(|(_, parts): &(i32, Vec<_>)| !parts.is_empty())
             .collect();
-        let Some(mut form) = StateForm::of(&first_order, &inputs, &reads) else {
+        let Some(mut form) = StateForm::of(equations, &inputs, &reads) else {
             return Ok(None);
         };
         for (input, channel) in asked.channels.iter().enumerate() {
@@ -270,7 +432,7 @@ impl RandomVibration<'_> {
         for (input, (_, _, noise)) in self.sources.iter().enumerate() {
             let wanders = |power: i32| {
                 let order = (power + 2) as usize;
-                !settled[0][input][order] && form.direct(input, power) != 0.0
+                !settled[0][input][order] && !form.direct(input, power).is_zero()
             };
             if noise.density != 0.0 && (-2..0).any(wanders) {
                 return Ok(None);
@@ -284,8 +446,8 @@ impl RandomVibration<'_> {
         }
         // White noise passes by the states with infinite power.
         for (input, (_, _, noise)) in self.sources.iter().enumerate() {
-            let passes = |power: i32| power >= 0 && form.direct(input, power) != 0.0;
-            if noise.density != 0.0 && StateForm::powers().any(passes) {
+            let passes = |power: i32| power >= 0 && !form.direct(input, power).is_zero();
+            if noise.density != 0.0 && powers().any(passes) {
                 return Ok(None);
             }
         }

@@ -5,9 +5,10 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use eigentone_digits::Real;
 use num_complex::Complex;
 
-use crate::frequency_response::StateForm;
+use crate::frequency_response::{StateForm, powers};
 
 /// A frequency weighting of acceleration.
 ///
@@ -80,10 +81,10 @@ impl Weighting {
     }
 
     /// What reads the output of a form through it; `None` where the output follows a derivative of an input.
-    pub(super) fn after(self, form: StateForm) -> Option<StateForm> {
+    pub(super) fn after<T: Real>(self, form: StateForm<T>) -> Option<StateForm<T>> {
         let passes =
-            |power: i32| power > 0 && (0..form.b.len()).any(|i| form.direct(i, power) != 0.0);
-        if StateForm::powers().any(passes) {
+            |power: i32| power > 0 && (0..form.b.len()).any(|i| !form.direct(i, power).is_zero());
+        if powers().any(passes) {
             return None;
         }
         let stages = self.stages().into_iter();

@@ -24,9 +24,9 @@ pub struct ResponsePlan {
 enum Found {
     Nothing,
     /// The modes by which superposition applies.
-    Modes(Superposition),
+    Modes(Box<Superposition>),
     /// The form of which the exponential is taken.
-    Form(Exponential),
+    Form(Box<Exponential>),
 }
 
 /// Every exact method, in the order in which the plan prefers them where they apply well: the
@@ -104,7 +104,7 @@ impl ResponsePlan {
                     method: &BySuperposition,
                     reason: reason.to_owned(),
                     left_out,
-                    found: Found::Modes(found),
+                    found: Found::Modes(Box::new(found)),
                 });
             }
             Some((_, Err(refusal))) => {
@@ -130,7 +130,7 @@ impl ResponsePlan {
                     method: &ByExponential,
                     reason: reason.to_owned(),
                     left_out,
-                    found: form.map_or(Found::Nothing, Found::Form),
+                    found: form.map_or(Found::Nothing, |form| Found::Form(Box::new(form))),
                 })
             }
         }

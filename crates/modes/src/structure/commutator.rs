@@ -7,6 +7,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
 use crate::exact::matrix::ExactMatrix;
+use crate::linear::vector::settle;
 
 /// A matrix rounded to doubles, and the sums of the sizes of its terms.
 struct Rounded {
@@ -17,7 +18,9 @@ struct Rounded {
 /// Whether the images of a vector differ. Not told of an M that is not positive definite in doubles, and where numbers leave their
 /// range.
 pub(super) fn differs_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> bool {
-    images_differ(m, c, k).unwrap_or(false)
+    let told = images_differ(m, c, k);
+    settle();
+    told.unwrap_or(false)
 }
 
 fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bool> {

@@ -26,7 +26,7 @@ impl ExactMatrix {
     /// The matrix of this kind: elements and added matrix together.
     pub(crate) fn of(model: &Model, kind: MatrixKind) -> ExactMatrix {
         let mut parts = Vec::new();
-        // Chained iterators are quick from within alone.
+        // `for_each` runs chained iterators several times as fast as `collect` does.
         model
             .terms(kind)
             .for_each(|term| parts.push((term.row, term.column, term.value)));

@@ -284,12 +284,14 @@ fn read<T: Real>(
     Some(Answer::Found(values, good))
 }
 
-/// Whether a number is known to a double's last digit, or is nothing beside what it might be, at a frequency or in a range.
+/// Whether a number is known to a double's last digit, or may be 0 and is nothing beside what it might be. In a range of
+/// frequencies it need not be 0 for that: values differ there.
 fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
     const LAST_DIGIT: i64 = -56;
     const NOTHING: [f64; 2] = [1e-30, 1e-18];
     x.radius() <= x.lower() * Magnitude::power_of_two(LAST_DIGIT)
-        || x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
+        || (range || x.lower() == Magnitude::ZERO)
+            && x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
 }
 
 /// The double nearest to a ball's middle, each part 0 if it cannot be told from 0, and how far the

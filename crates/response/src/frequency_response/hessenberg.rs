@@ -139,11 +139,54 @@ impl Hessenberg {
         })
     }
 
-    /// For each frequency by how much (s − A)⁻¹ enlarges.
+    /// For each frequency by how much (s − A)⁻¹ enlarges: measured at every eighth, and where the two beside do not tell.
     pub(super) fn enlargements(&self, frequencies: &[f64]) -> Vec<f64> {
-        let batches = frequencies.chunks(BATCH);
-        let sizes = batches.flat_map(|batch| self.probe.motion(batch).sizes);
-        sizes.map(|size| size / self.probe.force.abs()).collect()
+        const STRIDE: usize = 8;
+        let all = 0..frequencies.len();
+        let mut known = vec![f64::NAN; frequencies.len()];
+        self.measure(frequencies, all.clone().step_by(STRIDE), &mut known);
+        for index in all.clone().filter(|index| index % STRIDE > 0) {
+            let before = index - index % STRIDE;
+            let beside = [before, before + STRIDE].into_iter().map(|at| {
+                let distance = |other: &f64| (other - frequencies[index]).abs();
+                let measured = frequencies.get(at).map(distance).zip(known.get(at));
+                measured.map_or(f64::NAN, |(distance, measured)| {
+                    self.beside(*measured, distance)
+                })
+            });
+            known[index] = beside.fold(f64::NAN, f64::min);
+        }
+        let left: Vec<usize> = all.filter(|index| known[*index].is_nan()).collect();
+        self.measure(frequencies, left.into_iter(), &mut known);
+        known
+    }
+
+    fn measure(
+        &self,
+        frequencies: &[f64],
+        at: impl Iterator<Item = usize>,
+        enlargements: &mut [f64],
+    ) {
+        let at: Vec<usize> = at.collect();
+        for batch in at.chunks(BATCH) {
+            let own: Vec<f64> = batch.iter().map(|index| frequencies[*index]).collect();
+            let sizes = self.probe.motion(&own).sizes;
+            for (index, size) in batch.iter().zip(sizes) {
+                enlargements[*index] = size / self.probe.force.abs();
+            }
+        }
+    }
+
+    /// What an enlargement says at most of a frequency at some distance, NaN where that is nothing: R(s + iδ) is
+    /// (1 + iδR(s))⁻¹R(s), and |R| may be √N times as large as what it makes of a vector at random, and three times that
+    /// where that vector has little of what is enlarged.
+    fn beside(&self, enlargement: f64, distance: f64) -> f64 {
+        let change = 3.0 * distance * enlargement * (self.scale.len() as f64).sqrt();
+        if change < 0.5 {
+            enlargement / (1.0 - change)
+        } else {
+            f64::NAN
+        }
     }
 
     /// One input.
@@ -477,6 +520,49 @@ fn keep_in_range(mut x: MatMut<'_, f64>, count: usize) {
             for j in 0..x.ncols() {
                 x[(f, j)] *= factor;
                 x[(count + f, j)] *= factor;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_modes::GROUND;
+
+    /// A chain of masses, hardly or strongly damped.
+    fn chain(n: usize, damping: f64) -> System {
+        let name = |i: usize| match i {
+            0 => GROUND.to_owned(),
+            i => format!("m{i}"),
+        };
+        let mut builder = System::builder();
+        for i in 1..=n {
+            let (before, own) = (name(i - 1), name(i));
+            builder = builder
+                .mass(&own, 1.0 + i as f64)
+                .spring(&before, &own, 100.0)
+                .damper(&before, &own, damping);
+        }
+        builder.build().expect("a chain")
+    }
+
+    #[test]
+    fn enlargements_beside_the_measured_ones_are_hardly_larger_and_none_smaller() {
+        let frequencies: Vec<f64> = (0..400).map(|k| 0.02 * f64::from(k)).collect();
+        for (damping, likely) in [(1e-4, 20), (1.0, 60), (30.0, 250)] {
+            let form = Hessenberg::of(&chain(12, damping), &[]).expect("a form");
+            let mut measured = vec![f64::NAN; frequencies.len()];
+            form.measure(&frequencies, 0..frequencies.len(), &mut measured);
+            let found = form.enlargements(&frequencies);
+            let told = found.iter().zip(&measured).filter(|(a, b)| a != b);
+            let told = told.count();
+            assert!(told >= likely, "{damping}: {told}");
+            for (found, measured) in found.iter().zip(measured) {
+                assert!(
+                    (measured..=2.5 * measured).contains(found),
+                    "{damping}: {found} {measured}"
+                );
             }
         }
     }

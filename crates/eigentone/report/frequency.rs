@@ -50,7 +50,7 @@ impl<'a> FrequencyReport<'a> {
         });
         match methods.as_slice() {
             // The usual way needs no words.
-            [] | [(FrequencyMethod::Elimination, _)] => self.table(),
+            [] | [(FrequencyMethod::Elimination | FrequencyMethod::Inverse, _)] => self.table(),
             _ => self.table() + &lines.collect::<String>(),
         }
     }

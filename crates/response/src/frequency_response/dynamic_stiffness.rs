@@ -297,6 +297,20 @@ impl Block {
         &self.coordinates
     }
 
+    /// Whether elimination takes longer than an inverse in doubles: rows have entries far from the diagonal, and fill up.
+    pub(super) fn fills_up(&self) -> bool {
+        /// Fewer coordinates are eliminated as quickly.
+        const FEW: usize = 16;
+        /// How far from the diagonal rows reach on average.
+        const FAR: usize = 6;
+        let n = self.coordinates.len();
+        let mut reach = vec![0; n];
+        for ((row, column), _) in &self.entries {
+            reach[*row] = reach[*row].max(row.abs_diff(*column));
+        }
+        n > FEW && reach.into_iter().sum::<usize>() > FAR * n
+    }
+
     /// Whether springs in it have loss factors.
     pub(super) fn has_losses(&self) -> bool {
         self.entries

@@ -6,8 +6,10 @@ use num_complex::Complex;
 use super::dynamic_stiffness::{Block, Frequency, Part};
 use super::elimination::{Factor, Outcome, scaled};
 use super::function::FrequencyMethod;
+use super::inverse::Inverse;
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
+use super::refinement::ApproximateInverse;
 
 /// What acts on a coordinate: a part of the right-hand side.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +135,15 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
         }
         found = Some((values, FrequencyMethod::Modes));
     }
+    if found.is_none()
+        && question.block.fills_up()
+        && let Some(Answer::Found(values, good)) = by_inverse(question)
+    {
+        if good {
+            return Enclosed::Values(values, FrequencyMethod::Inverse);
+        }
+        found = Some((values, FrequencyMethod::Inverse));
+    }
     let (mut digits, mut work) = (0, 0u64);
     // What a whole range of frequencies leaves unknown, no digits tell.
     let rungs = if question.frequency.radius > 0.0 {
@@ -180,16 +191,34 @@ fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
             return (answer, work);
         }
     };
-    let solve = |right: Vec<Ball<T>>| -> Option<Vec<Ball<T>>> {
-        let down = right.into_iter().zip(&exponents);
-        let right = down.map(|(value, power)| scaled(value, -power)).collect();
-        let x = factor.solve(right).into_iter().zip(&exponents);
-        Some(x.map(|(x, power)| scaled(x, -power)).collect())
-    };
+    let solve = |right| by_scaled(&exponents, right, |right| Some(factor.solve(right)));
     work += 4 * (exponents.len() * question.columns.len()) as u64;
     let slope = |x: &[Ball<T>]| block.slope(frequency, x);
     let answer = read(question, exponents.len(), place, solve, slope);
     (answer.expect("a factor solves all"), work)
+}
+
+/// The solution by that of scaled rows.
+fn by_scaled<T: Real>(
+    exponents: &[i64],
+    right: Vec<Ball<T>>,
+    solve: impl Fn(Vec<Ball<T>>) -> Option<Vec<Ball<T>>>,
+) -> Option<Vec<Ball<T>>> {
+    let down = right.into_iter().zip(exponents);
+    let right = down.map(|(value, power)| scaled(value, -power)).collect();
+    let x = solve(right)?.into_iter().zip(exponents);
+    Some(x.map(|(x, power)| scaled(x, -power)).collect())
+}
+
+/// The same by an inverse in doubles.
+fn by_inverse(question: &Question<'_>) -> Option<Answer> {
+    let (block, frequency) = (question.block, question.frequency);
+    let (rows, exponents) = block.rows(frequency);
+    let inverse = Inverse::of(&rows)?;
+    let place = |coordinate: usize| block.coordinates().binary_search(&coordinate).ok();
+    let solve = |right| by_scaled(&exponents, right, |right| inverse.solve(&right));
+    let slope = |x: &[Ball<DoubleDouble>]| block.slope(frequency, x);
+    read(question, exponents.len(), place, solve, slope)
 }
 
 /// The same by modes, of the whole system.

@@ -6,8 +6,7 @@
 //!
 //! I − S Z = [I − U(WC + ΛWM) − DK] − s [UWM + DC] − s² DM − U (s − Λ)⁻¹ R.
 //!
-//! The matrices in it are bounded once, by products in double-double. At each frequency they bound I − SZ =: F in O(n²); as
-//! e = S(f − Zx̃) + Fe for the error e of any x̃, a residual in double-double then bounds e, whatever x̃ is.
+//! The matrices in it are bounded once, by products in double-double. At each frequency they bound I − SZ in O(n²).
 
 use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Real, WideComplex};
 use eigentone_modes::{MatrixKind, Precision, System};
@@ -15,6 +14,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{DynamicStiffness, Frequency};
+use super::refinement::{ABOVE, ApproximateInverse, FLOOR};
 use crate::march::Basis;
 
 /// (s − Λ)⁻¹ of a block by rows, and bounds of the sizes of its entries.
@@ -61,12 +61,6 @@ pub(super) struct At<'a> {
     /// The norm of F in them.
     norm: f64,
 }
-
-/// Bounds are sums of doubles, of a few thousand terms at most.
-const ABOVE: f64 = 1.0 + 1e-9;
-
-/// Absorbs what underflows.
-const FLOOR: f64 = 1e-300;
 
 impl ModalSum {
     /// `None` where modes do not span the motion, or too badly.
@@ -316,40 +310,6 @@ impl Block {
 }
 
 impl At<'_> {
-    /// An enclosure of Z⁻¹f.
-    pub(super) fn solve(&self, right: &[Ball<DoubleDouble>]) -> Option<Vec<Ball<DoubleDouble>>> {
-        /// Each leaves as much of the error as the norm of F says, or what double-double does not hold.
-        const STEPS: usize = 2;
-        let mut x = vec![ComplexDoubleDouble::ZERO; right.len()];
-        let mut residual = right.to_vec();
-        for _ in 0..=STEPS {
-            let step = self.apply(&residual);
-            for (x, step) in x.iter_mut().zip(step) {
-                x.re += DoubleDouble::from(step.re);
-                x.im += DoubleDouble::from(step.im);
-            }
-            residual = right.to_vec();
-            for ((row, column, _), entry) in self.sum.stiffness.iter().zip(&self.entries) {
-                residual[*row] = residual[*row] - *entry * Ball::from(x[*column]);
-            }
-        }
-        let left: Vec<f64> = residual
-            .iter()
-            .map(|residual| residual.upper().to_f64() * ABOVE + FLOOR)
-            .collect();
-        let error = self.sizes(&left);
-        let ratios = error.iter().zip(&self.lengths);
-        let largest = ratios.fold(0.0f64, |top, (error, length)| top.max(error / length));
-        let more = largest * self.norm / (1.0 - self.norm) * ABOVE;
-        let enclosed = x.into_iter().zip(error).zip(&self.lengths);
-        enclosed
-            .map(|((x, error), length)| {
-                let radius = (error + length * more) * ABOVE + FLOOR;
-                radius.is_finite().then(|| Ball::new(x, radius.into()))
-            })
-            .collect()
-    }
-
     /// Z′x.
     pub(super) fn slope(&self, x: &[Ball<DoubleDouble>]) -> Vec<Ball<DoubleDouble>> {
         let mut product = vec![Ball::ZERO; x.len()];
@@ -360,16 +320,15 @@ impl At<'_> {
         }
         product
     }
+}
 
-    /// S f in doubles.
-    fn apply(&self, right: &[Ball<DoubleDouble>]) -> Vec<Complex<f64>> {
+impl ApproximateInverse for At<'_> {
+    fn apply(&self, right: &[Complex<f64>]) -> Vec<Complex<f64>> {
         let sum = self.sum;
         let states = sum.weights.nrows();
         let mut modal = vec![Complex::<f64>::ZERO; states];
         let mut x = vec![Complex::<f64>::ZERO; right.len()];
-        for (j, value) in right.iter().enumerate() {
-            let WideComplex { re, im } = value.middle();
-            let value = Complex::new(re.to_f64(), im.to_f64());
+        for (j, &value) in right.iter().enumerate() {
             if value == Complex::ZERO {
                 continue;
             }
@@ -390,7 +349,6 @@ impl At<'_> {
         x
     }
 
-    /// |S| f, from above.
     fn sizes(&self, right: &[f64]) -> Vec<f64> {
         let (_, weights, direct) = &self.sum.sizes;
         let mut modal = vec![0.0; weights.nrows()];
@@ -403,6 +361,22 @@ impl At<'_> {
         }
         self.sum.spread(&self.inverses, &modal, &mut x);
         x.iter().map(|size| size * ABOVE).collect()
+    }
+
+    fn left(
+        &self,
+        right: &[Ball<DoubleDouble>],
+        x: &[ComplexDoubleDouble],
+    ) -> Vec<Ball<DoubleDouble>> {
+        let mut left = right.to_vec();
+        for ((row, column, _), entry) in self.sum.stiffness.iter().zip(&self.entries) {
+            left[*row] = left[*row] - *entry * Ball::from(x[*column]);
+        }
+        left
+    }
+
+    fn defect(&self) -> (&[f64], f64) {
+        (&self.lengths, self.norm)
     }
 }
 

@@ -281,8 +281,15 @@ impl<'a> FrequencyResponse<'a> {
                     columns: &asked,
                     asked: Asked::Value,
                 });
-                if !matches!(found, Enclosed::Values(_, FrequencyMethod::Modes)) {
-                    methods[index] = FrequencyMethod::Elimination;
+                let method = match &found {
+                    Enclosed::Values(_, method) => *method,
+                    Enclosed::Singular | Enclosed::Undecided(_) => FrequencyMethod::Elimination,
+                };
+                // Of several parts the one that takes most.
+                if method != FrequencyMethod::Modes
+                    && methods[index] != FrequencyMethod::Elimination
+                {
+                    methods[index] = method;
                 }
                 for (k, column) in own().enumerate() {
                     let functions = &mut functions[column * names.len()..][..names.len()];

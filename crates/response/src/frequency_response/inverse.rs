@@ -1,0 +1,211 @@
+//! The inverse of the dynamic stiffness at one frequency, in doubles, and a proven bound of what it leaves.
+
+use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble};
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+use num_complex::Complex;
+
+use super::elimination::Row;
+use super::refinement::{ABOVE, ApproximateInverse, FLOOR};
+
+/// S ≈ Z⁻¹.
+pub(super) struct Inverse<'a> {
+    /// Z.
+    rows: &'a [Row<DoubleDouble>],
+    inverse: Mat<Complex<f64>>,
+    /// |S|.
+    size: Mat<f64>,
+    lengths: Vec<f64>,
+    norm: f64,
+}
+
+impl Inverse<'_> {
+    /// Of rows whose entries are about 1 at most; `None` where their inverse in doubles proves nothing.
+    pub(super) fn of(rows: &[Row<DoubleDouble>]) -> Option<Inverse<'_>> {
+        let n = rows.len();
+        let mut z = Mat::<Complex<f64>>::zeros(n, n);
+        let mut z_size = Mat::<f64>::zeros(n, n);
+        // By how much the doubles are off, apart from rounding.
+        let mut off = Mat::<f64>::zeros(n, n);
+        for (i, row) in rows.iter().enumerate() {
+            for &(j, entry) in row {
+                let middle = entry.middle();
+                z[(i, j)] = Complex::new(middle.re.to_f64(), middle.im.to_f64());
+                z_size[(i, j)] = entry.upper().to_f64();
+                off[(i, j)] = entry.radius().to_f64() + FLOOR;
+                if !z_size[(i, j)].is_finite() {
+                    return None;
+                }
+            }
+        }
+        let inverse = z.partial_piv_lu().inverse();
+        let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].norm() * ABOVE);
+        if !size.norm_max().is_finite() {
+            return None;
+        }
+        let defect = &inverse * z;
+        let one = Mat::from_fn(n, 1, |_, _| 1.0);
+        let lengths = &size * one;
+        // Rounding of Z and of sums of complex products (Higham 2002, section 3.6).
+        let rounding = (4 * n + 32) as f64 * f64::EPSILON;
+        let lost = (faer::Scale(rounding) * z_size + off) * &lengths;
+        let lost = &size * lost;
+        let mut norm = 0.0f64;
+        for i in 0..n {
+            let terms = (0..n).map(|j| {
+                let own = if i == j { 1.0 } else { 0.0 };
+                (defect[(i, j)] - own).norm() * lengths[(j, 0)]
+            });
+            let ratio = (terms.sum::<f64>() + lost[(i, 0)]) / lengths[(i, 0)];
+            norm = if ratio <= norm { norm } else { ratio };
+        }
+        let norm = norm * ABOVE;
+        let lengths = lengths.col_as_slice(0).to_vec();
+        (norm < 0.5).then_some(Inverse {
+            rows,
+            inverse,
+            size,
+            lengths,
+            norm,
+        })
+    }
+}
+
+impl ApproximateInverse for Inverse<'_> {
+    fn apply(&self, right: &[Complex<f64>]) -> Vec<Complex<f64>> {
+        let mut x = vec![Complex::ZERO; right.len()];
+        for (j, value) in right
+            .iter()
+            .enumerate()
+            .filter(|(_, f)| **f != Complex::ZERO)
+        {
+            let column = self.inverse.col_as_slice(j);
+            x.iter_mut()
+                .zip(column)
+                .for_each(|(x, entry)| *x += entry * value);
+        }
+        x
+    }
+
+    fn sizes(&self, right: &[f64]) -> Vec<f64> {
+        let mut x = vec![FLOOR; right.len()];
+        for (j, value) in right.iter().enumerate() {
+            let column = self.size.col_as_slice(j);
+            x.iter_mut()
+                .zip(column)
+                .for_each(|(x, size)| *x += size * value);
+        }
+        x.iter().map(|size| size * ABOVE).collect()
+    }
+
+    fn left(
+        &self,
+        right: &[Ball<DoubleDouble>],
+        x: &[ComplexDoubleDouble],
+    ) -> Vec<Ball<DoubleDouble>> {
+        let rows = self.rows.iter().zip(right);
+        let left = rows.map(|(row, right)| {
+            let terms = row.iter();
+            terms.fold(*right, |left, &(j, entry)| left - entry * Ball::from(x[j]))
+        });
+        left.collect()
+    }
+
+    fn defect(&self) -> (&[f64], f64) {
+        (&self.lengths, self.norm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frequency_response::elimination::{Factor, Outcome};
+    use eigentone_digits::{Magnitude, Real, Wide, WideComplex};
+
+    fn ball<T: Real>(value: Complex<f64>) -> Ball<T> {
+        Ball::from(WideComplex {
+            re: value.re.into(),
+            im: value.im.into(),
+        })
+    }
+
+    fn rows<T: Real>(of: &Mat<Complex<f64>>) -> Vec<Row<T>> {
+        let row = |i| (0..of.ncols()).map(move |j| (j, ball(of[(i, j)])));
+        (0..of.nrows()).map(|i| row(i).collect()).collect()
+    }
+
+    /// A matrix of random numbers, its last row the first one but for this difference.
+    fn nearly_singular(n: usize, difference: f64) -> Mat<Complex<f64>> {
+        let mut state = 7u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(2_862_933_555_777_941_757)
+                .wrapping_add(3_037_000_493);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut matrix = Mat::from_fn(n, n, |_, _| Complex::new(random(), random()));
+        for j in 0..n {
+            let change = Complex::new(random(), random()) * difference;
+            matrix[(n - 1, j)] = matrix[(0, j)] + change;
+        }
+        matrix
+    }
+
+    #[test]
+    fn solutions_of_more_digits_are_enclosed() {
+        for (n, difference) in [(3, 1.0), (20, 1.0), (40, 1e-5), (24, 1e-9)] {
+            let matrix = nearly_singular(n, difference);
+            let (rows, exact) = (rows(&matrix), rows::<Wide<8>>(&matrix));
+            let inverse = Inverse::of(&rows).expect("it is regular");
+            let (Outcome::Regular(factor), _) = Factor::of(exact) else {
+                panic!("it is regular");
+            };
+            let right = |i: usize| Complex::new(1.0 / (1.0 + i as f64), 0.25);
+            let found = inverse.solve(&(0..n).map(|i| ball(right(i))).collect::<Vec<_>>());
+            let truth = factor.solve((0..n).map(|i| ball(right(i))).collect());
+            for (found, truth) in found.expect("finite").into_iter().zip(truth) {
+                let middle = found.middle();
+                let middle = Ball::from(WideComplex {
+                    re: Wide::<8>::from(middle.re.high()) + Wide::from(middle.re.low()),
+                    im: Wide::<8>::from(middle.im.high()) + Wide::from(middle.im.low()),
+                });
+                let off = (truth - middle).upper();
+                assert!(off <= found.radius(), "{n} {difference}: {off:?}");
+                let size = truth.upper().to_f64();
+                assert!(
+                    found.radius().to_f64() < 1e-20 * size / difference,
+                    "{n} {difference}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_proved_of_a_singular_matrix() {
+        for difference in [0.0, 1e-16] {
+            assert!(Inverse::of(&rows(&nearly_singular(9, difference))).is_none());
+        }
+    }
+
+    #[test]
+    fn the_radius_of_an_entry_is_counted() {
+        let matrix = nearly_singular(6, 1.0);
+        let mut rows: Vec<Row<DoubleDouble>> = rows(&matrix);
+        rows[2][4].1 = Ball::new(rows[2][4].1.middle(), 1e-9.into());
+        let inverse = Inverse::of(&rows).expect("it is regular");
+        let right: Vec<_> = (0..6).map(|_| ball(Complex::ONE)).collect();
+        let found = inverse.solve(&right).expect("finite");
+        for change in [1e-9, -1e-9] {
+            let mut other = matrix.clone();
+            other[(2, 4)] += change;
+            let rows = self::rows(&other);
+            let moved = Inverse::of(&rows).and_then(|inverse| inverse.solve(&right));
+            for (found, moved) in found.iter().zip(moved.expect("it is regular")) {
+                let off = Ball::from(found.middle()) - Ball::from(moved.middle());
+                let most = found.radius() + moved.radius();
+                assert!(off.lower() <= most, "{off:?}");
+                assert!(found.radius() < Magnitude::from(1e-7), "{found:?}");
+            }
+        }
+    }
+}

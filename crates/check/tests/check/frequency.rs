@@ -279,8 +279,9 @@ proptest! {
                 [Ratio::new_raw(re, over.clone()), Ratio::new_raw(im, over)]
             };
             let moves: Vec<Exact> = (0..places).map(|i| motion(i, order)).collect();
-            let displaced = (0..places).map(|i| size(&motion(i, 0)));
-            let largest = moves.iter().map(size).chain(displaced).fold(0.0, f64::max);
+            let all = [0, 1].into_iter().flat_map(|order| (0..places).map(move |i| (i, order)));
+            let sizes = all.map(|(i, order)| size(&motion(i, order)));
+            let largest = moves.iter().map(size).chain(sizes).fold(0.0, f64::max);
             for function in answer.functions() {
                 let value = function.values()[k];
                 if solved.is_none() {

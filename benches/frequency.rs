@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use eigentone::modes::{GROUND, Precision, System};
+use eigentone::modes::{ElementKind, GROUND, Precision, System};
 use eigentone::response::{FrequencyResponse, Noise, RandomVibration};
 
 /// Every coordinate is joined to every other.
@@ -76,6 +76,12 @@ fn responses(c: &mut Criterion) {
         let proven = FrequencyResponse::of(&system).from("m0");
         group.bench_function(format!("full {n}, 20 frequencies, proven"), |b| {
             b.iter(|| proven.at(black_box(&few)).expect("a response"));
+        });
+        let springs = system.elements(ElementKind::Spring).len();
+        let lossy = proven.loss_factors(vec![0.02; springs]);
+        let what = format!("full {n}, 20 frequencies, proven, with loss factors");
+        group.bench_function(what, |b| {
+            b.iter(|| lossy.at(black_box(&few)).expect("a response"));
         });
     }
     for n in [10, 30] {

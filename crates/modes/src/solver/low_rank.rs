@@ -44,14 +44,14 @@ impl ModeSolver for LowRank {
             return Some("the system is not proved passive".to_owned());
         }
         let n = system.len();
-        let dampers = system.dampers().len();
-        if system.added(MatrixKind::Damping).is_some() {
-            return Some("the system has a damping matrix, not dampers alone".to_owned());
-        }
-        if n < SMALLEST || 2 * dampers * dampers > n {
+        let rank = system.dampers().len() + damped_by_matrix(system).len();
+        if n < SMALLEST || 2 * rank * rank > n {
             return Some(format!(
-                "it is quicker only with far fewer dampers than coordinates: dampers {dampers}, coordinates {n}"
+                "it is quicker only with far fewer dampers, and coordinates that a matrix damps, than coordinates: {rank} of {n}"
             ));
+        }
+        if added_columns(system).is_none() {
+            return Some("its damping matrix is not seen to be semidefinite".to_owned());
         }
         let rigid = structure.rigid_motions() != Some(0);
         rigid.then(|| "springs do not hold every motion".to_owned())
@@ -92,14 +92,143 @@ impl ModeSolver for LowRank {
     }
 }
 
-/// The rows of U: √c times the stretch of each damper in each shape.
+/// The coordinates that the added damping matrix acts on.
+fn damped_by_matrix(system: &System) -> Vec<usize> {
+    let Some(added) = system.added(MatrixKind::Damping) else {
+        return Vec::new();
+    };
+    let is_damped = |i: &usize| (0..added.ncols()).any(|j| added[(*i, j)] != 0.0);
+    (0..added.nrows()).filter(is_damped).collect()
+}
+
+/// Columns whose products with their transposes add up to the added damping matrix, each by coordinates: its Cholesky factor with
+/// pivots, ended where no more is left than rounding of unit diagonals (Higham 2002, section 10.3). `None` where pivots
+/// are negative.
+fn added_columns(system: &System) -> Option<Vec<Vec<(usize, f64)>>> {
+    let damped = damped_by_matrix(system);
+    let Some(added) = system
+        .added(MatrixKind::Damping)
+        .filter(|_| !damped.is_empty())
+    else {
+        return Some(Vec::new());
+    };
+    let r = damped.len();
+    let scale: Vec<f64> = damped.iter().map(|i| added[(*i, *i)].sqrt()).collect();
+    if !scale.iter().all(|scale| *scale > 0.0) {
+        return None;
+    }
+    let mut rest = Mat::from_fn(r, r, |i, j| {
+        added[(damped[i], damped[j])] / scale[i] / scale[j]
+    });
+    let least = 4.0 * r as f64 * f64::EPSILON;
+    let mut columns = Vec::new();
+    for _ in 0..r {
+        let pivot = (0..r).max_by(|i, j| rest[(*i, *i)].total_cmp(&rest[(*j, *j)]))?;
+        let size = rest[(pivot, pivot)];
+        if size <= least {
+            break;
+        }
+        let column: Vec<f64> = (0..r).map(|i| rest[(i, pivot)] / size.sqrt()).collect();
+        for i in 0..r {
+            for j in 0..r {
+                rest[(i, j)] -= column[i] * column[j];
+            }
+        }
+        let own = column.iter().zip(&scale).zip(&damped);
+        columns.push(own.map(|((x, scale), i)| (*i, x * scale)).collect());
+    }
+    (rest.norm_max() <= least).then_some(columns)
+}
+
+/// The rows of U: √c times the stretch of each damper in each shape, and what the shape is along the added matrix's columns.
 fn factor(system: &System, modes: &[RealMode]) -> Vec<Vec<f64>> {
+    let added = added_columns(system).unwrap_or_default();
     let row = |mode: &RealMode| {
         let at = |node: Node| node.coordinate().map_or(0.0, |i| mode.shape[i]);
         let dampers = system.dampers().iter();
         let stretch = dampers
             .map(|damper| damper.coefficient.sqrt() * (at(damper.first) - at(damper.second)));
-        stretch.collect()
+        let along = added.iter().map(|column| {
+            let terms = column.iter().map(|(i, factor)| factor * mode.shape[*i]);
+            terms.sum::<f64>()
+        });
+        stretch.chain(along).collect()
     };
     modes.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::GROUND;
+    use crate::modes::Precision;
+
+    /// A chain of 40 masses with dampers of very different size, as elements or as a matrix.
+    fn chain(as_matrix: bool, dampers: &[(usize, usize, f64)]) -> System {
+        const N: usize = 40;
+        let name = |i: usize| {
+            if i == N {
+                GROUND.to_owned()
+            } else {
+                format!("m{i}")
+            }
+        };
+        let mut builder = System::builder();
+        for i in 0..N {
+            builder = builder.mass(name(i), 1.0 + (i % 3) as f64).spring(
+                name(i),
+                name(i + 1),
+                50.0 + i as f64,
+            );
+        }
+        let mut matrix = Mat::<f64>::zeros(N, N);
+        for &(a, b, damping) in dampers {
+            for (i, j, sign) in [(a, a, 1.0), (a, b, -1.0), (b, a, -1.0), (b, b, 1.0)] {
+                if i < N && j < N {
+                    matrix[(i, j)] += sign * damping;
+                }
+            }
+            if !as_matrix {
+                builder = builder.damper(name(a), name(b), damping);
+            }
+        }
+        if as_matrix {
+            builder = builder.matrix(MatrixKind::Damping, matrix.as_ref());
+        }
+        builder.build().expect("a chain")
+    }
+
+    #[test]
+    fn a_damping_matrix_of_low_rank_is_as_good_as_its_dampers() {
+        let ways: [&[(usize, usize, f64)]; 3] = [
+            &[(7, 40, 3.0)],
+            &[(7, 9, 3.0)],
+            &[(3, 5, 2.0), (5, 8, 1e-9), (30, 40, 1e3)],
+        ];
+        for dampers in ways {
+            let [elements, matrix] = [false, true].map(|as_matrix| {
+                let system = chain(as_matrix, dampers);
+                assert_eq!(LowRank.refuses(&system, system.structure()), None);
+                let modes = system.modes_to(Precision::Double).expect("modes");
+                assert_eq!(modes.plan().solver, LowRank.name());
+                modes
+            });
+            let proven = chain(true, dampers).modes().expect("modes");
+            assert_eq!(matrix.eigenvalues().len(), 80);
+            for other in [&elements, &proven] {
+                for (a, b) in matrix.eigenvalues().iter().zip(other.eigenvalues()) {
+                    let off = (a.value - b.value).norm();
+                    let most = a.bound.expect("known") + b.bound.expect("known");
+                    assert!(off <= most && most < 1e-10 * a.value.norm(), "{a:?} {b:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_damping_matrix_that_is_not_semidefinite_is_refused() {
+        let system = chain(true, &[(7, 40, 3.0), (9, 12, -1e-3)]);
+        assert!(added_columns(&system).is_none());
+        assert!(LowRank.refuses(&system, system.structure()).is_some());
+    }
 }

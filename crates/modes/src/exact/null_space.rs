@@ -15,13 +15,7 @@ use super::sum::{ExactSum, Parts};
 /// 1 at its own place, where all others are 0.
 pub(crate) fn null_space(matrix: &ExactMatrix) -> Option<Vec<NullVector>> {
     let field = PrimeField::first();
-    let n = matrix.len();
-    let image = matrix.image(&field);
-    let row = |i| Row::new(&field, &image.row(i).collect::<Vec<_>>());
-    let echelon = eliminate(&field, (0..n).map(row).collect());
-    let free = (0..n).filter(|column| echelon.pivots[*column].is_none());
-    let vector = |place: usize| {
-        let found = null_vector(&field, &echelon.pivots, place);
+    let vector = |(place, found): (usize, Vec<Residue>)| {
         let entries = found.into_iter().enumerate();
         let entry = |(i, residue)| Some((i, short_fraction(&field, residue)?));
         let entries: Option<Vec<(usize, f64)>> = entries
@@ -30,9 +24,25 @@ pub(crate) fn null_space(matrix: &ExactMatrix) -> Option<Vec<NullVector>> {
             .collect();
         entries.map(|entries| NullVector { place, entries })
     };
-    let found: Vec<NullVector> = free.map(vector).collect::<Option<_>>()?;
+    let all = null_vectors_modulo(matrix, &field).into_iter();
+    let found: Vec<NullVector> = all.map(vector).collect::<Option<_>>()?;
     let count = found.len();
     (annulled(matrix, &found).len() == count).then_some(found)
+}
+
+/// A basis of all x with A x = 0 modulo a prime. Each has an entry 1 at its own place, which comes first, where all
+/// others are 0.
+pub(crate) fn null_vectors_modulo(
+    matrix: &ExactMatrix,
+    field: &PrimeField,
+) -> Vec<(usize, Vec<Residue>)> {
+    let n = matrix.len();
+    let image = matrix.image(field);
+    let row = |i| Row::new(field, &image.row(i).collect::<Vec<_>>());
+    let echelon = eliminate(field, (0..n).map(row).collect());
+    let free = (0..n).filter(|column| echelon.pivots[*column].is_none());
+    let vector = |place| (place, null_vector(field, &echelon.pivots, place));
+    free.map(vector).collect()
 }
 
 /// A vector that a matrix maps to 0.

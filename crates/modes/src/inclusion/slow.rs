@@ -28,6 +28,8 @@ pub(crate) struct Slow {
     pub(crate) elastic: f64,
     /// The largest frequency that double-doubles do not tell from 0.
     pub(crate) hidden: f64,
+    /// Where C holds no creeping shape so much that its root is told from 0, a size that is larger than these roots.
+    pub(super) hardly_held: Option<f64>,
 }
 
 impl Slow {
@@ -81,7 +83,12 @@ impl Slow {
         for drift in &drifting {
             take_out(&mass, drift, &mut free);
         }
+        let hardly_held = hardly_held(system, &free);
+        if hardly_held.is_some() {
+            uncouple(&mass, &mut free, creeps);
+        }
         Some(Slow {
+            hardly_held,
             creeping: free,
             drifting,
             resisted: resisted.collect(),
@@ -100,6 +107,17 @@ impl Slow {
     pub(crate) fn stand_in(&self) -> f64 {
         const TIMES: f64 = 4.0;
         TIMES * self.hidden
+    }
+
+    /// The creeping shapes that C hardly holds, each with the size of what stands for its root.
+    pub(super) fn hardly_held(&self) -> impl Iterator<Item = (f64, &[DoubleDouble])> {
+        let each = self.creeping.iter();
+        each.filter_map(|shape| Some((self.hardly_held?, shape.as_slice())))
+    }
+
+    /// Whether a root is one of theirs.
+    pub(super) fn is_beside_zero(&self, value: Complex<f64>) -> bool {
+        value.im == 0.0 && self.hardly_held.is_some_and(|size| value.re.abs() <= size)
     }
 
     fn columns(&self) -> Columns {
@@ -136,6 +154,31 @@ impl Slow {
         let entry = |row| Complex::new(part(row, |y| y.re), part(row, |y| y.im));
         (0..columns[0].len()).map(entry).collect()
     }
+}
+
+/// For each shape a frequency below which rounding hides what K makes of it.
+pub(super) fn unseen(system: &System, shapes: &Columns) -> Vec<f64> {
+    const TIMES: f64 = 4.0;
+    let stiffness = Form::stiffness(system).gram(shapes);
+    let mass = Form::mass(system).gram(shapes);
+    let size = |i: usize| TIMES * (stiffness.upper(i, i) / mass.at(i, i).to_f64()).sqrt();
+    (0..shapes.len()).map(size).collect()
+}
+
+/// A size that stands out from what C makes of shapes with K x = 0, where that is less than rounding of K hides.
+fn hardly_held(system: &System, shapes: &Columns) -> Option<f64> {
+    /// Twice what the two columns of each shape couple of the others at most.
+    const TIMES: f64 = 16.0;
+    let unseen = unseen(system, shapes);
+    let largest = unseen.iter().copied().fold(0.0, f64::max);
+    let mass = Form::mass(system).gram(shapes);
+    let damping = Form::damping(system).gram(shapes);
+    let is_hidden = |i: usize| {
+        let held: f64 = (0..shapes.len()).map(|j| damping.upper(i, j)).sum();
+        held / mass.at(i, i).to_f64() <= unseen[i]
+    };
+    let all = !shapes.is_empty() && (0..shapes.len()).all(is_hidden);
+    all.then_some(TIMES * largest)
 }
 
 /// Makes the first `count` orthogonal to each other and all others by a form, those first that it makes largest.

@@ -15,8 +15,9 @@ use super::coefficients::{Coefficient, Coefficients};
 use super::polynomial::Reduced;
 use super::support::floating;
 use crate::exact::elimination::{Row, eliminate};
-use crate::exact::null_space::{NullVector, annulled};
+use crate::exact::null_space::{NullVector, annulled, null_vectors_modulo};
 use crate::exact::prime_field::{MOST_WORK, PRIME_BITS, PrimeField, Residue};
+use crate::exact::rank::rank;
 use crate::exact::sum::{Extent, ceil_log2};
 use crate::model::MAX_DENSE_COORDINATES;
 use crate::model::MatrixKind;
@@ -243,9 +244,13 @@ impl Order {
             return order;
         }
         let proved = |single: &[NullVector], double: &[NullVector]| {
-            PrimeField::all()
-                .take(2)
-                .any(|field| leaves_something(parts, single, double, &field))
+            PrimeField::all().take(2).any(|field| {
+                let is_double = |x: &NullVector| double.iter().any(|other| other.place == x.place);
+                let known = single
+                    .iter()
+                    .map(|x| Known::of(x, if is_double(x) { 2 } else { 1 }, &field));
+                leaves_something(parts, &known.collect::<Vec<_>>(), &field)
+            })
         };
         if proved(&single, &double) {
             return order;
@@ -259,7 +264,59 @@ impl Order {
         if all.len() > single.len() && proved(all, &double) {
             return Order::Exactly(all.len() + double.len());
         }
-        Order::NotProved
+        Order::by_null_vectors_modulo(parts).unwrap_or(Order::NotProved)
+    }
+
+    /// Where null vectors of A₀ are no short fractions: λ = 0 is a root dim N(A₀) + dim(N(A₀) ∩ N(A₁)) times at least, of which
+    /// the rank of A₀ gives the first and vectors that are short fractions the second. That it is no more often is shown with
+    /// null vectors modulo a prime.
+    fn by_null_vectors_modulo(parts: [&Coefficient; 3]) -> Option<Order> {
+        let field = PrimeField::first();
+        let known_rank = parts[0].semidefinite_rank();
+        let rank = known_rank.or_else(|| rank(&parts[0].matrix))?;
+        let nullity = parts[0].matrix.len() - rank;
+        let single = null_vectors_modulo(&parts[0].matrix, &field);
+        if nullity == 0 || single.len() != nullity {
+            return None;
+        }
+        let pair = parts[0].plus(parts[1]);
+        let double = annulled(&parts[0].matrix, pair.null_space().unwrap_or_default());
+        let double = annulled(&parts[1].matrix, &double);
+        // Each of the double ones takes the place of a single one that it has a share of, earlier ones taken out.
+        let mut shares: Vec<(usize, Vec<Residue>)> = Vec::new();
+        for vector in &double {
+            let share = |(place, _): &(usize, Vec<Residue>)| {
+                let mut entries = vector.entries.iter();
+                let own = entries.find(|(i, _)| i == place);
+                own.map_or(Residue::ZERO, |(_, entry)| field.double(*entry))
+            };
+            let mut row: Vec<Residue> = single.iter().map(share).collect();
+            for (pivot, other) in &shares {
+                let factor = field.product(row[*pivot], field.inverse(other[*pivot]));
+                for (entry, other) in row.iter_mut().zip(other) {
+                    *entry = field.difference(*entry, field.product(factor, *other));
+                }
+            }
+            let pivot = row.iter().position(|entry| !entry.is_zero())?;
+            shares.push((pivot, row));
+        }
+        let mut known: Vec<Known> = single
+            .into_iter()
+            .map(|(place, vector)| Known {
+                place,
+                power: 1,
+                entries: vector.into_iter().enumerate().collect(),
+            })
+            .collect();
+        for (vector, (pivot, _)) in double.iter().zip(&shares) {
+            let place = known[*pivot].place;
+            known[*pivot] = Known {
+                place,
+                ..Known::of(vector, 2, &field)
+            };
+        }
+        let order = Order::Exactly(nullity + double.len());
+        leaves_something(parts, &known, &field).then_some(order)
     }
 
     /// dim N(A₀) + dim(N(A₀) ∩ N(A₁)) for positive semidefinite matrices; the determinant
@@ -279,32 +336,42 @@ impl Order {
     }
 }
 
+/// A null vector x of A₀, modulo a prime, and the column that it replaces.
+struct Known {
+    place: usize,
+    entries: Vec<(usize, Residue)>,
+    /// The power of λ that (A₀ + λA₁ + λ²A₂)x has as a factor.
+    power: usize,
+}
+
+impl Known {
+    fn of(vector: &NullVector, power: usize, field: &PrimeField) -> Known {
+        let entries = vector.entries.iter();
+        Known {
+            place: vector.place,
+            entries: entries.map(|&(j, x)| (j, field.double(x))).collect(),
+            power,
+        }
+    }
+}
+
 /// Whether, at λ = 0, a determinant other than 0 is left of A₀ + λA₁ + λ²A₂ once the columns at the places of null
-/// vectors are replaced by its products with these and divided by λ (`single`, A₀x = 0) or λ² (`double`,
-/// A₀x = A₁x = 0). A double one takes the place of the single one there.
-fn leaves_something(
-    parts: [&Coefficient; 3],
-    single: &[NullVector],
-    double: &[NullVector],
-    field: &PrimeField,
-) -> bool {
+/// vectors are replaced by its products with these and divided by their powers of λ.
+fn leaves_something(parts: [&Coefficient; 3], known: &[Known], field: &PrimeField) -> bool {
     let n = parts[0].matrix.len();
-    let is_double = |x: &&NullVector| double.iter().any(|other| other.place == x.place);
-    let once: Vec<&NullVector> = single.iter().filter(|x| !is_double(x)).collect();
-    let twice: Vec<&NullVector> = double.iter().collect();
     // What a node's column adds to the columns at the places of vectors.
-    let shares = |vectors: &[&NullVector]| {
+    let shares = |power: usize| {
         let mut shares = vec![Vec::new(); n];
-        for vector in vectors {
+        for vector in known.iter().filter(|vector| vector.power == power) {
             for &(j, entry) in &vector.entries {
-                shares[j].push((vector.place, field.double(entry)));
+                shares[j].push((vector.place, entry));
             }
         }
         shares
     };
-    let (once_shares, twice_shares) = (shares(&once), shares(&twice));
+    let (once_shares, twice_shares) = (shares(1), shares(2));
     let mut replaced = vec![false; n];
-    single.iter().for_each(|x| replaced[x.place] = true);
+    known.iter().for_each(|x| replaced[x.place] = true);
     let images = parts.map(|part| part.matrix.image(field));
     let rows = (0..n).map(|i| {
         let mut entries: Vec<(usize, Residue)> =

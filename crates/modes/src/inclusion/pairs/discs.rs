@@ -38,6 +38,25 @@ impl Pairs<'_> {
 }
 
 impl Rows {
+    /// What the discs of counted roots hold beside those at 0.
+    fn beside_zero(&self, sums: &[(f64, f64, f64)]) -> Disc {
+        let reach = |(i, (own, others, mixed)): (usize, &(f64, f64, f64))| match self.counted[i] {
+            true => self.rho[i].norm() + (own + others) / (1.0 - mixed),
+            false => 0.0,
+        };
+        let reach = sums.iter().enumerate().map(reach).fold(0.0, f64::max);
+        let radius = |(_, value): &(usize, f64)| (reach + value.abs()) * UPWARD;
+        Disc {
+            members: self.beside.iter().map(|(i, _)| *i).collect(),
+            centres: self
+                .beside
+                .iter()
+                .map(|(_, value)| ComplexDoubleDouble::new(*value, 0.0))
+                .collect(),
+            radii: self.beside.iter().map(radius).collect(),
+        }
+    }
+
     /// Discs that hold as many roots as they have members, none of which touches another or its
     /// conjugate; `None` where that is not so.
     pub(super) fn discs(&self) -> Option<Vec<Disc>> {
@@ -110,6 +129,9 @@ impl Rows {
                 radii: members.iter().map(radius).collect(),
                 members,
             });
+        }
+        if !self.beside.is_empty() {
+            discs.push(self.beside_zero(&sums));
         }
         Some(discs)
     }

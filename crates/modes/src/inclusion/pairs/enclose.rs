@@ -59,6 +59,9 @@ impl Pairs<'_> {
         let undamped = self.are_undamped(structure, discs.iter());
         let enclosed = |disc: &Disc, side: fn(&Pair) -> &Parts, errors: Vec<f64>| {
             let pair = &self.pairs[disc.members[0]];
+            if pair.is_counted() {
+                return None;
+            }
             let parts = side(pair);
             let ball = |(row, error): (usize, f64)| {
                 let im = parts.im.get(row).copied().unwrap_or_default();

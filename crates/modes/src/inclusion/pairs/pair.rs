@@ -6,7 +6,7 @@ use num_complex::Complex;
 
 use crate::inclusion::gram::{Form, Gram};
 use crate::inclusion::inert::Inert;
-use crate::inclusion::slow::Slow;
+use crate::inclusion::slow::{self, Slow};
 use crate::modes::Mode;
 use crate::structure::Structure;
 use crate::system::System;
@@ -50,16 +50,20 @@ pub(super) enum Origin {
     Hidden(usize),
     /// λ = 0 exactly, with an exact shape.
     Rest,
-    /// λ = 0, which is counted exactly, with a shape that is not exact; one of two that are so near to a column (0, x) and
-    /// (x, 0) where nothing holds it.
+    /// λ = 0, which is counted exactly, with a shape that is not exact.
     Null,
+    /// The same of a motion that nothing holds: one of two columns (x, ±εx), which are so near to (x, 0) and (0, x).
+    Drift,
+    /// (x, −εx) beside such an (x, εx) for λ = 0 where C hardly holds the motion x: it stands for the mode's root, which is
+    /// not told from 0 and has this value without it.
+    Beside(usize, f64),
 }
 
 impl Pair {
     pub(super) fn mode(&self) -> Option<usize> {
         match self.origin {
-            Origin::Mode(mode) | Origin::Hidden(mode) => Some(mode),
-            Origin::Rest | Origin::Null => None,
+            Origin::Mode(mode) | Origin::Hidden(mode) | Origin::Beside(mode, _) => Some(mode),
+            Origin::Rest | Origin::Null | Origin::Drift => None,
         }
     }
 
@@ -72,9 +76,17 @@ impl Pair {
         }
     }
 
-    /// Whether it is one of two columns (x, ±εx) for a motion that nothing holds.
-    fn drifts(&self) -> bool {
-        self.origin == Origin::Null && self.value.norm() > 0.0
+    /// Whether it stands for a root at 0, or one that is counted with those.
+    pub(super) fn is_counted(&self) -> bool {
+        matches!(
+            self.origin,
+            Origin::Null | Origin::Drift | Origin::Beside(..)
+        )
+    }
+
+    /// Whether root and shape stay as they are given.
+    pub(super) fn is_given(&self) -> bool {
+        self.is_counted() || self.origin == Origin::Rest
     }
 
     pub(super) fn is_real(&self) -> bool {
@@ -148,9 +160,16 @@ impl<'a> Pairs<'a> {
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
         let drifts = 2 * drifting.len();
+        let mut hardly_held = slow.into_iter().flat_map(Slow::hardly_held);
         for (index, mode) in modes.iter().enumerate() {
             let value = mode.eigenvalue().value;
             if value.norm() == 0.0 {
+                continue;
+            }
+            if slow.is_some_and(|slow| slow.is_beside_zero(value)) {
+                let (stand_in, shape) = hardly_held.next()?;
+                let origin = Origin::Beside(index, value.re);
+                pairs.push(Pair::real(-stand_in, shape.to_vec(), origin));
                 continue;
             }
             if mode.roots() > 1 {
@@ -186,7 +205,8 @@ impl<'a> Pairs<'a> {
             .iter()
             .map(|pair| if pair.is_real() { 1 } else { 2 })
             .sum();
-        (count + drifts == states).then_some(Pairs {
+        let all = hardly_held.next().is_none() && count + drifts == states;
+        all.then_some(Pairs {
             system,
             pairs,
             drifting,
@@ -213,7 +233,8 @@ impl<'a> Pairs<'a> {
 
     /// Takes what drifts out of all other shapes, as far as rounding goes.
     pub(super) fn project(&mut self) -> Option<()> {
-        let nearly = self.pairs.iter().filter(|pair| pair.drifts());
+        let nearly = self.pairs.iter();
+        let nearly = nearly.filter(|pair| pair.origin == Origin::Drift);
         let nearly = nearly.step_by(2).map(|pair| pair.right.re.clone());
         let drifting: Vec<Vec<DoubleDouble>> =
             self.drifting.iter().cloned().chain(nearly).collect();
@@ -224,7 +245,7 @@ impl<'a> Pairs<'a> {
             let mass = Form::mass(self.system).gram(&columns);
             let (drifting, own) = (&columns[last], mass.at(last, last));
             for (pair, place) in self.pairs.iter_mut().zip(places) {
-                if matches!(pair.origin, Origin::Null | Origin::Rest) {
+                if pair.is_given() {
                     continue;
                 }
                 for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
@@ -274,7 +295,7 @@ impl<'a> Pairs<'a> {
         /// Of xᵀ(C + λM)x where it vanishes, as at another root of nearly the same shape: errors of λ count by its inverse.
         const VANISHING: f64 = 3e-2;
         for rest in 0..self.pairs.len() {
-            if self.pairs[rest].mode().is_some() || self.pairs[rest].drifts() {
+            if !matches!(self.pairs[rest].origin, Origin::Null | Origin::Rest) {
                 continue;
             }
             let shape = self.pairs[rest].right.re.clone();
@@ -291,7 +312,7 @@ impl<'a> Pairs<'a> {
             };
             let own = [&mass, &damping].map(|gram| gram.at(places[rest], 0));
             for (pair, place) in self.pairs.iter_mut().zip(places) {
-                if pair.mode().is_none() {
+                if pair.is_given() {
                     continue;
                 }
                 let real = |re| ComplexDoubleDouble {
@@ -337,17 +358,15 @@ impl<'a> Pairs<'a> {
 
 /// Columns for the shapes of roots at 0 that are counted.
 fn counted(system: &System, slow: &Slow) -> Vec<Pair> {
+    let value = slow.hardly_held.unwrap_or(0.0);
     let creeping = slow.creeping.iter();
     let mut pairs: Vec<Pair> = creeping
-        .map(|shape| Pair::real(0.0, shape.clone(), Origin::Null))
+        .map(|shape| Pair::real(value, shape.clone(), Origin::Null))
         .collect();
-    let stiffness = Form::stiffness(system).gram(&slow.drifting);
-    let mass = Form::mass(system).gram(&slow.drifting);
-    for (i, shape) in slow.drifting.iter().enumerate() {
-        // Where rounding of xᵀKx does not show.
-        let size = 4.0 * (stiffness.upper(i, i) / mass.at(i, i).to_f64()).sqrt();
+    let unseen = slow::unseen(system, &slow.drifting);
+    for (shape, size) in slow.drifting.iter().zip(unseen) {
         for value in [size, -size] {
-            pairs.push(Pair::real(value, shape.clone(), Origin::Null));
+            pairs.push(Pair::real(value, shape.clone(), Origin::Drift));
         }
     }
     pairs

@@ -123,7 +123,7 @@ impl Pairs<'_> {
             self.change(rows, Pair::right, false, along)
         };
         for (i, pair) in self.pairs.iter_mut().enumerate() {
-            if pair.mode().is_none() {
+            if pair.is_given() {
                 continue;
             }
             if !matches!(pair.origin, Origin::Hidden(_)) {
@@ -155,7 +155,7 @@ impl Pairs<'_> {
         let n = self.system.len();
         let (all, count) = (rows.columns.len(), self.pairs.len());
         let mut change = Mat::<c64>::zeros(all, count);
-        for i in (0..count).filter(|i| self.pairs[*i].mode().is_some()) {
+        for i in (0..count).filter(|i| !self.pairs[*i].is_given()) {
             let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
                 if at == own || rows.counted[other.pair] {

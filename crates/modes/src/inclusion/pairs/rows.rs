@@ -20,8 +20,10 @@ pub(super) struct Rows {
     pub(super) tau: Vec<f64>,
     /// How much of the motions that drift each shape holds at most, in any component.
     pub(super) drift: Vec<f64>,
-    /// Whether the root of each pair is one of those at 0 that are only counted.
+    /// Whether the root of each pair is one of those at 0 that are only counted, or counted with them.
     pub(super) counted: Vec<bool>,
+    /// Those of these that are not at 0, with their values.
+    pub(super) beside: Vec<(usize, f64)>,
     /// Whether it stands for one that is not told from 0.
     hidden: Vec<bool>,
     /// Pairs with real roots whose shapes are nearly the same: the other one of each.
@@ -171,7 +173,13 @@ impl Pairs<'_> {
         };
         let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
         let origins = || self.pairs.iter().map(|pair| pair.origin);
-        let counted: Vec<bool> = origins().map(|origin| origin == Origin::Null).collect();
+        let counted: Vec<bool> = self.pairs.iter().map(Pair::is_counted).collect();
+        let beside = origins()
+            .enumerate()
+            .filter_map(|(i, origin)| match origin {
+                Origin::Beside(_, value) => Some((i, value)),
+                _ => None,
+            });
         let hidden = origins().map(|origin| matches!(origin, Origin::Hidden(_)));
         let sizes = rho.iter().map(|rho| rho.norm());
         let known = sizes
@@ -192,6 +200,7 @@ impl Pairs<'_> {
             tau,
             drift,
             counted,
+            beside: beside.collect(),
             hidden: hidden.collect(),
             twin: self.twins(&mass, &places),
             places,
@@ -205,7 +214,7 @@ impl Pairs<'_> {
         /// Of the square of the cosine between them.
         const ALIKE: f64 = 0.5;
         let mut twin = vec![None; self.pairs.len()];
-        let is_single = |i: &usize| self.pairs[*i].is_real() && self.pairs[*i].mode().is_some();
+        let is_single = |i: &usize| self.pairs[*i].is_real() && !self.pairs[*i].is_given();
         let singles: Vec<usize> = (0..self.pairs.len()).filter(is_single).collect();
         let product = |i: usize, j: usize| mass.at(places[i], places[j]).to_f64();
         for (at, &i) in singles.iter().enumerate() {

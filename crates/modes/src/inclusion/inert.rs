@@ -35,7 +35,7 @@ impl Inert {
     }
 
     /// Of all coordinates that neither masses nor dampers move; `None` where the springs on them are not proved to be
-    /// definite, or matrices are not symmetric.
+    /// definite, or K is not symmetric.
     pub(super) fn of(system: &System, structure: &Structure) -> Option<Inert> {
         let damped = structure.damped_massless();
         let massless = structure.massless().iter();
@@ -43,7 +43,7 @@ impl Inert {
         if massless.is_empty() {
             return Some(Inert::none());
         }
-        if !structure.is_symmetric() {
+        if !structure.has_symmetric_stiffness() {
             return None;
         }
         let stiffness = system.stiffness_matrix();
@@ -101,7 +101,7 @@ impl Inert {
     }
 
     /// Bounds of the diagonal of R (UᵀKU)⁻¹ Rᵀ, a positive semidefinite matrix: no other entry exceeds the geometric mean of
-    /// its two.
+    /// its two, nor does one between two sets of shapes that of one of each set.
     pub(super) fn left(&self, stiffness: &Form<'_>, shapes: &[Vec<DoubleDouble>]) -> Vec<f64> {
         if self.columns.is_empty() {
             return vec![0.0; shapes.len()];

@@ -129,6 +129,11 @@ impl Structure {
         self.not_symmetric().next().is_none()
     }
 
+    /// Whether K is symmetric.
+    pub(crate) fn has_symmetric_stiffness(&self) -> bool {
+        self.coefficients.stiffness.network.is_some()
+    }
+
     fn not_symmetric(&self) -> impl Iterator<Item = MatrixKind> {
         let Coefficients {
             mass,

@@ -24,6 +24,13 @@ fn models() -> Vec<(String, Model)> {
         "rotating 20".to_owned(),
         beam(20, Ends::Pinned).rotating(7.0),
     ));
+    // Rotations without mass follow at once in both planes.
+    for ends in [Ends::Clamped, Ends::Cantilever] {
+        models.push((
+            format!("rotating lumped {ends:?} 20"),
+            lumped_beam(20, ends).rotating(7.0),
+        ));
+    }
     // Rigid motions that no vector of doubles is, and others that rounding leaves next to 0.
     for (elements, damping) in [(60, 0.3), (60, 30.0), (60, 2e4)] {
         let beam = beam(elements, Ends::Free);

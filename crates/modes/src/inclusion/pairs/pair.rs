@@ -275,16 +275,23 @@ impl<'a> Pairs<'a> {
         if self.inert.count() == 0 {
             return;
         }
-        let (mut columns, places) = self.real_columns(Pair::right);
         let stiffness = Form::stiffness(self.system);
+        let (mut columns, places) = self.real_columns(Pair::right);
         self.inert.follow(&stiffness, &mut columns);
+        let mut left = self.has_left().then(|| self.real_columns(Pair::left).0);
+        if let Some(columns) = &mut left {
+            self.inert.follow(&stiffness, columns);
+        }
         for (pair, place) in self.pairs.iter_mut().zip(places) {
             if pair.origin == Origin::Rest {
                 continue;
             }
-            pair.right.re = std::mem::take(&mut columns[place]);
-            if !pair.is_real() {
-                pair.right.im = std::mem::take(&mut columns[place + 1]);
+            let left = pair.left.as_mut().zip(left.as_mut());
+            for (parts, columns) in [(&mut pair.right, &mut columns)].into_iter().chain(left) {
+                parts.re = std::mem::take(&mut columns[place]);
+                if !parts.im.is_empty() {
+                    parts.im = std::mem::take(&mut columns[place + 1]);
+                }
             }
         }
     }

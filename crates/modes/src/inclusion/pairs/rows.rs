@@ -62,17 +62,22 @@ impl Pairs<'_> {
             pairs: &self.pairs,
             places: &places,
         };
-        let left = self.inert.left(&Form::stiffness(self.system), &columns);
         // What coordinates that follow at once leave of each shape, by the size that K gives it.
-        let follow = |i: usize| {
-            let parts = if self.pairs[i].is_real() { 1 } else { 2 };
-            let sum: f64 = left[places[i]..places[i] + parts].iter().sum();
-            match self.pairs[i].origin {
-                Origin::Rest => 0.0,
-                _ => sum.sqrt() * UPWARD,
-            }
+        let follow = |columns: &[Vec<DoubleDouble>]| -> Vec<f64> {
+            let left = self.inert.left(&Form::stiffness(self.system), columns);
+            let of = |i: usize| {
+                let parts = if self.pairs[i].is_real() { 1 } else { 2 };
+                let sum: f64 = left[places[i]..places[i] + parts].iter().sum();
+                match self.pairs[i].origin {
+                    Origin::Rest => 0.0,
+                    _ => sum.sqrt() * UPWARD,
+                }
+            };
+            (0..self.pairs.len()).map(of).collect()
         };
-        let follow: Vec<f64> = (0..self.pairs.len()).map(follow).collect();
+        let follow_right = follow(&columns);
+        let follow_left = left.as_deref().map(follow);
+        let follow_left = follow_left.as_ref().unwrap_or(&follow_right);
         let drifting = Drifting::of(&self.drifting, &mass, count)?;
         let loss = |i: usize| {
             let parts = if self.pairs[i].is_real() { 1 } else { 2 };
@@ -101,7 +106,7 @@ impl Pairs<'_> {
             } else {
                 forms.of(&stiffness, i, other)
             };
-            let k_error = k_error + follow[i] * follow[other.pair];
+            let k_error = k_error + follow_left[i] * follow_right[other.pair];
             let (m, m_error) = forms.of(&mass, i, other);
             let (c, c_error) = forms.of(&damping, i, other);
             let m_error = m_error + losses[i] * losses[other.pair];

@@ -70,18 +70,14 @@ impl Matrices {
         Matrices(all)
     }
 
-    /// With a dashpot where only one coordinate is damped.
     fn system(&self, is_damped: bool) -> System {
         let Matrices([m, c, k]) = self;
-        let n = m.nrows();
         let builder = System::builder()
             .matrix(MatrixKind::Mass, m.as_ref())
             .matrix(MatrixKind::Stiffness, k.as_ref());
-        let mut damped = (0..n).filter(|i| c[(*i, *i)] != 0.0);
-        let builder = match (damped.next(), damped.next()) {
-            _ if !is_damped => builder,
-            (Some(only), None) => builder.damper(GROUND, format!("x{}", only + 1), c[(only, only)]),
-            _ => builder.matrix(MatrixKind::Damping, c.as_ref()),
+        let builder = match is_damped {
+            true => builder.matrix(MatrixKind::Damping, c.as_ref()),
+            false => builder,
         };
         builder.build().expect("a system")
     }

@@ -47,7 +47,7 @@ impl ModeSolver for LowRank {
         let rank = system.dampers().len() + damped_by_matrix(system).len();
         if n < SMALLEST || 2 * rank * rank > n {
             return Some(format!(
-                "it is quicker only with far fewer dampers, and coordinates that a matrix damps, than coordinates: {rank} of {n}"
+                "it is quicker only with far fewer dampers than coordinates, where each row of a damping matrix counts as one: dampers {rank}, coordinates {n}"
             ));
         }
         if added_columns(system).is_none() {

@@ -134,3 +134,17 @@ fn a_root_that_is_not_told_from_0_leaves_the_others_proven() {
         check("not told from 0", &model, &modes, 1e6);
     }
 }
+
+/// Corrections along the motions of a free body, whose columns are nearly parallel, cancel but for what bays that differ little leave
+/// apart.
+#[test]
+fn roots_close_to_each_other_are_told_apart_beside_those_next_to_0() {
+    let truss = truss(60, false);
+    let at = truss.order() - 3;
+    let modes = truss.damper(at, 70.0).modes(Precision::default());
+    assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);
+    for root in modes.eigenvalues() {
+        let bound = root.bound.unwrap_or(f64::INFINITY);
+        assert!(bound <= 1e-9 * root.value.norm(), "{root:?}");
+    }
+}

@@ -6,7 +6,7 @@
 //! are mixed however far apart resolved by a [Rayleigh–Ritz step](super::ritz).
 
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
-use faer::{Mat, c64};
+use faer::{ColMut, Mat, c64};
 
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::ritz::End;
@@ -183,6 +183,7 @@ impl Pairs<'_> {
                     change[(at, i)] = share;
                 }
             }
+            self.take_smaller_half(rows, i, change.col_mut(i));
         }
         let shapes = Mat::<c64>::from_fn(n, all, |row, at| {
             let Column { pair, conjugate } = rows.columns[at];
@@ -190,6 +191,29 @@ impl Pairs<'_> {
             if conjugate { entry.conj() } else { entry }
         });
         shapes * change
+    }
+
+    /// The shares c_j of columns (x_j, λ_jx_j) that correct (x_i, λ_ix_i), for x_i alone: the upper half says c_j, the lower
+    /// c_jλ_j/ρ_i and λ_i/ρ_i − 1 of x_i itself. The smaller one counts: what cancels of columns with nearly the same
+    /// shape leaves the errors of these shapes.
+    fn take_smaller_half(&self, rows: &Rows, i: usize, mut shares: ColMut<'_, c64>) {
+        let rho = plain(rows.rho[i]);
+        let ratio = |at: usize| {
+            let Column { pair, conjugate } = rows.columns[at];
+            let value = plain(rows.values[pair]);
+            (if conjugate { value.conj() } else { value }) / rho
+        };
+        let (mut upper, mut lower) = (0.0, 0.0);
+        for at in 0..shares.nrows() {
+            let size = shares[at].norm() / rows.own_of(rows.columns[at]).norm().sqrt();
+            upper += size;
+            lower += size * ratio(at).norm();
+        }
+        if lower < 1e-3 * upper {
+            (0..shares.nrows()).for_each(|at| shares[at] *= ratio(at));
+            let own = rows.place(i, false);
+            shares[own] = ratio(own) - 1.0;
+        }
     }
 }
 

@@ -110,7 +110,7 @@ impl Slow {
     }
 
     /// The creeping shapes that C hardly holds, each with the size of what stands for its root.
-    pub(super) fn hardly_held(&self) -> impl Iterator<Item = (f64, &[DoubleDouble])> {
+    pub(super) fn stand_ins(&self) -> impl Iterator<Item = (f64, &[DoubleDouble])> {
         let each = self.creeping.iter();
         each.filter_map(|shape| Some((self.hardly_held?, shape.as_slice())))
     }
@@ -167,7 +167,7 @@ pub(super) fn unseen(system: &System, shapes: &Columns) -> Vec<f64> {
 
 /// A size that stands out from what C makes of shapes with K x = 0, where that is less than rounding of K hides.
 fn hardly_held(system: &System, shapes: &Columns) -> Option<f64> {
-    /// Twice what the two columns of each shape couple of the others at most.
+    /// Of what rounding hides: the columns (x, ±εx) then couple each other by less than an eighth of themselves.
     const TIMES: f64 = 16.0;
     let unseen = unseen(system, shapes);
     let largest = unseen.iter().copied().fold(0.0, f64::max);

@@ -6,7 +6,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex;
 
 use super::elimination::Row;
-use super::refinement::{ABOVE, ApproximateInverse, FLOOR};
+use super::refinement::{ABOVE, ApproximateInverse, FLOOR, largest};
 
 /// S ≈ Z⁻¹.
 pub(super) struct Inverse<'a> {
@@ -40,9 +40,6 @@ impl Inverse<'_> {
         }
         let inverse = z.partial_piv_lu().inverse();
         let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].norm() * ABOVE);
-        if !size.norm_max().is_finite() {
-            return None;
-        }
         let defect = &inverse * z;
         let one = Mat::from_fn(n, 1, |_, _| 1.0);
         let lengths = &size * one;
@@ -50,16 +47,14 @@ impl Inverse<'_> {
         let rounding = (4 * n + 32) as f64 * f64::EPSILON;
         let lost = (faer::Scale(rounding) * z_size + off) * &lengths;
         let lost = &size * lost;
-        let mut norm = 0.0f64;
-        for i in 0..n {
+        let ratios = (0..n).map(|i| {
             let terms = (0..n).map(|j| {
                 let own = if i == j { 1.0 } else { 0.0 };
                 (defect[(i, j)] - own).norm() * lengths[(j, 0)]
             });
-            let ratio = (terms.sum::<f64>() + lost[(i, 0)]) / lengths[(i, 0)];
-            norm = if ratio <= norm { norm } else { ratio };
-        }
-        let norm = norm * ABOVE;
+            (terms.sum::<f64>() + lost[(i, 0)]) / lengths[(i, 0)]
+        });
+        let norm = largest(ratios) * ABOVE;
         let lengths = lengths.col_as_slice(0).to_vec();
         (norm < 0.5).then_some(Inverse {
             rows,
@@ -180,10 +175,16 @@ mod tests {
         }
     }
 
+    /// A row of zeros as well: its inverse is no number.
     #[test]
     fn nothing_is_proved_of_a_singular_matrix() {
         for difference in [0.0, 1e-16] {
             assert!(Inverse::of(&rows(&nearly_singular(9, difference))).is_none());
+        }
+        for empty in [0, 4, 8] {
+            let mut matrix = nearly_singular(9, 1.0);
+            (0..9).for_each(|j| matrix[(empty, j)] = Complex::ZERO);
+            assert!(Inverse::of(&rows(&matrix)).is_none());
         }
     }
 

@@ -14,7 +14,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{DynamicStiffness, Frequency};
-use super::refinement::{ABOVE, ApproximateInverse, FLOOR};
+use super::refinement::{ABOVE, ApproximateInverse, FLOOR, largest};
 use crate::march::Basis;
 
 /// (s − Λ)⁻¹ of a block by rows, and bounds of the sizes of its entries.
@@ -201,7 +201,7 @@ impl ModalSum {
             .iter()
             .zip(&lengths)
             .map(|(moved, length)| moved / length);
-        let norm = ratios.fold(0.0, |top, ratio| if ratio <= top { top } else { ratio });
+        let norm = largest(ratios);
         let powers = [0, 1, 2].map(|order| frequency.power::<DoubleDouble>(order));
         let rates = super::dynamic_stiffness::slopes(frequency);
         let entries = self.stiffness.iter().map(|(_, _, [k, c, m])| {

@@ -10,6 +10,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
 use super::elimination::{Factor, Outcome, Row, scaled};
+use super::refinement::largest;
 
 /// A number with bounds.
 pub(super) type Number = Ball<DoubleDouble>;
@@ -103,15 +104,15 @@ impl Center {
         let mut lengths = vec![1.0; n];
         for _ in 0..STEPS {
             let next: Vec<f64> = (0..n).map(|i| sum(&lengths, least, i)).collect();
-            let largest = next.iter().copied().fold(0.0, f64::max);
-            if !(largest > 0.0 && largest.is_finite()) {
+            let top = next.iter().copied().fold(0.0, f64::max);
+            if !(top > 0.0 && top.is_finite()) {
                 break;
             }
-            lengths = next.iter().map(|next| next / largest + 1e-6).collect();
+            lengths = next.iter().map(|next| next / top + 1e-6).collect();
         }
         let norm = |radius: f64| {
             let ratios = (0..n).map(|i| sum(&lengths, radius, i) / lengths[i]);
-            ratios.fold(0.0, |top, ratio| if ratio <= top { top } else { ratio }) * ABOVE
+            largest(ratios) * ABOVE
         };
         let mut radius = f64::exp2(least.log2().ceil());
         let mut contraction = norm(radius);

@@ -248,7 +248,7 @@ impl<'a> FrequencyResponse<'a> {
         ))
     }
 
-    /// The same with proven bounds, by modes or elimination.
+    /// The same with proven bounds, by modes, inverses or elimination.
     fn proven(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
         /// Up to so many coordinates elimination in balls is as quick.
         const SMALL: usize = 40;

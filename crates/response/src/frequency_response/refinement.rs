@@ -12,6 +12,17 @@ pub(super) const ABOVE: f64 = 1.0 + 1e-9;
 /// Absorbs what underflows.
 pub(super) const FLOOR: f64 = 1e-300;
 
+/// The largest of some numbers, or NaN where one is NaN.
+pub(super) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |top: f64, number| {
+        if top.is_nan() || number <= top {
+            top
+        } else {
+            number
+        }
+    })
+}
+
 /// S, and what it leaves of the dynamic stiffness Z.
 pub(super) trait ApproximateInverse {
     /// S f in doubles.
@@ -55,8 +66,8 @@ pub(super) trait ApproximateInverse {
         let error = self.sizes(&left);
         let (lengths, norm) = self.defect();
         let ratios = error.iter().zip(lengths);
-        let largest = ratios.fold(0.0f64, |top, (error, length)| top.max(error / length));
-        let more = largest * norm / (1.0 - norm) * ABOVE;
+        let ratio = largest(ratios.map(|(error, length)| error / length));
+        let more = ratio * norm / (1.0 - norm) * ABOVE;
         let enclosed = x.into_iter().zip(error).zip(lengths);
         enclosed
             .map(|((x, error), length)| {

@@ -160,14 +160,14 @@ impl<'a> Pairs<'a> {
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
         let drifts = 2 * drifting.len();
-        let mut hardly_held = slow.into_iter().flat_map(Slow::hardly_held);
+        let mut stand_ins = slow.into_iter().flat_map(Slow::stand_ins);
         for (index, mode) in modes.iter().enumerate() {
             let value = mode.eigenvalue().value;
             if value.norm() == 0.0 {
                 continue;
             }
             if slow.is_some_and(|slow| slow.is_beside_zero(value)) {
-                let (stand_in, shape) = hardly_held.next()?;
+                let (stand_in, shape) = stand_ins.next()?;
                 let origin = Origin::Beside(index, value.re);
                 pairs.push(Pair::real(-stand_in, shape.to_vec(), origin));
                 continue;
@@ -205,7 +205,7 @@ impl<'a> Pairs<'a> {
             .iter()
             .map(|pair| if pair.is_real() { 1 } else { 2 })
             .sum();
-        let all = hardly_held.next().is_none() && count + drifts == states;
+        let all = stand_ins.next().is_none() && count + drifts == states;
         all.then_some(Pairs {
             system,
             pairs,

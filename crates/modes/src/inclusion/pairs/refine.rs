@@ -197,6 +197,8 @@ impl Pairs<'_> {
     /// c_jλ_j/ρ_i and λ_i/ρ_i − 1 of x_i itself. The smaller one counts: what cancels of columns with nearly the same
     /// shape leaves the errors of these shapes.
     fn take_smaller_half(&self, rows: &Rows, i: usize, mut shares: ColMut<'_, c64>) {
+        /// By so much the lower half is to be smaller: shares of faster columns are larger there.
+        const CANCELS: f64 = 1e-3;
         let rho = plain(rows.rho[i]);
         let ratio = |at: usize| {
             let Column { pair, conjugate } = rows.columns[at];
@@ -209,7 +211,7 @@ impl Pairs<'_> {
             upper += size;
             lower += size * ratio(at).norm();
         }
-        if lower < 1e-3 * upper {
+        if lower < CANCELS * upper {
             (0..shares.nrows()).for_each(|at| shares[at] *= ratio(at));
             let own = rows.place(i, false);
             shares[own] = ratio(own) - 1.0;

@@ -61,6 +61,14 @@ impl ExactMatrix {
         matrix
     }
 
+    pub(crate) fn transposed(&self) -> ExactMatrix {
+        let row = |i| {
+            let entries = self.row(i);
+            entries.flat_map(move |(j, terms)| terms.iter().map(move |&term| (j, i, term)))
+        };
+        ExactMatrix::from_parts(self.len(), (0..self.len()).flat_map(row).collect())
+    }
+
     /// The sum of two matrices.
     pub(crate) fn plus(&self, other: &ExactMatrix) -> ExactMatrix {
         let mut parts = Vec::new();

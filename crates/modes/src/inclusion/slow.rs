@@ -22,6 +22,8 @@ pub(crate) struct Slow {
     pub(super) creeping: Columns,
     /// K x = C x = 0. M couples none with another.
     pub(super) drifting: Columns,
+    /// Of an unsymmetric C, y for each of both: C and M couple it as they do its x.
+    pub(super) left: Option<[Columns; 2]>,
     /// Those with small squares.
     resisted: Columns,
     /// The least frequency of all others.
@@ -33,7 +35,8 @@ pub(crate) struct Slow {
 }
 
 impl Slow {
-    /// Given the elastic shapes approximately; `None` where there are no such shapes, or they are not told from others.
+    /// Given the elastic shapes approximately; `None` where there are no such shapes, or they are not told from others, and
+    /// where C is not symmetric and K holds one so little that its roots are not told from 0.
     pub(crate) fn of(
         system: &System,
         structure: &Structure,
@@ -46,8 +49,9 @@ impl Slow {
         let rigid = structure.rigid_motions_counted()?;
         let drifts = structure.zero_roots()?.checked_sub(rigid)?;
         let creeps = rigid.checked_sub(drifts)?;
+        let is_symmetric = structure.is_symmetric();
         // Coordinates without mass that dampers hold back follow at once where there are none.
-        let undamped = (!structure.damped_massless().is_empty())
+        let undamped = (!is_symmetric || !structure.damped_massless().is_empty())
             .then(|| System::from(system.model().without_dampers()));
         let mut resisted = match &undamped {
             Some(undamped) => precise(undamped, undamped.structure(), shapes)?,
@@ -77,6 +81,25 @@ impl Slow {
         let hidden = hidden.map(|of| size(of) + of.reach).fold(0.0, f64::max);
         let resisted = resisted.into_iter().map(|of| of.shape);
         let (mass, damping) = (Form::mass(system), Form::damping(system));
+        if !is_symmetric {
+            let mut left = free.clone();
+            uncouple_sides(&damping, &mut left, &mut free, creeps)?;
+            let [mut left_drifting, mut drifting] =
+                [&mut left, &mut free].map(|columns| columns.split_off(creeps));
+            uncouple_sides(&mass, &mut left_drifting, &mut drifting, drifts)?;
+            for (y, x) in left_drifting.iter().zip(&drifting) {
+                take_out_sides(&mass, y, x, &mut left, &mut free);
+            }
+            return (hidden == 0.0).then(|| Slow {
+                creeping: free,
+                drifting,
+                left: Some([left, left_drifting]),
+                resisted: resisted.collect(),
+                elastic: elastic.sqrt(),
+                hidden,
+                hardly_held: None,
+            });
+        }
         uncouple(&damping, &mut free, creeps);
         let mut drifting = free.split_off(creeps);
         uncouple(&mass, &mut drifting, drifts);
@@ -90,6 +113,7 @@ impl Slow {
         Some(Slow {
             hardly_held,
             creeping: free,
+            left: None,
             drifting,
             resisted: resisted.collect(),
             elastic: elastic.sqrt(),
@@ -129,7 +153,7 @@ impl Slow {
     pub(crate) fn reduced(&self, system: &System) -> Option<System> {
         let columns = self.columns();
         let part = |form: Form<'_>, is_zero: &dyn Fn(usize) -> bool| {
-            let gram = form.gram(&columns);
+            let gram = form.between(&columns, &columns);
             Mat::from_fn(columns.len(), columns.len(), |i, j| {
                 let zero = is_zero(i) || is_zero(j);
                 if zero { 0.0 } else { gram.at(i, j).to_f64() }
@@ -193,15 +217,71 @@ fn uncouple(form: &Form<'_>, columns: &mut Columns, count: usize) {
     }
 }
 
+/// Makes a form couple each of the first `count` columns on one side with one on the other alone, and those with none of
+/// the others; `None` where it is singular on them.
+fn uncouple_sides(
+    form: &Form<'_>,
+    left: &mut Columns,
+    right: &mut Columns,
+    count: usize,
+) -> Option<()> {
+    /// Of the largest entry.
+    const SINGULAR: f64 = 1e-8;
+    let mut least = 0.0;
+    for step in 0..count {
+        let gram = form.between(left, right);
+        let size = |at: &(usize, usize)| gram.at(at.0, at.1).to_f64().abs();
+        let rest = (step..left.len()).flat_map(|i| (step..right.len()).map(move |j| (i, j)));
+        let largest = rest.max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        if step == 0 {
+            least = SINGULAR * size(&largest);
+        }
+        if size(&largest).is_nan() || size(&largest) <= least {
+            return None;
+        }
+        left.swap(step, largest.0);
+        right.swap(step, largest.1);
+        let (y, left) = left[step..].split_first_mut()?;
+        let (x, right) = right[step..].split_first_mut()?;
+        take_out_sides(form, y, x, left, right);
+    }
+    Some(())
+}
+
+/// Makes a form couple y and x with none of the other columns.
+fn take_out_sides(
+    form: &Form<'_>,
+    y: &[DoubleDouble],
+    x: &[DoubleDouble],
+    left: &mut [Vec<DoubleDouble>],
+    right: &mut [Vec<DoubleDouble>],
+) {
+    let [y, x] = [y, x].map(|column| [column.to_vec()]);
+    let own = form.between(&y, &x).at(0, 0);
+    let coupling = form.between(left, &x);
+    subtract(&y[0], left, |i| coupling.at(i, 0) / own);
+    let coupling = form.between(&y, right);
+    subtract(&x[0], right, |j| coupling.at(0, j) / own);
+}
+
+/// Less a share of d in each column.
+fn subtract(
+    d: &[DoubleDouble],
+    columns: &mut [Vec<DoubleDouble>],
+    share: impl Fn(usize) -> DoubleDouble,
+) {
+    for (j, column) in columns.iter_mut().enumerate() {
+        let share = share(j);
+        for (entry, x) in column.iter_mut().zip(d) {
+            *entry -= share * *x;
+        }
+    }
+}
+
 /// x − d (dᵀAx)/(dᵀAd) for each x.
 fn take_out(form: &Form<'_>, d: &[DoubleDouble], columns: &mut [Vec<DoubleDouble>]) {
     let d = [d.to_vec()];
     let own = form.gram(&d).at(0, 0);
     let coupling = form.between(&d, columns);
-    for (j, column) in columns.iter_mut().enumerate() {
-        let share = coupling.at(0, j) / own;
-        for (entry, x) in column.iter_mut().zip(&d[0]) {
-            *entry -= share * *x;
-        }
-    }
+    subtract(&d[0], columns, |j| coupling.at(0, j) / own);
 }

@@ -504,12 +504,22 @@ fn uncoupled(solver: &dyn ModeSolver, system: &System, structure: &Structure) ->
     Some(collect(solver, system, roots).as_slice().to_vec())
 }
 
-/// Shapes that K hardly resists, of a symmetric damped system.
+/// Shapes that K hardly resists, of a damped system with symmetric M and K.
 fn slow(solver: &dyn ModeSolver, system: &System, structure: &Structure) -> Option<Slow> {
-    if structure.is_undamped() || !structure.is_symmetric() {
+    if structure.is_undamped() {
         return None;
     }
-    let modes = classical::real_modes(solver, system, structure, Entries::Exact).ok()?;
+    let modes = if structure.is_symmetric() {
+        classical::real_modes(solver, system, structure, Entries::Exact)
+    } else {
+        let undamped = System::from(system.model().without_dampers());
+        let of_it = undamped.structure();
+        if !of_it.is_symmetric() {
+            return None;
+        }
+        classical::undamped_modes(solver, &undamped, of_it, Entries::Exact)
+    };
+    let modes = modes.ok()?;
     let elastic = modes.into_iter().filter(|mode| !mode.rigid);
     Slow::of(system, structure, elastic.map(|mode| mode.shape).collect())
 }
@@ -547,7 +557,10 @@ fn with_slow_roots(
         return modes.to_vec();
     };
     let larger = modes.iter().filter(|mode| size(mode) > limit);
-    let larger = larger.map(|mode| Root::simple(mode.eigenvalue().value, mode.shape().to_vec()));
+    let larger = larger.map(|mode| Root {
+        left: mode.left_shape().map(<[_]>::to_vec),
+        ..Root::simple(mode.eigenvalue().value, mode.shape().to_vec())
+    });
     let small = reduced
         .iter()
         .filter(|mode| size(mode) > 0.0 && size(mode) <= limit);
@@ -568,7 +581,11 @@ fn with_slow_roots(
         };
         let shape = slow.shape(mode.shape());
         if values.is_empty() {
-            return vec![Root::simple(value, shape)];
+            let left = mode.left_shape().map(|left| slow.shape(left));
+            return vec![Root {
+                left,
+                ..Root::simple(value, shape)
+            }];
         }
         let shape: Vec<Complex<f64>> = shape.iter().map(|x| Complex::from(x.re)).collect();
         let stand_in = |value| Root::simple(Complex::from(value), shape.clone());

@@ -277,9 +277,14 @@ impl Structure {
         }
     }
 
-    /// Those shapes that C lets move without any force as well.
+    /// Those shapes x with C x = 0 and xᵀC = 0.
     pub(crate) fn undamped_among(&self, vectors: &[NullVector]) -> Vec<NullVector> {
-        annulled(&self.coefficients.damping.matrix, vectors)
+        let damping = &self.coefficients.damping.matrix;
+        let right = annulled(damping, vectors);
+        if self.is_symmetric() {
+            return right;
+        }
+        annulled(&damping.transposed(), &right)
     }
 
     /// How many independent shapes K lets move without any force, where that was proved for any K.

@@ -2,7 +2,7 @@
 
 use eigentone_modes::{Bounds, Eigenvalue, Precision};
 
-use crate::mesh::{Ends, Model, beam, chain, lumped_beam, membrane, plate, truss};
+use crate::mesh::{Ends, Model, beam, chain, frame, lumped_beam, membrane, plate, truss};
 use crate::truth::{check, check_beside};
 
 fn models() -> Vec<(String, Model)> {
@@ -29,6 +29,28 @@ fn models() -> Vec<(String, Model)> {
         models.push((
             format!("rotating lumped {ends:?} 20"),
             lumped_beam(20, ends).rotating(7.0),
+        ));
+    }
+    // Free shafts, seen from the axes that turn with them: nothing holds the translations, rotations only what rounding leaves.
+    for (elements, speed) in [(16, 7.0), (20, 0.3)] {
+        models.push((
+            format!("rotating Free {elements}"),
+            beam(elements, Ends::Free).rotating(speed),
+        ));
+        models.push((
+            format!("rotating lumped Free {elements}"),
+            lumped_beam(elements, Ends::Free).rotating(speed),
+        ));
+    }
+    for (elements, ends, momentum) in [
+        (17, Ends::Free, 3e-3),
+        (17, Ends::Free, 0.1),
+        (20, Ends::Free, 3.0),
+        (20, Ends::Pinned, 0.1),
+    ] {
+        models.push((
+            format!("{ends:?} {elements} with discs {momentum}"),
+            beam(elements, ends).with_discs(ends, momentum),
         ));
     }
     // Rigid motions that no vector of doubles is, and others that rounding leaves next to 0.
@@ -133,6 +155,21 @@ fn a_root_that_is_not_told_from_0_leaves_the_others_proven() {
         let loose = |root: &&Eigenvalue| root.bound.is_none_or(|b| b > 1e-3 * root.value.norm());
         assert_eq!(modes.eigenvalues().iter().filter(loose).count(), count);
         check("not told from 0", &model, &modes, tight);
+    }
+}
+
+/// Their rigid motions have roots next to 0 and, with Rayleigh damping, three next to −α: all are known as well as the others.
+#[test]
+fn free_frames_are_proven_to_nine_digits() {
+    let frame = frame(2, 5);
+    let at = frame.order() - 3;
+    for (name, model) in [
+        ("rayleigh", frame.clone().rayleigh(0.3, 1e-5)),
+        ("dashpot", frame.damper(at, 70.0)),
+    ] {
+        let modes = model.modes(Precision::default());
+        assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);
+        check(name, &model, &modes, 1e-9);
     }
 }
 

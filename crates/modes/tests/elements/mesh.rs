@@ -61,6 +61,19 @@ impl Model {
 
     /// The same shape in two planes, which a rotation at `speed` couples.
     pub fn rotating(&self, speed: f64) -> Model {
+        self.in_two_planes(|i, j| 2.0 * speed * self.mass[(i, j)])
+    }
+
+    /// The same beam in two planes, which discs at every second node couple: those of angular momentum `momentum` about the
+    /// axis turn one slope by the other's velocity.
+    pub fn with_discs(&self, ends: Ends, momentum: f64) -> Model {
+        let first = if ends == Ends::Pinned { 0 } else { 1 };
+        let is_disc = |i: usize| i >= first && (i - first).is_multiple_of(4);
+        self.in_two_planes(|i, j| if i == j && is_disc(i) { momentum } else { 0.0 })
+    }
+
+    /// Two planes that damping couples, given from the first to the second.
+    fn in_two_planes(&self, across: impl Fn(usize, usize) -> f64) -> Model {
         let n = self.order();
         let place = |i: usize| (i / 2, i % 2);
         let both = |matrix: &Mat<f64>| {
@@ -71,7 +84,7 @@ impl Model {
         };
         let damping = Mat::from_fn(2 * n, 2 * n, |i, j| {
             let ((i, p), (j, q)) = (place(i), place(j));
-            (q as f64 - p as f64) * 2.0 * speed * self.mass[(i, j)]
+            (q as f64 - p as f64) * across(i, j)
         });
         Model {
             mass: both(&self.mass),
@@ -290,6 +303,60 @@ pub fn plate(columns: usize, rows: usize) -> Model {
             let twist = 2.0 * (1.0 - POISSON) * slope[p][r] * across[1][q][s];
             model.stiffness[(at[k], at[l])] += 180.0 * (bending + POISSON * coupling + twist);
             model.mass[(at[k], at[l])] += 7.8 * value[p][r] * across[0][q][s];
+        }
+    }
+    model
+}
+
+/// A free plane frame of one bay of 5 m and storeys of 3.2 m, steel members of so many elements: two displacements and a
+/// rotation at each node, level by level.
+pub fn frame(storeys: usize, elements: usize) -> Model {
+    const AXIAL: f64 = 2.1e11 * 5.4e-3;
+    const BENDING: f64 = 2.1e11 * 3.7e-5;
+    const MASS: f64 = 7850.0 * 5.4e-3;
+    // Above the feet each storey has the nodes of both columns, then those of its beam.
+    let each = 3 * elements - 1;
+    let joint = |storey: usize, side: usize| match storey {
+        0 => side,
+        _ => 2 + (storey - 1) * each + 2 * (elements - 1) + side * elements,
+    };
+    let mut model = Model::new(3 * (2 + storeys * each));
+    let mut add = |first: usize, second: usize, length: f64, upright: bool| {
+        // Along and across the member, and the rotation, in global axes.
+        let axis = if upright { [1, 0, 2] } else { [0, 1, 2] };
+        let turned = if upright { -1.0 } else { 1.0 };
+        let place = |node: usize, part: usize| 3 * node + axis[part];
+        let bar = [first, second].map(|node| place(node, 0));
+        let bend = [(first, 1), (first, 2), (second, 1), (second, 2)];
+        let bend = bend.map(|(node, part)| place(node, part));
+        let [value, _, curvature, _] = hermite(length);
+        let sign = |k: usize| if k.is_multiple_of(2) { turned } else { 1.0 };
+        for (k, l) in (0..4).flat_map(|k| (0..4).map(move |l| (k, l))) {
+            let (a, b) = (k.min(l), k.max(l));
+            let sign = sign(a) * sign(b);
+            model.stiffness[(bend[k], bend[l])] += sign * BENDING * curvature[a][b];
+            model.mass[(bend[k], bend[l])] += sign * MASS * value[a][b];
+        }
+        for (k, l) in (0..2).flat_map(|k| (0..2).map(move |l| (k, l))) {
+            let (spring, mass) = if k == l { (1.0, 3.0) } else { (-1.0, 6.0) };
+            model.stiffness[(bar[k], bar[l])] += spring * AXIAL / length;
+            model.mass[(bar[k], bar[l])] += MASS * length / mass;
+        }
+    };
+    for storey in 1..=storeys {
+        let start = 2 + (storey - 1) * each;
+        for side in 0..2 {
+            let nodes = (0..elements - 1).map(|k| start + 2 * k + side);
+            let nodes = nodes.chain([joint(storey, side)]);
+            let mut below = joint(storey - 1, side);
+            for node in nodes {
+                add(below, node, 3.2 / elements as f64, true);
+                below = node;
+            }
+        }
+        let left = joint(storey, 0);
+        for k in 0..elements {
+            add(left + k, left + k + 1, 5.0 / elements as f64, false);
         }
     }
     model

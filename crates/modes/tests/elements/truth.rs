@@ -26,7 +26,7 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
         .iter()
         .enumerate()
         .map(|(i, z)| {
-            let apart = (i + 1) as f64 / approximations.len() as f64;
+            let apart = 0.5 + 0.5 * i as f64 / approximations.len() as f64;
             let reach = if z.norm() == 0.0 {
                 1e-25 * largest
             } else {
@@ -115,7 +115,14 @@ pub fn check_beside(name: &str, model: &Model, modes: &Modes, near: &Modes, tigh
     assert_eq!(found.len(), near.eigenvalues().len(), "{name}");
     assert_eq!(found.len() + modes.infinite(), 2 * model.order(), "{name}");
     let values: Vec<_> = found.iter().map(|root| root.value).collect();
-    let starts = near.eigenvalues().iter();
+    // Those of one size may stand in another order.
+    let mut open = near.eigenvalues().to_vec();
+    let nearest = |value: &Complex<f64>| {
+        let distance = |i: &usize| (open[*i].value - value).norm();
+        let first = (0..open.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)));
+        open.swap_remove(first.expect("a root for each"))
+    };
+    let starts = values.iter().map(nearest);
     let (starts, reach): (Vec<_>, Vec<f64>) = starts
         .map(|root| (root.value, root.bound.unwrap_or(0.0)))
         .unzip();

@@ -24,9 +24,9 @@
 //! Roots and shapes are first refined to double-double ([`refine`]). What the rows leave off the diagonal also bounds how
 //! much the shapes are still mixed ([`mixing`]).
 //!
-//! Motions of symmetric systems that nothing holds, K x = C x = 0, are taken out exactly: the rest moves in the complement
-//! xᵀMy = 0. Those that only dampers hold are columns of their own with λ = 0, where h vanishes. Others with λ = 0 are
-//! refused.
+//! Motions d that nothing holds, K d = C d = 0 and dᵀK = dᵀC = 0, are taken out exactly where their entries are short: the rest moves in the
+//! complement xᵀMd = dᵀMx = 0. Those that only dampers hold are columns of their own with λ = 0, where h vanishes. All other shapes of
+//! roots at 0 are given approximately ([`slow`](super::slow)), and their roots are counted.
 
 mod discs;
 mod enclose;

@@ -4,6 +4,7 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 use num_complex::Complex;
 
+use crate::exact::null_space::NullVector;
 use crate::inclusion::gram::{Form, Gram};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::slow::{self, Slow};
@@ -135,27 +136,34 @@ impl<'a> Pairs<'a> {
         let inert = Inert::of(system, structure)?;
         let states = n - inert.count() + massive(system);
         let applies = structure.finite_roots() == Some(states)
-            && (is_symmetric || structure.zero_roots() == Some(0));
+            && (is_symmetric || structure.zero_roots() == Some(0) || slow.is_some());
         if !applies {
             return None;
         }
         let precise = |vector: Vec<f64>| vector.into_iter().map(DoubleDouble::from).collect();
-        let (mut pairs, drifting) = match slow {
-            Some(slow) => (counted(system, slow), Vec::new()),
+        let loose = structure.null_vectors();
+        let free = structure.undamped_among(&loose);
+        let dense = |vectors: Vec<&NullVector>| -> Vec<Vec<f64>> {
+            vectors.into_iter().map(|vector| vector.dense(n)).collect()
+        };
+        let held = loose.iter().filter(|vector| !free.contains(vector));
+        let at_rest = dense(free.iter().chain(held).collect());
+        let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest);
+        let creeping = drifting.split_off(free.len());
+        let mut pairs = match slow {
+            Some(slow) => {
+                if slow.drifting.len() != drifting.len() {
+                    drifting.clear();
+                }
+                counted(system, slow, drifting.is_empty())
+            }
             None => {
-                let loose = structure.null_vectors();
-                let free = structure.undamped_among(&loose);
-                let drifts = free.len();
-                if structure.zero_roots() != Some(loose.len() + drifts) {
+                if structure.zero_roots() != Some(loose.len() + free.len()) {
                     return None;
                 }
-                let held = loose.iter().filter(|vector| !free.contains(vector));
-                let at_rest = free.iter().chain(held).map(|vector| vector.dense(n));
-                let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest.collect());
-                let creeping = drifting.split_off(drifts);
                 let creeping = nearly_orthogonal(&Form::damping(system), creeping);
                 let rest = |shape| Pair::real(0.0, precise(shape), Origin::Rest);
-                (creeping.into_iter().map(rest).collect(), drifting)
+                creeping.into_iter().map(rest).collect()
             }
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
@@ -235,38 +243,50 @@ impl<'a> Pairs<'a> {
     pub(super) fn project(&mut self) -> Option<()> {
         let nearly = self.pairs.iter();
         let nearly = nearly.filter(|pair| pair.origin == Origin::Drift);
-        let nearly = nearly.step_by(2).map(|pair| pair.right.re.clone());
-        let drifting: Vec<Vec<DoubleDouble>> =
-            self.drifting.iter().cloned().chain(nearly).collect();
-        for drifting in drifting {
-            let (mut columns, places) = self.real_columns(Pair::right);
-            let last = columns.len();
-            columns.push(drifting);
-            let mass = Form::mass(self.system).gram(&columns);
-            let (drifting, own) = (&columns[last], mass.at(last, last));
-            for (pair, place) in self.pairs.iter_mut().zip(places) {
-                if pair.is_given() {
-                    continue;
-                }
-                for (offset, column) in [&mut pair.right.re, &mut pair.right.im]
-                    .into_iter()
-                    .enumerate()
-                {
-                    if column.is_empty() {
-                        continue;
-                    }
-                    let share = mass.at(place + offset, last) / own;
-                    if !share.to_f64().is_finite() {
-                        return None;
-                    }
-                    for (entry, rigid) in column.iter_mut().zip(drifting) {
-                        *entry -= share * *rigid;
-                    }
-                }
+        let nearly = nearly.step_by(2).map(|pair| [pair.right(), pair.left()]);
+        let nearly = nearly.map(|sides| sides.map(|parts| parts.re.clone()));
+        let exactly = self.drifting.iter().map(|x| [x.clone(), x.clone()]);
+        let drifting: Vec<[Vec<DoubleDouble>; 2]> = exactly.chain(nearly).collect();
+        for [x, y] in &drifting {
+            self.take_out(Pair::right, |pair| Some(&mut pair.right), x, y)?;
+            if self.has_left() {
+                self.take_out(Pair::left, |pair| pair.left.as_mut(), y, x)?;
             }
         }
         self.uncouple_from_rest();
         self.follow_at_once();
+        Some(())
+    }
+
+    /// Takes a motion that drifts out of the shapes on its side, which M couples no more with that on the other.
+    fn take_out(
+        &mut self,
+        side: fn(&Pair) -> &Parts,
+        parts: fn(&mut Pair) -> Option<&mut Parts>,
+        own: &[DoubleDouble],
+        other: &[DoubleDouble],
+    ) -> Option<()> {
+        let (mut columns, places) = self.real_columns(side);
+        let last = columns.len();
+        columns.push(own.to_vec());
+        let mass = Form::mass(self.system).between(&columns, &[other.to_vec()]);
+        let whole = mass.at(last, 0);
+        let moving = self.pairs.iter_mut().zip(places);
+        for (pair, place) in moving.filter(|(pair, _)| !pair.is_given()) {
+            let Parts { re, im } = parts(pair)?;
+            for (offset, column) in [re, im].into_iter().enumerate() {
+                if column.is_empty() {
+                    continue;
+                }
+                let share = mass.at(place + offset, 0) / whole;
+                if !share.to_f64().is_finite() {
+                    return None;
+                }
+                for (entry, rigid) in column.iter_mut().zip(own) {
+                    *entry -= share * *rigid;
+                }
+            }
+        }
         Some(())
     }
 
@@ -297,10 +317,13 @@ impl<'a> Pairs<'a> {
     }
 
     /// Takes the shapes of roots at 0 out of all others, which B makes orthogonal: xᵀ(C + λM)x_i = 0. Roots near 0 would
-    /// keep what they hold of them.
+    /// keep what they hold of them. Corrections of unsymmetric systems do so.
     fn uncouple_from_rest(&mut self) {
         /// Of xᵀ(C + λM)x where it vanishes, as at another root of nearly the same shape: errors of λ count by its inverse.
         const VANISHING: f64 = 3e-2;
+        if self.has_left() {
+            return;
+        }
         for rest in 0..self.pairs.len() {
             if !matches!(self.pairs[rest].origin, Origin::Null | Origin::Rest) {
                 continue;
@@ -363,20 +386,26 @@ impl<'a> Pairs<'a> {
     }
 }
 
-/// Columns for the shapes of roots at 0 that are counted.
-fn counted(system: &System, slow: &Slow) -> Vec<Pair> {
+/// Columns for the shapes of roots at 0 that are counted, those that drift only if they are not known exactly.
+fn counted(system: &System, slow: &Slow, with_drifting: bool) -> Vec<Pair> {
     let value = slow.hardly_held.unwrap_or(0.0);
-    let creeping = slow.creeping.iter();
-    let mut pairs: Vec<Pair> = creeping
-        .map(|shape| Pair::real(value, shape.clone(), Origin::Null))
-        .collect();
-    let unseen = slow::unseen(system, &slow.drifting);
-    for (shape, size) in slow.drifting.iter().zip(unseen) {
-        for value in [size, -size] {
-            pairs.push(Pair::real(value, shape.clone(), Origin::Drift));
-        }
-    }
-    pairs
+    let [left_creeping, left_drifting] = match &slow.left {
+        Some([creeping, drifting]) => [Some(creeping), Some(drifting)],
+        None => [None, None],
+    };
+    let pair = |value, i: usize, right: &[DoubleDouble], left: Option<&Vec<Vec<_>>>, origin| Pair {
+        left: left.map(|left| Parts::real(left[i].clone())),
+        ..Pair::real(value, right.to_vec(), origin)
+    };
+    let creeping = slow.creeping.iter().enumerate();
+    let creeping = creeping.map(|(i, x)| pair(value, i, x, left_creeping, Origin::Null));
+    let unseen = slow::unseen(system, &slow.drifting).into_iter();
+    let drifting = slow.drifting.iter().zip(unseen).enumerate();
+    let drifting = drifting.flat_map(|(i, (x, size))| {
+        [size, -size].map(|value| pair(value, i, x, left_drifting, Origin::Drift))
+    });
+    let drifting = drifting.filter(|_| with_drifting);
+    creeping.chain(drifting).collect()
 }
 
 /// How many coordinates have a row or column of M that is not 0.

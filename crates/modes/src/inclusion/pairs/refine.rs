@@ -17,6 +17,7 @@ impl Pairs<'_> {
     pub(super) fn refine(&mut self) -> Option<Rows> {
         const STEPS: usize = 12;
         const GOAL: f64 = 1e-20;
+        /// The largest discs, relative to their roots, that are of use.
         const LARGEST: f64 = 1e-3;
         self.project()?;
         let mut rows = self.rows()?;
@@ -38,6 +39,8 @@ impl Pairs<'_> {
     /// The rows after a step, and whether another would gain little; `None`, with all as before, where no step
     /// gains anything.
     pub(super) fn advanced(&mut self, rows: &Rows) -> Option<(Rows, bool)> {
+        /// Discs that are no larger, relative to their roots, are good enough.
+        const GOOD: f64 = 1e-10;
         let before = self.pairs.clone();
         let mut separated = vec![false; before.len()];
         for group in &rows.mixed(true) {
@@ -86,6 +89,14 @@ impl Pairs<'_> {
             let mut each = measures.iter().zip(last);
             each.any(|(measure, last)| measure(next) < part * last)
         };
+        // Shapes that are right but for shares of each other may first gain larger ones.
+        let is_worse = |next: &mut Rows| !separated && !gains(next, 1.0) && next.mixing() == 0;
+        if last[1] > GOOD
+            && let Some(rows) = next.take_if(is_worse)
+        {
+            self.correct(&rows);
+            next = self.project().and_then(|()| self.rows());
+        }
         let better = next.filter(|next| separated || gains(next, 1.0));
         if better.is_none() {
             self.pairs = before;
@@ -158,7 +169,7 @@ impl Pairs<'_> {
         for i in (0..count).filter(|i| !self.pairs[*i].is_given()) {
             let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
-                if at == own || rows.counted[other.pair] {
+                if at == own || rows.counted[other.pair] && !self.has_left() {
                     continue;
                 }
                 let share = match rows.twin(at).filter(|twin| *twin != own) {

@@ -49,15 +49,17 @@ impl Pairs<'_> {
         let (mut columns, places) = self.real_columns(Pair::right);
         let count = columns.len();
         columns.extend(self.drifting.clone());
-        let left = self.has_left().then(|| self.real_columns(Pair::left).0);
-        let gram = |form: Form<'_>, columns: &[Vec<DoubleDouble>]| match &left {
-            None => form.gram(columns),
-            Some(left) => form.between(left, columns),
-        };
-        let mass = gram(Form::mass(self.system), &columns);
+        let mut left = self.has_left().then(|| self.real_columns(Pair::left).0);
+        if let Some(left) = &mut left {
+            left.extend(self.drifting.clone());
+        }
+        let mass = gram(&Form::mass(self.system), left.as_deref(), &columns);
         columns.truncate(count);
-        let damping = gram(Form::damping(self.system), &columns);
-        let stiffness = gram(Form::stiffness(self.system), &columns);
+        if let Some(left) = &mut left {
+            left.truncate(count);
+        }
+        let damping = gram(&Form::damping(self.system), left.as_deref(), &columns);
+        let stiffness = gram(&Form::stiffness(self.system), left.as_deref(), &columns);
         let forms = Products {
             pairs: &self.pairs,
             places: &places,
@@ -79,14 +81,19 @@ impl Pairs<'_> {
         let follow_left = left.as_deref().map(follow);
         let follow_left = follow_left.as_ref().unwrap_or(&follow_right);
         let drifting = Drifting::of(&self.drifting, &mass, count)?;
-        let loss = |i: usize| {
-            let parts = if self.pairs[i].is_real() { 1 } else { 2 };
-            let left = (0..parts).map(|part| drifting.left_of(&mass, places[i] + part));
-            left.sum::<f64>() * UPWARD
-        };
         // What is left of the motions that drift, in each shape.
-        let losses: Vec<f64> = (0..self.pairs.len()).map(loss).collect();
-        let drift = losses.iter().map(|loss| drifting.largest * loss * UPWARD);
+        let losses = |upper: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+            let loss = |i: usize| {
+                let parts = if self.pairs[i].is_real() { 1 } else { 2 };
+                let left = (0..parts).map(|part| drifting.left_of(places[i] + part, upper));
+                left.sum::<f64>() * UPWARD
+            };
+            (0..self.pairs.len()).map(loss).collect()
+        };
+        let losses_right = losses(&|column, drift| mass.upper(drift, column));
+        let losses_left = losses(&|column, drift| mass.upper(column, drift));
+        let drift = losses_left.iter().zip(&losses_right);
+        let drift = drift.map(|(left, right)| drifting.largest * left.max(*right) * UPWARD);
         let drift = drift.collect();
         let columns = self.columns();
         let value = |column: Column| {
@@ -109,7 +116,7 @@ impl Pairs<'_> {
             let k_error = k_error + follow_left[i] * follow_right[other.pair];
             let (m, m_error) = forms.of(&mass, i, other);
             let (c, c_error) = forms.of(&damping, i, other);
-            let m_error = m_error + losses[i] * losses[other.pair];
+            let m_error = m_error + losses_left[i] * losses_right[other.pair];
             let (first, second) = (self.pairs[i].value, value(other));
             let (product, sum) = (first * second, first + second);
             let a = k - product * m;
@@ -237,6 +244,18 @@ impl Pairs<'_> {
     }
 }
 
+/// yᵀAx for all columns, those on the left being the same where there are no others.
+fn gram(
+    form: &Form<'_>,
+    left: Option<&[Vec<DoubleDouble>]>,
+    columns: &[Vec<DoubleDouble>],
+) -> Gram {
+    match left {
+        None => form.gram(columns),
+        Some(left) => form.between(left, columns),
+    }
+}
+
 /// Exact motions D that nothing holds, behind `first` columns, to take out of all others: x − D(DᵀMD)⁻¹DᵀMx.
 struct Drifting {
     /// Lower bounds of √(d_kᵀMd_k).
@@ -275,10 +294,10 @@ impl Drifting {
         })
     }
 
-    /// A bound of the size by M of what a column holds of them.
-    fn left_of(&self, mass: &Gram, column: usize) -> f64 {
+    /// A bound of the size by M of what a column holds of them, given how much M couples it with each.
+    fn left_of(&self, column: usize, upper: &dyn Fn(usize, usize) -> f64) -> f64 {
         let each = self.norms.iter().enumerate();
-        let share = |(k, norm): (usize, &f64)| mass.upper(column, self.first + k) / norm;
+        let share = |(k, norm): (usize, &f64)| upper(column, self.first + k) / norm;
         each.map(share).sum::<f64>() * self.skew * UPWARD
     }
 }

@@ -239,9 +239,11 @@ fn by_real_shapes(question: &Question<'_>) -> Option<Proof> {
         .or_else(|| by_undamped_shapes(solver, system, structure, tolerance))
 }
 
-/// By roots and shapes, as they are given, of damping taken to be classical, which it may be but for rounding, or with the
-/// slow ones from a system of their own.
+/// By roots and shapes, as they are given, with the slow ones from a system of their own, or of damping taken to be classical,
+/// which it may be but for rounding.
 fn by_pairs(question: &Question<'_>) -> Option<Proof> {
+    /// Of the largest root: doubles hardly know smaller ones.
+    const UNKNOWN: f64 = 1e-7;
     let Question {
         solver,
         system,
@@ -249,16 +251,24 @@ fn by_pairs(question: &Question<'_>) -> Option<Proof> {
         modes,
         tolerance,
     } = *question;
-    paired(system, structure, modes, None, tolerance)
-        .or_else(|| {
-            let modes = uncoupled(solver, system, structure)?;
-            paired(system, structure, &modes, None, tolerance)
-        })
-        .or_else(|| {
-            let slow = slow(solver, system, structure)?;
-            let modes = with_slow_roots(solver, system, &slow, modes);
-            paired(system, structure, &modes, Some(&slow), tolerance)
-        })
+    let given = || paired(system, structure, modes, None, tolerance);
+    let with_slow = || {
+        let slow = slow(solver, system, structure)?;
+        let modes = with_slow_roots(solver, system, &slow, modes);
+        paired(system, structure, &modes, Some(&slow), tolerance)
+    };
+    let sizes = modes.iter().map(|mode| mode.eigenvalue().value.norm());
+    let largest = sizes.clone().fold(0.0, f64::max);
+    let is_unknown = |size: f64| size > 0.0 && size <= UNKNOWN * largest;
+    let found = if sizes.into_iter().any(is_unknown) {
+        with_slow().or_else(given)
+    } else {
+        given().or_else(with_slow)
+    };
+    found.or_else(|| {
+        let modes = uncoupled(solver, system, structure)?;
+        paired(system, structure, &modes, None, tolerance)
+    })
 }
 
 /// By discs about the roots that are proved already; where these are not isolated, about those given, those of damping

@@ -53,6 +53,14 @@ fn models() -> Vec<(String, Model)> {
             beam(elements, ends).with_discs(ends, momentum),
         ));
     }
+    for elements in [33, 50] {
+        let beam = beam(elements, Ends::Free).unsymmetric();
+        let tip = beam.order() - 2;
+        models.push((
+            format!("Free {elements}, K not symmetric"),
+            beam.damper(tip, 50.0),
+        ));
+    }
     // Rigid motions that no vector of doubles is, and others that rounding leaves next to 0.
     for (elements, damping) in [(60, 0.3), (60, 30.0), (60, 2e4)] {
         let beam = beam(elements, Ends::Free);
@@ -165,7 +173,8 @@ fn free_frames_are_proven_to_nine_digits() {
     let at = frame.order() - 3;
     for (name, model) in [
         ("rayleigh", frame.clone().rayleigh(0.3, 1e-5)),
-        ("dashpot", frame.damper(at, 70.0)),
+        ("dashpot", frame.clone().damper(at, 70.0)),
+        ("K not symmetric", frame.unsymmetric().damper(at, 70.0)),
     ] {
         let modes = model.modes(Precision::default());
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);

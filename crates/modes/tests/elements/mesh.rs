@@ -59,6 +59,16 @@ impl Model {
         self
     }
 
+    /// With entries of K below the diagonal off by a last digit or not, as sums of elements in another order are.
+    pub fn unsymmetric(mut self) -> Model {
+        let n = self.order();
+        for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let units = ((7 * i + 5 * j) % 3) as f64 - 1.0;
+            self.stiffness[(i, j)] *= 1.0 + units * f64::EPSILON;
+        }
+        self
+    }
+
     /// The same shape in two planes, which a rotation at `speed` couples.
     pub fn rotating(&self, speed: f64) -> Model {
         self.in_two_planes(|i, j| 2.0 * speed * self.mass[(i, j)])

@@ -1,6 +1,8 @@
 //! All roots of det(λ²M + λC + K) with proven radii, from the matrices alone: Weierstrass' iteration on banded determinants
 //! in 320 bits (Smith 1970, *J. ACM* 17).
 
+use std::ops::Range;
+
 use eigentone_digits::{Real, Wide, WideComplex};
 use eigentone_modes::{Bounds, Modes};
 use num_complex::Complex;
@@ -9,7 +11,7 @@ use crate::mesh::Model;
 
 type Number = WideComplex<Wide<5>>;
 
-/// Roots, each in the disc of its radius; discs that touch no others hold as many roots as they are.
+/// Roots, each in the disc of its radius.
 struct Roots {
     centres: Vec<Number>,
     radii: Vec<f64>,
@@ -21,18 +23,21 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
     const ENOUGH: f64 = 1e-20;
     let sizes = approximations.iter().map(|z| z.norm());
     let largest = sizes.fold(0.0, f64::max);
-    // Apart from each other, so that no quotient is 0/0.
+    // Approximations with one value start on a circle wider than these are uncertain, so that the first steps stay near.
     let mut points: Vec<Number> = approximations
         .iter()
         .enumerate()
         .map(|(i, z)| {
-            let apart = 0.5 + 0.5 * i as f64 / approximations.len() as f64;
+            let alike = |range: Range<usize>| range.filter(|j| approximations[*j] == *z).count();
+            let (rank, count) = (alike(0..i), alike(0..approximations.len()));
             let reach = if z.norm() == 0.0 {
                 1e-25 * largest
             } else {
-                (0.5 * reach[i]).clamp(1e-22 * z.norm(), 1e-3 * z.norm())
+                let times = if count > 1 { 8.0 } else { 0.5 };
+                (times * reach[i]).clamp(1e-22 * z.norm(), 1e-3 * z.norm())
             };
-            let turn = Complex::from_polar(reach * apart, 2.4 * i as f64);
+            let angle = 0.4 + std::f64::consts::TAU * rank as f64 / count as f64;
+            let turn = Complex::from_polar(reach, angle);
             Number::new(z.re, z.im) + Number::new(turn.re, turn.im)
         })
         .collect();
@@ -53,17 +58,20 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
         }
     };
     mirror(&mut points);
-    // det M, or where roots are infinite what the points themselves tell far out, the better the nearer they are to the roots.
-    let leading = |points: &[Number]| {
-        if points.len() == 2 * model.order() {
-            return model.determinant(Number::ZERO, true);
-        }
-        let far = Number::new(64.0 * largest, 0.0);
-        let product = points.iter().map(|point| far - *point);
-        let product = product.fold(Number::new(1.0, 0.0), |product, factor| product * factor);
-        model.determinant(far, false) / product
+    // det M, or where roots are infinite what the determinant is so far out that all others count for nothing.
+    let leading = if points.len() == 2 * model.order() {
+        model.determinant(Number::ZERO, true)
+    } else {
+        const FAR: f64 = 1e60;
+        let far = Number::new(FAR * largest, 0.0);
+        let inverse = Number::new(1.0, 0.0) / far;
+        points
+            .iter()
+            .fold(model.determinant(far, false), |product, _| {
+                product * inverse
+            })
     };
-    let correction = |leading: Number, points: &[Number], i: usize| {
+    let correction = |points: &[Number], i: usize| {
         let others = points.iter().enumerate().filter(|(j, _)| *j != i);
         let product = others.fold(leading, |product, (_, other)| {
             product * (points[i] - *other)
@@ -74,11 +82,7 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
         .filter(|i| approximations[*i].norm() > 0.0 && conjugate[*i].is_none())
         .collect();
     for _ in 0..STEPS {
-        let leading = leading(&points);
-        let moves: Vec<Number> = open
-            .iter()
-            .map(|i| correction(leading, &points, *i))
-            .collect();
+        let moves: Vec<Number> = open.iter().map(|i| correction(&points, *i)).collect();
         for (i, w) in open.iter().zip(&moves) {
             points[*i] = points[*i] - *w;
         }
@@ -90,13 +94,29 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
             .collect();
     }
     let count = points.len() as f64;
-    let leading = leading(&points);
     let radius = |i: usize| match conjugate[i] {
         Some(_) => 0.0,
-        None => count * correction(leading, &points, i).norm() * 1.001,
+        None => count * correction(&points, i).norm() * 1.001,
     };
     let known: Vec<f64> = (0..points.len()).map(radius).collect();
-    let radius = |i: usize| known[conjugate[i].unwrap_or(i)];
+    let own: Vec<f64> = (0..points.len())
+        .map(|i| known[conjugate[i].unwrap_or(i)])
+        .collect();
+    let distance = |i: usize, j: usize| (points[i] - points[j]).norm();
+    // Discs that touch hold their roots together.
+    let mut label: Vec<usize> = (0..points.len()).collect();
+    for (i, j) in (0..points.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        if label[i] != label[j] && distance(i, j) <= own[i] + own[j] {
+            let (from, to) = (label[i], label[j]);
+            let moved = label.iter_mut().filter(|label| **label == from);
+            moved.for_each(|label| *label = to);
+        }
+    }
+    let radius = |i: usize| {
+        let together = (0..points.len()).filter(|j| label[*j] == label[i]);
+        let reach = together.map(|j| distance(i, j) + own[j]);
+        reach.fold(0.0, f64::max)
+    };
     Roots {
         radii: (0..points.len()).map(radius).collect(),
         centres: points,

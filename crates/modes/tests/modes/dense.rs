@@ -165,7 +165,7 @@ proptest! {
     #![proptest_config(config())]
 
     #[test]
-    fn full_matrices_are_proven(seed in any::<u64>(), n in 65..=coordinates(), digits in 0.0..10.0f64) {
+    fn full_matrices_are_proven(seed in any::<u64>(), n in 65..=coordinates(), digits in 0.0..16.0f64) {
         for family in FAMILIES {
             let matrices = Sequence(seed).matrices(family, n, digits);
             let [m, c, k] = &matrices;

@@ -12,6 +12,9 @@ use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::ritz::End;
 use super::rows::Rows;
 
+/// Discs that are no larger, relative to their roots, are good enough.
+const GOOD: f64 = 1e-10;
+
 impl Pairs<'_> {
     /// Refines roots and shapes until their discs are small, or as far as double-double reaches.
     pub(super) fn refine(&mut self) -> Option<Rows> {
@@ -39,37 +42,26 @@ impl Pairs<'_> {
     /// The rows after a step, and whether another would gain little; `None`, with all as before, where no step
     /// gains anything.
     pub(super) fn advanced(&mut self, rows: &Rows) -> Option<(Rows, bool)> {
-        /// Discs that are no larger, relative to their roots, are good enough.
-        const GOOD: f64 = 1e-10;
         let before = self.pairs.clone();
         let mut separated = vec![false; before.len()];
         for group in &rows.mixed(true) {
             let done = self.separate(rows, group).is_some() || self.separate_anew(rows, group);
             group.iter().for_each(|i| separated[*i] = done);
         }
-        let (spread, mixing) = (rows.spread(), rows.mixing());
-        if mixing > 0 {
-            let start = self.pairs.clone();
-            let mut best: Option<(Rows, Vec<Pair>)> = None;
-            for end in [End::Large, End::Small] {
-                self.pairs.clone_from(&start);
-                if !self.resolve(rows, &separated, end) {
-                    continue;
-                }
-                let Some(next) = self.project().and_then(|()| self.rows()) else {
-                    continue;
-                };
-                let gains = next.mixing() < mixing || next.spread() < 0.5 * spread;
-                let is_better = |(best, _): &(Rows, _)| next.spread() < best.spread();
-                if gains && best.as_ref().is_none_or(is_better) {
-                    best = Some((next, self.pairs.clone()));
+        let spread = rows.spread();
+        if rows.mixing() > 0 {
+            let mut next = self.resolved(rows, &separated);
+            // Clusters may be mixed with others.
+            if next.is_none() && spread > GOOD && separated.contains(&true) {
+                let apart = std::mem::replace(&mut self.pairs, before.clone());
+                next = self.resolved(rows, &vec![false; before.len()]);
+                if next.is_none() {
+                    self.pairs = apart;
                 }
             }
-            if let Some((next, pairs)) = best {
-                self.pairs = pairs;
+            if let Some(next) = next {
                 return Some((next, false));
             }
-            self.pairs = start;
         }
         let mut separated = separated.contains(&true);
         if !separated {
@@ -105,6 +97,51 @@ impl Pairs<'_> {
             let slow = !separated && !gains(&next, 0.5);
             (next, slow)
         })
+    }
+
+    /// The rows once mixed columns are resolved from the end that gains most; `None`, with all as before, where none does.
+    fn resolved(&mut self, rows: &Rows, separated: &[bool]) -> Option<Rows> {
+        let before = self.pairs.clone();
+        let mut best: Option<Rows> = None;
+        let mut pairs = before.clone();
+        for end in [End::Large, End::Small] {
+            self.pairs.clone_from(&before);
+            let Some(next) = self.resolved_from(end, rows, separated) else {
+                continue;
+            };
+            if best
+                .as_ref()
+                .is_none_or(|best| next.spread() < best.spread())
+            {
+                best = Some(next);
+                std::mem::swap(&mut pairs, &mut self.pairs);
+            }
+        }
+        self.pairs = pairs;
+        best
+    }
+
+    fn resolved_from(&mut self, end: End, rows: &Rows, separated: &[bool]) -> Option<Rows> {
+        /// What is resolved may first be seen to be mixed with more.
+        const TIMES: usize = 3;
+        let (spread, mixing) = (rows.spread(), rows.mixing());
+        let mut separated = separated.to_vec();
+        let mut last: Option<Rows> = None;
+        for _ in 0..TIMES {
+            if !self.resolve(last.as_ref().unwrap_or(rows), &separated, end) {
+                return None;
+            }
+            let next = self.project().and_then(|()| self.rows())?;
+            if next.mixing() < mixing || next.spread() < 0.5 * spread {
+                return Some(next);
+            }
+            if spread <= GOOD || separated.contains(&true) {
+                break;
+            }
+            separated = vec![false; self.pairs.len()];
+            last = Some(next);
+        }
+        None
     }
 
     /// Separates the columns of a cluster after giving it others; whether it did.
@@ -271,9 +308,11 @@ impl Rows {
     /// Whether the pair i is mixed with a column.
     fn is_mixed(&self, i: usize, at: usize) -> bool {
         let other = self.columns[at];
-        let gap = plain(self.rho[i] - self.rho_of(other));
-        let share = self.rows[i].h[at] / (self.own_of(other) * gap);
-        self.mixes(i, other, share)
+        let whole = self.own_of(other) * plain(self.rho[i] - self.rho_of(other));
+        // The shares of its shapes on the left and on the right.
+        let couplings = [self.rows[i].h[at], self.across(i, at)];
+        let mut shares = couplings.into_iter().map(|coupling| coupling / whole);
+        shares.any(|share| self.mixes(i, other, share))
     }
 
     /// Groups of pairs with columns so far from what they should be that corrections do not tell them apart: those of roots near

@@ -172,7 +172,7 @@ fn roads(c: &mut Criterion) {
     group.sample_size(10);
     group.throughput(Throughput::Elements(SAMPLES.into()));
     for (name, way) in ways {
-        // What was nearly forgotten by the end is told alike by all.
+        // What was nearly forgotten by the end is the same for all.
         assert!((way(&fresh()) - followed(&fresh())).abs() < 1e-12);
         group.bench_function(name, |bencher| {
             bencher.iter_batched(fresh, |problem| way(&problem), BatchSize::PerIteration);

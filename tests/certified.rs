@@ -16,7 +16,7 @@ use faer::{Mat, c64};
 
 use known::{KNOWN, Known, Pair, U, none_wrong, pairs, size};
 
-/// What cannot be told from 0, in units of |λ|.
+/// What cannot be distinguished from 0, in units of |λ|.
 const HIDDEN: f64 = 1e-30;
 
 /// The answers; what has none fails a test of its own.

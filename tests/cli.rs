@@ -493,7 +493,7 @@ fn a_check_compares_every_method() {
     // Without a response, the mode solvers are left.
     let modes_only = printed(&["check", &scene("triple-defect")]);
     assert!(modes_only.contains("no `time`") && modes_only.contains("compared with reference"));
-    // The pick is told with its reason, and stands on a diagram of its own right.
+    // The pick is given with its reason, and stands on a diagram of its own right.
     let pick = &json["response"]["pick"];
     assert_eq!(pick["method"], "certified exponential");
     assert!(table.contains("The plan picks certified exponential: proven bounds"));

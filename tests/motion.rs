@@ -192,7 +192,7 @@ fn bounds_hold() {
     });
 }
 
-/// A bound is relative to what moves, but for what cannot be told from 0.
+/// A bound is relative to what moves, but for what cannot be distinguished from 0.
 #[test]
 fn bounds_say_something() {
     each_sample(|sample| {

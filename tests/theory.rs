@@ -428,7 +428,7 @@ fn frequencies_from_the_springs() {
         .spring("b", "c", springs[2])
         .build()
         .expect("a system");
-    // (13): D^(1/2) G M^(-1/2); FᵀF is K between M^(-1/2), where K can be told at all.
+    // (13): D^(1/2) G M^(-1/2); FᵀF is K between M^(-1/2), where K can be determined at all.
     let g = mat![[1.0, 0.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]];
     let f = Mat::from_fn(3, 3, |s, i| {
         springs[s].sqrt() * g[(s, i)] / masses[i].sqrt()

@@ -3,7 +3,7 @@
 use std::fs;
 use std::thread;
 
-/// Processor, cores that may be used, and operating system, as far as they can be told.
+/// Processor, cores that may be used, and operating system, as far as they can be determined.
 pub fn name() -> String {
     let cores = thread::available_parallelism().map_or(1, |count| count.get());
     let system = std::env::consts::OS;

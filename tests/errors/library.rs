@@ -126,7 +126,7 @@ const LEFT_OUT: [(&str, &str); 29] = [
     ),
     (
         "SwitchingError::Stuck",
-        "no system is known that is regular and not told from a singular one",
+        "no system is known that is regular and not distinguished from a singular one",
     ),
     (
         "FrequencyError::Sparse",

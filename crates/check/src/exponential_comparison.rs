@@ -42,7 +42,7 @@ const METHODS: [&dyn Exponential; 3] = [&SecondOrder, &Taylor, &Pade13];
 
 impl ExponentialComparison {
     /// Compares the exponentials over one step of the grid with the motions from unit states that the
-    /// certified exponential proves; `progress` is told before each.
+    /// certified exponential proves; `progress` is reported before each.
     ///
     /// # Errors
     /// [`ResponseError::NotApplicable`] where the system has no first-order form or is too large for

@@ -11,7 +11,7 @@ use crate::work_precision::Progress;
 #[derive(Clone, Debug)]
 pub struct ModeComparison {
     /// What the eigenvalues are compared with: the reference with more digits, or the modes with bounds
-    /// where that is too dear.
+    /// where that is too expensive.
     pub reference: &'static str,
     /// The modes with bounds, as [`System::modes`] gives them, then one row for each solver in doubles,
     /// in the plan's order of preference.
@@ -56,7 +56,7 @@ pub enum ModeOutcome {
 const PROVEN: &str = "plan, with bounds";
 
 impl ModeComparison {
-    /// Solves for the modes of `system` by every solver that applies; `progress` is told before
+    /// Solves for the modes of `system` by every solver that applies; `progress` is reported before
     /// each.
     ///
     /// # Errors

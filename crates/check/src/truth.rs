@@ -29,7 +29,7 @@ pub(crate) enum MotionTruth {
 
 impl MotionTruth {
     /// # Errors
-    /// What the plan and its method report, where the reference is too dear.
+    /// What the plan and its method report, where the reference is too expensive.
     pub(crate) fn of(problem: &Problem<'_>) -> Result<MotionTruth, ResponseError> {
         let reference = Reference::with_digits(DIGITS).within(WORK);
         match reference.response(problem) {
@@ -87,7 +87,7 @@ pub(crate) enum ModesTruth {
 
 impl ModesTruth {
     /// # Errors
-    /// What the plan's solver reports, where the reference is too dear.
+    /// What the plan's solver reports, where the reference is too expensive.
     pub(crate) fn of(system: &System) -> Result<ModesTruth, ModesError> {
         let reference = Reference::with_digits(DIGITS).within(WORK);
         match reference.modes(system) {

@@ -215,8 +215,8 @@ pub fn integrators() -> Vec<Box<dyn Integrator>> {
 impl WorkPrecision {
     /// Answers `problem` by every method and compares the answers: the closed form of one mass
     /// where it applies, the `exact` methods, then the `integrators`. Errors are measured from the
-    /// [`Reference`](crate::Reference) with more digits, or from the method that the plan picks where that is too dear. An integrator that is stopped at one
-    /// setting is not tried at the settings that follow it. `progress` is told before each row.
+    /// [`Reference`](crate::Reference) with more digits, or from the method that the plan picks where that is too expensive. An integrator that is stopped at one
+    /// setting is not tried at the settings that follow it. `progress` is reported before each row.
     ///
     /// # Errors
     /// What the reference reports, and [`ResponseError::NotApplicable`] where the plan finds no method;
@@ -311,7 +311,7 @@ impl WorkPrecision {
     }
 
     /// The rows that beat the given one: as accurate or better, and so much faster that
-    /// the middle halves of their run times are apart. Errors are told apart down to 2^-53. Empty where the row was not measured, or has no error.
+    /// the middle halves of their run times are apart. Errors are separated down to 2^-53. Empty where the row was not measured, or has no error.
     pub fn beating(&self, row: usize) -> Vec<usize> {
         let of = |row: &WorkPrecisionRow| match &row.outcome {
             Outcome::Measured(one) => Some((one.error?.worst().max(f64::EPSILON / 2.0), one.time)),

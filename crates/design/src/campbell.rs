@@ -69,7 +69,7 @@ pub struct CampbellDiagram {
 pub struct Branch {
     /// Its root at each speed, in 1/s, with a positive imaginary part where it oscillates.
     pub roots: Vec<Complex<f64>>,
-    /// How it whirls at each speed, where that can be told.
+    /// How it whirls at each speed, where that can be determined.
     pub whirl: Vec<Option<Whirl>>,
 }
 

@@ -289,7 +289,7 @@ where
         Some(sum)
     }
 
-    /// A step that makes the sum of squares less, and whether it is the last that can be told; `None` where there is none.
+    /// A step that makes the sum of squares less, and whether it is the last that can be determined; `None` where there is none.
     #[allow(clippy::type_complexity)] // three parts of one answer
     fn descend(
         &mut self,

@@ -176,7 +176,7 @@ impl Follower {
         goal: &Station,
         mut solve: impl FnMut(f64) -> Option<Follower>,
     ) -> Option<(Station, Vec<usize>)> {
-        // No design between tells roots that are not told where it begins or ends.
+        // No design between separates roots that are not separated where it begins or ends.
         if !self.here.tells_all() || !goal.tells_all() {
             return None;
         }
@@ -199,7 +199,7 @@ impl Follower {
             match next.and_then(|next| here.certain(next)) {
                 Some(order) if is_last => return Some((here, order)),
                 Some(order) => {
-                    // There is a design between: it was told from the one here.
+                    // There is a design between: it was distinguished from the one here.
                     here = between?.ordered(&order).with_shapes_of(&here);
                     t += step;
                     step *= 2.0;
@@ -362,7 +362,7 @@ impl Station {
         Some(order)
     }
 
-    /// Whether two roots are told from each other by more than they may be off. What coincides need not be, and a
+    /// Whether two roots are distinguished from each other by more than they may be off. What coincides need not be, and a
     /// conjugate pair is.
     fn tells(&self, i: usize, k: usize) -> bool {
         let (a, b) = (self.roots[i], self.roots[k]);

@@ -411,7 +411,7 @@ where
         curvature
     }
 
-    /// First and second derivatives by differences, of the functions that can be told from each other.
+    /// First and second derivatives by differences, of the functions that can be distinguished from each other.
     fn derivatives(&mut self, here: &Station) -> Option<Derivatives> {
         const H: f64 = 1e-3;
         let n = here.at.len();

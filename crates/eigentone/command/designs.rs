@@ -19,7 +19,7 @@ const BLOCK: Duration = Duration::from_millis(100);
 /// A block has so many runs at most, which are kept until they are joined.
 const MOST: usize = 128;
 
-/// What is looked at, and what is told of it.
+/// What is looked at, and what is reported of it.
 pub struct Designs<'a> {
     pub varied: &'a Varied,
     pub grid: &'a Grid,
@@ -94,7 +94,7 @@ impl Designs<'_> {
         each.map(|run| self.run(run.clone(), wanted)).collect()
     }
 
-    /// Solves designs, and follows them from the first; metrics are told of those wanted.
+    /// Solves designs, and follows them from the first; metrics are measured where they are wanted.
     fn run(&self, run: Range<u64>, wanted: &Range<u64>) -> Run {
         let mut told = Run {
             start: run.start,

@@ -1,4 +1,4 @@
-//! How much memory an answer takes, told before any of it is taken.
+//! How much memory an answer takes, estimated before any of it is taken.
 
 use std::path::Path;
 

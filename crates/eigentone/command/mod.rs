@@ -167,7 +167,7 @@ impl Command {
     }
 }
 
-/// What every command is told: the scene, and how far its answer may be off.
+/// What every command is given: the scene, and how far its answer may be off.
 #[derive(Debug, Args)]
 struct Question {
     /// The scene file; - is standard input

@@ -371,7 +371,7 @@ impl Answer<'_> {
     }
 }
 
-/// What is told of scenes beside the one that was solved, one number for each function, with its solution held.
+/// What is reported of scenes beside the one that was solved, one number for each function, with its solution held.
 type Held<'a> = Box<dyn Fn(&Scene) -> Option<Vec<f64>> + 'a>;
 
 impl Varied {

@@ -345,5 +345,5 @@ fn table_of(file: &Path, question: &Value) -> Result<SweepTable, Failure> {
         metrics,
         units,
     });
-    table.ok_or_else(|| unfit(file, "it does not say what varies, and what is told"))
+    table.ok_or_else(|| unfit(file, "it does not say what varies, and what is measured"))
 }

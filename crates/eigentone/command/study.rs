@@ -1,4 +1,4 @@
-//! A scene of which numbers vary, and what is told of each design: for `sweep`, `optimise` and `fit`.
+//! A scene of which numbers vary, and what is reported of each design: for `sweep`, `optimise` and `fit`.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use super::frequency::Asked;
 use super::frf::asked;
 use super::{Failure, source};
 
-/// What is told of a design.
+/// What is reported of a design.
 #[derive(Clone, Debug)]
 pub struct Metric {
     pub text: String,
@@ -565,7 +565,7 @@ pub fn rates(root: Complex<f64>, rate: Complex<f64>) -> [f64; 2] {
     ]
 }
 
-/// Of modes, how their roots change with the matrices; `None` where one is repeated or not told from others.
+/// Of modes, how their roots change with the matrices; `None` where one is repeated or not distinguished from others.
 pub fn sensitivities<'a, 'm>(
     scene: &'a Scene,
     modes: impl Iterator<Item = &'m Mode>,

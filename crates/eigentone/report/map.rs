@@ -27,7 +27,7 @@ const TOP: f64 = 56.0;
 const BOTTOM: f64 = 488.0;
 /// The bar of shades.
 const BAR: [f64; 2] = [822.0, 846.0];
-/// Shades that are told from each other.
+/// Shades that are distinguished from each other.
 const SHADES: usize = 48;
 
 /// After cividis (Nuñez, Anderton & Renslow 2018), which colour-blind readers see as others do; the lowest first.

@@ -43,7 +43,7 @@ const QUANTITIES: [(&str, Quantity); 3] = [
     ("acceleration", Quantity::Acceleration),
 ];
 
-/// As many curves as can be told from each other.
+/// As many curves as can be distinguished from each other.
 const CURVES: usize = 8;
 
 impl<'a> RandomReport<'a> {

@@ -29,7 +29,7 @@ pub struct SweptDesign {
 pub struct SweepTable {
     /// What varies.
     pub parameters: Vec<String>,
-    /// What is told of each design.
+    /// What is reported of each design.
     pub metrics: Vec<String>,
     /// The units of both, one after the other; empty where one is not known.
     pub units: Vec<String>,
@@ -41,7 +41,7 @@ impl SweepTable {
         [&self.parameters[k], self.unit(k)]
     }
 
-    /// Name and unit of what is told.
+    /// Name and unit of what is measured.
     pub(super) fn metric(&self, k: usize) -> [&str; 2] {
         [&self.metrics[k], self.unit(self.parameters.len() + k)]
     }
@@ -109,7 +109,7 @@ impl SweepTable {
 pub struct SweepReport<'a> {
     /// What stands above the plots.
     pub title: &'a str,
-    /// What varies, of which the last goes through its values first, and what is told.
+    /// What varies, of which the last goes through its values first, and what is measured.
     pub table: &'a SweepTable,
     /// The designs.
     pub designs: &'a [SweptDesign],
@@ -165,7 +165,7 @@ impl SweepReport<'_> {
         ]
     }
 
-    /// Curves of a metric; `None` where they are too many to be told apart.
+    /// Curves of a metric; `None` where they are too many to be separated.
     fn curves(&self, k: usize) -> Option<Plot<'_>> {
         const MOST: usize = 12;
         let families = self.families();

@@ -16,7 +16,7 @@ pub enum TableError {
     Response(#[from] ResponseError),
     /// A number lies so close to a rounding boundary, or to 0, that its digits stay open.
     #[error(
-        "{quantity} cannot be told to {} digits, even from {digits}: it lies too near to halfway between two decimals, or is too small beside the largest",
+        "{quantity} cannot be determined to {} digits, even from {digits}: it lies too near to halfway between two decimals, or is too small beside the largest",
         super::DIGITS
     )]
     Undecided {

@@ -14,7 +14,7 @@ A 0 without digits is exact.";
 const SHAPES: &str =
     "The largest component of a shape is 1, the first one where sizes agree to 30 digits.";
 const TIMES: &str = "t is the step's index k times the time step, exactly.";
-const OPEN: &str = "A number with < before it cannot be told from 0, and is no larger.";
+const OPEN: &str = "A number with < before it cannot be distinguished from 0, and is no larger.";
 
 /// The tables of a scene: modes, shapes, and the motion if it asks for one and it can be had.
 #[derive(Clone, Debug)]

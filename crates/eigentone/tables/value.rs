@@ -49,7 +49,7 @@ impl Value {
         }))
     }
 
-    /// What is left to say of a number that cannot be told from 0.
+    /// What is left to say of a number that cannot be distinguished from 0.
     pub(super) fn below(ball: &Ball) -> Option<Value> {
         let close = ball.may_be_zero().then(|| ball.ceiling()).flatten();
         close.map(|power| Value(Kind::Below(power)))
@@ -65,7 +65,7 @@ impl Value {
         matches!(self.0, Kind::Decimal { negative: true, .. })
     }
 
-    /// Whether it is given by a bound of its size only, for it cannot be told from 0; it prints as
+    /// Whether it is given by a bound of its size only, for it cannot be distinguished from 0; it prints as
     /// `<1e-60`.
     pub fn is_open(&self) -> bool {
         matches!(self.0, Kind::Below(_))

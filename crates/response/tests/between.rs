@@ -12,7 +12,7 @@ fn answered(problem: &Problem<'_>) -> Trajectory {
 }
 
 /// A step F on m, k at 1/3 s: x″ = F/m·cos ωt and kx = F(1 − cos ωt) from there, ω = 2. The acceleration jumps between
-/// the instants, and a blow at the end makes the damper's force jump there.
+/// the instants, and an impulse at the end makes the damper's force jump there.
 #[test]
 fn accelerations_and_forces_have_extrema_with_their_jumps() {
     let system = System::builder()
@@ -202,18 +202,18 @@ fn jumps_are_listed_with_both_sides() {
             .max((found[1] - wanted[1]).abs());
         assert!(off < 1e-12, "{found:?} {wanted:?}");
     };
-    let [blow] = extrema.jumps(0) else {
+    let [impulse] = extrema.jumps(0) else {
         panic!("{:?}", extrema.jumps(0));
     };
-    assert_eq!(blow.time, 2.0);
-    near(blow.displacement, [0.5 * 4f64.sin(); 2]);
-    near(blow.velocity, [4f64.cos(), 4f64.cos() + 1.5]);
-    let [blow] = extrema.jumps(1) else {
+    assert_eq!(impulse.time, 2.0);
+    near(impulse.displacement, [0.5 * 4f64.sin(); 2]);
+    near(impulse.velocity, [4f64.cos(), 4f64.cos() + 1.5]);
+    let [impulse] = extrema.jumps(1) else {
         panic!("{:?}", extrema.jumps(1));
     };
-    assert_eq!(blow.time, 0.25);
-    near(blow.displacement, [0.0, 2.0]);
-    near(blow.velocity, [0.0, -4.0]);
+    assert_eq!(impulse.time, 0.25);
+    near(impulse.displacement, [0.0, 2.0]);
+    near(impulse.velocity, [0.0, -4.0]);
     let [first, last] = extrema.jumps(2) else {
         panic!("{:?}", extrema.jumps(2));
     };

@@ -45,14 +45,14 @@ fn a_node_without_mass_follows_its_force_at_once() {
         .build()
         .expect("a system");
     let (omega, phase) = (0.5, 0.3);
-    let (step, ramp, blow) = (0.75, 1.5, 2.25);
+    let (step, ramp, impulse) = (0.75, 1.5, 2.25);
     let asked = Response::of(&system)
         .from(State::at_rest().displace("m", 0.25).push("m", -0.5))
         .load("p", Harmonic::of(9.0, omega).with_phase(phase))
         .load("p", Step::of(9.0).starting_at(step))
         .load("p", Ramp::of(9.0).starting_at(ramp))
         .load("m", Impulse::of(4.0))
-        .load("m", Impulse::of(-3.0).at(blow))
+        .load("m", Impulse::of(-3.0).at(impulse))
         .every(0.4)
         .until(40.0)
         .with_acceleration();
@@ -73,12 +73,12 @@ fn a_node_without_mass_follows_its_force_at_once() {
         let pulled = since(ramp, t, |s| {
             [1.5 * (s - s.sin()), 1.5 * (1.0 - s.cos()), 1.5 * s.sin()]
         });
-        let struck = since(blow, t, |s| times(-1.5, swing(s)));
+        let swung = since(impulse, t, |s| times(-1.5, swing(s)));
         let begun = sum(&[
             times(0.25, sine(1.0, t, std::f64::consts::FRAC_PI_2)),
             times(-0.5 + 2.0, swing(t)),
         ]);
-        sum(&[forced, stepped, pulled, struck, begun])
+        sum(&[forced, stepped, pulled, swung, begun])
     };
     let force = |t: f64| {
         sum(&[

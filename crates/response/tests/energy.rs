@@ -86,9 +86,9 @@ fn a_constant_force_does_force_times_way() {
     assert!(energy.work()[3] == 0.0 && energy.work()[4] > 0.0);
 }
 
-/// A blow J on a mass at rest brings J²/2m, one on a moving mass Jv more.
+/// An impulse J on a mass at rest brings J²/2m, one on a moving mass Jv more.
 #[test]
-fn a_blow_brings_kinetic_energy() {
+fn an_impulse_brings_kinetic_energy() {
     let system = System::builder().mass("m", 0.5).build().expect("a system");
     let asked = Response::of(&system).load("m", Impulse::of(3.0));
     let asked = asked

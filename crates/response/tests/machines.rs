@@ -232,11 +232,11 @@ fn forces_on_points_are_shared() {
     let system = lever();
     let (step, pulse) = (Step::of(2.0), HalfSine::of(8.0, 0.5).starting_at(0.25));
     let wave = Harmonic::of(4.0, 3.0).with_phase(0.5);
-    let blow = Impulse::of(0.5).at(0.75);
+    let impulse = Impulse::of(0.5).at(0.75);
     let on_point = asked(&system).load("rear", step).load("rear", pulse);
     let on_point = on_point
         .load("rear", wave)
-        .load("rear", blow)
+        .load("rear", impulse)
         .load("front", Ramp::of(0.5));
     let shared = asked(&system)
         .load("heave", Step::of(2.0))
@@ -263,12 +263,12 @@ fn forces_on_points_are_shared() {
                 ..wave
             },
         )
-        .load("heave", blow)
+        .load("heave", impulse)
         .load(
             "pitch",
             Impulse {
                 magnitude: 0.5 * 1.4,
-                ..blow
+                ..impulse
             },
         )
         .load("heave", Ramp::of(0.5))

@@ -38,7 +38,7 @@ pub enum CycleError {
     Lost,
     /// Neighbours of the motion repeat themselves too.
     #[error(
-        "motions beside it repeat themselves too, as without damping, so that no single one can be told: start where it is wanted, and take the response"
+        "motions beside it repeat themselves too, as without damping, so that no single one can be determined: start where it is wanted, and take the response"
     )]
     NotIsolated,
     /// It comes back after one period, but not after two.

@@ -21,7 +21,7 @@ pub enum SwitchingError {
     #[error(transparent)]
     Response(#[from] ResponseError),
     /// What happens next is not decided by the numbers given.
-    #[error("at t = {time:?} s it cannot be told what switch {switch} does next: {reason}")]
+    #[error("at t = {time:?} s it cannot be determined what switch {switch} does next: {reason}")]
     Undecided {
         /// In s.
         time: f64,

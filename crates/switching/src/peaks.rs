@@ -13,7 +13,7 @@ use crate::root::bernstein;
 use crate::rows::Row;
 use crate::series::Series;
 
-/// Values as near as this are not told from each other.
+/// Values as near as this are not distinguished from each other.
 const ALIKE: f64 = 1e-12;
 
 /// The highest and the lowest values of a motion with switches, at any time, and where they jump. Values are estimates good to

@@ -177,7 +177,7 @@ impl FixedMatrix {
         (0..self.order).map(row).collect()
     }
 
-    /// Whether no entry can be told from 0.
+    /// Whether no entry can be distinguished from 0.
     pub(super) fn vanishes(&self) -> bool {
         self.entries
             .iter()

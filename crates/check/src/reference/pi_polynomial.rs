@@ -1,5 +1,5 @@
 //! Polynomials in π with rational coefficients, which are exact: π is a root of none but 0 (F. Lindemann, *Über die
-//! Zahl π*, Math. Ann. 20, 1882), so that 0 is told without digits, and any number of digits decides a sign.
+//! Zahl π*, Math. Ann. 20, 1882), so that 0 is decided without digits, and any number of digits decides a sign.
 
 use std::ops::{Add, AddAssign, Mul};
 

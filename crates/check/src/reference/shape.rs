@@ -204,7 +204,7 @@ impl Finder {
 enum Entry {
     Zero,
     Value(Complex),
-    /// Not told from 0.
+    /// Not distinguished from 0.
     Open(Complex),
 }
 

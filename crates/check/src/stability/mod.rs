@@ -118,7 +118,7 @@ pub struct StudyProgress<'a> {
 
 impl StabilityStudy {
     /// Runs every method on every member of the families. A cell that is predicted to take longer than 2 s
-    /// is not run. `progress` is told before each cell.
+    /// is not run. `progress` is reported before each cell.
     pub fn run(families: &[Family], progress: &mut dyn FnMut(StudyProgress<'_>)) -> StabilityStudy {
         let contenders: Vec<Vec<Contender>> = families.iter().map(contenders).collect();
         let total = families.iter().zip(&contenders);

@@ -169,7 +169,7 @@ fn every_method_meets_the_reference() {
     }
 }
 
-/// The plan's pick is told with its reason, is right to the last digit, and counts its work; whatever
+/// The plan's pick is given with its reason, is right to the last digit, and counts its work; whatever
 /// beats it would have to be as accurate.
 #[test]
 fn the_pick_is_among_the_rows() {

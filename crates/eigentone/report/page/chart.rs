@@ -15,7 +15,7 @@ const DASHES: [&str; 6] = ["", "7 3", "2 3", "8 3 2 3", "13 3", "8 3 2 3 2 3"];
 const DENSE: f64 = 12.0;
 /// Letters of a name in the legend, and of the note beside it.
 const LETTERS: usize = 40;
-/// Lines that are told apart in one drawing; more have panels of their own.
+/// Lines that can be distinguished in one drawing; more have panels of their own.
 const TOGETHER: usize = 8;
 /// Lines of one chart that are drawn at all.
 pub(super) const LINES: usize = 50;
@@ -349,7 +349,7 @@ fn dots(points: &[(i64, i64)]) -> String {
     each.map(|(x, y)| format!("M{x} {y}h0")).collect()
 }
 
-/// Bands over the whole height, at most so many; those that would not be told apart are one.
+/// Bands over the whole height, at most so many; those that would not be separated are one.
 fn bands(spans: &[[f64; 2]], x: &Ruler, most: f64) -> String {
     let on_grid = |value: f64| ((x.place(value) - x.from) / (x.to - x.from) * GRID).round() as i64;
     let mut last = i64::MIN;

@@ -106,12 +106,12 @@ pub(crate) fn certify(
             .for_each(|mode| mode.gamma = Ball::ZERO);
     }
     let drifting = structure.zero_roots()?.checked_sub(rigid.len())?;
-    let mut creeping = grams.gammas(&rigid, 0.0, largest)?;
-    creeping.retain(|(_, gamma)| !gamma.contains_zero());
-    if creeping.len() + drifting != rigid.len() {
+    let mut relaxing = grams.gammas(&rigid, 0.0, largest)?;
+    relaxing.retain(|(_, gamma)| !gamma.contains_zero());
+    if relaxing.len() + drifting != rigid.len() {
         return None;
     }
-    modes.extend(creeping.into_iter().map(|(i, gamma)| Modal {
+    modes.extend(relaxing.into_iter().map(|(i, gamma)| Modal {
         gamma,
         sigma: None,
         shape: match structure.spring_floating() {
@@ -481,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_dampers_hold_creeps_back() {
+    fn what_only_dampers_hold_relaxes() {
         // Two free chains side by side, each mass tied to its twin by a damper.
         let n = 40;
         let c = 0.75;

@@ -46,7 +46,7 @@ pub(super) fn around(value: DoubleDouble, reach: f64) -> Ball<DoubleDouble> {
     Ball::new(at(value), Magnitude::from(reach))
 }
 
-/// All nonzero roots of the modes; `None` where 0 or the real axis is not told from one.
+/// All nonzero roots of the modes; `None` where 0 or the real axis is not distinguished from one.
 pub(super) fn roots(modes: &[Modal]) -> Option<Vec<Damped>> {
     let mut discs = Vec::new();
     for (owner, mode) in modes.iter().enumerate() {

@@ -37,7 +37,7 @@ pub(crate) fn certify(
             shape: squares.shape(i),
         }
     });
-    // σ = 0: what only dampers hold creeps back with −α.
+    // σ = 0: what only dampers hold relaxes with −α.
     let null = squares.columns[squares.values.len()..]
         .iter()
         .take(squares.null);
@@ -45,12 +45,12 @@ pub(crate) fn certify(
         .iter()
         .map(|part| Shape::whole(system.len(), part, rigid == 1));
     let shapes = null.map(|column| Shape::plain(column)).chain(whole);
-    let creeping = shapes.filter(|_| !drifts).map(|shape| Modal {
+    let relaxing = shapes.filter(|_| !drifts).map(|shape| Modal {
         gamma: alpha,
         sigma: None,
         shape,
     });
-    roots(&elastic.chain(creeping).collect::<Vec<Modal>>())
+    roots(&elastic.chain(relaxing).collect::<Vec<Modal>>())
 }
 
 /// α or β with its error.
@@ -149,14 +149,14 @@ mod tests {
     }
 
     #[test]
-    fn what_only_dampers_hold_creeps_back() {
+    fn what_only_dampers_hold_relaxes() {
         let n = 66;
         let system = complete(n, 0.0, 0.375, 0.125);
         let found = proven(&system).unwrap();
-        let creeping: Vec<&Damped> = found.iter().filter(|root| root.value.im == 0.0).collect();
-        assert_eq!(creeping.len(), 1);
-        assert_eq!(creeping[0].value, Complex::from(-0.375));
-        assert!(creeping[0].bound <= 1e-28);
+        let relaxing: Vec<&Damped> = found.iter().filter(|root| root.value.im == 0.0).collect();
+        assert_eq!(relaxing.len(), 1);
+        assert_eq!(relaxing[0].value, Complex::from(-0.375));
+        assert!(relaxing[0].bound <= 1e-28);
         let modes: Modes = system.modes().unwrap();
         assert_eq!(modes.bounds(), Bounds::Proven);
         let zeros = modes

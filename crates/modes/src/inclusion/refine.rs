@@ -20,7 +20,7 @@ pub(crate) enum Level<T> {
 pub(crate) struct Goal<'a> {
     /// Relative to |λ| and to |Re λ|.
     pub(crate) tolerance: f64,
-    /// Where digits end, relative to |λ|: a real part below is not told from 0, and roots nearer to
+    /// Where digits end, relative to |λ|: a real part below is not distinguished from 0, and roots nearer to
     /// each other are one cluster.
     pub(crate) limit: f64,
     /// Whether real parts count.

@@ -19,7 +19,7 @@ type Columns = Vec<Vec<DoubleDouble>>;
 
 pub(crate) struct Slow {
     /// K x = 0. C couples none with another, M none with those that drift.
-    pub(super) creeping: Columns,
+    pub(super) relaxing: Columns,
     /// K x = C x = 0. M couples none with another.
     pub(super) drifting: Columns,
     /// Of an unsymmetric C, y for each of both: C and M couple it as they do its x.
@@ -30,13 +30,13 @@ pub(crate) struct Slow {
     pub(crate) elastic: f64,
     /// The largest frequency that double-doubles do not tell from 0.
     pub(crate) hidden: f64,
-    /// Where C holds no creeping shape so much that its root is told from 0, a size that is larger than these roots.
+    /// Where C holds no relaxing shape so much that its root is distinguished from 0, a size that is larger than these roots.
     pub(super) hardly_held: Option<f64>,
 }
 
 impl Slow {
-    /// Given the elastic shapes approximately; `None` where there are no such shapes, or they are not told from others, and
-    /// where C is not symmetric and K holds one so little that its roots are not told from 0.
+    /// Given the elastic shapes approximately; `None` where there are no such shapes, or they are not distinguished from others, and
+    /// where C is not symmetric and K holds one so little that its roots are not distinguished from 0.
     pub(crate) fn of(
         system: &System,
         structure: &Structure,
@@ -48,7 +48,7 @@ impl Slow {
         const MOST: usize = 24;
         let rigid = structure.rigid_motions_counted()?;
         let drifts = structure.zero_roots()?.checked_sub(rigid)?;
-        let creeps = rigid.checked_sub(drifts)?;
+        let relaxed = rigid.checked_sub(drifts)?;
         let is_symmetric = structure.is_symmetric();
         // Coordinates without mass that dampers hold back follow at once where there are none.
         let undamped = (!is_symmetric || !structure.damped_massless().is_empty())
@@ -83,15 +83,15 @@ impl Slow {
         let (mass, damping) = (Form::mass(system), Form::damping(system));
         if !is_symmetric {
             let mut left = free.clone();
-            uncouple_sides(&damping, &mut left, &mut free, creeps)?;
+            uncouple_sides(&damping, &mut left, &mut free, relaxed)?;
             let [mut left_drifting, mut drifting] =
-                [&mut left, &mut free].map(|columns| columns.split_off(creeps));
+                [&mut left, &mut free].map(|columns| columns.split_off(relaxed));
             uncouple_sides(&mass, &mut left_drifting, &mut drifting, drifts)?;
             for (y, x) in left_drifting.iter().zip(&drifting) {
                 take_out_sides(&mass, y, x, &mut left, &mut free);
             }
             return (hidden == 0.0).then(|| Slow {
-                creeping: free,
+                relaxing: free,
                 drifting,
                 left: Some([left, left_drifting]),
                 resisted: resisted.collect(),
@@ -100,19 +100,19 @@ impl Slow {
                 hardly_held: None,
             });
         }
-        uncouple(&damping, &mut free, creeps);
-        let mut drifting = free.split_off(creeps);
+        uncouple(&damping, &mut free, relaxed);
+        let mut drifting = free.split_off(relaxed);
         uncouple(&mass, &mut drifting, drifts);
         for drift in &drifting {
             take_out(&mass, drift, &mut free);
         }
         let hardly_held = hardly_held(system, &free);
         if hardly_held.is_some() {
-            uncouple(&mass, &mut free, creeps);
+            uncouple(&mass, &mut free, relaxed);
         }
         Some(Slow {
             hardly_held,
-            creeping: free,
+            relaxing: free,
             left: None,
             drifting,
             resisted: resisted.collect(),
@@ -121,21 +121,21 @@ impl Slow {
         })
     }
 
-    /// Whether a real root stands for one that is not told from 0.
+    /// Whether a real root stands for one that is not distinguished from 0.
     pub(super) fn hides(&self, value: f64) -> bool {
         value.abs() == self.stand_in()
     }
 
-    /// The size of two real roots ±ε that stand for two that are not told from 0: large enough that rounding does not hide
+    /// The size of two real roots ±ε that stand for two that are not distinguished from 0: large enough that rounding does not hide
     /// what they leave off the diagonal.
     pub(crate) fn stand_in(&self) -> f64 {
         const TIMES: f64 = 4.0;
         TIMES * self.hidden
     }
 
-    /// The creeping shapes that C hardly holds, each with the size of what stands for its root.
+    /// The relaxing shapes that C hardly holds, each with the size of what stands for its root.
     pub(super) fn stand_ins(&self) -> impl Iterator<Item = (f64, &[DoubleDouble])> {
-        let each = self.creeping.iter();
+        let each = self.relaxing.iter();
         each.filter_map(|shape| Some((self.hardly_held?, shape.as_slice())))
     }
 
@@ -145,7 +145,7 @@ impl Slow {
     }
 
     fn columns(&self) -> Columns {
-        let each = [&self.creeping, &self.drifting, &self.resisted];
+        let each = [&self.relaxing, &self.drifting, &self.resisted];
         each.into_iter().flatten().cloned().collect()
     }
 
@@ -159,10 +159,10 @@ impl Slow {
                 if zero { 0.0 } else { gram.at(i, j).to_f64() }
             })
         };
-        let creeps = self.creeping.len();
-        let rigid = creeps + self.drifting.len();
+        let relaxed = self.relaxing.len();
+        let rigid = relaxed + self.drifting.len();
         let mass = part(Form::mass(system), &|_| false);
-        let damping = part(Form::damping(system), &|i| (creeps..rigid).contains(&i));
+        let damping = part(Form::damping(system), &|i| (relaxed..rigid).contains(&i));
         let stiffness = part(Form::stiffness(system), &|i| i < rigid);
         System::from_matrices(mass.as_ref(), damping.as_ref(), stiffness.as_ref()).ok()
     }

@@ -7,7 +7,7 @@ use eigentone_digits::{Real, Wide};
 /// 384 bits.
 pub(crate) type Number = Wide<6>;
 
-/// What is smaller than this beside what it came from is rounding, or cannot be told from it: 2^-200 leaves 184 of 384 bits, 2^-80
+/// What is smaller than this beside what it came from is rounding, or cannot be distinguished from it: 2^-200 leaves 184 of 384 bits, 2^-80
 /// about 20 of a double-double.
 fn least<T: Real>(size: T) -> T {
     size.abs().scale(i64::from(T::UNIT_LOG2.max(-222)) + 22)

@@ -140,7 +140,7 @@ impl Eigenvalue {
         }
     }
 
-    /// Whether its real part is told from 0, or is 0.
+    /// Whether its real part is distinguished from 0, or is 0.
     fn is_side_known(&self) -> bool {
         let re = self.value.re;
         self.real_bound
@@ -164,7 +164,7 @@ pub(crate) enum Repeats {
         count: usize,
         defective: Option<bool>,
     },
-    /// So many are neither told apart nor proved to coincide.
+    /// So many are neither separated nor proved to coincide.
     Cluster(usize),
 }
 
@@ -198,7 +198,7 @@ impl Mode {
     }
 
     /// How many roots are known to coincide exactly at λ: 1 for a simple root. Every entry of a repeated root carries it.
-    /// `None` where the roots of a [`cluster`](Self::cluster) are neither told apart nor proved to coincide.
+    /// `None` where the roots of a [`cluster`](Self::cluster) are neither separated nor proved to coincide.
     pub fn multiplicity(&self) -> Option<usize> {
         match self.repeats {
             Repeats::Exactly { count, .. } => Some(count),
@@ -206,7 +206,7 @@ impl Mode {
         }
     }
 
-    /// How many roots lie so near to each other here that they are neither told apart nor proved to coincide;
+    /// How many roots lie so near to each other here that they are neither separated nor proved to coincide;
     /// `None` where the [`multiplicity`](Self::multiplicity) is known.
     pub fn cluster(&self) -> Option<usize> {
         match self.repeats {
@@ -305,7 +305,7 @@ impl Mode {
 
     /// How far each component of the [`shape`](Self::shape) may be from that of the true shape whose component
     /// of 1 is the same one: proven, absolute, with the rounding to doubles. With the default tolerance it
-    /// is within 4·2^-53 of the component wherever digits allow; a component that is not told from 0 at 1e-22 is 0.
+    /// is within 4·2^-53 of the component wherever digits allow; a component that is not distinguished from 0 at 1e-22 is 0.
     ///
     /// `None` where the shape is not determined, as at a root that several shapes share, or nothing is proved:
     /// in doubles, and above 64 coordinates where the bounds of roots do not tell them apart.

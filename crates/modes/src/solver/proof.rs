@@ -215,7 +215,7 @@ mod tests {
         }
     }
 
-    /// Roots within the tolerance in one disc are better than the same told apart but wide.
+    /// Roots within the tolerance in one disc are better than the same separated but wide.
     #[test]
     fn what_is_within_the_tolerance_comes_first() {
         let close = root([-1.0, 0.0], (1e-13, 1e-13), Repeats::Cluster(2));

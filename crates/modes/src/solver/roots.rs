@@ -21,7 +21,7 @@ pub(crate) struct Root {
     pub(crate) left: Option<Vec<Complex<f64>>>,
     /// How many roots this entry stands for: one, or several that have a shape in common.
     pub(crate) count: usize,
-    /// Whether it is told from all others, where that is proved; else the estimates tell.
+    /// Whether it is distinguished from all others, where that is proved; else the estimates tell.
     pub(crate) repeats: Option<Repeats>,
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
     /// tells.
@@ -133,7 +133,7 @@ fn tell_apart(modes: &mut [Mode]) {
     }
 }
 
-/// What is known of modes that are told from all others but not from each other.
+/// What is known of modes that are distinguished from all others but not from each other.
 pub(crate) fn together(modes: &[Mode], members: &[usize]) -> Repeats {
     let root = |i: &usize| modes[*i].eigenvalue;
     let meets_axis = |i: &usize| root(i).value.im <= root(i).bound.unwrap_or(f64::INFINITY);

@@ -196,7 +196,7 @@ pub(crate) fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'
         if size + error < high && (low == 0.0 || size - error > low) {
             inside.push((*group, root, error));
         } else if size - error <= high && size + error >= low {
-            return Err("a root is not told to lie inside or outside of the circle");
+            return Err("a root is not shown to lie inside or outside of the circle");
         }
     }
     for (k, (group, root, error)) in inside.iter().enumerate() {
@@ -204,7 +204,7 @@ pub(crate) fn confirmed(roots: &[(usize, Root)], count: &Count) -> Result<(), &'
             group != other_group && (root.value - other.value).norm() <= error + other_error
         };
         if inside[..k].iter().any(same) {
-            return Err("two roots among them are not told apart");
+            return Err("two roots among them are not separated");
         }
     }
     let known = |(_, root, _): &(usize, &Root, f64)| match root.value.im == 0.0 {
@@ -342,7 +342,7 @@ fn ring(groups: &[Vec<Eigenpair>], zeros: usize, facts: &Facts) -> Option<Ring> 
     })
 }
 
-/// Roots of a group, those that are not told from real or imaginary ones made so, and without conjugates.
+/// Roots of a group, those that are not distinguished from real or imaginary ones made so, and without conjugates.
 pub(crate) fn settled(roots: Vec<newton::Root>, passive: bool) -> Vec<Root> {
     let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
     let told = |k: usize, error: f64| {

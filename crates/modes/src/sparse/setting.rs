@@ -61,7 +61,7 @@ impl Setting {
         })
     }
 
-    /// What a search is told.
+    /// What a search is given.
     pub(crate) fn wanted(&self) -> Wanted<'_> {
         Wanted {
             pencil: &self.pencil,
@@ -145,7 +145,7 @@ fn check_mass(mass: &Form, operations: f64) -> Result<bool, SparseError> {
     }
 }
 
-/// Makes those that are not told from 0 exactly 0 where as many motions are proved to need no force, and none
+/// Makes those that are not distinguished from 0 exactly 0 where as many motions are proved to need no force, and none
 /// is missing.
 fn rest_exactly(pairs: &mut [Pair], zeros: impl FnOnce() -> Option<usize>) {
     let unclear = |pair: &&mut Pair| pair.error.is_none_or(|error| pair.square.abs() <= error);

@@ -37,7 +37,7 @@ pub(crate) struct Undamped {
     pub(crate) squares: Vec<f64>,
     pub(crate) errors: Vec<Option<f64>>,
     pub(crate) shapes: Mat<f64>,
-    /// How many, with those that are not here, each is not told apart from.
+    /// How many, with those that are not here, each is not separated from.
     pub(crate) clusters: Vec<usize>,
     /// Between which ω² the signs of pivots prove that none is missing.
     pub(crate) counted: Option<[f64; 2]>,
@@ -91,7 +91,7 @@ impl Undamped {
         }
     }
 
-    /// Whether a mode was told from all others.
+    /// Whether a mode was distinguished from all others.
     pub(crate) fn told(&self, k: usize) -> Repeats {
         match self.clusters[k] {
             1 => Repeats::SIMPLE,
@@ -108,7 +108,7 @@ impl Undamped {
             let zeros = vec![0.0; self.shapes.nrows()];
             let shape = [self.shapes.col(k).iter().copied().collect(), zeros];
             let size = square.abs().sqrt();
-            // Where ω² is not told from 0, its root is 0 within that of the bound.
+            // Where ω² is not distinguished from 0, its root is 0 within that of the bound.
             let unclear = error.is_some_and(|error| square.abs() <= error);
             let error = error.map(|error| match unclear {
                 true => (square.abs() + error).sqrt(),

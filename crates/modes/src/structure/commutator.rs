@@ -15,7 +15,7 @@ struct Rounded {
     size: Mat<f64>,
 }
 
-/// Whether the images of a vector differ. Not told of an M that is not positive definite in doubles, and where numbers leave their
+/// Whether the images of a vector differ. Not decided for an M that is not positive definite in doubles, and where numbers leave their
 /// range.
 pub(super) fn differs_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> bool {
     let told = images_differ(m, c, k);
@@ -24,7 +24,7 @@ pub(super) fn differs_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix)
 }
 
 fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bool> {
-    /// Differences below the start are not told, for products may underflow. An inverse beyond the end might overflow.
+    /// Differences below the start are not decided, for products may underflow. An inverse beyond the end might overflow.
     const RANGE: std::ops::Range<f64> = 1e-100..1e50;
     let n = m.len();
     // Units of the coordinates in which all masses on the diagonal are alike; they change no entry from or to 0.

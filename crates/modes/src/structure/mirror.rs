@@ -2,7 +2,7 @@
 //! inverse and leaves M, C and K exactly as they are. Motions that it leaves alone and motions that
 //! it reverses do not mix.
 //!
-//! It is looked for by refining classes of coordinates that cannot be told apart by the sizes of
+//! It is looked for by refining classes of coordinates that cannot be distinguished by the sizes of
 //! their entries and the classes these lead to (Weisfeiler & Leman 1968), until no class splits.
 //! Halves of a mirror image then share a class, which most often is a pair. Signs follow from entry
 //! to entry. What is found is checked entry by entry, so nothing rests on the search.

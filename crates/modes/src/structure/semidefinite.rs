@@ -59,7 +59,7 @@ enum Sign {
     Definite,
     /// Not semidefinite.
     Indefinite,
-    /// Too near to singular to be told.
+    /// Too near to singular to be decided.
     Near,
 }
 

@@ -1,11 +1,11 @@
-//! What points, supports and elements measure, as far as it can be told.
+//! What points, supports and elements measure, as far as it can be determined.
 
 use std::collections::HashMap;
 
 use super::given::Joint;
 use crate::model::{CoordinateKind, GROUND, Point};
 
-/// What each of them measures; `None` where it cannot be told.
+/// What each of them measures; `None` where it cannot be determined.
 pub(super) struct Kinds {
     pub(super) points: Vec<Option<CoordinateKind>>,
     pub(super) supports: Vec<CoordinateKind>,

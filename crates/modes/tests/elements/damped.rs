@@ -162,7 +162,7 @@ fn a_root_that_is_not_told_from_0_leaves_the_others_proven() {
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan().bounds);
         let loose = |root: &&Eigenvalue| root.bound.is_none_or(|b| b > 1e-3 * root.value.norm());
         assert_eq!(modes.eigenvalues().iter().filter(loose).count(), count);
-        check("not told from 0", &model, &modes, tight);
+        check("not distinguished from 0", &model, &modes, tight);
     }
 }
 

@@ -67,7 +67,7 @@ fn directions_are_not_guessed() {
     assert_eq!(count(&geared.build().expect("a system")), 2);
 }
 
-/// What arms, gears, supports and elements measure follows from what they are joined to, as far as it can be told.
+/// What arms, gears, supports and elements measure follows from what they are joined to, as far as it can be determined.
 #[test]
 fn kinds_reach_points_supports_and_elements() {
     use CoordinateKind::{Displacement, Rotation};

@@ -10,6 +10,6 @@ pub(crate) enum Attempt {
         /// How often its matrix asks for the step to be halved, in whatever digits.
         halvings: f64,
     },
-    /// With so few digits a matrix to be divided by cannot be told from a singular one.
+    /// With so few digits a matrix to be divided by cannot be distinguished from a singular one.
     Stuck,
 }

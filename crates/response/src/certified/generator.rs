@@ -18,7 +18,7 @@ pub(crate) struct Generator<T> {
     pulses: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
-    /// By coordinate: whether a force on it displaces something at once, so that a blow would without limit.
+    /// By coordinate: whether a force on it displaces something at once, so that an impulse would without limit.
     pub(crate) gives_way: Vec<bool>,
     channels: Vec<Channel>,
     /// Each entry of ζ beyond the states is 2 to this power times the load; 0 for the states.
@@ -26,7 +26,7 @@ pub(crate) struct Generator<T> {
     /// ζ from the state: R, in whole.
     enter: BallMatrix<T>,
     /// R B: the change of the states by unit impulses, by coordinate.
-    blow: BallMatrix<T>,
+    impulse: BallMatrix<T>,
     initial: BallMatrix<T>,
     /// Displacement, velocity and acceleration from ζ.
     pub(crate) outputs: [Output<T>; 3],
@@ -285,7 +285,7 @@ impl<T: Real> Generator<T> {
             gives_way,
             channels,
             units,
-            blow: energy.r.times(form.b()).rounded(),
+            impulse: energy.r.times(form.b()).rounded(),
             enter: energy.r.rounded(),
             initial: form.initial().rounded(),
             outputs: [0, 1, 2].map(|kind| output(&motions[kind])),
@@ -393,15 +393,15 @@ impl<T: Real> Generator<T> {
         (momentum, off): Known<T>,
     ) -> Magnitude {
         let mut error = Magnitude::ZERO;
-        for (i, entry) in zeta.iter_mut().enumerate().take(self.blow.rows()) {
-            if self.blow.is_zero(i, coordinate) {
+        for (i, entry) in zeta.iter_mut().enumerate().take(self.impulse.rows()) {
+            if self.impulse.is_zero(i, coordinate) {
                 continue;
             }
-            let factor = self.blow.middle(i, coordinate);
+            let factor = self.impulse.middle(i, coordinate);
             let change = factor * momentum;
             *entry = *entry + change;
             let rounding = (change.upper() + entry.upper()) * T::unit() + T::floor();
-            let radius = self.blow.radius(i, coordinate);
+            let radius = self.impulse.radius(i, coordinate);
             error = error + rounding + (momentum.upper() + off) * radius + factor.upper() * off;
         }
         error
@@ -495,9 +495,9 @@ mod tests {
         squares.sum::<f64>().sqrt()
     }
 
-    /// R z₀, and what a blow adds to it, of 106 bits against 1024: rounded, and within the error stated.
+    /// R z₀, and what an impulse adds to it, of 106 bits against 1024: rounded, and within the error stated.
     #[test]
-    fn rounding_of_the_start_and_of_blows_is_counted() {
+    fn rounding_of_the_start_and_of_impulses_is_counted() {
         let system = System::builder()
             .mass("a", 0.3)
             .mass("b", 0.7)
@@ -529,12 +529,13 @@ mod tests {
         let before = zeta.clone();
         let error =
             generator.add_momentum(&mut zeta, 1, (DoubleDouble::from(0.3), Magnitude::ZERO));
-        let change = |i: usize| Exact::from(generator.blow.middle(i, 1)) * Exact::from(0.3);
+        let change = |i: usize| Exact::from(generator.impulse.middle(i, 1)) * Exact::from(0.3);
         let exact = |i: usize| Exact::from(before[i]) + change(i);
         let off = length((0..n).map(|i| exact(i) - Exact::from(zeta[i])));
-        let radii = length((0..n).map(|i| Exact::from(0.3 * generator.blow.radius(i, 1).to_f64())));
+        let radii =
+            length((0..n).map(|i| Exact::from(0.3 * generator.impulse.radius(i, 1).to_f64())));
         assert!(off > 0.0, "nothing was rounded");
-        // Beside what is not known of the blow.
+        // Beside what is not known of the impulse.
         assert!(
             off + radii <= error.to_f64(),
             "{off:e} {radii:e} {:e}",

@@ -57,7 +57,7 @@ pub(super) struct Walker<'a, 'b, T> {
     /// The error of the straight loads in ζ.
     straight_error: Magnitude,
     /// The state in its own coordinates where it is known without any motion: at the start, and at
-    /// blows on what was at rest.
+    /// impulses on what was at rest.
     fresh: Option<BallMatrix<T>>,
     operations: Operations,
 }
@@ -466,13 +466,13 @@ mod tests {
     use crate::{ByCertifiedExponential, Response, ResponseMethod, State};
     use eigentone_modes::{GROUND, System};
 
-    /// A damper holds q on p, but nothing holds p at once: a blow on q would displace both without limit.
+    /// A damper holds q on p, but nothing holds p at once: an impulse on q would displace both without limit.
     #[test]
-    fn a_blow_that_only_springs_resist_is_refused() {
+    fn an_impulse_that_only_springs_resist_is_refused() {
         let system = System::builder().mass("p", 0.0).mass("q", 0.0);
         let system = system.spring(GROUND, "p", 1.0).damper("p", "q", 3.0);
         let system = system.build().expect("a system");
-        let blow = |size: f64| {
+        let impulse = |size: f64| {
             let ask = Response::of(&system).load("q", crate::Impulse::of(size).at(0.7));
             let problem = ask.every(0.5).until(2.0).problem().expect("a problem");
             ByCertifiedExponential
@@ -481,10 +481,10 @@ mod tests {
         };
         let (index, name) = (0, "q".to_owned());
         assert_eq!(
-            blow(1.0),
+            impulse(1.0),
             Err(ResponseError::ImpulseOnMassless { index, name })
         );
-        assert_eq!(blow(0.0), Ok(0.0));
+        assert_eq!(impulse(0.0), Ok(0.0));
     }
 
     /// A sample between two instants of the grid, and an event and a time asked for that are the same.

@@ -18,7 +18,7 @@ use super::squaring::{Extended, LARGE, MEANINGFUL, square};
 /// The exponential by the Taylor polynomials of Sastre, Ibáñez & Defez 2019 (*Boosting the
 /// computation of the matrix exponential*, Appl. Math. Comput. 340): up to five products and a
 /// squaring for each factor of two above ‖A‖ = 1.68, and no system of equations to solve, which is
-/// dear next to products.
+/// expensive next to products.
 ///
 /// The scaling follows Al-Mohy & Higham 2009 (SIAM J. Matrix Anal. 31): it is taken from the norms
 /// of powers of A, so that a large norm of a nearly nilpotent matrix costs no squarings, and kept

@@ -323,7 +323,7 @@ fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
             && x.radius() <= size * Magnitude::from(NOTHING[usize::from(range)])
 }
 
-/// The double nearest to a ball's middle, each part 0 if it cannot be told from 0, and how far the
+/// The double nearest to a ball's middle, each part 0 if it cannot be distinguished from 0, and how far the
 /// ball reaches from that.
 fn rounded<T: Real>(x: Ball<T>) -> (Complex<f64>, f64) {
     let middle = x.middle();

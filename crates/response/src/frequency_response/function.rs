@@ -19,7 +19,7 @@ pub enum FrequencyValue {
     },
     /// It is proved that the frequency is a natural one without damping: there the motion grows, or is not determined.
     Pole,
-    /// The frequency cannot be told from a natural one without damping, even with many digits.
+    /// The frequency cannot be distinguished from a natural one without damping, even with many digits.
     Undecided,
 }
 

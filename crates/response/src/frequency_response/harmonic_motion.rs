@@ -71,7 +71,7 @@ pub enum SteadyStateError {
     Unsupported,
     /// The highest precision does not tell K − Ω²M + iΩC from a singular matrix.
     #[error(
-        "{frequency:?} rad/s cannot be told from a natural frequency without damping, even with {digits} digits"
+        "{frequency:?} rad/s cannot be distinguished from a natural frequency without damping, even with {digits} digits"
     )]
     Undecided {
         /// Ω in rad/s.

@@ -1,7 +1,7 @@
 //! The peaks of a frequency response function in doubles, and where it is above a level.
 //!
 //! Peaks are sought between and beside the poles, on H as a sum over them, and made as good as doubles are by Newton's method on
-//! the derivative of ln|H|. That none is higher is told by the level set just above the highest: |H| has that value where the
+//! the derivative of ln|H|. That none is higher is shown by the level set just above the highest: |H| has that value where the
 //! Hamiltonian matrix of the level has imaginary eigenvalues (Boyd & Balakrishnan 1990, *Systems & Control Letters* 15;
 //! Bruinsma & Steinbuch 1990, *ibid.* 14).
 
@@ -37,7 +37,7 @@ struct PoleSum {
 impl Transfer {
     /// Frequency in rad/s and magnitude of each peak between two frequencies, the higher of which may be infinite, with both ends
     /// and the highest frequency looked at; `None` where doubles do not tell them: where something does not decay, the gain grows
-    /// without end, or too few digits are left. That no peak is higher than all of these is told by a level set, but for springs
+    /// without end, or too few digits are left. That no peak is higher than all of these is shown by a level set, but for springs
     /// with losses and systems of more than 100 coordinates.
     pub fn peaks(&self, system: &System, low: f64, high: f64) -> Option<Vec<(f64, f64)>> {
         const MOST: usize = 100;

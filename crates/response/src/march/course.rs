@@ -24,7 +24,7 @@ pub(crate) struct Course<'a, 'b> {
     plant: Plant,
     loads: GridLoads<'a>,
     estimate: Estimate,
-    /// The state at 0, after any blows.
+    /// The state at 0, after any impulses.
     start: Vec<f64>,
     /// The displacements where loads that are constant all the time let it rest.
     rest: Option<Vec<f64>>,
@@ -45,7 +45,7 @@ impl<'a, 'b> Course<'a, 'b> {
         let plant = Plant::of(problem, &form).evened();
         let mut start = form.state(problem.initial_displacement(), problem.initial_velocity());
         start.resize(start.len() + plant.integrals, 0.0);
-        for (input, momentum) in &loads.blows {
+        for (input, momentum) in &loads.impulses {
             for (entry, b) in start.iter_mut().zip(plant.b.col(*input).iter()) {
                 *entry += b * momentum;
             }

@@ -12,7 +12,7 @@ pub(crate) struct GridLoads<'a> {
     pub(crate) loaded: Vec<usize>,
     pub(crate) laws: Laws,
     /// Impulses at t = 0: input and momentum.
-    pub(crate) blows: Vec<(usize, f64)>,
+    pub(crate) impulses: Vec<(usize, f64)>,
     /// One for each coordinate and way to act on it.
     pub(crate) signals: Vec<Signal<'a>>,
     grid: &'a TimeGrid,
@@ -55,7 +55,7 @@ enum Part<'a> {
 }
 
 impl<'a> GridLoads<'a> {
-    /// `None` where a load changes between two instants of the grid, or a blow is not at t = 0.
+    /// `None` where a load changes between two instants of the grid, or an impulse is not at t = 0.
     pub(crate) fn of(problem: &'a Problem<'_>) -> Option<GridLoads<'a>> {
         let plain = |channel: &Channel| !channel.orders().any(|k| k > 1);
         if !problem.channels().iter().all(plain) {
@@ -116,7 +116,7 @@ impl<'a> GridLoads<'a> {
             Ok(SampleGrid::Multiple(every)) => Some(every),
             _ => None,
         };
-        let mut blows = Vec::new();
+        let mut impulses = Vec::new();
         let mut signals: Vec<Signal<'a>> = Vec::new();
         for AppliedLoad { coordinate, load } in loads {
             let mut add_to = |on: usize, law: usize, runs: bool, part| {
@@ -141,7 +141,7 @@ impl<'a> GridLoads<'a> {
                 let every = every(samples).filter(|_| samples.hold == Hold::First)?;
                 let values = &samples.values;
                 add_to(slope, 0, false, Part::Slope { values, every });
-                blows.push((slope, values[0]));
+                impulses.push((slope, values[0]));
             }
             let mut add = |law, runs, part| add_to(input(*coordinate), law, runs, part);
             match load {
@@ -172,7 +172,7 @@ impl<'a> GridLoads<'a> {
                 }
                 Load::HalfSine(_) | Load::Versine(_) | Load::Polynomial(_) => return None,
                 Load::Impulse(impulse) => match begin(impulse.at)? {
-                    0 => blows.push((input(*coordinate), impulse.magnitude)),
+                    0 => impulses.push((input(*coordinate), impulse.magnitude)),
                     u64::MAX => {}
                     _ => return None,
                 },
@@ -181,7 +181,7 @@ impl<'a> GridLoads<'a> {
         Some(GridLoads {
             loaded,
             laws,
-            blows,
+            impulses,
             signals,
             grid,
         })

@@ -10,7 +10,7 @@ pub enum Load {
     Step(Step),
     /// A force that grows in proportion to time from an instant on.
     Ramp(Ramp),
-    /// A blow that changes the velocity at once.
+    /// An impulse that changes the velocity at once.
     Impulse(Impulse),
     /// A sinusoidal force from t = 0 on.
     Harmonic(Harmonic),
@@ -76,12 +76,12 @@ pub struct Impulse {
 }
 
 impl Impulse {
-    /// A blow of `magnitude` N·s at t = 0.
+    /// An impulse of `magnitude` N·s at t = 0.
     pub fn of(magnitude: f64) -> Impulse {
         Impulse { magnitude, at: 0.0 }
     }
 
-    /// The same blow at the instant `at`, in s.
+    /// The same impulse at the instant `at`, in s.
     pub fn at(self, at: f64) -> Impulse {
         Impulse { at, ..self }
     }

@@ -541,12 +541,13 @@ impl<'a> Problem<'a> {
             }
         };
         let start = self.timeline().pieces()[piece].start;
-        let strikes = |applied: &AppliedLoad| match &applied.load {
-            Load::Impulse(blow) => Instant::event(&self.grid, blow.at).order(&start).is_eq(),
+        let acts_at_start = |applied: &AppliedLoad| match &applied.load {
+            Load::Impulse(impulse) => Instant::event(&self.grid, impulse.at).order(&start).is_eq(),
             _ => false,
         };
         let mut drives = self.drives.iter().zip(&self.given);
-        let index = drives.find(|(applied, _)| strikes(applied) && reaches(applied.coordinate));
+        let index =
+            drives.find(|(applied, _)| acts_at_start(applied) && reaches(applied.coordinate));
         match index {
             Some((_, &index)) => ResponseError::ImpulseOnMassless { index, name },
             None => {

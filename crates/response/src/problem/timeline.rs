@@ -276,7 +276,7 @@ impl Timeline {
         let mut now = StraightLoads::<DoubleDouble>::of(loads);
         let seconds = |from: &Instant, to: &Instant| (to.elapsed(from, grid), Magnitude::ZERO);
         let mut upcoming = laws.into_iter().peekable();
-        let mut blows = impulses.into_iter().peekable();
+        let mut impulses = impulses.into_iter().peekable();
         let pieces = starts.into_iter().map(|start| {
             let mut changes = Vec::new();
             while let Some(law) =
@@ -286,7 +286,7 @@ impl Timeline {
                 changes.push(law);
             }
             let here = std::iter::from_fn(|| {
-                blows.next_if(|(at, ..)| at.order(&start) != Ordering::Greater)
+                impulses.next_if(|(at, ..)| at.order(&start) != Ordering::Greater)
             });
             let straight = now.now(|since| seconds(since, &start));
             let straight = straight.map(|(coordinate, straight)| Straight {

@@ -49,7 +49,7 @@ impl<'a> Walk<'a> {
             let from = std::mem::replace(&mut self.now, to);
             return Some(Leg::Pass { from, to });
         }
-        // One instant may be told in two ways: as an event, and as part of a step.
+        // One instant may be given in two ways: as an event, and as part of a step.
         self.now = to;
         stop?;
         self.index += 1;

@@ -165,13 +165,13 @@ fn without_limit(problem: &Problem<'_>) -> Option<String> {
     let massless = system.structure().massless();
     let channel = |on: usize| on.checked_sub(system.len()).map(|at| &channels[at]);
     problem.drives().iter().find_map(|drive| {
-        let struck = |row: usize, share: f64| share != 0.0 && massless.contains(&row);
+        let acts_on = |row: usize, share: f64| share != 0.0 && massless.contains(&row);
         let on = match (&drive.load, channel(drive.coordinate)) {
-            (Load::Impulse(blow), _) if blow.magnitude == 0.0 => None,
-            (Load::Impulse(_), None) => Some(drive.coordinate).filter(|row| struck(*row, 1.0)),
+            (Load::Impulse(impulse), _) if impulse.magnitude == 0.0 => None,
+            (Load::Impulse(_), None) => Some(drive.coordinate).filter(|row| acts_on(*row, 1.0)),
             (Load::Impulse(_), Some(channel)) => {
                 let mut shares = channel.directions[0].iter();
-                let found = shares.find(|(row, share)| struck(*row, *share));
+                let found = shares.find(|(row, share)| acts_on(*row, *share));
                 found.map(|(row, _)| *row)
             }
             (load, Some(channel)) => {
@@ -297,8 +297,10 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
         let event = piece.start_instant();
         self.driven.load(state, problem, &event, piece);
         let jump = self.driven.jump(&before, state);
-        let struck = self.driven.strike(problem, walk.index(), &before, state);
-        self.work = self.work + jump + struck;
+        let impulses = self
+            .driven
+            .apply_impulses(problem, walk.index(), &before, state);
+        self.work = self.work + jump + impulses;
     }
 
     /// Moves the state to a later instant, within one piece, and adds up what passes.

@@ -98,7 +98,7 @@ impl Peaks {
         }
     }
 
-    /// Takes what a stretch has of a quantity. Values as near as 1e-12 are not told from each other.
+    /// Takes what a stretch has of a quantity. Values as near as 1e-12 are not distinguished from each other.
     fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64) {
         for (sign, best) in [(1.0, &mut self.highest), (-1.0, &mut self.lowest)] {
             let mut found = Extremum {
@@ -634,7 +634,7 @@ mod tests {
         assert!((found.lowest()[0].displacement + swing).abs() < 1e-12);
     }
 
-    /// A blow of −4 N·s after a second and a force of 6 N after two, on 2 kg held by 8 N/m.
+    /// An impulse of −4 N·s after a second and a force of 6 N after two, on 2 kg held by 8 N/m.
     #[test]
     fn jumps_of_accelerations_outputs_and_forces_are_noted() {
         let system = System::builder()

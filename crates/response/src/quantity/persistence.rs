@@ -167,10 +167,10 @@ impl Persistence {
 }
 
 /// How close, relatively, a load's frequency must be to an undamped mode's to be its own: beyond
-/// this, beats of finite amplitude are told apart from growth in doubles.
+/// this, beats of finite amplitude are distinguished from growth in doubles.
 const RESONANCE: f64 = 1e-12;
 
-/// Whether a mode neither decays nor grows, as far as can be told: its real part is within its
+/// Whether a mode neither decays nor grows, as far as can be determined: its real part is within its
 /// bound, and so small that 10^12 radians would pass before it showed. Rigid ones are not meant.
 fn is_steady(mode: &Mode) -> bool {
     let root = mode.eigenvalue();

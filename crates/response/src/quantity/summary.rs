@@ -721,8 +721,8 @@ mod tests {
         let node = || System::builder().mass("p", 0.0).spring(GROUND, "p", 1.0);
         let jump = |at: f64| {
             summary(node().damper(GROUND, "p", 0.5), |response| {
-                let blow = Impulse::of(1.0).at(at);
-                response.load("p", blow).every(1.0).until(10.0)
+                let impulse = Impulse::of(1.0).at(at);
+                response.load("p", impulse).every(1.0).until(10.0)
             })
         };
         for at in [0.0, 0.25, 3.0, 7.5] {

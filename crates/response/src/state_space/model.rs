@@ -20,7 +20,7 @@ use crate::problem::{Combination, Hold, Quantity, Sum};
 /// by any of their derivatives. Where velocity or acceleration is the input, the support's displacement (and velocity) are
 /// states too, so that outputs are absolute. Where u is a displacement (or a velocity) and dampers (or masses) at the
 /// support pass on its derivatives, what its jumps make of the state at once is taken out of the state, and back in by D: no
-/// derivative of an input remains, and jumps are blows as they are in reality. Such states say so in their names.
+/// derivative of an input remains, and jumps are impulses as they are in reality. Such states say so in their names.
 ///
 /// ```
 /// use eigentone_modes::{GROUND, System};

@@ -1,4 +1,4 @@
-//! What the loads and the instants ask of every design alike: steps, signals, blows.
+//! What the loads and the instants ask of every design alike: steps, signals, impulses.
 
 use crate::hold::{Inputs, Laws};
 use crate::problem::{Instant, Leg, Piece, Problem, Walk};
@@ -22,8 +22,8 @@ pub(super) struct Course {
 /// What happens next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Move {
-    /// A blow on a coordinate, in N·s.
-    Strike { coordinate: usize, magnitude: f64 },
+    /// An impulse on a coordinate, in N·s.
+    Impulse { coordinate: usize, magnitude: f64 },
     /// One of the lengths passes, under one of the signals.
     Step { length: usize, signal: usize },
     /// An instant that is asked for.
@@ -44,12 +44,12 @@ impl Course {
         let grid = problem.grid();
         let mut values = inputs.empty_signals();
         let mut walk = Walk::of(problem);
-        course.strike(walk.piece());
+        course.add_impulses(walk.piece());
         for index in 0..=grid.last() {
             let target = Instant::on_grid(grid, index);
             while let Some(leg) = walk.towards(&target) {
                 let Leg::Pass { from, to } = leg else {
-                    course.strike(walk.piece());
+                    course.add_impulses(walk.piece());
                     continue;
                 };
                 let h = to.elapsed(&from, grid).to_f64();
@@ -64,10 +64,10 @@ impl Course {
         course
     }
 
-    fn strike(&mut self, piece: &Piece) {
-        let blows = piece.impulses().iter();
+    fn add_impulses(&mut self, piece: &Piece) {
+        let impulses = piece.impulses().iter();
         self.moves
-            .extend(blows.map(|&(coordinate, magnitude)| Move::Strike {
+            .extend(impulses.map(|&(coordinate, magnitude)| Move::Impulse {
                 coordinate,
                 magnitude,
             }));

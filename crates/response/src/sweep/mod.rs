@@ -211,7 +211,7 @@ impl Sweep {
         let mut column = 0;
         for step in &self.course.moves {
             match *step {
-                Move::Strike {
+                Move::Impulse {
                     coordinate,
                     magnitude,
                 } => self.z[n + coordinate] += magnitude / masses[coordinate],

@@ -230,7 +230,7 @@ fn what_decays_beyond_all_range_is_nothing() {
     assert!((noise.values[(1, 1)] / 5e100 - 1.0).abs() < 4e-16);
 }
 
-/// A jump of the road is a blow through the tyre's damper: taken out of the state, and back in where it shows.
+/// A jump of the road is an impulse through the tyre's damper: taken out of the state, and back in where it shows.
 #[test]
 fn states_and_matrices_are_named_and_placed() {
     let system = car();
@@ -347,7 +347,7 @@ fn what_cannot_be_is_refused() {
     let (name, known) = ("body".to_owned(), "road".to_owned());
     let wrong = Err(StateSpaceError::UnknownSupport { name, known });
     assert_eq!(of(ask().motion("body", Displacement)), wrong);
-    // The tyre's damper makes a jump of the road a blow: the wheel's acceleration is no number then.
+    // The tyre's damper makes a jump of the road an impulse: the wheel's acceleration is no number then.
     let wheel = ask().output("wheel", Acceleration);
     let (output, input) = (
         "wheel acceleration".to_owned(),

@@ -170,7 +170,7 @@ pub(in crate::integrator) fn predict(
         }
         prediction = trial(looser)?.1;
     }
-    // A motion that goes on as it began is better told by its own first steps.
+    // A motion that goes on as it began is better predicted by its own first steps.
     let goes_on = (0.7..1.4).contains(&(prediction.steps / first.steps));
     Ok(if goes_on { first } else { prediction })
 }

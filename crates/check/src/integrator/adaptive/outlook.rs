@@ -1,4 +1,4 @@
-//! How many steps a way takes, told from steps that were longer or did not reach its end.
+//! How many steps a way takes, distinguished from steps that were longer or did not reach its end.
 
 use super::super::{Basis, Prediction};
 

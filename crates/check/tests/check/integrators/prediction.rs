@@ -1,4 +1,4 @@
-//! The steps told before they are taken.
+//! Steps predicted before they are taken.
 
 use eigentone_check::{
     Basis, Dop853, DormandPrince5, GeneralizedAlpha, HhtAlpha, Integrator, Limit, Newmark,

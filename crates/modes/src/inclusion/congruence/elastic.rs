@@ -52,7 +52,7 @@ pub(crate) fn certify(
     Some(elastic_modes(&found, structure.is_passive()))
 }
 
-/// λ = ±√−σ with bounds; those that are not told apart get one value.
+/// λ = ±√−σ with bounds; those that are not separated get one value.
 fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Elastic> {
     let mut found = Vec::with_capacity(squares.values.len());
     for group in squares.groups() {
@@ -67,7 +67,7 @@ fn elastic_modes(squares: &Squares, are_positive: bool) -> Vec<Elastic> {
             (rounding + relative * root.to_f64()) * UPWARD
         });
         let bound = bound.fold(f64::from_bits(1), f64::max);
-        // Of a square that is not told from 0 the roots may be imaginary or real, and no larger than this.
+        // Of a square that is not distinguished from 0 the roots may be imaginary or real, and no larger than this.
         let largest = group
             .clone()
             .map(|i| squares.values[i].to_f64().abs() + squares.reach[i]);

@@ -18,7 +18,7 @@ use crate::linear::symmetric_eigen::symmetric_eigen;
 pub(crate) struct Goal {
     /// In any case, if double-double reaches it.
     pub(crate) spread: f64,
-    /// Where all values and shapes are told apart by it.
+    /// Where all values and shapes are distinguished by it.
     pub(crate) where_apart: f64,
 }
 
@@ -37,7 +37,7 @@ impl Forms {
         self.spread <= goal.spread || (self.spread <= goal.where_apart && self.are_apart())
     }
 
-    /// Whether all squares are known to some digits, but for some that are told from all others by being so small.
+    /// Whether all squares are known to some digits, but for some that are distinguished from all others by being so small.
     fn tell(&self) -> bool {
         const LARGEST: f64 = 1e-3;
         let each = self.reach.iter().zip(&self.squares);

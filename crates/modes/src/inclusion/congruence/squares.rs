@@ -44,7 +44,7 @@ impl Squares {
         around(centre, reach.fold(0.0, f64::max) * UPWARD)
     }
 
-    /// The values in groups, each of which begins at 0 or where told to.
+    /// The values in groups, each of which begins at 0 or where they are said to.
     pub(in crate::inclusion) fn apart_where(
         &self,
         begins: impl Fn(usize) -> bool,

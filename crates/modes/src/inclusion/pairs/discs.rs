@@ -15,7 +15,7 @@ pub(super) struct Disc {
 }
 
 impl Disc {
-    /// Whether the imaginary axis cannot be told from it.
+    /// Whether the imaginary axis cannot be distinguished from it.
     pub(super) fn is_on_axis(&self) -> bool {
         let mut each = self.centres.iter().zip(&self.radii);
         each.any(|(centre, radius)| centre.re.to_f64().abs() <= *radius)

@@ -56,7 +56,7 @@ pub(super) enum Origin {
     /// The same of a motion that nothing holds: one of two columns (x, ±εx), which are so near to (x, 0) and (0, x).
     Drift,
     /// (x, −εx) beside such an (x, εx) for λ = 0 where C hardly holds the motion x: it stands for the mode's root, which is
-    /// not told from 0 and has this value without it.
+    /// not distinguished from 0 and has this value without it.
     Beside(usize, f64),
 }
 
@@ -149,7 +149,7 @@ impl<'a> Pairs<'a> {
         let held = loose.iter().filter(|vector| !free.contains(vector));
         let at_rest = dense(free.iter().chain(held).collect());
         let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest);
-        let creeping = drifting.split_off(free.len());
+        let relaxing = drifting.split_off(free.len());
         let mut pairs = match slow {
             Some(slow) => {
                 if slow.drifting.len() != drifting.len() {
@@ -161,9 +161,9 @@ impl<'a> Pairs<'a> {
                 if structure.zero_roots() != Some(loose.len() + free.len()) {
                     return None;
                 }
-                let creeping = nearly_orthogonal(&Form::damping(system), creeping);
+                let relaxing = nearly_orthogonal(&Form::damping(system), relaxing);
                 let rest = |shape| Pair::real(0.0, precise(shape), Origin::Rest);
-                creeping.into_iter().map(rest).collect()
+                relaxing.into_iter().map(rest).collect()
             }
         };
         let drifting: Vec<Vec<DoubleDouble>> = drifting.into_iter().map(precise).collect();
@@ -389,23 +389,23 @@ impl<'a> Pairs<'a> {
 /// Columns for the shapes of roots at 0 that are counted, those that drift only if they are not known exactly.
 fn counted(system: &System, slow: &Slow, with_drifting: bool) -> Vec<Pair> {
     let value = slow.hardly_held.unwrap_or(0.0);
-    let [left_creeping, left_drifting] = match &slow.left {
-        Some([creeping, drifting]) => [Some(creeping), Some(drifting)],
+    let [left_relaxing, left_drifting] = match &slow.left {
+        Some([relaxing, drifting]) => [Some(relaxing), Some(drifting)],
         None => [None, None],
     };
     let pair = |value, i: usize, right: &[DoubleDouble], left: Option<&Vec<Vec<_>>>, origin| Pair {
         left: left.map(|left| Parts::real(left[i].clone())),
         ..Pair::real(value, right.to_vec(), origin)
     };
-    let creeping = slow.creeping.iter().enumerate();
-    let creeping = creeping.map(|(i, x)| pair(value, i, x, left_creeping, Origin::Null));
+    let relaxing = slow.relaxing.iter().enumerate();
+    let relaxing = relaxing.map(|(i, x)| pair(value, i, x, left_relaxing, Origin::Null));
     let unseen = slow::unseen(system, &slow.drifting).into_iter();
     let drifting = slow.drifting.iter().zip(unseen).enumerate();
     let drifting = drifting.flat_map(|(i, (x, size))| {
         [size, -size].map(|value| pair(value, i, x, left_drifting, Origin::Drift))
     });
     let drifting = drifting.filter(|_| with_drifting);
-    creeping.chain(drifting).collect()
+    relaxing.chain(drifting).collect()
 }
 
 /// How many coordinates have a row or column of M that is not 0.

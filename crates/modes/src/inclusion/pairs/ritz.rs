@@ -46,7 +46,7 @@ impl Pairs<'_> {
     fn ritz(&self, rows: &Rows, group: &[usize], end: End) -> Option<Vec<Pair>> {
         let is_real = |i: &usize| self.pairs[*i].is_real();
         let first = rows.rho[group[0]];
-        // Roots close together by themselves are told apart about one of them.
+        // Roots close together by themselves are separated about one of them.
         let close = group.iter().all(|i| {
             let alike = is_real(i) == is_real(&group[0]);
             alike && rows.are_near(group[0], *i)

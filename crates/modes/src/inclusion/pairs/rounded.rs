@@ -10,7 +10,7 @@ use crate::inclusion::gram::UPWARD;
 use crate::inclusion::shape::Shapes;
 use crate::structure::Structure;
 
-/// One root with Im ≥ 0, or several that are not told apart.
+/// One root with Im ≥ 0, or several that are not separated.
 #[derive(Clone, Debug)]
 pub(crate) struct Paired {
     /// The modes that it comes from.

@@ -24,7 +24,7 @@ pub(super) struct Rows {
     pub(super) counted: Vec<bool>,
     /// Those of these that are not at 0, with their values.
     pub(super) beside: Vec<(usize, f64)>,
-    /// Whether it stands for one that is not told from 0.
+    /// Whether it stands for one that is not distinguished from 0.
     hidden: Vec<bool>,
     /// Pairs with real roots whose shapes are nearly the same: the other one of each.
     twin: Vec<Option<usize>>,

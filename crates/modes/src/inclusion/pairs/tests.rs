@@ -259,7 +259,7 @@ fn components_of_shapes_are_within_their_bounds() {
             dampers: free(light(66)),
             follow: 1.0,
         },
-        // It creeps.
+        // It relaxes.
         Row {
             masses: masses(66),
             dashpots: few(66, &[(0, 0.25), (40, 3.0)]),

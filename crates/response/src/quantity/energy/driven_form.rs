@@ -419,7 +419,7 @@ impl<T: Real> DrivenForm<T> {
 
     /// Adds the momenta at the start of a piece to the state, and gives their work: each times the mean of the velocities
     /// before and after. `before` is the state before the signals of the piece set in.
-    pub(super) fn strike(
+    pub(super) fn apply_impulses(
         &self,
         problem: &Problem<'_>,
         piece: usize,
@@ -442,16 +442,16 @@ impl<T: Real> DrivenForm<T> {
         }
         let [before, after] = [before, &*state].map(|state| self.velocities(state));
         let mut sum = T::ZERO;
-        let mut strikes = |on: usize, momentum: f64| {
+        let mut apply = |on: usize, momentum: f64| {
             let mean = (loaded[on] + after[on]).scale(-1);
             sum = sum + T::from(momentum) * mean;
         };
         for &(on, momentum) in impulses {
             match on.checked_sub(n) {
-                None => strikes(on, momentum),
+                None => apply(on, momentum),
                 Some(channel) => {
                     let shares = problem.channels()[channel].directions[0].iter();
-                    shares.for_each(|(row, share)| strikes(*row, momentum * share));
+                    shares.for_each(|(row, share)| apply(*row, momentum * share));
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Which outputs do not follow a support that wanders, told exactly.
+//! Which outputs do not follow a support that wanders, decided exactly.
 //!
 //! A support whose velocity or acceleration has power down to frequency 0 wanders without end. At low frequencies the system
 //! follows its displacement u with x = r u + r₁u′ + …, where K r + K_s = 0 and K r₁ + C r + C_s = 0, whatever the masses.
@@ -97,7 +97,7 @@ impl Static {
     }
 }
 
-/// Whether a sum of products is 0, told exactly: it is an expansion of doubles that do not overlap (Shewchuk 1997, *Discrete
+/// Whether a sum of products is 0, decided exactly: it is an expansion of doubles that do not overlap (Shewchuk 1997, *Discrete
 /// Comput. Geom.* 18), of which none is left. `None` where products leave the range in which their errors are doubles.
 fn vanishes(products: impl IntoIterator<Item = [f64; 3]>) -> Option<bool> {
     let mut parts: Vec<f64> = Vec::new();

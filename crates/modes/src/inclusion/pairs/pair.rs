@@ -4,7 +4,6 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 use num_complex::Complex;
 
-use crate::exact::null_space::NullVector;
 use crate::inclusion::gram::{Form, Gram};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::slow::{self, Slow};
@@ -143,12 +142,9 @@ impl<'a> Pairs<'a> {
         let precise = |vector: Vec<f64>| vector.into_iter().map(DoubleDouble::from).collect();
         let loose = structure.null_vectors();
         let free = structure.undamped_among(&loose);
-        let dense = |vectors: Vec<&NullVector>| -> Vec<Vec<f64>> {
-            vectors.into_iter().map(|vector| vector.dense(n)).collect()
-        };
         let held = loose.iter().filter(|vector| !free.contains(vector));
-        let at_rest = dense(free.iter().chain(held).collect());
-        let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest);
+        let at_rest = free.iter().chain(held).map(|vector| vector.dense(n));
+        let mut drifting = nearly_orthogonal(&Form::mass(system), at_rest.collect());
         let relaxing = drifting.split_off(free.len());
         let mut pairs = match slow {
             Some(slow) => {

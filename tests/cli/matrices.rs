@@ -6,7 +6,7 @@ use std::path::Path;
 use eigentone::modes::{MatrixKind, System};
 use eigentone::scene::Scene;
 
-use super::{fresh, printed, refused, scene};
+use super::{eigentone, fresh, printed, refused, scene};
 
 const FORMATS: [(&str, &str); 2] = [("market", "mtx"), ("petsc", "petsc")];
 
@@ -148,4 +148,25 @@ fn what_does_not_go_together_is_refused() {
     ] {
         refused(&[&["export", &file], more].concat(), 2);
     }
+}
+
+#[test]
+fn what_rounding_leaves_unsymmetric_is_noted() {
+    let folder = fresh("unsymmetric");
+    fs::create_dir_all(&folder).expect("a folder");
+    let noted = |below: f64| {
+        let stiffness = [[3.0, -1.0], [below, 2.0]];
+        let mass = [[1.0, 0.0], [0.0, 1.0]];
+        let given = serde_json::json!({ "matrices": { "mass": mass, "stiffness": stiffness } });
+        let file = folder.join("scene.json");
+        fs::write(&file, given.to_string()).expect("a file");
+        let output = eigentone(&["modes", file.to_str().expect("a UTF-8 path")]);
+        assert!(output.status.success());
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    let note = noted((-1f64).next_up());
+    let said = "the stiffness matrix differs from its transpose by 4.5e-17 of";
+    assert!(note.starts_with("note: ") && note.contains(said), "{note}");
+    assert_eq!(noted(-1.0), "");
+    assert_eq!(noted(-0.9), "");
 }

@@ -2,6 +2,7 @@
 
 mod absorber;
 mod analyze;
+mod asymmetry;
 mod campbell;
 mod check;
 mod cycle;
@@ -229,7 +230,9 @@ impl Question {
     /// Reads the scene once the options make sense together.
     fn scene(&self) -> Result<Scene, Failure> {
         self.accuracy.precision()?;
-        read(&self.scene)
+        let scene = read(&self.scene)?;
+        asymmetry::tell(&self.scene, scene.system());
+        Ok(scene)
     }
 
     /// The precision asked for, as the library puts it.

@@ -76,7 +76,7 @@ impl<T: Real> March<'_, '_, T> {
         let guards = self.current.guards.iter().zip(&self.orders);
         let stays = guards.filter(|(_, order)| **order == usize::MAX);
         let stays: Vec<usize> = stays.map(|(guard, _)| guard.switch).collect();
-        let mut rests = self.strike(due, &stays, &mut change)?;
+        let mut rests = self.apply_impacts(due, &stays, &mut change)?;
         rests.extend((0..before.len()).filter(|k| before[*k].holds()));
         // Due is also that, and what has the ends of what rests.
         let mut due = [due, &stays].concat();
@@ -89,7 +89,7 @@ impl<T: Real> March<'_, '_, T> {
             rests.iter().any(shares)
         }));
         let mut phases = self.candidates(&due)?;
-        // And what was at its limit before, and what has just been struck.
+        // And what was at its limit before, and what has just been hit.
         due.extend(change.happened.iter().map(|one| one.0));
         due.extend((0..phases.len()).filter(|k| before[*k].holds()));
         self.pivot(&mut phases, &due)?;
@@ -122,8 +122,8 @@ impl<T: Real> March<'_, '_, T> {
         }
     }
 
-    /// Turns round what hits a rigid stop, one after the other; those that stop moving.
-    fn strike(
+    /// Reverses what hits a rigid stop, one after the other; gives those that stop moving.
+    fn apply_impacts(
         &mut self,
         due: &[usize],
         stays: &[usize],
@@ -132,7 +132,7 @@ impl<T: Real> March<'_, '_, T> {
         const MOST: usize = 10_000;
         let mut rests = Vec::new();
         for round in 0.. {
-            let mut struck = None;
+            let mut hit = None;
             for switch in 0..self.places.len() {
                 let Switch::Impact(impact) = &self.places[switch].switch else {
                     continue;
@@ -160,11 +160,11 @@ impl<T: Real> March<'_, '_, T> {
                     }
                 };
                 if approaches {
-                    struck = Some((switch, impact.restitution, rate));
+                    hit = Some((switch, impact.restitution, rate));
                     break;
                 }
             }
-            let Some((switch, restitution, rate)) = struck else {
+            let Some((switch, restitution, rate)) = hit else {
                 break;
             };
             if round == MOST {

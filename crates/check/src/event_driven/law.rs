@@ -380,8 +380,8 @@ impl<'a> Law<'a> {
         })
     }
 
-    /// Turns round what hits rigid stops, and gives those that were hit.
-    pub(super) fn strike(
+    /// Reverses what hits rigid stops, and gives the stops that were hit.
+    pub(super) fn apply_impacts(
         &self,
         piece: usize,
         elapsed: f64,
@@ -397,17 +397,17 @@ impl<'a> Law<'a> {
                 elapsed,
                 state,
             });
-            let struck = self.placed.iter().enumerate().find_map(|(k, placed)| {
+            let impact = self.placed.iter().enumerate().find_map(|(k, placed)| {
                 let Switch::Impact(impact) = placed.switch else {
                     return None;
                 };
                 let beyond = placed.stretch.value(&state[..n], &supports, 0) - impact.gap;
                 let rate = placed.stretch.value(&state[n..], &supports, 1);
-                let strikes =
+                let hits =
                     beyond >= -10.0 * NOTHING * self.sizes[0] && rate > NOTHING * self.sizes[1];
-                strikes.then_some((k, impact.restitution, rate))
+                hits.then_some((k, impact.restitution, rate))
             });
-            let Some((k, restitution, rate)) = struck else {
+            let Some((k, restitution, rate)) = impact else {
                 return Ok(hit);
             };
             let factor = if rate > SLOW * self.sizes[1] {

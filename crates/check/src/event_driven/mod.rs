@@ -155,7 +155,7 @@ impl March<'_> {
     ) -> Result<(), String> {
         let piece = stretch.forces.piece;
         let time = stretch.start() + elapsed;
-        let hit = self.law.strike(piece, elapsed, state)?;
+        let hit = self.law.apply_impacts(piece, elapsed, state)?;
         let place = Place {
             piece,
             elapsed,

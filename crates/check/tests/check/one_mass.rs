@@ -169,8 +169,8 @@ fn documented_forced_motions_hold() {
         let released = system.free(1.0, 0.0, t).displacement;
         let pushed = system.step(force, t).displacement;
         assert_close(pushed, force / 8.0 * (1.0 - released), 1e-14);
-        let struck = system.impulse(force, t);
-        assert_eq!(struck, system.free(0.0, force / mass, t));
+        let moved = system.impulse(force, t);
+        assert_eq!(moved, system.free(0.0, force / mass, t));
     }
     assert_close(
         one(mass, 0.0, 0.0).step(force, t).displacement,

@@ -109,13 +109,16 @@ fn loads_act_from_their_exact_starts() {
         &exact.step(1.0, 4.0).displacement,
     );
     // 0.1 + 0.2 is no instant of the grid, 3·0.1 is one: there the impulse comes just before.
-    let struck = |at: f64| {
+    let velocity_after = |at: f64| {
         let response = Response::of(&system).load("m1", Impulse::of(1.3).at(at));
         let problem = response.every(0.1).until(1.0).problem();
         response_at(problem.expect("valid"), 3)
     };
-    assert_eq!(struck(3.0 * 0.1).to_decimal(20), "1.0000000000000000000e0");
-    assert_eq!(struck((3.0 * 0.1f64).next_up()).to_decimal(20), "0");
+    assert_eq!(
+        velocity_after(3.0 * 0.1).to_decimal(20),
+        "1.0000000000000000000e0"
+    );
+    assert_eq!(velocity_after((3.0 * 0.1f64).next_up()).to_decimal(20), "0");
 }
 
 fn response_at(problem: Problem<'_>, step: u64) -> Ball {

@@ -37,7 +37,7 @@ fn compare(c: &mut Criterion, name: &str, problem: &Problem<'_>, truth: &Truth) 
     group.warm_up_time(Duration::from_millis(300));
     let integrator = Dop853::with_tolerance(ASKED);
     let exact = methods().iter().copied();
-    let predicted = integrator.predict(problem).map(|told| told.steps);
+    let predicted = integrator.predict(problem).map(|predicted| predicted.steps);
     let affordable = predicted.is_ok_and(|steps| steps < STIFF);
     let integrators = affordable.then_some(&integrator as &dyn ResponseMethod);
     for method in exact.chain(integrators) {

@@ -58,7 +58,7 @@ fn grid(side: usize) -> (System, Vec<f64>) {
     (system, lowest.map(f64::sqrt).collect())
 }
 
-/// The most memory taken so far, in MB, where the system tells.
+/// The most memory taken so far, in MB, where the system reports it.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM"))?;

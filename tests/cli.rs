@@ -236,7 +236,7 @@ fn check_mode(text: &str, mode: &Value, n: usize, values: &[(f64, f64)]) -> usiz
     let first_largest = sizes.iter().position(|size| *size == 1.0);
     let largest = &shape[first_largest.expect("a component of size 1")];
     assert_eq!((number(&largest["re"]), number(&largest["im"])), (1.0, 0.0));
-    // Components that rounding alone tells apart are ties.
+    // Components that rounding alone separates are ties.
     assert!(sizes.iter().all(|size| *size <= 1.0 + 2e-12));
     assert!(number(&mode["backward_error"]) >= 0.0);
     let multiplicity = mode["multiplicity"].as_u64().expect("a count") as usize;
@@ -688,7 +688,7 @@ fn titles_and_names_stay_text_in_every_file() {
     assert_eq!(seen, 3);
 }
 
-/// A scene whose names all begin as a formula does, told by the spreadsheet that takes them for one.
+/// A scene whose names all begin as a formula does: a spreadsheet takes them for formulas.
 fn with_names_like_formulas(mut scene: Value) -> Value {
     fn named(value: &Value, names: &mut Vec<String>) {
         match value {
@@ -1242,7 +1242,7 @@ fn why_bounds_are_not_proven_is_said() {
     );
 }
 
-/// −1 three times and another root 2^-42.4 beside it twice, which doubles do not tell.
+/// −1 three times and another root 2^-42.4 beside it twice, which doubles do not separate.
 const NEARLY_FIVE_FOLD: &str = r#"{"matrices": {
     "mass": [[1, 0, -1], [0, 0, 0], [0, 0, 1]],
     "damping": [[2.0000000000001705, 0, -2.0000000000001705], [2, 1, -3.999999999999943], [0, 0, 2.0000000000001705]],
@@ -2061,7 +2061,7 @@ fn designs_without_a_value_have_none() {
         "dampers": [{"name": "d", "between": ["ground", "m"], "damping": 1}], "noise": [{"on": "m", "force": 1}]}"#;
     fs::write(&file, text).expect("it can be written");
     let scene = file.to_str().expect("a UTF-8 path");
-    let told = |vary: &str, metrics: &[&str]| -> Vec<Vec<Option<f64>>> {
+    let metrics_of = |vary: &str, metrics: &[&str]| -> Vec<Vec<Option<f64>>> {
         let asked = metrics.iter().flat_map(|metric| ["--metric", *metric]);
         let start = ["sweep", scene, "--json", "--vary", vary];
         let output = eigentone(&start.into_iter().chain(asked).collect::<Vec<_>>());
@@ -2086,7 +2086,7 @@ fn designs_without_a_value_have_none() {
         assert!(notes.iter().all(|note| said.contains(note)), "{said}");
         all
     };
-    let all = told("d.damping=-1,0,1", &["rms m", "gain m m", "damping"]);
+    let all = metrics_of("d.damping=-1,0,1", &["rms m", "gain m m", "damping"]);
     assert_eq!(all[0], [None, None, Some(-0.5)]);
     assert_eq!(all[1][..2], [None, None]);
     // A frequency response of what grows is none, small as it would be.
@@ -2101,7 +2101,7 @@ fn designs_without_a_value_have_none() {
     assert_eq!(number(&best["parameters"]["d.damping"]), 0.5, "{best}");
     assert!((all[2][0].expect("a value") - 0.5).abs() < 1e-12);
     // Beyond critical damping there is a second mode.
-    let all = told("d.damping=1,3", &["frequency 1", "frequency 2"]);
+    let all = metrics_of("d.damping=1,3", &["frequency 1", "frequency 2"]);
     assert_eq!(all[0], [Some(1.0), None]);
     let slow = (3.0 - f64::sqrt(5.0)) / 2.0;
     for (found, right) in all[1].iter().zip([slow, 1.0 / slow]) {
@@ -2270,7 +2270,7 @@ fn shells_and_man_know_every_command() {
 }
 
 #[test]
-fn near_names_are_told() {
+fn near_names_are_suggested() {
     let file = scene("three-mass-1");
     let cases: [(&[&str], &str); 6] = [
         (
@@ -2362,7 +2362,7 @@ fn an_analysis_shows_shapes_and_forces_and_explains_itself_when_asked() {
     assert_eq!(but_plan(&short), but_plan(&long));
 }
 
-/// The peaks of a ball that is thrown against a ceiling lie between the samples, and the plots say when it strikes.
+/// The peaks of a ball that is thrown against a ceiling lie between the samples, and the plots say when it hits.
 #[test]
 fn motions_with_switches_are_analysed_between_the_samples() {
     let folder = fresh("switched");
@@ -2380,7 +2380,7 @@ fn motions_with_switches_are_analysed_between_the_samples() {
     let output = eigentone(&["analyze", file, "--out", into]);
     let text = String::from_utf8(output.stdout).expect("UTF-8");
     // 3 t + 0.75 t² = 0.5 at the ceiling.
-    let strikes = (10.5f64.sqrt() - 3.0) / 1.5;
+    let impact = (10.5f64.sqrt() - 3.0) / 1.5;
     let mut lines = text
         .lines()
         .map(|line| line.split_whitespace().collect::<Vec<_>>());
@@ -2400,7 +2400,7 @@ fn motions_with_switches_are_analysed_between_the_samples() {
     };
     assert_eq!(row("acceleration ball")[0], 2.5);
     let friction = row("frictions[0]");
-    assert!(friction[0] == 1.0 && (friction[1] - strikes).abs() < 1e-12 && friction[3] == -1.0);
+    assert!(friction[0] == 1.0 && (friction[1] - impact).abs() < 1e-12 && friction[3] == -1.0);
     let forces = fs::read_to_string(out.join("forces.csv")).expect("it was written");
     assert!(
         forces.starts_with("step,time [s],frictions[0] [N],impacts[0] [N],bound frictions[0]"),
@@ -2509,8 +2509,11 @@ fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {
     let again = run(&["--out", parts, "--shard", "3/8", "--resume"]);
     assert!(again.stdout.is_empty());
     assert!(String::from_utf8_lossy(&again.stderr).contains("complete already"));
-    let told = printed(&["merge", parts]);
-    assert!(told.ends_with("sweep.csv: 100000 designs\n"), "{told}");
+    let printed_text = printed(&["merge", parts]);
+    assert!(
+        printed_text.ends_with("sweep.csv: 100000 designs\n"),
+        "{printed_text}"
+    );
     let names = [
         "sweep.csv",
         "sweep.json",
@@ -2562,15 +2565,15 @@ fn axes_of_designs_have_units() {
         ("disc.mass=1,2", ">disc.mass, kg·m²<"),
     ] {
         printed(&[&["sweep", scene, "--vary", vary], &asked[..]].concat());
-        for (k, (_, told)) in metrics.iter().enumerate() {
+        for (k, (_, label)) in metrics.iter().enumerate() {
             let drawing = Path::new(out).join(format!("metric-{}.svg", k + 1));
             let drawing = fs::read_to_string(drawing).expect("a drawing");
             // Of small values the axis has a power of ten.
             let powers = |label: &str| label.replace(", 10⁻³ ", ", ").replace(", 10⁻⁶ ", ", ");
             let drawing = powers(&drawing);
             assert!(
-                drawing.contains(axis) && drawing.contains(told),
-                "{told} {drawing}"
+                drawing.contains(axis) && drawing.contains(label),
+                "{label} {drawing}"
             );
         }
     }

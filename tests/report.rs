@@ -93,7 +93,7 @@ fn sections(html: &str) -> Vec<&str> {
     parts.filter_map(|part| part.split('"').next()).collect()
 }
 
-/// Two masses between walls with every kind of load, called as told.
+/// Two masses between walls with every kind of load, called by the names given.
 fn pair(title: &str, names: [&str; 2]) -> String {
     json!({
         "title": title,

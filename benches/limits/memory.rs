@@ -44,7 +44,7 @@ pub fn show(runs: &Runs) {
     );
 }
 
-/// The most memory that this process had so far, in MB, where the system tells.
+/// The most memory that this process had so far, in MB, where the system reports it.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

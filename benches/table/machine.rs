@@ -8,8 +8,7 @@ pub fn name() -> String {
     let cores = thread::available_parallelism().map_or(1, |count| count.get());
     let system = std::env::consts::OS;
     let architecture = std::env::consts::ARCH;
-    let processor =
-        processor().unwrap_or_else(|| "a processor that does not tell its name".to_owned());
+    let processor = processor().unwrap_or_else(|| "a processor of unknown name".to_owned());
     format!("{processor}, {cores} cores, {architecture} {system}")
 }
 

@@ -10,8 +10,8 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             let red = clap::builder::styling::AnsiColor::Red.on_default().bold();
-            // Colours reach terminals alone, and none where NO_COLOR is set. Nothing is left to tell it to if standard error is
-            // closed.
+            // Colours reach terminals alone, and none where NO_COLOR is set. If standard error is closed, nobody can be
+            // informed.
             let _ = writeln!(anstream::stderr(), "{red}error:{red:#} {failure}");
             ExitCode::from(failure.status())
         }

@@ -106,7 +106,7 @@ fn planted_parameters_come_back_from_every_kind_of_measurement() {
 }
 
 #[test]
-fn what_measurements_do_not_tell_is_said() {
+fn what_measurements_do_not_determine_is_said() {
     let folder = fresh("fit-undetermined");
     fs::create_dir_all(&folder).expect("it can be made");
     let start = scene(&folder.join("start.json"), SOUGHT.map(|(.., start)| start));
@@ -119,7 +119,7 @@ fn what_measurements_do_not_tell_is_said() {
         all.map(str::to_owned).collect()
     };
     let strs = |all: &[String]| -> Vec<String> { all.to_vec() };
-    // Frequencies alone tell no masses beside stiffnesses.
+    // Frequencies alone determine no masses beside stiffnesses.
     let all = [
         "k.stiffness",
         "m.mass",

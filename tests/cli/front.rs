@@ -335,16 +335,16 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
     let one = written(&folder.join("one.json"), &one);
     let tuned =
         |scene: &str, more: &[&str]| parsed(&[&["absorber", scene, "--json"], more].concat());
-    let told = tuned(&one, &["--on", "m", "--mass", "0.05"]);
-    assert!((number(&told["mass_ratio"]) / 0.05 - 1.0).abs() < 1e-14);
+    let answer = tuned(&one, &["--on", "m", "--mass", "0.05"]);
+    assert!((number(&answer["mass_ratio"]) / 0.05 - 1.0).abs() < 1e-14);
     let rule = |name: &str| {
-        ["frequency_ratio", "damping_ratio"].map(|key| number(&told["rules"][name][key]))
+        ["frequency_ratio", "damping_ratio"].map(|key| number(&answer["rules"][name][key]))
     };
     // Den Hartog, Mechanical vibrations, section 3.3.
     let [f, zeta] = rule("den-hartog");
     assert!(
         (f - 0.95238).abs() < 5e-6 && (zeta - 0.1336).abs() < 5e-5,
-        "{told}"
+        "{answer}"
     );
     // The rule that is exact is where the optimum is found, and that of noise likewise.
     for (name, noise, aim) in [("h-infinity", false, "gain m m"), ("h2", true, "rms m")] {
@@ -381,7 +381,7 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
             ("absorber-spring.stiffness", "stiffness"),
             ("absorber-damper.damping", "damping"),
         ] {
-            let error = number(&best["parameters"][key]) / number(&told["rules"][name][of]) - 1.0;
+            let error = number(&best["parameters"][key]) / number(&answer["rules"][name][of]) - 1.0;
             assert!(error.abs() < 1e-10, "{name} {key}: {error}");
         }
     }
@@ -395,15 +395,15 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
         ("2", 4.694_091_132_974_175),
         ("3", 7.854_757_438_237_613),
     ] {
-        let told = tuned(&mast, &[&tip[..], &["--mode", mode]].concat());
+        let answer = tuned(&mast, &[&tip[..], &["--mode", mode]].concat());
         let right = beta * beta * f64::sqrt(100.0 / 1.2) / 4.0;
         assert!(
-            (number(&told["natural_frequency"]) / right - 1.0).abs() < 3e-5,
-            "{told}"
+            (number(&answer["natural_frequency"]) / right - 1.0).abs() < 3e-5,
+            "{answer}"
         );
         assert!(
-            (number(&told["modal_mass"]) / 0.6 - 1.0).abs() < 1e-4,
-            "{told}"
+            (number(&answer["modal_mass"]) / 0.6 - 1.0).abs() < 1e-4,
+            "{answer}"
         );
     }
     // For its second mode: no other spring or damper by a fifth makes the peaks about it as low.

@@ -71,7 +71,7 @@ fn chain(
     )
 }
 
-/// Whether SLEPc and MPI are there; if not, that is said past what tests are told to say.
+/// Whether SLEPc and MPI are there; if not, this is written to standard error.
 fn is_there(folder: &Path, test: &str) -> bool {
     let scene = chain(&folder.join("two.json"), 2, [1.0, 1.0], |_| 0.0);
     let output = run(&["modes", &scene, "--lowest", "1", "--engine", "slepc"]);
@@ -397,7 +397,7 @@ fn what_fails_is_said_in_one_line_and_leaves_nothing() {
     assert_eq!(status, Some(1));
     assert!(error.contains("longer than the 0.3 s allowed"), "{error}");
     assert!(time < Duration::from_secs(30));
-    // Deaf to being told to end.
+    // Ignores the request to end.
     let deaf = "trap '' TERM; while true; do sleep 0.05; done";
     let (_, error, time) = replaced("deaf", deaf, &["--time-limit", "0.3"]);
     assert!(error.contains("allowed"), "{error}");

@@ -755,7 +755,7 @@ fn check_errors(listing: &mut Listing) {
         MassSpringDamper::new(1.0, -1.0, 1.0);
         MassSpringDamper::new(1.0, 1.0, 1e-71);
     }
-    // After 1000 s its motion is smaller than 320 digits tell beside where it began.
+    // After 1000 s its motion is smaller than 320 digits show beside where it began.
     let damped = single(0.5, 2.4, 2.6);
     let late = Response::of(&damped).from(State::at_rest().displace("m0", 1.0));
     let late = late.every(0.1).until(1000.0).problem().expect("a problem");

@@ -17,7 +17,7 @@ pub struct Known {
     pub scene: Scene,
     pub truth: Truth,
     /// Or else in `tests/extreme`.
-    #[allow(dead_code)] // not every test tells them apart
+    #[allow(dead_code)] // not every test distinguishes them
     pub in_gallery: bool,
 }
 

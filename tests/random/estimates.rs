@@ -25,7 +25,7 @@ fn is_ordinary(scene: &Scene) -> bool {
 }
 
 /// That the answers in doubles lie within their estimates of the proven ones, where the numbers are such that
-/// doubles can tell.
+/// doubles can decide.
 pub fn agree_with_estimates(scene: &Scene, answers: &Answers) {
     if !is_ordinary(scene) {
         return;

@@ -237,7 +237,7 @@ proptest! {
             let mode = mode_of(&modes, &truth);
             prop_assert!(mode.is_some());
             let mode = mode.expect("asserted");
-            // Parts that nothing joins may share a root as far as doubles tell.
+            // Parts that nothing joins may share a root as far as doubles show.
             let Some(bounds) = mode.shape_bound() else {
                 prop_assert!(mode.multiplicity() != Some(1), "{:?}", mode);
                 continue;

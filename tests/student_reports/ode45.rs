@@ -3,7 +3,7 @@
 //! Reichelt 1997, *SIAM J. Sci. Comput.* 18): every component of the local error within
 //! max(RelTol·|y|, AbsTol), and three interpolated points in each step (`Refine` = 4).
 
-/// Its tolerances; those of [`DEFAULT`] unless told otherwise.
+/// Its tolerances; those of [`DEFAULT`] unless set otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerances {
     pub relative: f64,

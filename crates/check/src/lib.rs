@@ -8,7 +8,7 @@
 //!   ways and in an arithmetic of its own.
 //! - [`Integrator`]s are methods that are not exact: [`Dop853`], [`DormandPrince5`],
 //!   [`Radau5`], [`RungeKutta4`], [`Newmark`], [`HhtAlpha`], [`GeneralizedAlpha`]. They count their [`Work`], and
-//!   tell beforehand how many steps they will take. The feature `stiff` adds `Bdf`, `TrBdf2` and
+//!   predict how many steps they will take. The feature `stiff` adds `Bdf`, `TrBdf2` and
 //!   `Esdirk34` by the crate `diffsol`.
 //! - [`EventDriven`] integrates systems with switches, and locates their events.
 //! - [`WorkPrecision`] answers one problem by all of them and tables error, run time and work;

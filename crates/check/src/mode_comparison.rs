@@ -67,17 +67,17 @@ impl ModeComparison {
     ) -> Result<ModeComparison, ModesError> {
         let structure = system.structure();
         let total = solvers().len() + 1;
-        let mut told = 0;
-        let mut tell = |method| {
+        let mut done = 0;
+        let mut report = |method| {
             progress(Progress {
-                done: told,
+                done,
                 total,
                 method,
                 knob: None,
             });
-            told += 1;
+            done += 1;
         };
-        tell(PROVEN);
+        report(PROVEN);
         let truth = ModesTruth::of(system)?;
         let reference = truth.name(PROVEN);
         let (chosen, time) = RunTime::of(|| system.modes())?;
@@ -87,7 +87,7 @@ impl ModeComparison {
             outcome: measured(error, &chosen, time),
         }];
         for solver in solvers() {
-            tell(solver.name());
+            report(solver.name());
             let outcome = match solver.refuses(system, structure) {
                 Some(reason) => ModeOutcome::Refused { reason },
                 None => match RunTime::of(|| solver.solve(system, structure)) {

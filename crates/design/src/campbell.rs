@@ -73,7 +73,7 @@ pub struct Branch {
     pub whirl: Vec<Option<Whirl>>,
 }
 
-/// The sense of a whirl, by the work of the gyroscopic forces: it tells shapes in any coordinates.
+/// The sense of a whirl, by the work of the gyroscopic forces: it distinguishes shapes in any coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whirl {
     /// With the rotor: gyroscopic forces raise the frequency.
@@ -329,7 +329,7 @@ impl<'a> Campbell<'a> {
         })
     }
 
-    /// Followed from the highest speed downwards: at rest the two senses are one, and no shape tells them apart.
+    /// Followed from the highest speed downwards: at rest the two senses are one, and no shape distinguishes them.
     fn branches(
         &self,
         speeds: &[f64],
@@ -442,7 +442,7 @@ impl<'a> Campbell<'a> {
         let Some((centre, found)) = undecided else {
             return Ok(interval);
         };
-        // Steps that grow, on both sides of where digits end, until they tell.
+        // Steps that grow, on both sides of where digits end, until their signs are known.
         let slope = (sides[1].1 - sides[0].1) / (interval[1] - interval[0]);
         let doubt = (found[1] - found[0]).max(f64::EPSILON * line.factor[1] * centre);
         let least = (doubt / slope.abs()).max(f64::EPSILON * centre);
@@ -528,7 +528,7 @@ impl CampbellDiagram {
         self.complete
     }
 
-    /// Whether each branch is surely one mode: none coincided with another, or came nearer than doubles tell apart.
+    /// Whether each branch is surely one mode: none coincided with another, or came nearer than doubles distinguish.
     pub fn is_sure(&self) -> bool {
         self.sure
     }
@@ -593,7 +593,7 @@ struct Line {
 }
 
 impl Line {
-    /// 1 above the line, −1 below it, 0 where bounds do not tell.
+    /// 1 above the line, −1 below it, 0 where bounds do not decide.
     fn sign(&self, frequency: [f64; 2], ratio: f64) -> i32 {
         let [low, high] = times(self.factor, ratio);
         i32::from(frequency[0] > high) - i32::from(frequency[1] < low)

@@ -1,7 +1,7 @@
 //! Parameters from measurements, by Levenberg and Marquardt's method (Moré, in Numerical Analysis, Lecture Notes in Mathematics
-//! 630, 1978) with derivatives that are given, or differences of eighth order, and how well the measurements tell them.
+//! 630, 1978) with derivatives that are given, or differences of eighth order, and how well the measurements determine them.
 //!
-//! One singular value decomposition of the derivatives serves steps, covariances, and combinations that nothing tells.
+//! One singular value decomposition of the derivatives serves steps, covariances, and combinations that nothing determines.
 
 use faer::Mat;
 use faer::linalg::solvers::Svd;
@@ -17,7 +17,7 @@ pub struct Fit {
     /// Half the width of the interval that has each parameter with 95 % probability, if residuals are independent and normal and the
     /// model is nearly linear over it (Student's t with as many degrees of freedom as there are residuals beyond the parameters, or
     /// the normal distribution where deviations are known). `None` for one that is not determined, and where as many
-    /// measurements as parameters leave nothing to tell the deviation.
+    /// measurements as parameters leave nothing to estimate the deviation from.
     pub interval: Vec<Option<f64>>,
     /// Standard deviation of a residual: 1 where it was said to be, else as it shows in them; `None` without degrees of freedom.
     pub deviation: Option<f64>,
@@ -147,13 +147,13 @@ pub fn fit_with(
     };
     let undetermined = slopes.undetermined(&point);
     let interval = (0..start.len()).map(|i| {
-        let is_told = undetermined
+        let is_determined = undetermined
             .iter()
             .all(|way: &Vec<f64>| way[i].abs() < 1e-6);
         let unit = slopes.deviation(i) * model.units[i];
         let rounding = f64::EPSILON * (point[i] * model.units[i]).abs();
         deviation
-            .filter(|_| is_told)
+            .filter(|_| is_determined)
             .map(|deviation| (width * deviation * unit).max(rounding))
     });
     Ok(Fit {
@@ -242,8 +242,8 @@ where
         Some(columns)
     }
 
-    /// The derivative by one parameter: spacings become smaller until two tell the same, or rounding tells more of the
-    /// difference.
+    /// The derivative by one parameter: spacings become smaller until two agree, or rounding is the larger part of
+    /// the difference.
     fn slope(&mut self, point: &[f64], i: usize) -> Option<Vec<f64>> {
         const LARGEST: f64 = 0.02;
         const ROUNDS: usize = 8;
@@ -334,11 +334,11 @@ where
 impl Slopes {
     fn rank(&self) -> usize {
         let largest = self.singular.first().copied().unwrap_or(0.0);
-        let told = self
+        let clear = self
             .singular
             .iter()
             .filter(|value| **value > NOISE * largest);
-        told.count()
+        clear.count()
     }
 
     /// The change of the parameters that damped least squares ask for.

@@ -48,7 +48,7 @@ pub struct Follower {
 pub enum Followed {
     /// Each root went its own way.
     Surely,
-    /// Roots coincided, or came nearer than doubles or their bounds tell apart: their places are a choice.
+    /// Roots coincided, or came nearer than doubles or their bounds distinguish: their places are a choice.
     Doubtful,
 }
 
@@ -177,7 +177,7 @@ impl Follower {
         mut solve: impl FnMut(f64) -> Option<Follower>,
     ) -> Option<(Station, Vec<usize>)> {
         // No design between separates roots that are not separated where it begins or ends.
-        if !self.here.tells_all() || !goal.tells_all() {
+        if !self.here.separates_all() || !goal.separates_all() {
             return None;
         }
         let expected = self.here.roots.len();
@@ -349,7 +349,7 @@ impl Station {
         for i in 0..n {
             for k in 0..i {
                 let (before, after) = (from[i] - from[k], to[order[i]] - to[order[k]]);
-                if !self.tells(i, k) || !other.tells(order[i], order[k]) {
+                if !self.separates(i, k) || !other.separates(order[i], order[k]) {
                     return None;
                 }
                 let touching = touch(from[i], from[k]) || touch(to[order[i]], to[order[k]]);
@@ -364,13 +364,13 @@ impl Station {
 
     /// Whether two roots are distinguished from each other by more than they may be off. What coincides need not be, and a
     /// conjugate pair is.
-    fn tells(&self, i: usize, k: usize) -> bool {
+    fn separates(&self, i: usize, k: usize) -> bool {
         let (a, b) = (self.roots[i], self.roots[k]);
         a == b.conj() || touch(a, b) || size(a - b) > self.bounds[i] + self.bounds[k]
     }
 
-    fn tells_all(&self) -> bool {
-        (0..self.roots.len()).all(|i| (0..i).all(|k| self.tells(i, k)))
+    fn separates_all(&self) -> bool {
+        (0..self.roots.len()).all(|i| (0..i).all(|k| self.separates(i, k)))
     }
 
     /// The nearest root of another design for each, by predictions, each root once.

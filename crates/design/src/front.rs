@@ -17,7 +17,7 @@ pub struct FrontPoint {
     pub is_shown: bool,
 }
 
-/// What tells the functions of the second aim from those of the first.
+/// What distinguishes the functions of the second aim from those of the first.
 const APART: f64 = 1e6;
 
 /// Finds `count` designs between the least of the first aim and that of the second, in this order, without those that others

@@ -6,7 +6,7 @@
 //! rotor along its speed, and encloses its critical speeds.
 //! [`minimise`] finds where the largest of several functions is least, and shows that it is.
 //! [`front`] finds designs between the best of two aims.
-//! [`fit`] finds parameters from measurements, and how well these tell them.
+//! [`fit`] finds parameters from measurements, and how well these determine them.
 //! Nothing here prints or reads files.
 
 mod campbell;

@@ -15,7 +15,7 @@ use crate::programme::{Programme, Step};
 /// A function at a point. What is minimised is the largest value of all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
-    /// What tells it from the others where there are several, such as the logarithm of a frequency: continuous along the
+    /// What distinguishes it from the others where there are several, such as the logarithm of a frequency: continuous along the
     /// parameters.
     pub place: f64,
     /// Its value.
@@ -34,7 +34,7 @@ pub struct Optimum {
     /// How far the active functions are from equal, in parts of the largest.
     pub spread: f64,
     /// The length of what is left of the weighted gradients, those at limits left out, in parts of the largest gradient.
-    /// Infinite where no derivatives could be had.
+    /// Infinite where no derivatives could be computed.
     pub gradient: f64,
     /// The least curvature along which the active functions stay equal, in parts of the value and of the squared ranges of the
     /// parameters; `None` where they leave no direction, and where there are no derivatives.
@@ -831,7 +831,7 @@ mod tests {
     }
 
     #[test]
-    fn limits_and_kinks_are_told() {
+    fn limits_and_kinks_are_reported() {
         let optimum = minimise(&[(1.0, 2.0), (-1.0, 1.0)], |x| {
             Some(vec![piece(0.0, x[0] + x[1].abs())])
         });

@@ -123,9 +123,9 @@ fn intervals_hold_what_they_say() {
     }
 }
 
-/// Frequencies tell ratios of stiffness and mass alone.
+/// Frequencies determine only ratios of stiffness and mass.
 #[test]
-fn what_nothing_tells_is_said() {
+fn what_nothing_determines_is_said() {
     let found = fit(&[3.0, 2.0, 5.0], false, |p| {
         Some(vec![(p[0] / p[1]).sqrt() - 1.0, 0.1, -0.1])
     });

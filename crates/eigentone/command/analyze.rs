@@ -17,7 +17,7 @@ use eigentone::switching::Switching;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, frf, memory, print, tell_switches};
+use super::{Failure, Question, frf, memory, print, report_switches};
 
 /// Prints structure, chosen methods, modes, response and error bounds
 #[derive(Debug, Args)]
@@ -116,7 +116,7 @@ impl Analyze {
             write(&analysis, &scene, files)?;
         }
         drop(progress);
-        tell_switches(&self.question.scene, &scene);
+        report_switches(&self.question.scene, &scene);
         print(|out| {
             let text = match self.explain {
                 true => analysis.explained(),
@@ -124,10 +124,10 @@ impl Analyze {
             };
             out.write_all(text.as_bytes())
         })?;
-        self.question.tell_loss_factors(&scene);
-        self.question.tell_doubts(&modes);
+        self.question.report_loss_factors(&scene);
+        self.question.report_doubts(&modes);
         if let Some(answer) = &analysis.response {
-            self.question.tell_doubts_of_motion(answer.trajectory);
+            self.question.report_doubts_of_motion(answer.trajectory);
         }
         Ok(())
     }

@@ -7,13 +7,13 @@ use eigentone::modes::{MatrixKind, System};
 
 /// Says on standard error which added matrices differ from their transposes by no more than rounding leaves: sums of
 /// elements in another order do.
-pub(super) fn tell(scene: &Path, system: &System) {
+pub(super) fn report(scene: &Path, system: &System) {
     /// Of √(a_ii a_jj).
     const ROUNDING: f64 = 1e-12;
     for kind in [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness] {
         let off = asymmetry(system, kind);
         if off > 0.0 && off <= ROUNDING {
-            // Nothing is left to tell it to if standard error is closed.
+            // If standard error is closed, nobody can be informed.
             let _ = writeln!(
                 io::stderr(),
                 "note: {}: the {kind} matrix differs from its transpose by {off:.1e} of √(a_ii a_jj) at most, as by rounding, \

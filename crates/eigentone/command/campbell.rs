@@ -9,7 +9,7 @@ use eigentone::report::CampbellReport;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, positive, print, tell_switches};
+use super::{Failure, Question, positive, print, report_switches};
 
 /// Prints modes against the speed of a rotor, and its critical speeds
 #[derive(Debug, Args)]
@@ -37,8 +37,8 @@ impl Campbell {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         let file = &self.question.scene;
-        tell_switches(file, &scene);
-        self.question.tell_loss_factors(&scene);
+        report_switches(file, &scene);
+        self.question.report_loss_factors(&scene);
         self.question.admit_modes(&scene)?;
         let progress = Progress::of("modes at all speeds");
         let rotor = Rotor::of(scene.system())

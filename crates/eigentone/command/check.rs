@@ -13,7 +13,7 @@ use eigentone::scene::did_you_mean;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, memory, print, tell_switches};
+use super::{Failure, Question, memory, print, report_switches};
 
 type Methods = (
     Vec<&'static dyn ResponseMethod>,
@@ -47,8 +47,8 @@ impl Check {
         let motion = memory::of_motion(&scene, memory::instants(&scene));
         self.question.admit(motion)?;
         let progress = Progress::of("check");
-        let mut tell = |row: Row| progress.say(&message(&row));
-        let modes = ModeComparison::measure(scene.system(), &mut tell);
+        let mut report = |row: Row| progress.say(&message(&row));
+        let modes = ModeComparison::measure(scene.system(), &mut report);
         let modes = modes.map_err(Failure::modes(file))?;
         let problem = scene.problem().transpose();
         let problem = problem.map_err(Failure::response(file))?;
@@ -56,14 +56,18 @@ impl Check {
         // A system that is too large for proofs has no comparison of exponentials.
         let exponentials = problem.as_ref().and_then(|problem| {
             let step = problem.grid().step();
-            ExponentialComparison::measure(scene.system(), step, &mut tell).ok()
+            ExponentialComparison::measure(scene.system(), step, &mut report).ok()
         });
         let places = scene.switch_places();
         let response = match &problem {
             Some(problem) if !switches.is_empty() => {
                 let effort = Effort::default();
                 let compared = WorkPrecision::measure_switched(
-                    problem, &switches, &stepping, effort, &mut tell,
+                    problem,
+                    &switches,
+                    &stepping,
+                    effort,
+                    &mut report,
                 );
                 Some(Ok(compared.map_err(Failure::switching(file, places))?))
             }
@@ -74,7 +78,7 @@ impl Check {
                     &exact,
                     &integrators,
                     effort,
-                    &mut tell,
+                    &mut report,
                 ))
             }
             None => None,
@@ -90,7 +94,7 @@ impl Check {
             write(&report, Files::into(directory)?.beside(file))?;
         }
         drop(progress);
-        tell_switches(file, &scene);
+        report_switches(file, &scene);
         print(|out| match self.json {
             true => report.json(out),
             false => out.write_all(report.text().as_bytes()),

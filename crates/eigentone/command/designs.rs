@@ -43,7 +43,7 @@ struct Run {
 type Trail = Vec<(u64, Follower)>;
 
 impl Designs<'_> {
-    /// Tells `visit` of each design, until it says that it has seen enough.
+    /// Gives each design to `visit`, until it says that it has seen enough.
     ///
     /// # Errors
     /// The first design that has no answer, and those of `visit`.
@@ -96,7 +96,7 @@ impl Designs<'_> {
 
     /// Solves designs, and follows them from the first; metrics are measured where they are wanted.
     fn run(&self, run: Range<u64>, wanted: &Range<u64>) -> Run {
-        let mut told = Run {
+        let mut answer = Run {
             start: run.start,
             roots: Vec::new(),
             metrics: Vec::new(),
@@ -107,29 +107,29 @@ impl Designs<'_> {
         let last = wanted.end.min(run.end);
         for index in run.start..last {
             let values = self.grid.design(index).unwrap_or_default();
-            let add = |told: &mut Run| -> Result<(), String> {
+            let add = |answer: &mut Run| -> Result<(), String> {
                 let (scene, modes, found) = self.found(&values)?;
-                let followed = match &mut told.ends {
+                let followed = match &mut answer.ends {
                     None => {
-                        told.ends = Some([found.clone(), found]);
+                        answer.ends = Some([found.clone(), found]);
                         Followed::Surely
                     }
                     Some([_, last]) => self.follow(last, index - 1, &values, found)?,
                 };
                 if wanted.contains(&index) {
-                    self.measure(&scene, &modes, &mut told.metrics)?;
+                    self.measure(&scene, &modes, &mut answer.metrics)?;
                 }
-                let last = told.ends.iter().flat_map(|[_, last]| last.roots());
-                told.roots.extend(last);
-                told.followed.push(followed);
+                let last = answer.ends.iter().flat_map(|[_, last]| last.roots());
+                answer.roots.extend(last);
+                answer.followed.push(followed);
                 Ok(())
             };
-            if let Err(why) = add(&mut told) {
-                told.failure = Some(self.failure(index, &values, &why));
+            if let Err(why) = add(&mut answer) {
+                answer.failure = Some(self.failure(index, &values, &why));
                 break;
             }
         }
-        told
+        answer
     }
 
     fn measure(
@@ -139,14 +139,14 @@ impl Designs<'_> {
         metrics: &mut Vec<Option<f64>>,
     ) -> Result<(), String> {
         for metric in self.metrics {
-            let told = self.varied.measure(&metric.kind, scene, modes);
-            let told = told.map_err(|why| format!("{}: {why}", metric.text))?;
-            metrics.push(told.filter(|value| value.is_finite()));
+            let value = self.varied.measure(&metric.kind, scene, modes);
+            let value = value.map_err(|why| format!("{}: {why}", metric.text))?;
+            metrics.push(value.filter(|value| value.is_finite()));
         }
         Ok(())
     }
 
-    /// Gives the roots of a run the places of those before, and tells of its designs.
+    /// Gives the roots of a run the places of those before, and gives its designs to `visit`.
     fn join(
         &self,
         run: Run,
@@ -218,8 +218,8 @@ impl Designs<'_> {
         if let (Some(before), Some((_, follower))) = (before, trail.last()) {
             let values = self.grid.design(run.start).unwrap_or_default();
             here = follower.clone();
-            let told = self.follow(&mut here, before, &values, first);
-            followed = told.map_err(|why| self.failure(run.start, &values, &why))?;
+            let outcome = self.follow(&mut here, before, &values, first);
+            followed = outcome.map_err(|why| self.failure(run.start, &values, &why))?;
             // Along one range nothing more is followed from the design before.
             let step = self.grid.before(before).map(|earlier| before - earlier);
             if step == Some(run.start - before) {
@@ -270,7 +270,7 @@ impl Designs<'_> {
     }
 
     fn failure(&self, index: u64, values: &[f64], why: &str) -> Failure {
-        let design = self.varied.told(values);
+        let design = self.varied.named(values);
         self.varied
             .refuse(format!("design {index} ({design}): {why}"))
     }

@@ -12,7 +12,7 @@ use eigentone::scene::Scene;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Hold, known_ends, memory, positive, print, read, source, tell_switches};
+use super::{Failure, Hold, known_ends, memory, positive, print, read, report_switches, source};
 
 /// Prints the state-space matrices A, B, C and D, continuous or held, or writes M, C and K for other programs
 #[derive(Debug, Args)]
@@ -75,7 +75,7 @@ impl Export {
         let scene = read(&self.scene)?;
         let file = &self.scene;
         known_ends(file, &scene, &self.from, &self.to)?;
-        tell_switches(file, &scene);
+        report_switches(file, &scene);
         if let (Some(format), Some(directory)) = (self.matrices, &self.out) {
             return self.sparse(&scene, format, directory);
         }
@@ -181,7 +181,7 @@ impl Export {
                 "acceleration"
             };
             let file = self.scene.display();
-            // Nothing is left to tell it to if standard error is closed.
+            // If standard error is closed, nobody can be informed.
             let _ = writeln!(
                 io::stderr(),
                 "note: {file}: output {output:?} depends on a derivative of the {name}: the input is the {word} of {support} instead"

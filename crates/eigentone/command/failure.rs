@@ -227,7 +227,7 @@ impl Failure {
         |error| Failure::Table { scene, error }
     }
 
-    /// 2 where what was asked is wrong, 1 where the answer could not be had or written.
+    /// 2 where what was asked is wrong, 1 where the answer could not be computed or written.
     pub fn status(&self) -> u8 {
         match self {
             Failure::Scene(_)

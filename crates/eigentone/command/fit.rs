@@ -50,7 +50,7 @@ impl Fit {
                 .iter()
                 .map(|name| format!("{name:?}"))
                 .collect();
-            // Nothing is left to tell it to if standard error is closed.
+            // If standard error is closed, nobody can be informed.
             let _ = writeln!(
                 io::stderr(),
                 "note: {}: left out: {}",
@@ -77,7 +77,7 @@ impl Fit {
                     None
                 }
                 Err(message) => {
-                    why.get_or_init(|| format!("{}: {message}", varied.told(values)));
+                    why.get_or_init(|| format!("{}: {message}", varied.named(values)));
                     None
                 }
             }

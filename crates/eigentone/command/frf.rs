@@ -13,7 +13,7 @@ use super::files::Files;
 use super::form::Form;
 use super::frequency::Asked;
 use super::progress::Progress;
-use super::{Failure, Question, known_ends, tell_switches};
+use super::{Failure, Question, known_ends, report_switches};
 
 /// Prints frequency response functions, their peaks and their dips
 #[derive(Debug, Args)]
@@ -69,7 +69,7 @@ impl Frf {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
         known_ends(&self.question.scene, &scene, &self.from, &self.to)?;
-        tell_switches(&self.question.scene, &scene);
+        report_switches(&self.question.scene, &scene);
         let file = &self.question.scene;
         let failure = |error| Failure::Frequency {
             scene: file.clone(),

@@ -1,4 +1,4 @@
-//! Ctrl-C, and being told to end: no temporary file and no process stays behind.
+//! Ctrl-C, and requests to end: no temporary file and no process stays behind.
 
 use std::fs::{self, File};
 use std::io;
@@ -108,7 +108,7 @@ impl Child {
         child().as_mut()?.try_wait().transpose()
     }
 
-    /// Tells it to end, so that it can end what it started, and ends it where it does not.
+    /// Asks it to end, so that it can end what it started, and ends it where it does not.
     pub fn end(&self) {
         const PATIENCE: Duration = Duration::from_secs(5);
         const LOOK: Duration = Duration::from_millis(20);
@@ -118,9 +118,9 @@ impl Child {
         if matches!(child.try_wait(), Ok(Some(_))) {
             return;
         }
-        let told = Command::new("kill").arg(child.id().to_string()).status();
+        let sent = Command::new("kill").arg(child.id().to_string()).status();
         let start = Instant::now();
-        while told.is_ok() && start.elapsed() < PATIENCE {
+        while sent.is_ok() && start.elapsed() < PATIENCE {
             if matches!(child.try_wait(), Ok(Some(_))) {
                 return;
             }

@@ -190,12 +190,12 @@ impl Measured {
         let modes: Vec<_> = modes.collect::<Option<_>>()?;
         let known = sensitivities(scene, modes.into_iter())?;
         varied.derivatives(values, None, &|other| {
-            let told = known
+            let rates_of = known
                 .iter()
                 .map(|(root, sensitivity)| Some((*root, sensitivity.toward(other.system()).ok()?)));
-            let told = told.collect::<Option<Vec<_>>>()?;
+            let rates_of = rates_of.collect::<Option<Vec<_>>>()?;
             let each = self.each(|of, at| {
-                let (root, rate) = told[used.binary_search(&at).unwrap_or_default()];
+                let (root, rate) = rates_of[used.binary_search(&at).unwrap_or_default()];
                 let [frequency, ratio] = rates(root, rate);
                 Ok(match of {
                     Of::Natural(unit) => Some(frequency / unit),
@@ -248,14 +248,14 @@ impl Measured {
         });
         let adjoints: Vec<Vec<Adjoint>> = adjoints.collect::<Option<_>>()?;
         varied.derivatives(values, None, &|other| {
-            let told = ends.iter().zip(&adjoints).map(|(one, adjoints)| {
+            let slopes = ends.iter().zip(&adjoints).map(|(one, adjoints)| {
                 let transfer = one.transfer(other)?;
                 let along = adjoints.iter().map(|adjoint| adjoint.along(&transfer));
                 Some(along.collect::<Vec<_>>())
             });
-            let told = told.collect::<Option<Vec<_>>>()?;
+            let slopes = slopes.collect::<Option<Vec<_>>>()?;
             let each = self.each_value(|asked, function, k| {
-                Some(told[used.binary_search(&(asked, function)).ok()?][k])
+                Some(slopes[used.binary_search(&(asked, function)).ok()?][k])
             });
             each.ok()?
         })
@@ -508,7 +508,7 @@ impl<'a> Reader<'a> {
 }
 
 fn modes(table: &Table) -> Result<Measured, Unfit> {
-    /// What tells one thing under several headers: the first that is there is taken.
+    /// Several headers of one quantity: the first that is there is taken.
     const KNOWN: [&[(&str, Of)]; 2] = [
         &[
             ("natural_frequency [rad/s]", Of::Natural(1.0)),

@@ -231,7 +231,7 @@ impl Question {
     fn scene(&self) -> Result<Scene, Failure> {
         self.accuracy.precision()?;
         let scene = read(&self.scene)?;
-        asymmetry::tell(&self.scene, scene.system());
+        asymmetry::report(&self.scene, scene.system());
         Ok(scene)
     }
 
@@ -252,7 +252,7 @@ impl Question {
     }
 
     /// Says on standard error that modes know of no loss factors.
-    fn tell_loss_factors(&self, scene: &Scene) {
+    fn report_loss_factors(&self, scene: &Scene) {
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let _ = writeln!(
                 io::stderr(),
@@ -263,7 +263,7 @@ impl Question {
     }
 
     /// Says on standard error which roots are doubtful, and what would help.
-    fn tell_doubts(&self, modes: &Modes) {
+    fn report_doubts(&self, modes: &Modes) {
         let all = modes.eigenvalues();
         let count = all.iter().filter(|root| root.is_doubtful()).count();
         if count == 0 {
@@ -278,7 +278,7 @@ impl Question {
             }
         };
         let of = all.len();
-        // Nothing is left to tell it to if standard error is closed.
+        // If standard error is closed, nobody can be informed.
         let _ = writeln!(
             io::stderr(),
             "note: {scene}: {count} of {of} roots are doubtful: doubles give no bound for them; {help}"
@@ -286,7 +286,7 @@ impl Question {
     }
 
     /// Says on standard error how much of a motion is doubtful, and what would help.
-    fn tell_doubts_of_motion(&self, motion: &Trajectory) {
+    fn report_doubts_of_motion(&self, motion: &Trajectory) {
         let (count, all) = (motion.doubtful(), motion.len());
         if count == 0 {
             return;
@@ -304,7 +304,7 @@ impl Question {
     }
 
     /// Says on standard error why bounds that were to be proven are not.
-    fn tell_estimates(&self, modes: &Modes) {
+    fn report_estimates(&self, modes: &Modes) {
         if self.accuracy.precision == Precision::Certified && modes.bounds() == Bounds::Estimated {
             let (scene, bounds) = (self.scene.display(), &modes.plan().bounds);
             let _ = writeln!(io::stderr(), "note: {scene}: bounds are {bounds}");
@@ -336,7 +336,7 @@ fn refuse_switches(file: &Path, scene: &Scene, what: &'static str) -> Result<(),
 }
 
 /// Says on standard error that an answer leaves switches out.
-fn tell_switches(file: &Path, scene: &Scene) {
+fn report_switches(file: &Path, scene: &Scene) {
     if !scene.switches().is_empty() {
         let _ = writeln!(
             io::stderr(),

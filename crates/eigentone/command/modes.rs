@@ -11,7 +11,7 @@ use super::form::Form;
 use super::progress::Progress;
 use super::selection::Selection;
 use super::slepc::Slepc;
-use super::{Failure, Question, tell_switches};
+use super::{Failure, Question, report_switches};
 
 /// Prints the mode table
 #[derive(Debug, Args)]
@@ -47,11 +47,11 @@ const OPERATIONS: f64 = 2e10;
 impl Modes {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
-        tell_switches(&self.question.scene, &scene);
+        report_switches(&self.question.scene, &scene);
         let progress = Progress::of("modes");
         let file = &self.question.scene;
         let names = scene.system().names();
-        self.question.tell_loss_factors(&scene);
+        self.question.report_loss_factors(&scene);
         if self.engine == Engine::Slepc {
             drop(progress);
             let modes = self.by_slepc(scene.system())?;
@@ -65,7 +65,7 @@ impl Modes {
         if let Some(modes) = self.selection.among_all(scene.system(), all) {
             drop(progress);
             let modes = modes.map_err(Failure::modes(file))?;
-            self.question.tell_estimates(&modes);
+            self.question.report_estimates(&modes);
             return self.print(&modes, |report| report.selected(modes.is_complete()), names);
         }
         if let Some(found) = self.selection.of(scene.system()) {
@@ -77,7 +77,7 @@ impl Modes {
         let modes = all();
         drop(progress);
         let modes = modes.map_err(Failure::modes(file))?;
-        self.question.tell_estimates(&modes);
+        self.question.report_estimates(&modes);
         self.print(&modes, |report| report, names)
     }
 
@@ -108,7 +108,7 @@ impl Modes {
             missing,
         } = examined.map_err(Failure::sparse(scene))?;
         let note = |text: String| {
-            // Nothing is left to tell it to if standard error is closed.
+            // If standard error is closed, nobody can be informed.
             let _ = writeln!(io::stderr(), "note: {}: {text}", scene.display());
         };
         if unfit > 0 {
@@ -143,7 +143,7 @@ impl Modes {
             |out| report.csv(out),
             |out| out.write_all(report.text().as_bytes()),
         )?;
-        self.question.tell_doubts(modes);
+        self.question.report_doubts(modes);
         Ok(())
     }
 }

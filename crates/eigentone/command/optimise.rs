@@ -18,7 +18,7 @@ use super::study::{
     Kind, METRICS, Metric, Varied, mean_square, object, peaks_in_doubles, peaks_of_gain, rates,
     ratios, sensitivities, transfer,
 };
-use super::{Failure, print, source, tell_switches};
+use super::{Failure, print, report_switches, source};
 
 /// Finds the numbers of the scene that make a metric smallest, and shows that they do; with two metrics, the designs between the two
 /// optima
@@ -77,7 +77,7 @@ impl Optimise {
             let measured = varied.measure(&metric.kind, &scene, &modes);
             measured.map_err(|why| varied.refuse(format!("{}: {why}", metric.text)))?;
         }
-        tell_switches(&self.scene, &scene);
+        report_switches(&self.scene, &scene);
         let limits: Vec<(f64, f64)> = self.vary.iter().map(|(_, limits)| *limits).collect();
         match aims[..] {
             [aim] if self.out.is_none() => best(aim, &limits, varied, self.json),
@@ -133,7 +133,7 @@ impl Tried<'_> {
             Err(message) => {
                 let varied = self.varied;
                 self.why
-                    .get_or_insert_with(|| format!("{}: {message}", varied.told(values)));
+                    .get_or_insert_with(|| format!("{}: {message}", varied.named(values)));
                 None
             }
         }
@@ -346,7 +346,7 @@ impl Answer<'_> {
             }
             true => writeln!(
                 text,
-                "a local {word} as far as doubles tell: gradients and curvature show it, but the value is not proven"
+                "a local {word} within the accuracy of doubles: gradients and curvature show it, but the value is not proven"
             ),
             false => writeln!(
                 text,

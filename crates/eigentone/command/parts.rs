@@ -73,8 +73,8 @@ impl Part {
         let known = self.file(".json");
         if resume && known.exists() {
             let text = read(&known, fs::read_to_string(&known))?;
-            let told: Value = serde_json::from_str(&text).unwrap_or_default();
-            same(&known, &told, &self.question)?;
+            let written: Value = serde_json::from_str(&text).unwrap_or_default();
+            same(&known, &written, &self.question)?;
             if !growing.exists() && self.file(".csv").exists() {
                 return Ok(None);
             }
@@ -159,7 +159,7 @@ impl Part {
 }
 
 /// Refuses a table that answers another question.
-fn same(file: &Path, told: &Value, asked: &Value) -> Result<(), Failure> {
+fn same(file: &Path, written: &Value, asked: &Value) -> Result<(), Failure> {
     let keys = [
         "eigentone",
         "scene",
@@ -169,7 +169,7 @@ fn same(file: &Path, told: &Value, asked: &Value) -> Result<(), Failure> {
         "tolerance",
         "designs",
     ];
-    match keys.iter().find(|key| told[**key] != asked[**key]) {
+    match keys.iter().find(|key| written[**key] != asked[**key]) {
         None => Ok(()),
         Some(key) => Err(unfit(
             file,

@@ -9,7 +9,7 @@ use eigentone::response::peak_grid;
 use super::files::Files;
 use super::form::Form;
 use super::progress::Progress;
-use super::{Failure, Question, tell_switches};
+use super::{Failure, Question, report_switches};
 
 /// Prints root mean squares of the stationary motion under the scene's noise
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub struct Random {
 impl Random {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
-        tell_switches(&self.question.scene, &scene);
+        report_switches(&self.question.scene, &scene);
         let file = &self.question.scene;
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();

@@ -83,7 +83,7 @@ impl Response {
                 .map_err(Failure::response(file))
         };
         let (problem, trajectory, steady_state) = solve()?;
-        self.question.tell_doubts_of_motion(&trajectory);
+        self.question.report_doubts_of_motion(&trajectory);
         let report = ResponseReport::new(&trajectory, scene.system().names())
             .with_units(&problem)
             .with_steady_state(steady_state.as_ref());

@@ -194,7 +194,7 @@ impl Slepc {
             .arg(file("slepc.py"))
             .arg(&scratch.directory)
             .envs(python.variables.iter().cloned())
-            // One thread a rank, unless told otherwise.
+            // One thread for each rank, unless set otherwise.
             .env(
                 "OMP_NUM_THREADS",
                 std::env::var_os("OMP_NUM_THREADS").unwrap_or("1".into()),

@@ -17,7 +17,7 @@ pub fn parser() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// The text of the scene; that of standard input can be had once.
+/// The text of the scene; that of standard input can be read once.
 pub fn text(scene: &Path) -> Result<String, SceneError> {
     match scene.as_os_str() == STANDARD_INPUT {
         true => read_text(io::stdin().lock(), scene),

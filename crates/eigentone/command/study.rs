@@ -97,7 +97,7 @@ impl FromStr for Metric {
             ("gain", ends) => match ends.split_whitespace().collect::<Vec<&str>>()[..] {
                 [] | [_] => return Err(format!("metrics are {METRICS}")),
                 [from, to] => Kind::Gain(from.to_owned(), to.to_owned(), None),
-                // Names may have spaces: which they are the scene tells.
+                // Names may have spaces: the scene decides which they are.
                 _ => Kind::Gain(ends.to_owned(), String::new(), None),
             },
             ("rms", name) if !name.is_empty() => Kind::Rms(name.to_owned(), None),
@@ -271,7 +271,7 @@ impl Varied {
     }
 
     /// The numbers of a design by their names, for messages.
-    pub fn told(&self, values: &[f64]) -> String {
+    pub fn named(&self, values: &[f64]) -> String {
         let design = self.names().zip(values);
         let design: Vec<String> = design
             .map(|(name, value)| format!("{name} = {value:?}"))
@@ -335,7 +335,7 @@ impl Varied {
         })
     }
 
-    /// The derivatives, by each of the numbers, of what `held` tells of scenes beside this one: of the numbers of their equations,
+    /// The derivatives, by each of the numbers, of what `held` measures of scenes beside this one: of the numbers of their equations,
     /// with solutions held. These are most often linear in the numbers of a scene, and smooth for sure, so that differences of
     /// eighth order are exact but for rounding. `None` where a scene beside this one has none.
     pub fn derivatives(
@@ -369,12 +369,12 @@ impl Varied {
             for (node, weight) in difference(below.min(8)).into_iter().enumerate() {
                 let mut moved = values.to_vec();
                 moved[i] += (node as f64 - below as f64) * spacing;
-                let told = held(&self.scene_of(&moved).ok()?)?;
-                let sum = sum.get_or_insert_with(|| vec![0.0; told.len()]);
-                if sum.len() != told.len() {
+                let measured = held(&self.scene_of(&moved).ok()?)?;
+                let sum = sum.get_or_insert_with(|| vec![0.0; measured.len()]);
+                if sum.len() != measured.len() {
                     return None;
                 }
-                let terms = sum.iter_mut().zip(told);
+                let terms = sum.iter_mut().zip(measured);
                 terms.for_each(|(sum, value)| *sum += weight * value / spacing);
             }
             sum.filter(|sum| sum.iter().all(|slope| slope.is_finite()))
@@ -480,12 +480,12 @@ impl Varied {
     }
 }
 
-/// Whether a root is clearly to the left of the axis: near it, only a proof tells whether a gain is finite.
+/// Whether a root is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
 fn decays(root: &Eigenvalue) -> bool {
     !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
 }
 
-/// Whether something grows: there is no steady motion then that a frequency response would tell of.
+/// Whether something grows: there is no steady motion then that a frequency response would describe.
 fn grows(modes: &Modes) -> bool {
     modes
         .into_iter()
@@ -540,7 +540,7 @@ pub fn transfer(scene: &Scene, from: &String, to: &String) -> Result<Option<Tran
     transfer.map_err(|error| error.to_string())
 }
 
-/// The mean square of an output or displacement under the scene's noise in doubles, where they tell it.
+/// The mean square of an output or displacement under the scene's noise in doubles, where they determine it.
 pub fn mean_square(
     scene: &Scene,
     name: &str,

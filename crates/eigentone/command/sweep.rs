@@ -14,7 +14,7 @@ use super::designs::Designs;
 use super::parts::{Growing, Part};
 use super::progress::Progress;
 use super::study::{METRICS, Metric, Varied, object};
-use super::{Accuracy, Failure, source, tell_switches, tolerance};
+use super::{Accuracy, Failure, report_switches, source, tolerance};
 
 /// What varies, and its values.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl Sweep {
         let range = range
             .as_mut()
             .map_err(|error| refuse(format!("--shard: {error}")))?;
-        tell_switches(&self.scene, &scene);
+        report_switches(&self.scene, &scene);
         let mut table = None;
         if let Some(directory) = &self.out {
             let name = self.scene.file_stem().unwrap_or(self.scene.as_os_str());
@@ -123,7 +123,7 @@ impl Sweep {
             grid: &grid,
             metrics: &self.metric,
         };
-        let result = self.tell(&designs, range.clone(), &mut table);
+        let result = self.report(&designs, range.clone(), &mut table);
         let Some((files, _, growing)) = table else {
             return result;
         };
@@ -139,7 +139,7 @@ impl Sweep {
     }
 
     /// Prints each design, and adds it to the table.
-    fn tell(
+    fn report(
         &self,
         designs: &Designs<'_>,
         range: std::ops::Range<u64>,

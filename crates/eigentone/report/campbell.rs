@@ -32,7 +32,7 @@ impl<'a> CampbellReport<'a> {
     pub fn text(&self) -> String {
         let diagram = self.diagram;
         let all = diagram.critical_speeds();
-        let told = |value: fn(&CriticalSpeed) -> f64| {
+        let column_of = |value: fn(&CriticalSpeed) -> f64| {
             number::column(all.iter().map(|c| Some(value(c))).collect::<Vec<_>>())
         };
         let mut text = String::new();
@@ -40,13 +40,17 @@ impl<'a> CampbellReport<'a> {
             text += "No critical speed was found.\n";
         } else {
             text += &Table::default()
-                .column("critical speed, rad/s", Align::Point, told(|c| c.speed))
+                .column(
+                    "critical speed, rad/s",
+                    Align::Point,
+                    column_of(|c| c.speed),
+                )
                 .column(
                     "±",
                     Align::Right,
                     all.iter().map(|c| number::bound(c.bound)),
                 )
-                .column("rpm", Align::Point, told(|c| c.speed * RPM))
+                .column("rpm", Align::Point, column_of(|c| c.speed * RPM))
                 .column(
                     "order",
                     Align::Right,
@@ -57,7 +61,7 @@ impl<'a> CampbellReport<'a> {
                     Align::Right,
                     all.iter().map(|c| c.count.to_string()),
                 )
-                .column("damping ratio", Align::Point, told(damping))
+                .column("damping ratio", Align::Point, column_of(damping))
                 .column("whirl", Align::Left, all.iter().map(|c| word(c.whirl)))
                 .text();
         }

@@ -58,7 +58,7 @@ impl CycleReport<'_> {
                 format!("unstable: each period multiplies a small disturbance by {factor}")
             }
             None => format!(
-                "doubles do not tell whether it is stable: each period multiplies a small disturbance by {factor}"
+                "doubles do not show whether it is stable: each period multiplies a small disturbance by {factor}"
             ),
         };
         let mut text = format!(

@@ -149,7 +149,7 @@ impl<'a> FrequencyReport<'a> {
         }
         if has(FrequencyValue::Undecided) {
             text +=
-                "?: too near to a natural frequency without damping to tell whether it is one\n";
+                "?: too near to a natural frequency without damping to decide whether it is one\n";
         }
         text
     }

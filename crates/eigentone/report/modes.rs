@@ -167,7 +167,7 @@ impl<'a> ModeReport<'a> {
 
     pub(super) fn table(&self) -> Table {
         let of = |value: fn(&Mode) -> Option<(f64, f64)>| {
-            number::told_column(self.modes.iter().map(value))
+            number::known_column(self.modes.iter().map(value))
         };
         let numbers = (1..=self.modes.as_slice().len()).map(|k| k.to_string());
         Table::default()
@@ -199,8 +199,9 @@ impl<'a> ModeReport<'a> {
     /// λ of each mode, lined up by its real part.
     fn roots(&self) -> Vec<String> {
         let roots = || self.modes.iter().map(|mode| mode.eigenvalue());
-        let real = number::told_column(roots().map(|root| Some((root.value.re, root.real_bound?))));
-        let imaginary = number::told_column(
+        let real =
+            number::known_column(roots().map(|root| Some((root.value.re, root.real_bound?))));
+        let imaginary = number::known_column(
             roots().map(|root| Some((root.value.im, root.bound?)).filter(|(im, _)| *im != 0.0)),
         );
         let widths = real.iter().map(|cell| cell.chars().count());

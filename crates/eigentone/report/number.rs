@@ -86,32 +86,32 @@ pub(crate) fn column(values: impl IntoIterator<Item = Option<f64>>) -> Vec<Strin
 const NEARLY_ZERO: &str = "≈0";
 
 /// A number with the digits, six at most, that it has when it may be off by `bound`.
-pub(crate) fn told(value: f64, bound: f64) -> String {
+pub(crate) fn known_digits(value: f64, bound: f64) -> String {
     if bound == 0.0 {
         return significant(value);
     }
     if value.abs() <= bound {
         return NEARLY_ZERO.to_owned();
     }
-    digits(value, digits_told(value, bound))
+    digits(value, digit_count(value, bound))
 }
 
 /// How many digits stand of a number that is larger than what it may be off.
-fn digits_told(value: f64, bound: f64) -> i32 {
+fn digit_count(value: f64, bound: f64) -> i32 {
     let known = (value.abs().log10() - bound.log10()).floor();
     known.clamp(1.0, f64::from(DIGITS)) as i32
 }
 
 /// The numbers of one column, each with how far it may be off.
-pub(crate) fn told_column(values: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<String> {
+pub(crate) fn known_column(values: impl IntoIterator<Item = Option<(f64, f64)>>) -> Vec<String> {
     let values: Vec<Option<(f64, f64)>> = values.into_iter().collect();
     let is_whole = |&(value, bound): &(f64, f64)| {
-        bound == 0.0 || value.abs() > bound && digits_told(value, bound) == DIGITS
+        bound == 0.0 || value.abs() > bound && digit_count(value, bound) == DIGITS
     };
     let whole = values.iter().map(|known| known.filter(is_whole));
     let cells = column(whole.map(|known| known.map(|(value, _)| value)));
     let shorter = |(known, cell): (Option<(f64, f64)>, String)| match known {
-        Some((value, bound)) if !is_whole(&(value, bound)) => told(value, bound),
+        Some((value, bound)) if !is_whole(&(value, bound)) => known_digits(value, bound),
         _ => cell,
     };
     values.into_iter().zip(cells).map(shorter).collect()
@@ -197,9 +197,9 @@ mod tests {
             (-2.0004e11, 3e8, "−2.0e11"),
         ];
         for (value, bound, text) in cases {
-            assert_eq!(told(value, bound), text, "{value:e} ± {bound:e}");
+            assert_eq!(known_digits(value, bound), text, "{value:e} ± {bound:e}");
         }
-        let column = told_column([Some((0.123_456_7, 0.0)), Some((5.0, 0.2)), None]);
+        let column = known_column([Some((0.123_456_7, 0.0)), Some((5.0, 0.2)), None]);
         assert_eq!(column, ["0.123457", "5", "–"]);
     }
 

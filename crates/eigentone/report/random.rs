@@ -89,20 +89,20 @@ impl<'a> RandomReport<'a> {
         let mut table = Table::default()
             .column("of", Align::Left, rows.iter().map(|row| &row.of.name))
             .column("what", Align::Left, rows.iter().map(|row| row.what))
-            .column("r.m.s.", Align::Point, number::told_column(known()))
+            .column("r.m.s.", Align::Point, number::known_column(known()))
             .column("unit", Align::Left, rows.iter().map(|row| row.unit))
             .column("proven within", Align::Right, bounds)
             .column(
                 "zero crossings, Hz",
                 Align::Point,
-                number::told_column(crossings),
+                number::known_column(crossings),
             );
         let mut notes =
             "zero crossings: upwards, for noise that is Gaussian (Rice 1944)\n".to_owned();
         if let Some(duration) = self.duration {
             let peaks = rows.iter().map(|row| self.peak(row.of));
             let header = format!("peak in {} s", number::short(duration));
-            table = table.column(&header, Align::Point, number::told_column(peaks));
+            table = table.column(&header, Align::Point, number::known_column(peaks));
             notes += "peak: the largest magnitude to be expected on average in that time (Davenport 1964)\n";
         }
         let reasons: Vec<String> = rows.iter().map(|row| reason(&row.of.rms)).collect();

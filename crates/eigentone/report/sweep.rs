@@ -84,8 +84,8 @@ impl SweepTable {
         let (parameters, metrics) = (self.parameters.len(), self.metrics.len());
         let number = |cell: &&str| cell.parse::<f64>().ok();
         let values = rest.get(..parameters)?.iter().map(number);
-        let told = rest.get(parameters..parameters + metrics)?.iter();
-        let told = told.map(|cell| match *cell {
+        let cells = rest.get(parameters..parameters + metrics)?.iter();
+        let measured = cells.map(|cell| match *cell {
             "" => Some(None),
             cell => cell.parse().ok().map(Some),
         });
@@ -94,7 +94,7 @@ impl SweepTable {
         Some(SweptDesign {
             index,
             values: values.collect::<Option<_>>()?,
-            metrics: told.collect::<Option<_>>()?,
+            metrics: measured.collect::<Option<_>>()?,
             roots: parts
                 .chunks_exact(2)
                 .map(|part| [part[0], part[1]])

@@ -87,7 +87,7 @@ pub(crate) fn output(system: &System, combination: &Combination) -> &'static str
     }
 }
 
-/// Units of what designs of a system vary and tell; empty where one is not known.
+/// Units of what designs of a system vary and measure; empty where one is not known.
 #[derive(Clone, Copy, Debug)]
 pub struct Units<'a> {
     /// The system.

@@ -9,7 +9,7 @@ use faer::sparse::SparseColMat;
 use super::matrix_error::{MAX_MATRIX_BYTES, MAX_MATRIX_MEMORY, MatrixFileError, Refusal};
 use super::{matrix_market, petsc};
 
-/// The matrix in a file, with what symmetry leaves out filled in. Its first bytes tell its format.
+/// The matrix in a file, with what symmetry leaves out filled in. Its first bytes show its format.
 pub(super) fn read(path: &Path) -> Result<SparseColMat<usize, f64>, MatrixFileError> {
     let file = path.to_owned();
     let failed = |source| MatrixFileError::Read {

@@ -16,7 +16,7 @@ const SHAPES: &str =
 const TIMES: &str = "t is the step's index k times the time step, exactly.";
 const OPEN: &str = "A number with < before it cannot be distinguished from 0, and is no larger.";
 
-/// The tables of a scene: modes, shapes, and the motion if it asks for one and it can be had.
+/// The tables of a scene: modes, shapes, and the motion if it asks for one and it can be computed.
 #[derive(Clone, Debug)]
 pub struct SceneTables {
     title: String,
@@ -33,7 +33,7 @@ impl SceneTables {
     ///
     /// # Errors
     /// [`TableError`] where the reference refuses, or a digit stays open, among the modes, or where there is no such step.
-    /// Where only the motion cannot be had, [`without_response`](Self::without_response) says why.
+    /// Where only the motion cannot be computed, [`without_response`](Self::without_response) says why.
     pub fn of(
         title: &str,
         scene: &Scene,
@@ -67,7 +67,7 @@ impl SceneTables {
         &self.modes
     }
 
-    /// Its motion, if it asks for one and it can be had.
+    /// Its motion, if it asks for one and it can be computed.
     pub fn response(&self) -> Option<&ResponseTable> {
         self.response.as_ref()?.as_ref().ok()
     }

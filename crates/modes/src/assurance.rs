@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn collinearity_tells_standing_from_travelling() {
+    fn collinearity_distinguishes_standing_from_travelling() {
         assert!(phase_collinearity(&wave(9, 1.0)).unwrap() < 1e-30);
         let standing: Vec<_> = wave(9, 1.0)
             .iter()

@@ -226,7 +226,7 @@ fn jumps_are_listed_with_both_sides() {
 /// rounding of both.
 #[test]
 fn superposition_allows_for_what_cancels_after_a_push() {
-    let mut telling = 0;
+    let mut nonzero = 0;
     for (heavy, light, spring) in [
         (1.9e7, 3.3e-6, 6.5e-16),
         (2.3e3, 1.7e-5, 3e-9),
@@ -257,10 +257,10 @@ fn superposition_allows_for_what_cancels_after_a_push() {
                 };
                 let off = off.norm_max() - proven;
                 assert!(off <= bound, "{heavy} {light} {k}: {off:e} {bound:e}");
-                telling += usize::from(k == 0 && off > 0.0);
+                nonzero += usize::from(k == 0 && off > 0.0);
             }
         }
     }
     // An exact 0 would say nothing.
-    assert!(telling > 0);
+    assert!(nonzero > 0);
 }

@@ -195,7 +195,7 @@ fn the_highest_peak_is_the_proven_one() {
 }
 
 #[test]
-fn gains_that_doubles_do_not_tell_are_left_to_proofs() {
+fn gains_that_doubles_do_not_decide_are_left_to_proofs() {
     let undamped = System::builder()
         .mass("m", 1.0)
         .spring(GROUND, "m", 4.0)
@@ -241,7 +241,7 @@ fn noise(system: &System) -> RandomVibration<'_> {
 /// The estimate of a mean square in parts of it, that is within it of the proven one.
 fn estimate(noise: &RandomVibration<'_>, name: &str, case: usize) -> f64 {
     let found = noise.mean_square(name, None).unwrap();
-    let found = found.unwrap_or_else(|| panic!("{case} {name}: doubles tell it"));
+    let found = found.unwrap_or_else(|| panic!("{case} {name}: doubles determine it"));
     let proven = noise.solve().unwrap();
     let mut all = proven.outputs().iter().chain(proven.displacement());
     let rms = &all.find(|one| one.name == name).expect("it is asked").rms;
@@ -298,7 +298,7 @@ fn derivatives_of_mean_squares_are_those_of_proven_values() {
     let found = noise(&system)
         .mean_square("travel", None)
         .unwrap()
-        .expect("doubles tell it");
+        .expect("doubles determine it");
     for at in 0..numbers.len() {
         let along = |numbers: &[f64]| {
             let system = built(numbers);
@@ -450,7 +450,7 @@ fn weighted_mean_squares_agree_with_quadrature() {
         let found = noise
             .mean_square("ride", Some(weighting))
             .unwrap()
-            .expect("doubles tell it");
+            .expect("doubles determine it");
         assert!(found.estimate() < 1e-11 * found.value());
         // ∫|W|²|H|²S/ω² dω/2π over ln ω, of a smooth function that vanishes at both ends.
         let (from, to, count) = (1e-5f64.ln(), 1e7f64.ln(), 40_000);

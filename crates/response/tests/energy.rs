@@ -168,7 +168,7 @@ fn a_road_that_jumps_brings_what_its_spring_stores() {
 }
 
 /// Springs and dampers do not see from which frame they are looked at: on a soil that ends metres away a building stores and
-/// loses what one on a fixed soil does under −m u″, also where its damping is told by modes or by masses.
+/// loses what one on a fixed soil does under −m u″, also where its damping is given by modes or by masses.
 #[test]
 fn what_is_stored_does_not_depend_on_the_frame() {
     let floors = |soil: &'static str| {

@@ -194,7 +194,7 @@ fn roads_through_dampers_go_in_strides() {
     }
 }
 
-/// Stiff, with damping that couples the real modes, some of which creep: single real roots.
+/// Stiff, with damping that couples the real modes, some of which relax: single real roots.
 #[test]
 fn stiff_motions_go_by_modes() {
     let mut builder = System::builder();

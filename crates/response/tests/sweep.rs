@@ -230,7 +230,7 @@ fn threads_change_no_bit() {
     assert!(one_by_one.iter().all(Result::is_ok));
     for threads in [1, 2, 3, 7] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.expect("threads can be had");
+        let pool = pool.expect("threads can be started");
         let together = pool.install(|| sweep.each_in_parallel(designs.clone(), set, bits));
         assert_eq!(together, one_by_one, "{threads} threads");
     }

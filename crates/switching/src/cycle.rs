@@ -44,7 +44,7 @@ pub struct LimitCycle {
     /// What becomes of small disturbances in one period, each by a factor: the eigenvalues of the derivative of the map over a
     /// period, the largest first. Where the period is free, the one of a shift in time, which is 1, is left out.
     pub multipliers: Vec<c64>,
-    /// Whether disturbances die out; `None` where doubles do not tell.
+    /// Whether disturbances die out; `None` where doubles do not decide.
     pub stable: Option<bool>,
 }
 
@@ -211,7 +211,7 @@ impl Search<'_, '_, '_> {
         Ok((pass.motion, seconds, false))
     }
 
-    /// From the problem's own start; where digits do not tell what happens, as rounding has it.
+    /// From the problem's own start; where digits do not decide what happens, as rounding has it.
     fn transient(&self, until: Digits) -> Result<Pass, CycleError> {
         let mut march =
             March::<Digits>::of::<Digits>(self.question, Doubt::Ignored, f64::INFINITY)?;
@@ -237,7 +237,7 @@ impl Search<'_, '_, '_> {
         free: bool,
     ) -> Result<Fixed, CycleError> {
         const MOST: usize = 40;
-        /// Relative residuals that leave nothing to be had, and that suffice.
+        /// Relative residuals that cannot be improved, and that suffice.
         const BEST: f64 = 1e-40;
         const GOOD: f64 = 1e-20;
         let n = motion.len();
@@ -391,7 +391,7 @@ impl Fixed {
     /// How far the motion, in the scales, and the period may be off: what is left of the equations through the inverse of
     /// their derivative, and twice as much for what is not of first order.
     fn off(&self, free: bool) -> Result<[f64; 2], CycleError> {
-        /// Beyond this, a neighbour repeats itself as far as doubles tell.
+        /// Beyond this, a neighbour repeats itself as far as doubles show.
         const MOST: f64 = 1e10;
         let jacobian = self.jacobian(free);
         let n = jacobian.nrows();

@@ -17,7 +17,7 @@ pub enum SwitchingError {
         /// What is wrong.
         fault: SwitchFault,
     },
-    /// The motion between events cannot be had.
+    /// The motion between events cannot be computed.
     #[error(transparent)]
     Response(#[from] ResponseError),
     /// What happens next is not decided by the numbers given.
@@ -68,7 +68,9 @@ pub enum SwitchingError {
     )]
     OutOfRange,
     /// The digits do not suffice to divide by the masses.
-    #[error("no number of digits in reach tells a matrix to be divided by from a singular one")]
+    #[error(
+        "no number of digits in reach distinguishes a matrix to be divided by from a singular one"
+    )]
     Stuck,
 }
 

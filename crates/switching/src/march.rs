@@ -47,7 +47,7 @@ pub(crate) struct Found {
 
 /// Why a march ended early.
 pub(crate) enum Halt {
-    /// More digits may tell.
+    /// More digits may decide.
     Undecided(SwitchingError),
     Failed(SwitchingError),
 }
@@ -113,9 +113,9 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) delays: Vec<Option<(f64, f64)>>,
     /// What settling has added to the errors at this instant.
     pub(crate) added: Vec<f64>,
-    /// How many steps in a row ended before what could not be told.
+    /// How many steps in a row ended before what could not be decided.
     approach: usize,
-    /// How many steps in a row passed what could not be told.
+    /// How many steps in a row passed what could not be decided.
     passes: i32,
     /// How many multiplications are left, and how many a step takes, about.
     budget: f64,
@@ -138,7 +138,7 @@ type Recorder<'r, 'a, 'b, T> = dyn FnMut(&March<'a, 'b, T>, &Series<T>, T, T) + 
 pub(crate) enum Doubt {
     /// It is not decided.
     Refused,
-    /// What is 0 as far as half of the digits tell is a coincidence; nothing else is decided.
+    /// What is 0 as far as half of the digits show is a coincidence; nothing else is decided.
     Coincidence,
     /// The numbers decide, as if they were right but for their rounding.
     Ignored,
@@ -154,7 +154,7 @@ struct Root<T> {
     known: f64,
 }
 
-/// A place within a step where a guard comes too near to 0 to tell whether it ends.
+/// A place within a step where a guard comes too near to 0 to decide whether it ends.
 #[derive(Clone, Copy)]
 struct Hidden {
     place: f64,
@@ -428,7 +428,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         })
     }
 
-    /// Whether a value beside numbers of a size is a coincidence: as far as half of the digits tell it is 0.
+    /// Whether a value beside numbers of a size is a coincidence: as far as half of the digits show it is 0.
     pub(crate) fn is_tiny(&self, value: f64, size: f64) -> bool {
         value.abs() <= 2f64.powi(T::UNIT_LOG2 / 2) * size
     }
@@ -437,7 +437,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         Halt::Undecided(SwitchingError::Undecided {
             time: self.now.to_f64(),
             switch,
-            reason: "it lies on a limit as far as all digits tell",
+            reason: "it lies on a limit as far as all digits show",
         })
     }
 
@@ -687,8 +687,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.check_length(until)
     }
 
-    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to tell, the step ends just before
-    /// that, or is made shorter; what all digits cannot tell is passed.
+    /// How far the step goes, and the guards that end there. Where one comes too near to 0 to decide, the step ends just before
+    /// that, or is made shorter; what all digits cannot decide is passed.
     fn look(&mut self, series: &Series<T>, reach: T) -> Result<(T, Vec<Root<T>>), Halt> {
         const SHORTEST: usize = 40;
         /// The part of the way to such a place that an approach leaves.
@@ -739,7 +739,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.is_tiny(value, row.norm * series.size)
     }
 
-    /// Where guards end within the step, all that may be the first; or what comes too near to 0 to tell before that.
+    /// Where guards end within the step, all that may be the first; or what comes too near to 0 to decide before that.
     fn roots(&self, series: &Series<T>, reach: T) -> Result<(Vec<Root<T>>, Option<Hidden>), Halt> {
         let mut found: Vec<Root<T>> = Vec::new();
         let mut hidden: Option<Hidden> = None;

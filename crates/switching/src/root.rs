@@ -82,7 +82,7 @@ fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64) -> First {
             return First::Between(from, to);
         }
     }
-    // Where nothing is known, or doubles tell no places apart, or the root is the start itself.
+    // Where nothing is known, or doubles distinguish no places, or the root is the start itself.
     const NEAREST: f64 = 1e-200;
     let alike = to - from <= 4.0 * f64::EPSILON * to || to < NEAREST;
     if alike || bernstein.iter().all(|entry| sign(entry) == 0) {

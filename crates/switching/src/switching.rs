@@ -102,10 +102,10 @@ impl<'a, 'b> Switching<'a, 'b> {
     }
 
     /// The exact motion. With [`Precision::Certified`] everything is computed with 32 digits or more, as many as the
-    /// tolerance and the events ask for, and all bounds are proven; what half of the digits cannot tell from a coincidence is
+    /// tolerance and the events ask for, and all bounds are proven; what half of the digits cannot distinguish from a coincidence is
     /// taken as one, as two events at one time are. With [`Precision::Double`] the digits that decide the events do, and bounds are
     /// given as estimates; where no digits do, as in chaotic motions after some time, the motion goes on as rounding has it,
-    /// with bounds that tell so.
+    /// with bounds that show it.
     ///
     /// # Errors
     /// [`SwitchingError`].

@@ -332,7 +332,7 @@ fn chain() -> impl Strategy<Value = Chain> {
                     controlled += usize::from(matches!(given, Given::Damper(..)));
                     !matches!(given, Given::Damper(..)) || controlled < 2
                 });
-                // The scheme cannot tell in which order several static limits are reached.
+                // The scheme cannot show in which order several static limits are reached.
                 let frictions = switches
                     .iter()
                     .filter(|given| matches!(given, Given::Friction(..)));
@@ -425,7 +425,7 @@ proptest! {
                 }
             }
         }
-        // The scheme is of first order: two step lengths tell how far it may be off, unless errors of several kinds cancel in
+        // The scheme is of first order: two step lengths show how far it may be off, unless errors of several kinds cancel in
         // part, or an event is a near miss.
         let last = coarse.len() - 1;
         let near = chain.stepped(END, 60_000);

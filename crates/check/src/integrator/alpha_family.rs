@@ -10,7 +10,7 @@ use super::equation::{EquationOfMotion, Forces};
 use super::fixed_step::FixedStep;
 use super::implicit_system::ImplicitSystem;
 
-/// What tells the members of the family apart.
+/// What distinguishes the members of the family.
 #[derive(Clone, Copy)]
 pub(super) struct Weights {
     pub(super) alpha_m: f64,

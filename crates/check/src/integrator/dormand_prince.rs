@@ -6,8 +6,8 @@ use super::embedded::{Embedded, Pair};
 use super::equation::EquationOfMotion;
 use super::integrator;
 
-/// Runge–Kutta of order 5 with steps sized by a tolerance: what most simulation tools use unless
-/// told otherwise.
+/// Runge–Kutta of order 5 with steps sized by a tolerance: what most simulation tools use by
+/// default.
 ///
 /// Its error is about the tolerance times the number of oscillations. Instants between its steps
 /// are interpolated by the equation's own derivatives, to an error below that of the steps. Undamped

@@ -17,7 +17,7 @@ pub enum Basis {
     Counted,
     /// Nearly all steps are as long as stability allows.
     Stability,
-    /// Steps are as long as the accuracy allows, distinguished from longer ones of a looser tolerance. Where
+    /// Steps are as long as the accuracy allows, predicted from longer ones of a looser tolerance. Where
     /// even those do not reach the end, the rest is taken to go on like their second half: a motion
     /// that dies down later takes fewer, one whose loads set in later may take more.
     Accuracy,

@@ -65,7 +65,7 @@ pub(super) fn start(polynomial: &IntegerPolynomial) -> Vec<Complex> {
     hull.windows(2).flat_map(circle).collect()
 }
 
-/// Moves `roots` towards the roots of the polynomial until each is one as far as `bits` bits tell.
+/// Moves `roots` towards the roots of the polynomial until each is one to `bits` bits.
 pub(super) fn improve(polynomial: &IntegerPolynomial, roots: &mut [Complex], bits: u64) {
     let mut moving: Vec<usize> = (0..roots.len()).collect();
     for root in roots.iter_mut() {

@@ -249,7 +249,7 @@ impl Ball {
     }
 
     /// The midpoint with so many significant decimal digits, halves away from 0:
-    /// `-1.234567e-5`. The radius tells how many of them are worth anything.
+    /// `-1.234567e-5`. The radius shows how many of them are significant.
     pub fn to_decimal(&self, digits: usize) -> String {
         if self.is_unknown() {
             return "NaN".to_owned();

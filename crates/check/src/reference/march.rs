@@ -18,8 +18,8 @@ use super::pi_polynomial::PiMatrix;
 pub(super) struct Moment {
     pub(super) displacement: Vec<Ball>,
     pub(super) velocity: Vec<Ball>,
-    /// log₂ of the largest displacement and velocity that could be had from states as large as
-    /// any until then: what tells an exact 0 from a motion.
+    /// log₂ of the largest displacement and velocity that could come from states as large as
+    /// any until then: it distinguishes an exact 0 from a motion.
     pub(super) reach: [f64; 2],
 }
 

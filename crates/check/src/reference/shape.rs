@@ -2,7 +2,7 @@
 //!
 //! Every column of the adjugate of Q(λ) lies in that line, and its entries are polynomials in λ with
 //! whole coefficients. They are interpolated from exact eliminations, and evaluated in balls at λ.
-//! An entry that balls do not tell from 0 is compared with the characteristic polynomial p: it is 0
+//! An entry that balls do not distinguish from 0 is compared with the characteristic polynomial p: it is 0
 //! exactly where λ is a root of the greatest common divisor of the two.
 
 use eigentone_modes::System;

@@ -191,7 +191,7 @@ impl Member<'_> {
         let substeps = (problem.grid().step() / longest).ceil().max(1.0);
         let last = problem.grid().last();
         let steps = substeps * last as f64;
-        // A few steps tell how long one takes.
+        // A few steps show how long one takes.
         let few = trial(problem);
         let tried = substeps.min(few);
         let intervals = ((few / tried) as u64).clamp(1, last);
@@ -296,7 +296,7 @@ impl Member<'_> {
     }
 }
 
-/// So many steps tell how long one takes.
+/// So many steps show how long one takes.
 fn trial(problem: &Problem<'_>) -> f64 {
     let n = problem.system().len() as f64;
     (2e7 / (n * n + 1e4)).max(20.0).round()

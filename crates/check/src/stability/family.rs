@@ -65,12 +65,12 @@ fn none(_: &System, _: &Problem<'_>) -> Option<(MotionTruth, ModesTruth)> {
 impl Case {
     /// The true motion, and the true modes if they are `wanted`.
     pub(super) fn truth(&self, wanted: bool) -> Result<(MotionTruth, Option<ModesTruth>), String> {
-        let told = |error: ResponseError| error.to_string();
-        let problem = self.problem().map_err(told)?;
+        let message = |error: ResponseError| error.to_string();
+        let problem = self.problem().map_err(message)?;
         if let Some((motion, modes)) = (self.closed_form)(&self.system, &problem) {
             return Ok((motion, wanted.then_some(modes)));
         }
-        let motion = MotionTruth::of(&problem).map_err(told)?;
+        let motion = MotionTruth::of(&problem).map_err(message)?;
         let modes = wanted.then(|| ModesTruth::of(&self.system)).transpose();
         Ok((motion, modes.map_err(|error| error.to_string())?))
     }

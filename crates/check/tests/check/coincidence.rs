@@ -99,7 +99,7 @@ fn moves(mode: &Mode, near: &[&ReferenceEigenvalue]) -> bool {
     }) || mode.eigenvalue().is_doubtful() && mode.motion() == Motion::Doubtful
 }
 
-/// The answers to a system are right, and that with proof tells all roots apart.
+/// The answers to a system are right, and that with proof separates all roots.
 fn examine(system: &System) -> Result<(), TestCaseError> {
     let structure = system.structure();
     if structure.zero_roots() == structure.finite_roots() {
@@ -339,7 +339,7 @@ fn ordinary_systems_are_answered() {
     let modes = stiff.modes().expect("its damping matrix is regular");
     assert_eq!(modes.bounds(), Bounds::Proven);
     assert_eq!(fault(&truth, &modes), None);
-    // Free motions that only the exact rank of K tells, with a critical pair.
+    // Free motions that only the exact rank of K shows, with a critical pair.
     let m = mat![[1.0, 3.0], [3.0, 10.0]];
     let k = mat![[1.0, 3.0], [3.0, 9.0]];
     let parts = [0.5, 0.0625].map(|factor| &k * faer::Scale(factor));

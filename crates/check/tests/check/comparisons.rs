@@ -127,13 +127,13 @@ fn every_method_meets_the_reference() {
     let scene = &FREE[1];
     let system = scene.system();
     let problem = scene.problem(&system);
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     let table = WorkPrecision::measure(
         &problem,
         methods(),
         &integrators(),
         Effort::default(),
-        &mut |progress: Progress| told.push(progress),
+        &mut |progress: Progress| reported.push(progress),
     )
     .expect("a plan applies");
     assert_eq!((table.reference, table.instants), ("reference", 2000));
@@ -161,9 +161,9 @@ fn every_method_meets_the_reference() {
             _ => {}
         }
     }
-    let done: Vec<usize> = told.iter().map(|progress| progress.done).collect();
+    let done: Vec<usize> = reported.iter().map(|progress| progress.done).collect();
     assert_eq!(done, (0..table.rows.len()).collect::<Vec<_>>());
-    for (progress, row) in told.iter().zip(&table.rows) {
+    for (progress, row) in reported.iter().zip(&table.rows) {
         assert_eq!(progress.total, table.rows.len());
         assert_eq!((progress.method, progress.knob), (row.method, row.knob));
     }
@@ -236,7 +236,7 @@ fn the_front_is_of_error_and_time() {
         ],
         pick: None,
     };
-    // Both lie below what doubles tell apart: the faster one wins.
+    // Both lie below what doubles distinguish: the faster one wins.
     assert_eq!(table.beating(4), [5]);
     assert_eq!(table.beating(0), [1, 2, 4, 5]);
     assert_eq!(table.front(), [1, 2, 3, 5]);
@@ -376,7 +376,7 @@ fn mode_solvers_agree() {
     }
 }
 
-/// Of a rotation by 100 rad, whose norm tells the squarings: all are right, and count their products.
+/// Of a rotation by 100 rad, whose norm determines the squarings: all are right, and count their products.
 #[test]
 fn exponentials_agree() {
     let system = System::builder()

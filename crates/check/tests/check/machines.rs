@@ -274,7 +274,7 @@ fn examine_motion(drawn: &Drawn, driven: &[Driving]) -> Result<(), TestCaseError
                 let Some(bound) = bounds[k] else { continue };
                 for (i, truth) in truth.iter().enumerate() {
                     let off = truth.minus(values[(i, k)]).abs();
-                    // What the reference does not tell from 0 is known to its radius.
+                    // What the reference does not distinguish from 0 is known to its radius.
                     let room = bound + truth.radius();
                     prop_assert!(off <= room, "{} at {}: {:e} for {:e}", i, k, off, room);
                 }

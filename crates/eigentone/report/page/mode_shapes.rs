@@ -97,12 +97,16 @@ impl<'a> Panel<'a> {
             .filter(|i| system.kind_of(*i) == kind)
             .collect();
         let size = |i: &usize| mode.shape()[*i].norm();
-        let told = |i: &usize| mode.shape_bound().is_none_or(|bound| size(i) > bound[*i]);
+        let is_known = |i: &usize| mode.shape_bound().is_none_or(|bound| size(i) > bound[*i]);
         let largest = own.iter().map(size).fold(0.0, f64::max);
         Panel {
             names: own.iter().map(|i| system.names()[*i].as_str()).collect(),
             shape: own.iter().map(|i| mode.shape()[*i]).collect(),
-            largest: if own.iter().any(told) { largest } else { 0.0 },
+            largest: if own.iter().any(is_known) {
+                largest
+            } else {
+                0.0
+            },
         }
     }
 
@@ -134,14 +138,14 @@ fn about(mode: &Mode) -> String {
         Motion::Rigid => "rigid".to_owned(),
         Motion::Oscillating | Motion::Growing if root.value.im != 0.0 => {
             let frequency = mode.natural_frequency().hertz();
-            let frequency = number::told(frequency, bound / std::f64::consts::TAU);
+            let frequency = number::known_digits(frequency, bound / std::f64::consts::TAU);
             let off = real_bound / root.value.norm();
-            let ratio = number::told(mode.damping_ratio().unwrap_or(0.0), off);
+            let ratio = number::known_digits(mode.damping_ratio().unwrap_or(0.0), off);
             format!("f_n = {frequency} Hz, ζ = {ratio}")
         }
         motion => format!(
             "{motion}, λ = {} 1/s",
-            number::told(root.value.re, real_bound)
+            number::known_digits(root.value.re, real_bound)
         ),
     }
 }

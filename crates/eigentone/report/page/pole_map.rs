@@ -48,7 +48,7 @@ pub(super) fn figures(modes: &Modes) -> String {
     if reaches.is_empty() {
         reaches.push(1.0);
     }
-    // The largest and the smallest tell most.
+    // The largest and the smallest say most.
     if reaches.len() > MAPS {
         let last = reaches.split_off(reaches.len() - 1);
         reaches.truncate(MAPS - 1);

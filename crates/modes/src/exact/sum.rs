@@ -322,7 +322,7 @@ mod tests {
             prop_assert_eq!(ExactSum::of(&terms).sign(), extra.partial_cmp(&0.0).unwrap());
         }
 
-        /// Also of sums that nearly or wholly cancel, where doubles do not tell.
+        /// Also of sums that nearly or wholly cancel, where doubles do not decide.
         #[test]
         fn the_quick_sign_is_the_sign(terms in prop::collection::vec(finite(), 0..6), near in any::<bool>()) {
             let negative = terms.iter().rev().map(|x| if near { -x.next_up() } else { -x });

@@ -34,7 +34,7 @@ use crate::structure::Structure;
 use crate::system::System;
 
 /// Squares nearer to each other than this, relatively, leave too little of a shape's own digits to
-/// tell what is whose: their γ are bounded together.
+/// show what is whose: their γ are bounded together.
 const NEAR: f64 = 1e-18;
 
 /// Proves a bound for every nonzero root of a classically damped system, given its elastic shapes

@@ -259,7 +259,7 @@ impl Job<'_> {
     /// multiplicity m is known to `LIMIT` only with m times its digits.
     fn limbs(&self, best: &Option<Vec<Certified>>) -> usize {
         const MOST: f64 = 110.0;
-        /// Beyond what tells the disc of a cluster from a point, for each root.
+        /// Beyond what distinguishes the disc of a cluster from a point, for each root.
         const MORE: f64 = 16.0;
         let bits = |disc: &Certified| {
             let each = (disc.value.norm() / disc.bound).log2() + MORE;
@@ -463,7 +463,7 @@ impl Job<'_> {
     }
 }
 
-/// Whether every disc tells at least the size of its roots to some digits.
+/// Whether every disc gives at least the size of its roots to some digits.
 fn useful<T: Real>(discs: &[Inclusion<T>]) -> bool {
     discs
         .iter()

@@ -20,13 +20,13 @@ pub(super) struct Modal {
     pub(super) shape: Shape,
 }
 
-/// A root, or several that the bounds do not tell apart, with Im ≥ 0, and its shape.
+/// A root, or several that the bounds do not separate, with Im ≥ 0, and its shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Damped {
     pub(crate) value: Complex<f64>,
     pub(crate) bound: f64,
     pub(crate) real_bound: f64,
-    /// How many roots the bounds do not tell apart.
+    /// How many roots the bounds do not separate.
     pub(crate) multiplicity: usize,
     /// How many of them this entry stands for: two may belong to one shape.
     pub(crate) roots: usize,

@@ -211,7 +211,7 @@ fn step<T: Real>(points: &mut Points<T>, i: usize) -> bool {
     true
 }
 
-/// Whether discs tell more roots apart than others, or as many within about as much.
+/// Whether discs separate more roots than others, or as many within about as much.
 fn is_finer<T: Real>(discs: &[Inclusion<T>], others: &[Inclusion<T>]) -> bool {
     let widest = |discs: &[Inclusion<T>]| {
         let relative = discs
@@ -260,7 +260,7 @@ fn gather<T: Real>(points: &mut Points<T>, group: &[usize], goal: &Goal<'_>) -> 
     true
 }
 
-/// How far the roots of a group lie from a centre, as far as digits tell: the largest root x of its
+/// How far the roots of a group lie from a centre, as far as digits show: the largest root x of its
 /// [polynomial](coefficients) is max (|q_k|/(m over k))^(1/k) at least and a few times that at most (Birkhoff 1914, *Bull. AMS* 21).
 fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 {
     let m = group.len();
@@ -277,7 +277,7 @@ fn extent<T: Real>(points: &Points<T>, group: &[usize], centre: Ball<T>) -> f64 
     reach
 }
 
-/// log₂ |q_k| for k = 0 … m, as far as digits tell, of the polynomial that has the roots of a group of m points,
+/// log₂ |q_k| for k = 0 … m, as far as digits show, of the polynomial that has the roots of a group of m points,
 ///
 /// q(c + x) = Π (x − (z_i − c)) + Σ W_i Π_{j≠i} (x − (z_j − c)) = x^m + q_1 x^(m−1) + … + q_m
 ///

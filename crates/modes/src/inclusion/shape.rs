@@ -5,7 +5,7 @@
 //! last row leaves is 0 there, and back substitution gives balls about the components of the one
 //! shape (Rump 2010, *Acta Numerica* 19, §10).
 //!
-//! Where the disc is too wide for that to tell enough, it is narrowed. With the root λ, its shape x, a
+//! Where the disc is too wide for that to be enough, it is narrowed. With the root λ, its shape x, a
 //! point z of the disc and any w,
 //!
 //! 0 = wᵀQ(λ)x = wᵀQ(z)x + (λ − z)·wᵀ((λ + z)M + C)x,
@@ -19,7 +19,7 @@ use num_complex::Complex;
 use super::exactly::{Terms, exact, radius, real, terms, upper};
 use super::pencil::{Pencil, PencilIn};
 
-/// Up to so many coordinates, twice the digits are quick enough to tell whether a component that 32
+/// Up to so many coordinates, twice the digits are quick enough to decide whether a component that 32
 /// digits leave at 0 is 0.
 const FEW: usize = 12;
 
@@ -61,7 +61,7 @@ impl Disc {
     }
 }
 
-/// A shape whose largest component is 1, the first one of those that doubles do not tell apart.
+/// A shape whose largest component is 1, the first one of those that doubles do not distinguish.
 #[derive(Clone, Debug)]
 pub(crate) struct Enclosed {
     pub(crate) shape: Vec<Complex<f64>>,
@@ -70,13 +70,14 @@ pub(crate) struct Enclosed {
 }
 
 impl Enclosed {
-    /// From balls about the components of any multiple; with `is_real`, of a real one. `None` where they do not tell the
+    /// From balls about the components of any multiple; with `is_real`, of a real one. `None` where they do not give the
     /// largest one to six digits.
     pub(crate) fn of<T: Real>(components: &[Ball<T>], is_real: bool) -> Option<Enclosed> {
-        const TOLD: f64 = 1e-6;
+        const RESOLVED: f64 = 1e-6;
         let pivot = largest(components)?;
         let divisor = components[pivot];
-        if divisor.contains_zero() || divisor.radius() > divisor.upper() * Magnitude::from(TOLD) {
+        if divisor.contains_zero() || divisor.radius() > divisor.upper() * Magnitude::from(RESOLVED)
+        {
             return None;
         }
         let end = hidden(components.len());
@@ -117,8 +118,8 @@ impl Enclosed {
     pub(crate) fn looseness(&self) -> f64 {
         let each = self.shape.iter().zip(&self.bounds);
         let end = hidden(self.shape.len());
-        let told = each.filter(|(x, bound)| x.norm() > 0.0 || **bound > end);
-        let relative = told.map(|(x, bound)| match *bound {
+        let visible = each.filter(|(x, bound)| x.norm() > 0.0 || **bound > end);
+        let relative = visible.map(|(x, bound)| match *bound {
             0.0 => 0.0,
             bound => bound / x.norm(),
         });
@@ -363,10 +364,10 @@ mod tests {
     fn the_largest_component_is_told_to_six_digits_or_refused() {
         let found = |reach: f64| Enclosed::of(&[around(1.0, 0.0), around(-2.0, reach)], true);
         assert!(found(1e-5).is_none());
-        let told = found(1e-7).unwrap();
-        assert_eq!(told.shape, [-0.5, 1.0].map(Complex::from));
+        let enclosed = found(1e-7).unwrap();
+        assert_eq!(enclosed.shape, [-0.5, 1.0].map(Complex::from));
         // 1/(2 − 1e-7) is 2.5e-8 further away than a half.
-        assert!(told.bounds[1] == 0.0 && (2.5e-8..1e-7).contains(&told.bounds[0]));
+        assert!(enclosed.bounds[1] == 0.0 && (2.5e-8..1e-7).contains(&enclosed.bounds[0]));
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub(crate) struct Slow {
     resisted: Columns,
     /// The least frequency of all others.
     pub(crate) elastic: f64,
-    /// The largest frequency that double-doubles do not tell from 0.
+    /// The largest frequency that double-doubles do not distinguish from 0.
     pub(crate) hidden: f64,
     /// Where C holds no relaxing shape so much that its root is distinguished from 0, a size that is larger than these roots.
     pub(super) hardly_held: Option<f64>,

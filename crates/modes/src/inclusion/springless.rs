@@ -13,7 +13,7 @@ use crate::system::System;
 pub(crate) struct Relaxing {
     pub(crate) value: f64,
     pub(crate) bound: f64,
-    /// How many roots the bounds do not tell apart.
+    /// How many roots the bounds do not separate.
     pub(crate) multiplicity: usize,
     pub(crate) shape: Shape,
 }

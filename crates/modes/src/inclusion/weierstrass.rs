@@ -7,7 +7,7 @@
 //! |W_i|(m − 1 + (N − m)/t) as long as those avoid the other rows' discs.
 //!
 //! N is the exact degree. ℓ is a product of determinants where the masses, or dampers and springs in
-//! place of those that vanish, determine every acceleration; where they do not, one more point tells.
+//! place of those that vanish, determine every acceleration; where they do not, one more point decides.
 
 use eigentone_digits::{Ball, Magnitude, Real};
 

@@ -12,7 +12,7 @@ pub struct Point {
     pub form: Form,
     /// Its mass in kg (or an inertia in kg·m²).
     pub mass: f64,
-    /// What it measures; `None` where it moves with rotations alone and nothing tells an arm from the ratio of a gear.
+    /// What it measures; `None` where it moves with rotations alone and nothing distinguishes an arm from the ratio of a gear.
     pub kind: Option<CoordinateKind>,
 }
 

@@ -115,8 +115,8 @@ impl Eigenvalue {
         self.bound.is_none()
     }
 
-    /// How the root moves, as far as its bounds tell: a real part that they do not tell from 0 neither grows nor
-    /// decays, and a root that they do not tell from the real axis does not oscillate.
+    /// How the root moves, as far as its bounds show: a real part that they do not distinguish from 0 neither grows nor
+    /// decays, and a root that they do not distinguish from the real axis does not oscillate.
     pub fn motion(&self) -> Motion {
         let Complex { re, im } = self.value;
         let (Some(bound), Some(real_bound)) = (self.bound, self.real_bound) else {
@@ -229,7 +229,7 @@ impl Mode {
         self.roots
     }
 
-    /// How it moves; [`Motion::Doubtful`] where the bound of λ does not tell, and where a cluster on the real axis
+    /// How it moves; [`Motion::Doubtful`] where the bound of λ does not decide, and where a cluster on the real axis
     /// may hold conjugate pairs.
     pub fn motion(&self) -> Motion {
         match (self.eigenvalue.motion(), self.repeats) {
@@ -272,7 +272,7 @@ impl Mode {
     }
 
     /// The shape x with (λ²M + λC + K) x = 0, one entry for each coordinate; its largest component
-    /// is 1 + 0i, the first one on ties: of those that doubles do not tell apart.
+    /// is 1 + 0i, the first one on ties: of those that doubles do not distinguish.
     pub fn shape(&self) -> &[Complex<f64>] {
         &self.shape
     }
@@ -308,7 +308,7 @@ impl Mode {
     /// is within 4·2^-53 of the component wherever digits allow; a component that is not distinguished from 0 at 1e-22 is 0.
     ///
     /// `None` where the shape is not determined, as at a root that several shapes share, or nothing is proved:
-    /// in doubles, and above 64 coordinates where the bounds of roots do not tell them apart.
+    /// in doubles, and above 64 coordinates where the bounds of roots do not separate them.
     pub fn shape_bound(&self) -> Option<&[f64]> {
         self.shape_bound.as_deref()
     }
@@ -423,7 +423,7 @@ impl Modes {
 
     /// Those `count` modes whose natural frequencies are nearest to `target`, in order, with their
     /// eigenvalues; of two that are as near the one that comes first. All, if there are no more. They are
-    /// [complete](Self::is_complete) where all modes are and bounds tell that no other is nearer.
+    /// [complete](Self::is_complete) where all modes are and bounds show that no other is nearer.
     pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
         let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
         self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));

@@ -306,7 +306,7 @@ fn modal_forms(
 }
 
 /// Those of a system without springs, given the undamped one that has the dampers for springs.
-/// Shapes as near to each other as those of stiff dampers do not tell c: unless they confirm its
+/// Shapes as near to each other as those of stiff dampers do not determine c: unless they confirm its
 /// ratio to m, that is what the dampers' factor makes it.
 fn relaxing_forms(
     solver: &dyn ModeSolver,

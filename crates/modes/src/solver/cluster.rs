@@ -1,4 +1,4 @@
-//! Groups of computed roots that doubles cannot tell apart.
+//! Groups of computed roots that doubles cannot separate.
 
 use num_complex::Complex;
 

@@ -7,8 +7,8 @@
 //!
 //! tr(|X||R||Q′|)/(1 − ‖R‖)
 //!
-//! to first order. Rounding of sums of n terms is taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½ nothing is told
-//! from that s.
+//! to first order. Rounding of sums of n terms is taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides
+//! nothing.
 
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
@@ -78,7 +78,7 @@ fn agrees(matrices: &[Mat<f64>; 3], modes: &Modes, s: f64) -> bool {
     apart.is_nan() || apart <= reach
 }
 
-/// tr(Q(s)⁻¹Q′(s)) and how far it may be off; `None` where doubles do not tell.
+/// tr(Q(s)⁻¹Q′(s)) and how far it may be off; `None` where doubles do not decide.
 fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
     let [m, c, k] = matrices;
     let n = m.nrows();

@@ -313,7 +313,7 @@ fn hidden(roots: &[Root], i: usize) -> f64 {
     if reach > ROUNDING { reach * size } else { 0.0 }
 }
 
-/// Which roots others may be as well, as far as doubles tell: there the shapes, and so κ and η, can
+/// Which roots others may be as well, as far as doubles show: there the shapes, and so κ and η, can
 /// be those of neither.
 fn covered(roots: &[Root]) -> Vec<bool> {
     let reach = |root: &Root| {

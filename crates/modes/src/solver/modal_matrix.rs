@@ -169,7 +169,7 @@ mod tests {
     use super::*;
     use crate::model::GROUND;
 
-    /// Two oscillators that a soft spring couples more than their damping tells them apart: (Δω)² = κ² + (δ + iσ)²/4, about.
+    /// Two oscillators that a soft spring couples more than their damping separates them: (Δω)² = κ² + (δ + iσ)²/4, about.
     #[test]
     fn damping_does_not_hide_what_a_soft_spring_couples() {
         let (k, coupling, c) = (5.9, 1e-6, [1e-7, 3.1e-7]);

@@ -88,7 +88,7 @@ pub enum ModesError {
     FirstOrder(#[from] FirstOrderError),
     /// Rounding to doubles hides what determines the motion where there is no mass.
     #[error(
-        "doubles do not tell how the parts without mass move, so that no modes are found in them: ask for certified precision, which takes more digits"
+        "doubles do not determine how the parts without mass move, so that no modes are found in them: ask for certified precision, which takes more digits"
     )]
     Hidden,
     /// The system is [large](System::is_large): it has some modes at a time, as

@@ -29,7 +29,7 @@ impl Proof {
         self.roots.iter().all(|root| width(root) <= tolerance)
     }
 
-    /// The better of both for each root, or for each group of roots that their discs do not tell apart.
+    /// The better of both for each root, or for each group of roots that their discs do not separate.
     pub(super) fn merged(self, other: Proof, tolerance: f64) -> Proof {
         let first = self.roots.len();
         let mut roots: Vec<Option<Root>> = self
@@ -170,7 +170,7 @@ mod tests {
         }
     }
 
-    /// −1 ± i in both: one knows |λ| better, the other Re λ. Of 3 and 3.1 one tells the two apart; −5 the other knows better.
+    /// −1 ± i in both: one knows |λ| better, the other Re λ. Of 3 and 3.1 one separates the two; −5 the other knows better.
     #[test]
     fn the_better_of_both_is_taken_root_by_root() {
         let (single, double) = (Repeats::SIMPLE, Repeats::Cluster(2));

@@ -21,10 +21,10 @@ pub(crate) struct Root {
     pub(crate) left: Option<Vec<Complex<f64>>>,
     /// How many roots this entry stands for: one, or several that have a shape in common.
     pub(crate) count: usize,
-    /// Whether it is distinguished from all others, where that is proved; else the estimates tell.
+    /// Whether it is distinguished from all others, where that is proved; else the estimates decide.
     pub(crate) repeats: Option<Repeats>,
     /// Estimated |λ̂ − λ|, and that of the real part, where the solver knows; else the condition
-    /// tells.
+    /// gives it.
     pub(crate) error: Option<(f64, f64)>,
     /// Where it was computed already.
     pub(crate) quality: Option<Quality>,
@@ -93,7 +93,7 @@ pub(crate) fn collect_proven(solver: &dyn ModeSolver, system: &System, roots: Ve
     collected(solver, system, roots, Bounds::Proven)
 }
 
-/// Of a mode that the estimates are still to tell from others.
+/// Of a mode that the estimates are still to separate from others.
 const UNKNOWN: Repeats = Repeats::Cluster(0);
 
 /// Takes the bounds of all roots but those at 0, which are counted exactly.
@@ -103,12 +103,12 @@ pub(crate) fn doubt(modes: &mut Modes) {
         (mode.eigenvalue.bound, mode.eigenvalue.real_bound) = (None, None);
         mode.repeats = UNKNOWN;
     }
-    tell_apart(&mut modes.modes);
+    separate(&mut modes.modes);
     modes.eigenvalues = listed(&modes.modes);
 }
 
 /// Puts the modes whose estimated discs touch, directly or through others, into clusters.
-fn tell_apart(modes: &mut [Mode]) {
+fn separate(modes: &mut [Mode]) {
     let open: Vec<usize> = (0..modes.len())
         .filter(|i| modes[*i].repeats == UNKNOWN)
         .collect();
@@ -186,7 +186,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
         })
         .collect();
     modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
-    tell_apart(&mut modes);
+    separate(&mut modes);
     let eigenvalues = listed(&modes);
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());
     let plan = ModePlan {
@@ -352,7 +352,7 @@ mod tests {
 
     /// Without a change, and beside roots whose distance is not known.
     #[test]
-    fn how_far_a_root_moves_is_always_told() {
+    fn how_far_a_root_moves_is_always_given() {
         assert!(moved_by(0.0, |_| 1.0, 1.0) <= f64::MIN_POSITIVE);
         assert!(moved_by(0.0, |_| f64::NAN, 1.0) >= 1.0);
         assert!(moved_by(1e-6, |_| f64::NAN, 1.0) >= 1.0);

@@ -97,7 +97,7 @@ fn failed(solver: &dyn ModeSolver) -> ModesError {
     ModesError::NoConvergence { method }
 }
 
-/// Of a root that the shift hides, which cancels in its value, takes what its shape tells.
+/// Of a root that the shift hides, which cancels in its value, takes what its shape gives.
 fn unhide(system: &System, root: &mut Root, shift: f64) {
     let hidden = 64.0 * f64::EPSILON * shift.abs();
     if root.value.norm() > hidden {

@@ -18,7 +18,7 @@ use faer::Mat;
 use crate::model::{Element, Node};
 
 /// W (r × n) with WᵀW = FᵀF, whose rows are far from dependent once scaled to one length
-/// (algorithm 3.1 of Demmel et al.). `columns` tells the column of each coordinate, `masses` the
+/// (algorithm 3.1 of Demmel et al.). `columns` gives the column of each coordinate, `masses` the
 /// mass of each column.
 pub(crate) fn factor(springs: &[Element], columns: &[Option<usize>], masses: &[f64]) -> Mat<f64> {
     let network = Network::of(springs, columns, masses.len());

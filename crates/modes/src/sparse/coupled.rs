@@ -1,5 +1,5 @@
 //! Damping that couples shapes: roots near a few shifts come from Arnoldi's method on the whole equation, are refined
-//! together with those beside them, and are counted in a ring about the target where a proof of that can be had.
+//! together with those beside them, and are counted in a ring about the target where that can be proved.
 
 use num_complex::Complex;
 
@@ -345,7 +345,7 @@ fn ring(groups: &[Vec<Eigenpair>], zeros: usize, facts: &Facts) -> Option<Ring> 
 /// Roots of a group, those that are not distinguished from real or imaginary ones made so, and without conjugates.
 pub(crate) fn settled(roots: Vec<newton::Root>, passive: bool) -> Vec<Root> {
     let values: Vec<Complex<f64>> = roots.iter().map(|root| root.value).collect();
-    let told = |k: usize, error: f64| {
+    let separated = |k: usize, error: f64| {
         let others = values.iter().enumerate().filter(|(j, _)| *j != k);
         others
             .map(|(_, other)| (values[k] - other).norm())
@@ -357,7 +357,7 @@ pub(crate) fn settled(roots: Vec<newton::Root>, passive: bool) -> Vec<Root> {
         let mut error = root.error;
         let mut repeats = Repeats::SIMPLE;
         if let Some((whole, real)) = &mut error {
-            if !told(k, *whole) {
+            if !separated(k, *whole) {
                 repeats = Repeats::Cluster(values.len());
             } else if value.im.abs() <= *whole {
                 // The conjugate would be another root as near.

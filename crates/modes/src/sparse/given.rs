@@ -42,7 +42,7 @@ pub struct ExaminedPairs {
 /// Nothing is taken on trust. Each root is a Rayleigh quotient in double-double, its bound an estimate
 /// from its residual; give one pair more than is wanted, so that the last one has a neighbour. Where the factor of
 /// λ²M + λC + K takes at most `operations` multiplications, shapes are refined to the last digits first, undamped
-/// modes are counted, and those found missing are looked for; [`Modes::is_complete`] tells whether none is missing. Without
+/// modes are counted, and those found missing are looked for; [`Modes::is_complete`] says whether none is missing. Without
 /// a factor, bounds suppose that no mode is missing between those that are given. Motions that no spring holds are
 /// known without being given.
 ///
@@ -173,12 +173,12 @@ impl Given<'_> {
         let way = if refined.is_some() { REFINED } else { AS_GIVEN };
         let (found, missing) = refined.unwrap_or_else(|| {
             // What is 0 within its bound is a motion that nothing holds.
-            let told = |pair: &Pair| {
+            let is_resolved = |pair: &Pair| {
                 let (error, size) = (pair.error.unwrap_or(0.0), pair.square.abs());
                 error <= PART * size || error >= size
             };
             let before = ritz.len();
-            ritz.retain(told);
+            ritz.retain(is_resolved);
             unfit += before - ritz.len();
             let parts = floating.iter().take(count);
             ritz.extend(parts.map(|part| setting::rigid(part, mass)));
@@ -288,7 +288,7 @@ impl Given<'_> {
             zeros.entries().into_iter().map(|root| (0, root)).collect();
         for (at, group) in (1..).zip(groups) {
             let measured = newton::measured(self.forms, group);
-            let (told, lost): (Vec<_>, Vec<_>) =
+            let (bounded, lost): (Vec<_>, Vec<_>) =
                 measured.into_iter().partition(|root| root.error.is_some());
             unfit += lost.len();
             let improved = own.as_ref().map(|pencil| {
@@ -296,12 +296,12 @@ impl Given<'_> {
                     value: root.value,
                     shape: root.shape.clone(),
                 };
-                newton::refined(pencil, told.iter().map(pair).collect())
+                newton::refined(pencil, bounded.iter().map(pair).collect())
             });
             // What does not converge keeps what its residual says.
             let best = match improved {
                 Some(roots) if roots.iter().all(|root| root.error.is_some()) => roots,
-                _ => told,
+                _ => bounded,
             };
             for root in coupled::settled(best, self.facts.passive) {
                 let error = |root: &Root| root.error.map_or(0.0, |(whole, _)| whole);

@@ -56,7 +56,7 @@ pub(crate) fn proportional(found: &Undamped, proportion: Proportion) -> Answer {
             continue;
         }
         for (value, error) in quadratic(alpha, beta, square, *error) {
-            roots.push(root(value, error, found.told(k), 1));
+            roots.push(root(value, error, found.repeats(k), 1));
         }
     }
     let facts = &found.facts;

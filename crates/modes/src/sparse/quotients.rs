@@ -118,8 +118,8 @@ impl Shapes<'_> {
         };
         let whole = terms(&shape, |size, square| size * square);
         let left = terms(&residual, |size, square| square / size);
-        let told = rest <= PART * square.abs() || left <= small * whole;
-        told.then_some(Rough {
+        let is_resolved = rest <= PART * square.abs() || left <= small * whole;
+        is_resolved.then_some(Rough {
             square,
             rest,
             shape,

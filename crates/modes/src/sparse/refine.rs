@@ -215,7 +215,7 @@ impl Shapes<'_, '_> {
         pairs
     }
 
-    /// Whether their residuals do not tell two values apart.
+    /// Whether their residuals do not separate two values.
     fn together(&self, k: usize, j: usize) -> bool {
         let part = |k: usize| self.residuals[k] * self.inverses[k].abs();
         (self.inverses[k] - self.inverses[j]).abs() <= 4.0 * part(k).max(part(j))
@@ -316,7 +316,7 @@ impl Shapes<'_, '_> {
         }
     }
 
-    /// Of μ_k: ρ, or ρ²/γ where that is less. Values that their residuals do not tell apart are judged
+    /// Of μ_k: ρ, or ρ²/γ where that is less. Values that their residuals do not separate are judged
     /// together: then what couples their vectors is added.
     fn relative_error(&self, k: usize, next: Option<f64>) -> f64 {
         let (inverses, residuals) = (&self.inverses, &self.residuals);

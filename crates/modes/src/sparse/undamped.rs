@@ -91,8 +91,8 @@ impl Undamped {
         }
     }
 
-    /// Whether a mode was distinguished from all others.
-    pub(crate) fn told(&self, k: usize) -> Repeats {
+    /// Whether a mode is separated from all others.
+    pub(crate) fn repeats(&self, k: usize) -> Repeats {
         match self.clusters[k] {
             1 => Repeats::SIMPLE,
             count => Repeats::Cluster(count),
@@ -122,7 +122,7 @@ impl Undamped {
                 error,
                 shape: shape.clone(),
                 repeats: match roots {
-                    1 => self.told(k),
+                    1 => self.repeats(k),
                     count if error == Some((0.0, 0.0)) => Repeats::Exactly {
                         count: self.facts.zero_roots.unwrap_or(count),
                         defective: Some(true),
@@ -152,7 +152,7 @@ impl Undamped {
     }
 }
 
-/// Of each, how many there are that its error does not tell it from, itself included.
+/// Of each, how many there are that its error does not separate it from, itself included.
 fn clusters(pairs: &[Pair]) -> Vec<usize> {
     const UNKNOWN: f64 = 1e-3;
     let error = |pair: &Pair| pair.error.unwrap_or(UNKNOWN * pair.square.abs());

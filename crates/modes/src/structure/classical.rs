@@ -50,7 +50,7 @@ pub(crate) fn classical(coefficients: &Coefficients) -> Verdict {
     }
 }
 
-/// Whether C M⁻¹ K − K M⁻¹ C has an entry that doubles tell from 0 beyond their rounding, for a diagonal M of one
+/// Whether C M⁻¹ K − K M⁻¹ C has an entry that doubles distinguish from 0 beyond their rounding, for a diagonal M of one
 /// double each. Most systems show it at their first joint.
 fn differ_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> bool {
     /// Smaller numbers may have lost digits.

@@ -1,4 +1,4 @@
-//! Whether C M⁻¹ K − K M⁻¹ C takes some one vector to what doubles tell from 0, for a full M.
+//! Whether C M⁻¹ K − K M⁻¹ C takes some one vector to what doubles distinguish from 0, for a full M.
 //!
 //! With X near M⁻¹ and E = I − XM, M⁻¹r = (I − E)⁻¹Xr is no larger than ‖|X||r|‖/(1 − ‖E‖) in the maximum norm (Higham 2002,
 //! *Accuracy and Stability of Numerical Algorithms*, §13.4): so much is an approximate solution z of Mz = Kq off, whose residual is r.
@@ -18,9 +18,9 @@ struct Rounded {
 /// Whether the images of a vector differ. Not decided for an M that is not positive definite in doubles, and where numbers leave their
 /// range.
 pub(super) fn differs_visibly(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> bool {
-    let told = images_differ(m, c, k);
+    let differ = images_differ(m, c, k);
     settle();
-    told.unwrap_or(false)
+    differ.unwrap_or(false)
 }
 
 fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bool> {
@@ -122,7 +122,7 @@ mod tests {
         })
     }
 
-    fn told(m: &Mat<f64>, c: &Mat<f64>, k: &Mat<f64>) -> bool {
+    fn differs(m: &Mat<f64>, c: &Mat<f64>, k: &Mat<f64>) -> bool {
         let system = System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system");
         let [m, c, k] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
             .map(|kind| ExactMatrix::of(system.model(), kind));
@@ -134,17 +134,17 @@ mod tests {
         for n in [2, 3, 10, 40] {
             for far in [1.0, 1e6] {
                 let (m, k) = (definite(n, 1, far), definite(n, 2, far));
-                assert!(told(&m, &definite(n, 3, far), &k), "{n}, {far}");
+                assert!(differs(&m, &definite(n, 3, far), &k), "{n}, {far}");
                 // C = αM + βK rounded, and C = K M⁻¹ K rounded: what differs is rounding.
                 let rayleigh = Mat::from_fn(n, n, |i, j| 0.3 * m[(i, j)] + 0.007 * k[(i, j)]);
-                assert!(!told(&m, &rayleigh, &k), "{n}, {far}");
+                assert!(!differs(&m, &rayleigh, &k), "{n}, {far}");
                 let caughey = &k * m.llt(Side::Lower).expect("definite").inverse() * &k;
                 let caughey = Mat::from_fn(n, n, |i, j| caughey[(i.max(j), i.min(j))]);
-                assert!(!told(&m, &caughey, &k), "{n}, {far}");
+                assert!(!differs(&m, &caughey, &k), "{n}, {far}");
                 // A difference of a millionth shows.
                 let mut off = rayleigh.clone();
                 off[(0, 0)] *= 1.0 + 1e-6;
-                assert!(told(&m, &off, &k), "{n}, {far}");
+                assert!(differs(&m, &off, &k), "{n}, {far}");
             }
         }
     }

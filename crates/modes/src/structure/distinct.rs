@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ulp_tells_roots_apart() {
+    fn an_ulp_separates_roots() {
         // −1 twice, −1 ± 4.2e-8, −0.9999999999999991 ± 4.2e-8i.
         let m = mat![[2.0, 0.0, -1.0], [0.0, 1.0, 2.0], [-1.0, 2.0, 5.0]];
         let mut c = &m * faer::Scale(2.0);

@@ -44,8 +44,8 @@ fn negated([m, c, k]: [&ExactMatrix; 3], s: f64) -> Option<ExactMatrix> {
     Some(forces.plus(&k.times(-1.0)?))
 }
 
-/// An s > 0 for which Q(−s) is negative definite as far as doubles tell, or so nearly that they do
-/// not. `None` if there is no such s as far as they tell.
+/// An s > 0 for which Q(−s) is negative definite as far as doubles show, or so nearly that they do
+/// not. `None` if there is no such s as far as they show.
 fn separating(parts: [&ExactMatrix; 3]) -> Option<f64> {
     let n = parts[0].len();
     let scale: Vec<i64> = (0..n)

@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn where_there_is_none() {
         assert_eq!(found(&almost_classical()), None);
-        // M and K are multiples of each other: any C is classical, none tells α from β.
+        // M and K are multiples of each other: any C is classical, none distinguishes α from β.
         assert_eq!(found(&chain(&[1.0], &[1.0], &[3.0])), None);
         assert_eq!(
             found(&chain(&[1e-200; 2], &[1e-200; 3], &[1e-200; 3])),

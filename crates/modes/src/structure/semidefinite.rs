@@ -52,7 +52,7 @@ pub(crate) fn is_narrow_definite(matrix: &ExactMatrix) -> bool {
     is_narrow && is_definite(matrix)
 }
 
-/// What a Cholesky factorisation tells of a matrix.
+/// What a Cholesky factorisation shows of a matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Sign {
     /// Positive definite.
@@ -64,7 +64,7 @@ enum Sign {
 }
 
 /// What is proved of the rows and columns `chosen` of a symmetric matrix: in doubles, and in
-/// double-double where they do not tell.
+/// double-double where they do not decide.
 fn sign(matrix: &ExactMatrix, chosen: &[usize]) -> Sign {
     let Some(rows) = scaled(matrix, chosen) else {
         return Sign::Indefinite;
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn hilbert_matrices_times_their_denominators_are_definite() {
-        // Condition 1e13 and 1e18 beyond what doubles tell.
+        // Condition 1e13 and 1e18 beyond what doubles distinguish.
         for (n, scale) in [(10, 232_792_560.0), (13, 26_771_144_400.0)] {
             let hilbert = Mat::from_fn(n, n, |i, j| scale / (i + j + 1) as f64);
             assert_eq!(rank_of(hilbert), Some(n));

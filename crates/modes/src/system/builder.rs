@@ -691,9 +691,9 @@ pub enum BuildError {
         /// The supports.
         known: String,
     },
-    /// Nothing tells how the structure follows a support, as springs do not hold it.
+    /// Nothing determines how the structure follows a support, as springs do not hold it.
     #[error(
-        "damping is relative to {name:?}, but springs do not tell how everything follows it: K is singular"
+        "damping is relative to {name:?}, but springs do not determine how everything follows it: K is singular"
     )]
     NotHeld {
         /// The support.

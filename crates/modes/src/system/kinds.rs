@@ -48,28 +48,28 @@ impl Kinds {
         };
         // What all ends of the elements at a place of these names agree on.
         let agreed = |known: &HashMap<&str, CoordinateKind>| {
-            let mut told: HashMap<String, Option<CoordinateKind>> = HashMap::new();
+            let mut kinds: HashMap<String, Option<CoordinateKind>> = HashMap::new();
             if points.is_empty() && supports.is_empty() {
-                return told;
+                return kinds;
             }
             for [a, b] in elements.iter().map(|element| &element.ends) {
                 for (name, other) in [(a, b), (b, a)] {
                     if let Some(kind) = joined(known, name, other) {
-                        let told = told.entry(name.clone()).or_insert(Some(kind));
-                        *told = told.filter(|before| *before == kind);
+                        let kinds = kinds.entry(name.clone()).or_insert(Some(kind));
+                        *kinds = kinds.filter(|before| *before == kind);
                     }
                 }
             }
-            told
+            kinds
         };
-        let told = agreed(&known);
+        let kinds = agreed(&known);
         for name in supports {
-            let kind = told.get(name).copied().flatten();
+            let kind = kinds.get(name).copied().flatten();
             known.insert(name, kind.unwrap_or(CoordinateKind::Displacement));
         }
-        let told = agreed(&known);
+        let kinds = agreed(&known);
         for point in points {
-            if let Some(kind) = told.get(&point.name).copied().flatten() {
+            if let Some(kind) = kinds.get(&point.name).copied().flatten() {
                 known.insert(&point.name, kind);
             }
         }

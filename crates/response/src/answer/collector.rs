@@ -1,4 +1,4 @@
-//! The instants asked for, gathered in the order in which time meets them.
+//! The instants asked for, collected in order of time.
 
 use eigentone_modes::ElementKind;
 use faer::Mat;

@@ -109,7 +109,7 @@ impl Stretch<'_> {
     /// Time and point where `crossed` turns from false to true, as it does between the ends: found by
     /// bisection, each point of which is exact.
     pub(crate) fn bisect(&mut self, mut crossed: impl FnMut(&Point) -> bool) -> (f64, Point) {
-        /// A stretch is divided no further than doubles tell its times apart.
+        /// A stretch is divided no further than doubles distinguish its times.
         const HALVINGS: usize = 48;
         self.way.halvings += HALVINGS as u64;
         let mut at = self.left.clone();
@@ -285,10 +285,10 @@ impl Limits {
     /// Counts a stretch from `start` s on. `None` once there are too many, or it shows that there will be: after
     /// a good number of them, by how far they have led.
     fn count(&mut self, start: f64) -> Option<()> {
-        const TELLING: u64 = 32;
+        const SAMPLE: u64 = 32;
         self.seen += 1;
         let expected = self.seen as f64 / (start / self.end);
-        let hopeless = self.seen > self.most / TELLING && expected > 4.0 * self.most as f64;
+        let hopeless = self.seen > self.most / SAMPLE && expected > 4.0 * self.most as f64;
         (self.seen <= self.most && !hopeless).then_some(())
     }
 
@@ -327,7 +327,7 @@ pub(crate) fn follow(
 ) -> Option<()> {
     /// The most products that all stretches together may take.
     const MOST: f64 = 4e9;
-    /// The most products that a way takes at the start.
+    /// The most products that may be taken at the start.
     const MOST_AT_ONCE: f64 = 2e9;
     let grid = problem.grid();
     let end = grid.time(grid.last());

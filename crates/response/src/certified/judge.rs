@@ -37,7 +37,7 @@ impl Judge {
     }
 
     /// Whether an instant is good enough: of its displacements and of its velocities, the largest one
-    /// and the error before it is rounded. `accelerates` tells whether any acceleration is not 0.
+    /// and the error before it is rounded. `accelerates` says whether any acceleration is not 0.
     pub(crate) fn judge(
         &mut self,
         motion: [(f64, Magnitude); 2],

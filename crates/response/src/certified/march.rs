@@ -231,7 +231,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
-    /// The powers whose norms tell how errors fade, where they cost little beside the march.
+    /// The powers whose norms show how errors fade, where they cost little beside the march.
     fn prepare_all(&mut self, wanted: &Wanted<'_>) {
         let instants = wanted.count(self.driven.problem.grid());
         let steps = self.driven.problem.grid().last() * self.driven.clock.division;

@@ -142,7 +142,7 @@ impl ByCertifiedExponential {
         Err(ResponseError::NotApplicable {
             method: self.name(),
             reason:
-                "no number of digits in reach tells a matrix to be divided by from a singular one"
+                "no number of digits in reach distinguishes a matrix to be divided by from a singular one"
                     .to_owned(),
         })
     }

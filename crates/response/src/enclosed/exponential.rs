@@ -389,7 +389,7 @@ mod tests {
             };
             let sum = polynomial(&x, &plan);
             let off = (sum.entries()[0].to_f64() - size.exp()).abs();
-            assert!(off > 2e-4, "the series is longer than it was told to be");
+            assert!(off > 2e-4, "the series is longer than planned");
             assert!(
                 off <= sum.error().to_f64(),
                 "{off:e} {}",

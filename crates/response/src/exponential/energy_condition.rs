@@ -48,7 +48,7 @@ mod tests {
         }
         let system = chain.build().expect("a chain");
         let form = FirstOrder::of(&system).expect("regular");
-        // Short beside the fastest period, so that the plain condition can be had in doubles.
+        // Short beside the fastest period, so that the plain condition can be computed in doubles.
         let h = 1e-5;
         let a = form.a() * faer::Scale(h);
         let plain = expm_condition(a.as_ref()).expect("finite");

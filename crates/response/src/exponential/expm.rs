@@ -43,7 +43,7 @@ pub struct BoundedExponential {
 ///
 /// # Errors
 /// [`ExpmError`] for a matrix that is not square or has an entry that is not finite, and where the exponential has
-/// fewer digits than promised, or could only be had with more digits than can be afforded.
+/// fewer digits than promised, or needs more digits than can be afforded.
 pub fn expm(a: MatRef<'_, f64>) -> Result<Mat<f64>, ExpmError> {
     /// By so much blocks that were put in their place may change the norm that an estimate started from.
     const SLACK: f64 = 1.0 + 1e-6;
@@ -156,12 +156,12 @@ fn jointly(
     classes: &[Vec<usize>],
     limit: f64,
 ) -> Result<BoundedExponential, ExpmError> {
-    /// Up to so many rows 32 digits take no longer than it takes to tell whether doubles suffice.
+    /// Up to so many rows 32 digits take no longer than it takes to decide whether doubles suffice.
     const SMALL: usize = 8;
     /// Above this part of the norm no error is taken without having tried more digits.
     const INVISIBLE: f64 = 1e-12;
     /// Estimates above this part of the norm say too little.
-    const TELLING: f64 = 1e-3;
+    const USEFUL: f64 = 1e-3;
     let n = a.nrows();
     let exponents = scales(a, classes);
     let rough = if n > SMALL {
@@ -199,7 +199,7 @@ fn jointly(
         });
     }
     match rough {
-        Some(Rough { matrix, off, .. }) if off <= TELLING * norm(matrix.as_ref()) => {
+        Some(Rough { matrix, off, .. }) if off <= USEFUL * norm(matrix.as_ref()) => {
             Ok(estimated(matrix, 4.0 * off))
         }
         _ => Err(ExpmError::TooManyDigits { order: n }),

@@ -72,7 +72,7 @@ pub(super) fn pade(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
     let eta = norm(a4.as_ref())
         .powf(0.25)
         .max(norm(a6.as_ref()).powf(1.0 / 6.0));
-    // The powers tell how much of the first scaling was needless.
+    // The powers show how much of the first scaling was needless.
     let spare = if eta > 0.0 {
         (THETA / eta).log2().floor().clamp(0.0, f64::from(first))
     } else {

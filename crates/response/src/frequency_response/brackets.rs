@@ -87,7 +87,7 @@ impl FrequencyResponse<'_> {
     /// Frequency in rad/s and magnitude of each peak of the first function between two frequencies, the higher of which may be
     /// infinite, with both ends and the highest frequency looked at, by its [values](Self::at) about the roots given, those of the
     /// system; `None` where a value is not known. Where two peaks are close, one may be missed:
-    /// [`Transfer::peaks`](super::Transfer::peaks) tells that none is higher, [`features`](Self::features) prove all.
+    /// [`Transfer::peaks`](super::Transfer::peaks) shows that none is higher, [`features`](Self::features) prove all.
     ///
     /// # Errors
     /// As [`at`](Self::at).
@@ -97,7 +97,7 @@ impl FrequencyResponse<'_> {
         low: f64,
         high: f64,
     ) -> Result<Option<Vec<(f64, f64)>>, FrequencyError> {
-        /// Values beside a peak that are as near to it tell it to all digits but those of their rounding.
+        /// Values beside a peak that are as near to it give it to all digits but those of their rounding.
         const FLAT: f64 = 1e-13;
         let look = |frequencies: &[f64]| -> Result<Vec<f64>, Option<FrequencyError>> {
             let functions = self.at(frequencies).map_err(Some)?;

@@ -67,7 +67,7 @@ pub(super) enum Enclosed {
     Values(Vec<Vec<Value>>, FrequencyMethod),
     /// The matrix is proved to be singular.
     Singular,
-    /// So many digits do not tell it from a singular one.
+    /// So many digits do not distinguish it from a singular one.
     Undecided(usize),
 }
 
@@ -145,7 +145,7 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
         found = Some((values, FrequencyMethod::Inverse));
     }
     let (mut digits, mut work) = (0, 0u64);
-    // What a whole range of frequencies leaves unknown, no digits tell.
+    // What a whole range of frequencies leaves unknown, no digits decide.
     let rungs = if question.frequency.radius > 0.0 {
         2
     } else {

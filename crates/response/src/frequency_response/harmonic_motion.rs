@@ -69,7 +69,7 @@ pub enum SteadyStateError {
     /// K is proved to be singular, and a constant load asks for an equilibrium.
     #[error("a load of frequency 0 is constant, and no springs hold what it acts on")]
     Unsupported,
-    /// The highest precision does not tell K − Ω²M + iΩC from a singular matrix.
+    /// The highest precision does not distinguish K − Ω²M + iΩC from a singular matrix.
     #[error(
         "{frequency:?} rad/s cannot be distinguished from a natural frequency without damping, even with {digits} digits"
     )]

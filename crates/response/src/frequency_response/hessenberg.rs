@@ -139,7 +139,7 @@ impl Hessenberg {
         })
     }
 
-    /// For each frequency by how much (s − A)⁻¹ enlarges: measured at every eighth, and where the two beside do not tell.
+    /// For each frequency by how much (s − A)⁻¹ enlarges: measured at every eighth, and where the two beside do not decide.
     pub(super) fn enlargements(&self, frequencies: &[f64]) -> Vec<f64> {
         const STRIDE: usize = 8;
         let all = 0..frequencies.len();
@@ -555,9 +555,9 @@ mod tests {
             let mut measured = vec![f64::NAN; frequencies.len()];
             form.measure(&frequencies, 0..frequencies.len(), &mut measured);
             let found = form.enlargements(&frequencies);
-            let told = found.iter().zip(&measured).filter(|(a, b)| a != b);
-            let told = told.count();
-            assert!(told >= likely, "{damping}: {told}");
+            let estimated = found.iter().zip(&measured).filter(|(a, b)| a != b);
+            let estimated = estimated.count();
+            assert!(estimated >= likely, "{damping}: {estimated}");
             for (found, measured) in found.iter().zip(measured) {
                 assert!(
                     (measured..=2.5 * measured).contains(found),

@@ -36,7 +36,7 @@ struct PoleSum {
 
 impl Transfer {
     /// Frequency in rad/s and magnitude of each peak between two frequencies, the higher of which may be infinite, with both ends
-    /// and the highest frequency looked at; `None` where doubles do not tell them: where something does not decay, the gain grows
+    /// and the highest frequency looked at; `None` where doubles do not determine them: where something does not decay, the gain grows
     /// without end, or too few digits are left. That no peak is higher than all of these is shown by a level set, but for springs
     /// with losses and systems of more than 100 coordinates.
     pub fn peaks(&self, system: &System, low: f64, high: f64) -> Option<Vec<(f64, f64)>> {
@@ -238,7 +238,7 @@ impl PoleSum {
     }
 }
 
-/// Whether all of it is clearly to the left of the axis: near it, only a proof tells whether a gain is finite.
+/// Whether all of it is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
 fn decays(poles: &[Complex<f64>]) -> bool {
     poles.iter().all(|pole| pole.re <= -1e-9 * pole.norm())
 }

@@ -153,13 +153,13 @@ impl Estimate {
         let displacement = factor * self.displacement + detour[0];
         let velocity = factor * (self.velocity + self.rate * self.displacement) + detour[1];
         // Beyond the size of the motion, a first-order estimate says nothing.
-        let telling = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);
+        let usable = |bound: f64| (factor < 1.0 && bound.is_finite()).then_some(bound);
         // A row of A² is no larger than a row of A times the rate; what cancels in A does so in it.
         let rounded = 8.0 * (self.states + self.at_once) * self.acceleration
             + 4.0 * self.assembled * (self.velocity + self.rate * self.displacement);
         let acceleration =
             self.rate * (velocity + self.rate * displacement) + f64::EPSILON * rounded;
-        [displacement, velocity, acceleration].map(telling)
+        [displacement, velocity, acceleration].map(usable)
     }
 }
 

@@ -32,7 +32,7 @@ impl ModalTruncation {
     /// The motion at the instants asked for.
     ///
     /// # Errors
-    /// [`ResponseError::Sparse`] where the modes cannot be had, [`ResponseError::NotApplicable`] where
+    /// [`ResponseError::Sparse`] where the modes cannot be computed, [`ResponseError::NotApplicable`] where
     /// more is asked for than displacements and velocities, a load acts at a point, a support moves or no residual flexibility exists, and what the reduced equation reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         if problem.wants_acceleration() || !problem.sources().is_empty() {

@@ -52,8 +52,8 @@ impl Floating {
         };
         let values = svd.S().column_vector();
         let limit = n as f64 * f64::EPSILON * values[0];
-        let told = || (0..n).take_while(|&i| values[i] > limit).count();
-        let rank = counted.map_or_else(told, |count| n - count);
+        let above = || (0..n).take_while(|&i| values[i] > limit).count();
+        let rank = counted.map_or_else(above, |count| n - count);
         Floating {
             right: svd.V().subcols(rank, n - rank).to_owned(),
             left: svd.U().subcols(rank, n - rank).to_owned(),
@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(free.right.ncols(), 1);
     }
 
-    /// A lever, 5(a − 2b)²: it moves freely with a = 2b, which no node tells, so that what floats comes from
+    /// A lever, 5(a − 2b)²: it moves freely with a = 2b, which no node shows, so that what floats comes from
     /// singular vectors.
     #[test]
     fn what_floats_by_its_matrix_is_still_stretched() {

@@ -196,10 +196,10 @@ pub enum ResponseError {
         /// What it reported.
         reason: String,
     },
-    /// Modal truncation needs some modes, and they could not be had.
+    /// Modal truncation needs some modes, and they could not be computed.
     #[error(transparent)]
     Sparse(#[from] SparseError),
-    /// Modal superposition needs modes, and they could not be had.
+    /// Modal superposition needs modes, and they could not be computed.
     #[error(transparent)]
     Modes(#[from] ModesError),
 }

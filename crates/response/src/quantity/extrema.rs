@@ -223,7 +223,7 @@ impl Extrema {
         let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
         follow(problem, 0, ranges.clone(), &mut |stretch| {
             if !seen {
-                // A node without mass does not begin where it is not told to.
+                // A node without mass does not begin at the initial values given.
                 seen = true;
                 for i in 0..n {
                     let displacement = stretch.left.x(i);
@@ -499,7 +499,7 @@ pub(crate) fn last_outside(
                 continue;
             };
             if out == 1.0 {
-                // Outside at the end of a stretch; what follows tells more, but for the last one.
+                // Outside at the end of a stretch; what follows decides, but for the last one.
                 last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
                 continue;
             }

@@ -110,7 +110,7 @@ impl Summary {
     /// [`is_between`](Self::is_between) says which. The last instant decides what keeps moving, of which
     /// what is too small to be seen in six digits is left out. `None` if there are no instants, or
     /// none by its index, and for a [large](eigentone_modes::System::is_large) system, of which not all modes
-    /// can be had.
+    /// can be computed.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory, modes: &Modes) -> Option<Summary> {
         let system = problem.system();
         if system.is_large() {

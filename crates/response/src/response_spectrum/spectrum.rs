@@ -22,7 +22,7 @@ pub struct SpectralPeak {
     /// When, in s.
     pub time: f64,
     /// How far from that the motion turns, proven; `None` where it does not turn but has a corner, as some accelerations at
-    /// samples, or where digits do not tell.
+    /// samples, or where digits do not decide.
     pub time_bound: Option<f64>,
 }
 
@@ -194,22 +194,22 @@ impl<'a, T: Real> Shaken<'a, T> {
         let single = self.maps.error().max(self.free.error());
         let error = 4.0 * steps * (single * size + floor) * (1.0 + SLACK);
         let (rate, relative) = self.oscillator.rate;
-        let told = |largest: &Largest<T>, form: &Form<T>, power: i32| {
+        let peak_of = |largest: &Largest<T>, form: &Form<T>, power: i32| {
             let error = error * form.norm();
             let time_bound = largest.time_bound(error);
             SpectralPeak {
                 time_bound,
-                ..told(largest, error.into(), rate, relative, power)
+                ..scaled(largest, error.into(), rate, relative, power)
             }
         };
         let [y, a] = &found[..] else {
             return None;
         };
         let peaks = [
-            told(y, &self.forms[0], -1),
-            told(y, &self.forms[0], 0),
-            told(y, &self.forms[0], 1),
-            told(a, &self.forms[1], 1),
+            peak_of(y, &self.forms[0], -1),
+            peak_of(y, &self.forms[0], 0),
+            peak_of(y, &self.forms[0], 1),
+            peak_of(a, &self.forms[1], 1),
         ];
         let whole = |peak: &SpectralPeak| {
             peak.value.is_finite() && peak.bound.is_finite() && peak.time.is_finite()
@@ -368,7 +368,7 @@ fn swing<T: Real>(
 }
 
 /// ω^power times the largest value, which may be off by `error`.
-fn told<T: Real>(
+fn scaled<T: Real>(
     largest: &Largest<T>,
     error: Magnitude,
     rate: DoubleDouble,

@@ -72,7 +72,7 @@ pub enum StateSpaceError {
         /// The rigid motion or the undamped modes.
         what: String,
     },
-    /// Something grows, or decays so little that no digits in reach tell.
+    /// Something grows, or decays so little that no digits in reach decide.
     #[error(
         "no number of digits in reach shows that the motion comes to rest by itself: something grows under noise, or decays next to not at all"
     )]
@@ -125,7 +125,7 @@ pub enum StateSpaceError {
     },
     /// No number of digits in reach leaves any.
     #[error(
-        "no number of digits in reach leaves any of the answer, or tells a matrix to be divided by from a singular one: take a shorter step"
+        "no number of digits in reach leaves any of the answer, or distinguishes a matrix to be divided by from a singular one: take a shorter step"
     )]
     Lost,
 }

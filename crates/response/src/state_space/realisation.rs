@@ -202,7 +202,7 @@ impl<T: Real> Realisation<T> {
 
     /// The states of the system itself beside the integrals u/s and u/s² of the inputs, from
     /// (s − A)⁻¹s⁻¹ = A⁻¹((s − A)⁻¹ − s⁻¹): the form without them, and what outputs follow of u/s² and of u/s. `None` where the
-    /// digits do not tell A from a singular matrix.
+    /// digits do not distinguish A from a singular matrix.
     pub(super) fn beside_integrals(
         mut self,
         asked: &Asked<'_>,

@@ -1,8 +1,8 @@
-//! How many steps a way takes, distinguished from steps that were longer or did not reach its end.
+//! How many steps an integration takes, predicted from longer steps, or from steps that did not reach its end.
 
 use super::super::{Basis, Prediction};
 
-/// What the steps taken so far tell of those that a stricter tolerance would take.
+/// Predicts from the steps taken so far those that a stricter tolerance would take.
 pub(super) struct Outlook {
     /// What accuracy would shorten the steps by.
     pub(super) factor: f64,

@@ -1,6 +1,6 @@
 //! The numerical integrators: `convergence` observes their order, `damping` what their documentation
 //! says of numerical damping and stability, `stiffness` what becomes of motions that die down fast,
-//! `prediction` what they tell before they run, `diffsol` the methods of that crate.
+//! `prediction` what they predict before they run, `diffsol` the methods of that crate.
 
 mod convergence;
 mod damping;

@@ -19,7 +19,7 @@ pub(crate) struct Elastic {
     pub(crate) bound: f64,
     /// 0 where it is known to be imaginary.
     pub(crate) real_bound: f64,
-    /// How many frequencies the bounds do not tell apart.
+    /// How many frequencies the bounds do not separate.
     pub(crate) multiplicity: usize,
     pub(crate) shape: Shape,
 }

@@ -21,7 +21,7 @@ const TINY: f64 = 1e-120;
 const RANGE: std::ops::Range<f64> = 1e-150..1e150;
 
 /// For each elastic column, how far each of its entries may be from a multiple of the true shape; `None` where
-/// that is not proved. Without meaning for values that their bounds do not tell apart.
+/// that is not proved. Without meaning for values that their bounds do not separate.
 pub(super) fn errors(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Option<Vec<f64>>> {
     let (all, elastic) = (columns.len(), forms.squares.len());
     let n = columns.first().map_or(0, Vec::len);

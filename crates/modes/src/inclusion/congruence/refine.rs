@@ -38,7 +38,7 @@ impl Forms {
     }
 
     /// Whether all squares are known to some digits, but for some that are distinguished from all others by being so small.
-    fn tell(&self) -> bool {
+    fn are_distinguished(&self) -> bool {
         const LARGEST: f64 = 1e-3;
         let each = self.reach.iter().zip(&self.squares);
         let each = each.map(|(reach, square)| (*reach, square.to_f64().abs()));
@@ -131,7 +131,7 @@ impl Basis<'_> {
                 break;
             }
         }
-        forms.tell().then_some(forms)
+        forms.are_distinguished().then_some(forms)
     }
 
     /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the

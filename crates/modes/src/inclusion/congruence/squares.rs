@@ -44,7 +44,7 @@ impl Squares {
         around(centre, reach.fold(0.0, f64::max) * UPWARD)
     }
 
-    /// The values in groups, each of which begins at 0 or where they are said to.
+    /// The values in groups, each of which begins at 0 or where `begins` is true.
     pub(in crate::inclusion) fn apart_where(
         &self,
         begins: impl Fn(usize) -> bool,
@@ -59,7 +59,7 @@ impl Squares {
         groups
     }
 
-    /// Those that their bounds do not tell apart.
+    /// Those that their bounds do not separate.
     pub(crate) fn groups(&self) -> Vec<Range<usize>> {
         let touch = |i: usize| {
             let gap = (self.values[i] - self.values[i - 1]).to_f64();

@@ -183,7 +183,7 @@ fn row_product(u: &[f64], v: &[f64], x: &[Complex<f64>]) -> Complex<f64> {
     Complex::new(ux - vy, uy + vx)
 }
 
-/// Makes the largest component 1 and tells how large it was; `None` where a component is no number or all are 0.
+/// Makes the largest component 1 and gives how large it was; `None` where a component is no number or all are 0.
 fn unit(x: &mut [Complex<f64>]) -> Option<f64> {
     let largest = x.iter().map(Complex::norm_sqr).fold(0.0, f64::max).sqrt();
     // What is not a number, which no maximum shows, shows in a sum.

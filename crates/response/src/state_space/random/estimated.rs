@@ -69,7 +69,7 @@ impl MeanSquare {
 }
 
 impl MeanSquare {
-    /// As doubles tell it; `None` where something does not decay.
+    /// As computed in doubles; `None` where something does not decay.
     fn of(
         form: &Weighed<f64>,
         output: &str,
@@ -262,7 +262,7 @@ impl Smith {
         Some(Smith { shifted, f, q })
     }
 
-    /// P for one Q, and with Aᵀ for A what solves that for another; `None` where something does not decay, as far as doubles tell.
+    /// P for one Q, and with Aᵀ for A what solves that for another; `None` where something does not decay, as far as doubles show.
     fn solve(&self, right: &Mat<f64>, back: &Mat<f64>) -> Option<[Mat<f64>; 2]> {
         const DOUBLINGS: usize = 60;
         const NOTHING: f64 = 1e-16;
@@ -311,7 +311,7 @@ fn sizes(parts: &[Mat<f64>]) -> Parts {
 
 impl RandomVibration<'_> {
     /// The mean square of one output, or of the displacement of a coordinate or point, or of what a weighting makes of it, in doubles
-    /// with an estimate of its error: many times quicker than [`solve`](Self::solve), which proves all of them. `None` where doubles do not tell it: under noise
+    /// with an estimate of its error: many times quicker than [`solve`](Self::solve), which proves all of them. `None` where doubles do not determine it: under noise
     /// of a band, where the mean square is not shown to be finite, and where something does not decay.
     ///
     /// ```

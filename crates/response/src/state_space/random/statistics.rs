@@ -17,9 +17,9 @@ pub enum Rms {
         /// The noise that makes it so.
         by: String,
     },
-    /// No digits in reach tell whether it is finite.
+    /// No digits in reach decide whether it is finite.
     Undecided {
-        /// The noise of which they do not tell whether it passes on at once.
+        /// The noise of which they do not decide whether it passes on at once.
         by: String,
     },
 }

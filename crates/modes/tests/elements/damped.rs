@@ -31,6 +31,9 @@ fn models() -> Vec<(String, Model)> {
             lumped_beam(20, ends).rotating(7.0),
         ));
     }
+    // As many real roots next to −1/β as there are rotations.
+    let free = lumped_beam(44, Ends::Free).rayleigh(0.3, 1e-5);
+    models.push(("lumped Free 44 rayleigh".to_owned(), free));
     // Free shafts, seen from the axes that turn with them: nothing holds the translations, rotations only what rounding leaves.
     for (elements, speed) in [(16, 7.0), (20, 0.3)] {
         models.push((

@@ -280,9 +280,10 @@ impl Rows {
         !share.is_finite() || share.norm() * ratio > SMALL
     }
 
-    /// How many columns are mixed with others.
+    /// How many columns are mixed with others, conjugates counted.
     fn mixing(&self) -> usize {
-        self.mixed(false).iter().map(Vec::len).sum()
+        let columns = |i: &usize| 1 + self.place(*i, true) - self.place(*i, false);
+        self.mixed(false).iter().flatten().map(columns).sum()
     }
 
     /// Whether the gap between two roots may hide that they are mixed.

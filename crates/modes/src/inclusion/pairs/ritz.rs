@@ -7,10 +7,12 @@
 
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::{Mat, c64};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side, c64};
 
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
+use crate::linear::symmetric_eigen::symmetric_eigen;
 use crate::linear::vector::settle;
 
 /// Which roots of a span come out with most digits: those of B⁻¹A are the large ones, those of A⁻¹B the small ones.
@@ -101,26 +103,31 @@ impl Pairs<'_> {
             }
         }
         let inverted = end == End::Small && !close;
-        let quotient = if inverted {
-            a.partial_piv_lu().solve(&b)
-        } else {
-            b.partial_piv_lu().solve(&a)
-        };
-        settle();
+        let (matrix, other) = if inverted { (&b, &a) } else { (&a, &b) };
         let all_finite = |matrix: &Mat<c64>| matrix.norm_max().is_finite();
-        if !all_finite(&quotient) {
-            return None;
-        }
-        let eigen = if in_plane {
-            quotient.eigen()
-        } else {
-            Mat::from_fn(k, k, |p, q| quotient[(p, q)].re).eigen()
+        let on_axis = !in_plane;
+        let definite = (on_axis && !self.has_left()).then(|| definite_eigen(matrix, other));
+        let general = || {
+            let quotient = other.partial_piv_lu().solve(matrix);
+            settle();
+            if !all_finite(&quotient) {
+                return None;
+            }
+            let eigen = if on_axis {
+                Mat::from_fn(k, k, |p, q| quotient[(p, q)].re).eigen()
+            } else {
+                quotient.eigen()
+            };
+            let eigen = eigen.ok()?;
+            let values = eigen.S().column_vector().iter().copied().collect();
+            Some((values, eigen.U().to_owned()))
         };
-        let eigen = eigen.ok()?;
-        let right = eigen.U().to_owned();
-        let left = (b * &right).partial_piv_lu().inverse();
+        let (values, right): (Vec<c64>, Mat<c64>) = definite.flatten().or_else(general)?;
+        let left = self
+            .has_left()
+            .then(|| (&b * &right).partial_piv_lu().inverse());
         settle();
-        if !all_finite(&right) || !all_finite(&left) {
+        if !all_finite(&right) || left.as_ref().is_some_and(|left| !all_finite(left)) {
             return None;
         }
         let combined =
@@ -153,8 +160,8 @@ impl Pairs<'_> {
                 parts
             };
         let mut found = Vec::with_capacity(k);
-        for (j, value) in eigen.S().column_vector().iter().enumerate() {
-            let value = if inverted { value.inv() } else { *value };
+        for (j, value) in values.into_iter().enumerate() {
+            let value = if inverted { value.inv() } else { value };
             let crosses_axis = in_plane && first.im.to_f64() + value.im <= 0.0;
             if !value.is_finite() || crosses_axis {
                 return None;
@@ -167,12 +174,35 @@ impl Pairs<'_> {
             found.push(Pair {
                 value: centre + ComplexDoubleDouble::new(value.re, value.im),
                 right: combined(&|p| right[(p, j)], Pair::right, real),
-                left: self
-                    .has_left()
-                    .then(|| combined(&|p| left[(j, p)], Pair::left, real)),
+                left: left
+                    .as_ref()
+                    .map(|left| combined(&|p| left[(j, p)], Pair::left, real)),
                 origin: self.pairs[group[place]].origin,
             });
         }
         Some(found)
     }
+}
+
+/// Of a symmetric real pencil (A, B) with B definite, whose roots are real however close they lie; `None` where B is not.
+fn definite_eigen(a: &Mat<c64>, b: &Mat<c64>) -> Option<(Vec<c64>, Mat<c64>)> {
+    let k = b.nrows();
+    let sign = if b[(0, 0)].re < 0.0 { -1.0 } else { 1.0 };
+    let symmetric = |matrix: &Mat<c64>| {
+        let half = 0.5 * sign;
+        Mat::from_fn(k, k, |p, q| half * (matrix[(p, q)].re + matrix[(q, p)].re))
+    };
+    let (a, b) = (symmetric(a), symmetric(b));
+    let factor = b.llt(Side::Lower).ok()?;
+    let mut inverse = Mat::<f64>::identity(k, k);
+    solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
+    let turned = &inverse * a * inverse.transpose();
+    settle();
+    if !turned.norm_max().is_finite() {
+        return None;
+    }
+    let (values, vectors) = symmetric_eigen(&turned)?;
+    let right = inverse.transpose() * vectors;
+    let right = Mat::from_fn(k, k, |p, q| c64::from(right[(p, q)]));
+    Some((values.into_iter().map(c64::from).collect(), right))
 }

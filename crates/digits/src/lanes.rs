@@ -58,6 +58,42 @@ impl<const L: usize> Lanes<L> {
         })
     }
 
+    /// So many terms [`sparse_products`](Self::sparse_products) sums at once.
+    pub const AT_ONCE: usize = 16;
+
+    /// Σ factor · columns_k over terms (k, factor) in every lane. As long as nothing overflows, each is off by at most
+    /// ((m + 4)²/16 + ⌊n/m⌋)·2^-102 Σ|factor||columns_k| for n terms, m = [`AT_ONCE`](Self::AT_ONCE) or n if that is
+    /// less, and by 2^-1060 for each term where error terms underflow.
+    ///
+    /// m at a time are summed as in [`products`](Self::products), and these sums in double-double.
+    ///
+    /// # Panics
+    /// If there is no column k.
+    #[inline(always)]
+    pub fn sparse_products<const FUSED: bool>(
+        terms: &[(usize, f64)],
+        columns: &[Lanes<L>],
+    ) -> [DoubleDouble; L] {
+        let mut sums = [DoubleDouble::ZERO; L];
+        for terms in terms.chunks(Self::AT_ONCE) {
+            let mut part = Lanes::<L>::ZERO;
+            for (k, factor) in terms {
+                part.add_product::<FUSED>(DoubleDouble::from(*factor), &columns[*k]);
+            }
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                *sum += match part.high[lane].is_finite() && part.low[lane].is_finite() {
+                    true => DoubleDouble::new(part.high[lane], part.low[lane]),
+                    // The splitting overflows above 2^996, where the operators go another way.
+                    false => terms.iter().fold(DoubleDouble::ZERO, |sum, (k, factor)| {
+                        let entries = &columns[*k];
+                        sum + DoubleDouble::new(entries.high[lane], entries.low[lane]) * *factor
+                    }),
+                };
+            }
+        }
+        sums
+    }
+
     /// Adds factor·(first − second)² in every lane. A sum of n such terms is off by at most
     /// (n + 8)²·2^-106 of that of their sizes, n up to 2^20, and by 2^-1060 for each term where error terms
     /// underflow, as long as nothing comes near the ends of the range: above 2^450 the splitting of doubles

@@ -26,7 +26,7 @@ use faer::Mat;
 
 use super::bounded_shape::Shape;
 use super::congruence::{Basis, Goal, Squares, squares};
-use super::gram::{Form, Gram, UPWARD};
+use super::gram::{Form, Gram, SLICES, UPWARD};
 use super::inert::Inert;
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::model::MatrixKind;
@@ -158,6 +158,7 @@ fn uncouple(system: &System, columns: &mut [Vec<DoubleDouble>]) -> Option<()> {
         elastic: columns.len(),
         null: 0,
         inert: Inert::none(),
+        slices: SLICES,
         columns: columns.to_vec(),
     };
     basis.refine(Goal::always(1e-27))?;

@@ -6,11 +6,18 @@ use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::sliced;
 use crate::model::{Element, MatrixKind, Node, Term};
 use crate::system::System;
 
 /// Sums of doubles that are all ≥ 0 are this near their truth for any length in reach.
 pub(super) const UPWARD: f64 = 1.0 + 1e-9;
+
+/// From so many columns on products of matrices of doubles are quicker than double-doubles.
+const LARGE: usize = 48;
+
+/// As many as leave no more than what double-doubles round.
+pub(super) const SLICES: usize = 3;
 
 /// A form Σ_e k_e (y_a − y_b)(x_a − x_b) + yᵀAx of elements e = (a, b) and a matrix A.
 pub(super) struct Form<'a> {
@@ -28,11 +35,16 @@ pub(super) struct Gram {
     is_symmetric: bool,
     /// By rows.
     entries: Vec<DoubleDouble>,
-    /// Entry (i, j), i ≤ j where symmetric, is off by at most unit·first_i·second_j + floor.
+    /// Entry (i, j), i ≤ j where symmetric, is off by at most the sum of unit·first_i·second_j over these, and `floor`.
+    roundings: Vec<Rounding>,
+    floor: f64,
+}
+
+/// A bound of the errors of all entries: unit·first_i·second_j.
+struct Rounding {
+    unit: f64,
     first: Vec<f64>,
     second: Vec<f64>,
-    unit: f64,
-    floor: f64,
 }
 
 impl<'a> Form<'a> {
@@ -74,7 +86,9 @@ impl<'a> Form<'a> {
     }
 
     pub(super) fn mass(system: &'a System) -> Form<'a> {
-        let lumped = system.masses().iter().enumerate().map(|(i, mass)| Element {
+        let masses = system.masses().iter().enumerate();
+        let lumped = masses.filter(|(_, mass)| **mass != 0.0);
+        let lumped = lumped.map(|(i, mass)| Element {
             first: Node::Coordinate(i),
             second: Node::Ground,
             coefficient: *mass,
@@ -89,31 +103,53 @@ impl<'a> Form<'a> {
 
     /// XᵀAX of a symmetric form.
     pub(super) fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
-        self.products(columns, None)
+        self.products(columns, None, SLICES)
+    }
+
+    /// The same, in so many slices where [`is_sliced`](Self::is_sliced).
+    pub(super) fn gram_in(&self, slices: usize, columns: &[Vec<DoubleDouble>]) -> Gram {
+        self.products(columns, None, slices)
+    }
+
+    /// Whether products of so many columns with as many others are taken in slices.
+    pub(super) fn is_sliced(&self, columns: usize) -> bool {
+        self.matrix.is_some() && columns >= LARGE
     }
 
     /// YᵀAX.
     pub(super) fn between(&self, left: &[Vec<DoubleDouble>], right: &[Vec<DoubleDouble>]) -> Gram {
-        self.products(left, Some(right))
+        self.products(left, Some(right), SLICES)
     }
 
     /// Entry (i, j) is the sum over elements of (k·stretch_i)·stretch_j, so that soft springs
     /// survive beside stiff ones; where elements are many, and for A, the sum over nodes of
     /// force_i·x_j. Without columns of their own on the right, the entries are those for i ≤ j.
     ///
-    /// Each entry is a sum of products whose factors err by at most `count` roundings of 2^-102 one upon
+    /// Each entry is a sum of products whose factors err by at most a number of roundings of 2^-102 one upon
     /// the other, and which [`Lanes::products`] sums: it errs by a `unit` of the sum of the absolute products. That
     /// in turn is bounded by the inequality of Cauchy and Schwarz over all pairs it runs over:
     /// Σ|k||s_i||s_j| ≤ √(Σ|k|s_i²)·√(Σ|k|s_j²), and likewise Σ|k||s_i|(|x_aj| + |x_bj|) and
     /// Σ|A_ab||x_ai||x_bj|.
-    fn products(&self, left: &[Vec<DoubleDouble>], right: Option<&[Vec<DoubleDouble>]>) -> Gram {
+    fn products(
+        &self,
+        left: &[Vec<DoubleDouble>],
+        right: Option<&[Vec<DoubleDouble>]>,
+        slices: usize,
+    ) -> Gram {
         let weights = Weights::of(self);
-        let sides = |columns: &[Vec<DoubleDouble>], on_left: bool| -> Vec<Side> {
-            let each = columns.iter();
-            each.map(|x| self.side(&weights, x, on_left)).collect()
-        };
-        let mut left = sides(left, true);
-        let right = right.map(|right| sides(right, false));
+        let mut nodal = Arch::new().dispatch(NodalForces {
+            entries: &weights.entries,
+            columns: left,
+            n: self.n,
+        });
+        let left = left.iter().zip(&mut nodal);
+        let mut left: Vec<Side> = left
+            .map(|(x, nodal)| self.side(&weights, x, Some(std::mem::take(nodal))))
+            .collect();
+        let right = right.map(|right| -> Vec<Side> {
+            let each = right.iter();
+            each.map(|x| self.side(&weights, x, None)).collect()
+        });
         let is_symmetric = right.is_none();
         let inner: Vec<Vec<DoubleDouble>> = left
             .iter_mut()
@@ -126,23 +162,43 @@ impl<'a> Form<'a> {
         let each = outer.iter().flatten().map(|x| x.to_f64().abs());
         let largest = each.fold(0.0, f64::max);
         let size = outer.len();
-        let terms = weights.terms.into_iter().max().unwrap_or(0);
         let length = outer.first().map_or(0, Vec::len);
-        let entries = Arch::new().dispatch(Products {
-            inner: &inner,
-            outer: &outer,
-            is_symmetric,
-        });
         // Both stretches, k·stretch, the rest of an entry and the sum of forces; then the sum of products.
-        let count = 5 + terms;
-        let summed = (length + 4) as f64;
+        let factors = Rounding {
+            unit: (6.0 + weights.roundings()) * 2f64.powi(-102),
+            first,
+            second,
+        };
+        let is_sliced = self.is_sliced(inner.len().min(size));
+        let sliced = is_sliced.then(|| sliced::products(&inner, &outer, slices, is_symmetric));
+        let (entries, roundings) = match sliced.flatten() {
+            Some(sliced) => {
+                let products = Rounding {
+                    unit: sliced.unit,
+                    first: sliced.first,
+                    second: sliced.second,
+                };
+                (sliced.entries, vec![factors, products])
+            }
+            None => {
+                let entries = Arch::new().dispatch(Products {
+                    inner: &inner,
+                    outer: &outer,
+                    is_symmetric,
+                });
+                let summed = (length + 4) as f64;
+                let both = Rounding {
+                    unit: factors.unit + summed * summed * 2f64.powi(-106),
+                    ..factors
+                };
+                (entries, vec![both])
+            }
+        };
         Gram {
             size,
             is_symmetric,
             entries,
-            first,
-            second,
-            unit: (count + 1) as f64 * 2f64.powi(-102) + summed * summed * 2f64.powi(-106),
+            roundings,
             // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
             floor: 1e-300 * (1.0 + largest),
         }
@@ -154,12 +210,12 @@ struct Weights {
     /// Whether entries are summed over elements, and whether over nodes.
     by_stretch: bool,
     by_force: bool,
-    /// What a unit displacement meets in absolute terms in elements, rows and columns, and how many terms it is.
+    /// What a unit displacement meets in absolute terms in elements, rows and columns, and in how many elements.
     load: Vec<f64>,
     rows: Vec<f64>,
     columns: Vec<f64>,
     terms: Vec<usize>,
-    /// The entries of the matrix that are not 0, by rows.
+    /// The entries of the matrix that are not 0, by columns.
     entries: Vec<Vec<(usize, f64)>>,
 }
 
@@ -185,8 +241,8 @@ impl Weights {
             }
         }
         if let Some(matrix) = form.matrix {
-            let row = |i: usize| matrix.row(i).iter().copied().enumerate();
-            let filled = |i| row(i).filter(|entry| entry.1 != 0.0).collect();
+            let column = |j: usize| matrix.col(j).iter().copied().enumerate();
+            let filled = |j| column(j).filter(|entry| entry.1 != 0.0).collect();
             weights.entries = (0..n).map(filled).collect();
             // What the next double leaves of an entry is below 2^-105 of it.
             let mut rests: BTreeMap<(usize, usize), DoubleDouble> = BTreeMap::new();
@@ -195,17 +251,32 @@ impl Weights {
                     DoubleDouble::from(tail.value);
             }
             for ((i, j), rest) in rests {
-                weights.entries[i].push((j, rest.to_f64()));
+                weights.entries[j].push((i, rest.to_f64()));
             }
         }
-        for (i, row) in weights.entries.iter().enumerate() {
-            for (j, entry) in row {
-                weights.rows[i] += entry.abs();
-                weights.columns[*j] += entry.abs();
-                weights.terms[*j] += 1;
+        for (j, column) in weights.entries.iter().enumerate() {
+            for (i, entry) in column {
+                weights.rows[*i] += entry.abs();
+                weights.columns[j] += entry.abs();
             }
         }
         weights
+    }
+}
+
+impl Weights {
+    /// How many roundings the sum of the forces on a node is.
+    fn roundings(&self) -> f64 {
+        let elements = self.terms.iter().max().map_or(0, |most| *most) as f64;
+        let most = self.entries.iter().map(Vec::len).max().unwrap_or(0);
+        // Of the terms that are summed at once, and of their sums.
+        let (at_once, sums) = (most.min(Lanes::<1>::AT_ONCE), most / Lanes::<1>::AT_ONCE);
+        let at_once = if most == 0 {
+            0.0
+        } else {
+            (at_once as f64 + 4.0).powi(2) / 16.0
+        };
+        elements + 1.0 + at_once + sums as f64
     }
 }
 
@@ -225,7 +296,13 @@ struct Side {
 }
 
 impl Form<'_> {
-    fn side(&self, weights: &Weights, x: &[DoubleDouble], on_left: bool) -> Side {
+    /// On the left with the forces of the matrix.
+    fn side(
+        &self,
+        weights: &Weights,
+        x: &[DoubleDouble],
+        nodal: Option<Vec<DoubleDouble>>,
+    ) -> Side {
         let at = |node: Node| node.coordinate().map_or(DoubleDouble::ZERO, |i| x[i]);
         let elements = self.elements.iter();
         let stretches: Vec<DoubleDouble> = elements
@@ -244,11 +321,7 @@ impl Form<'_> {
         } else {
             (2.0 * energy, over(&weights.load))
         };
-        let forces = if on_left {
-            self.forces(weights, x, &stretches)
-        } else {
-            Vec::new()
-        };
+        let forces = nodal.map_or(Vec::new(), |nodal| self.forces(weights, &stretches, nodal));
         let mut right = if weights.by_stretch {
             stretches
         } else {
@@ -265,12 +338,12 @@ impl Form<'_> {
         }
     }
 
-    /// Of the elements, of Aᵀ on the nodes, or of both.
+    /// Of the elements, on the nodes, or both, given those of Aᵀ on the nodes.
     fn forces(
         &self,
         weights: &Weights,
-        x: &[DoubleDouble],
         stretches: &[DoubleDouble],
+        mut nodal: Vec<DoubleDouble>,
     ) -> Vec<DoubleDouble> {
         let each = self.elements.iter().zip(stretches);
         let mut forces: Vec<DoubleDouble> =
@@ -278,7 +351,6 @@ impl Form<'_> {
         if !weights.by_force {
             return forces;
         }
-        let mut nodal = vec![DoubleDouble::ZERO; self.n];
         if !weights.by_stretch {
             for (element, force) in self.elements.iter().zip(&forces) {
                 let [first, second] = ends(element);
@@ -291,12 +363,48 @@ impl Form<'_> {
             }
             forces.clear();
         }
-        for (x, row) in x.iter().zip(&weights.entries) {
-            for (j, entry) in row {
-                nodal[*j] += *x * *entry;
+        forces.extend(nodal);
+        forces
+    }
+}
+
+/// Aᵀx for each of the columns x, given the entries of each column of A.
+struct NodalForces<'a> {
+    entries: &'a [Vec<(usize, f64)>],
+    columns: &'a [Vec<DoubleDouble>],
+    n: usize,
+}
+
+impl WithSimd for NodalForces<'_> {
+    type Output = Vec<Vec<DoubleDouble>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<Vec<DoubleDouble>> {
+        if S::F64_LANES > 1 {
+            self.sums::<true>()
+        } else {
+            self.sums::<false>()
+        }
+    }
+}
+
+impl NodalForces<'_> {
+    #[inline(always)]
+    fn sums<const FUSED: bool>(self) -> Vec<Vec<DoubleDouble>> {
+        let mut forces = vec![vec![DoubleDouble::ZERO; self.n]; self.columns.len()];
+        if self.entries.is_empty() {
+            return forces;
+        }
+        let blocks = forces.chunks_mut(LANES).zip(self.columns.chunks(LANES));
+        for (forces, columns) in blocks {
+            let side_by_side = interleaved(columns, self.n);
+            for (j, entries) in self.entries.iter().enumerate() {
+                let sums = Lanes::sparse_products::<FUSED>(entries, &side_by_side);
+                for (force, sum) in forces.iter_mut().zip(sums) {
+                    force[j] = sum;
+                }
             }
         }
-        forces.extend(nodal);
         forces
     }
 }
@@ -389,7 +497,9 @@ impl Gram {
         } else {
             (i, j)
         };
-        (self.unit * self.first[a] * self.second[b] + self.floor) * UPWARD
+        let each = self.roundings.iter();
+        let each = each.map(|rounding| rounding.unit * rounding.first[a] * rounding.second[b]);
+        (each.sum::<f64>() + self.floor) * UPWARD
     }
 
     /// A bound of ‖E‖ for this matrix = δ^{1/2}(D + E)δ^{1/2}, D its computed diagonal over δ but 0 from `zeros` on; the

@@ -13,6 +13,7 @@ pub(crate) mod quadratic;
 pub(crate) mod rayleigh;
 mod refine;
 pub(crate) mod shape;
+mod sliced;
 pub(crate) mod slow;
 pub(crate) mod springless;
 mod weierstrass;

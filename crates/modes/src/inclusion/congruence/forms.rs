@@ -44,6 +44,8 @@ pub(in crate::inclusion) struct Basis<'a> {
     pub(in crate::inclusion) null: usize,
     /// The coordinates that follow at once: the columns are as many as all others.
     pub(in crate::inclusion) inert: Inert,
+    /// In how many slices forms are computed.
+    pub(in crate::inclusion) slices: usize,
 }
 
 /// S, G and d in a basis.
@@ -63,8 +65,9 @@ pub(in crate::inclusion) struct Forms {
 impl Basis<'_> {
     /// `None` where a shape has no frequency or a number leaves its range.
     pub(super) fn forms(&self) -> Option<Forms> {
-        let stiffness = self.stiffness.gram(&self.columns[..self.elastic]);
-        let mass = self.mass.gram(&self.columns);
+        let elastic = &self.columns[..self.elastic];
+        let stiffness = self.stiffness.gram_in(self.slices, elastic);
+        let mass = self.mass.gram_in(self.slices, &self.columns);
         let nonzero = self.elastic - self.null;
         let in_range = |value: DoubleDouble| {
             let size = value.to_f64().abs();

@@ -11,6 +11,7 @@ use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
 use super::forms::{Basis, Forms};
+use crate::inclusion::gram::SLICES;
 use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// How small the bound of relative errors is to become.
@@ -118,20 +119,34 @@ impl Basis<'_> {
     /// Refines the basis to the goal, or as far as double-double reaches, and returns its forms.
     pub(in crate::inclusion) fn refine(&mut self, goal: Goal) -> Option<Forms> {
         const STEPS: usize = 16;
-        let mut forms = self.forms()?;
+        /// One correction makes this less than what one slice shows.
+        const SMALL: f64 = 1e-10;
+        /// Where two slices do.
+        const ROUGH: f64 = 1e-16;
+        let is_sliced = [&self.stiffness, &self.mass].map(|form| form.is_sliced(self.elastic));
+        let most = if goal.spread > ROUGH { 2 } else { SLICES };
+        self.slices = if is_sliced.contains(&true) { 1 } else { most };
+        let mut forms = self.forms();
         for _ in 0..STEPS {
-            if forms.meet(goal) {
-                break;
-            }
-            let Some((next, slow)) = self.advanced(&forms) else {
+            let Some(known) = forms.as_ref().filter(|known| !known.meet(goal)) else {
                 break;
             };
-            forms = next;
-            if slow {
-                break;
+            let before = self.slices;
+            if known.spread <= SMALL {
+                self.slices = most;
+            }
+            let next = self.advanced(known);
+            let is_slow = next.as_ref().is_none_or(|(_, slow)| *slow);
+            forms = next.map(|(next, _)| next).or(forms);
+            if is_slow {
+                if before == most {
+                    break;
+                }
+                self.slices = most;
+                forms = self.forms();
             }
         }
-        forms.are_distinguished().then_some(forms)
+        forms.filter(Forms::are_distinguished)
     }
 
     /// The forms after a step, and whether another would gain little; `None`, with the basis as before, where the

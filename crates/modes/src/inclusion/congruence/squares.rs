@@ -10,7 +10,7 @@ use super::closer::Closer;
 use super::forms::Basis;
 use super::refine::Goal;
 use crate::inclusion::bounded_shape::Shape;
-use crate::inclusion::gram::{Form, UPWARD};
+use crate::inclusion::gram::{Form, SLICES, UPWARD};
 use crate::inclusion::inert::Inert;
 use crate::inclusion::quadratic::around;
 use crate::structure::Structure;
@@ -213,6 +213,7 @@ fn basis<'a>(
         elastic,
         null,
         inert,
+        slices: SLICES,
     })
 }
 

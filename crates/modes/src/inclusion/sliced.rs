@@ -1,0 +1,283 @@
+//! Products of long columns to more digits than doubles have, as a few products of matrices of doubles.
+//!
+//! Columns whose largest entry is about 1 are cut into slices of β bits, A = A₁ + … + A_p + a_p with the entries of A_s multiples
+//! of 2^{-βs}. While 2β + log₂ n ≤ 53 no sum in A_sᵀB_t rounds, in whatever order it is taken. With b_t what t slices leave of B,
+//!
+//! AᵀB = Σ_{s+t ≤ p+1} A_sᵀB_t + Σ_s A_sᵀb_{p+1−s} + a_pᵀB,
+//!
+//! where the last two, some 2^{-βp} of the whole, are taken in doubles (Ozaki, Ogita, Oishi & Rump 2012, *Numer. Algorithms* 59).
+//! Powers of 2 scale rows against each other first, so that rotations beside translations cost no digits.
+
+use eigentone_digits::{DoubleDouble, Real};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
+use pulp::Arch;
+
+use super::gram::UPWARD;
+use crate::linear::vector::settle;
+
+type Columns = [Vec<DoubleDouble>];
+
+/// AᵀB by rows. Entry (i, j) is off by at most unit·first_i·second_j.
+pub(super) struct Sliced {
+    pub(super) entries: Vec<DoubleDouble>,
+    pub(super) unit: f64,
+    pub(super) first: Vec<f64>,
+    pub(super) second: Vec<f64>,
+}
+
+/// AᵀB in p slices; with `is_symmetric` from what is on and above its diagonal. `None` where entries are so
+/// large or small that their scales leave the range of doubles.
+pub(super) fn products(
+    a: &Columns,
+    b: &Columns,
+    slices: usize,
+    is_symmetric: bool,
+) -> Option<Sliced> {
+    let length = a.first().map_or(0, Vec::len);
+    let bits = (53 - i64::from(usize::BITS - length.leading_zeros())) / 2;
+    // Compiled for vectors of doubles.
+    let (left, right) = Arch::new().dispatch(|| {
+        let rows = row_scales(a, b, length)?;
+        let left = Side::of(a, &rows, slices, bits)?;
+        let inverse = |row: f64| if row == 0.0 { 0.0 } else { 1.0 / row };
+        let rows: Vec<f64> = rows.into_iter().map(inverse).collect();
+        Some((left, Side::of(b, &rows, slices, bits)?))
+    })?;
+    let (count, size) = (a.len(), b.len());
+    // The rows of AᵀB are the columns of BᵀA.
+    let mut part = Mat::<f64>::zeros(size, count);
+    let multiply = |a: &Mat<f64>, b: &Mat<f64>, accum: Accum, to: &mut Mat<f64>| {
+        let shape = if is_symmetric {
+            BlockStructure::TriangularLower
+        } else {
+            BlockStructure::Rectangular
+        };
+        let whole = BlockStructure::Rectangular;
+        let (b, a) = (b.transpose(), a.as_ref());
+        matmul(to.as_mut(), shape, accum, b, whole, a, whole, 1.0, Par::Seq);
+    };
+    let mut entries = vec![DoubleDouble::ZERO; count * size];
+    let mut add = |part: &Mat<f64>| {
+        for i in 0..count {
+            let from = if is_symmetric { i } else { 0 };
+            let row = entries[i * size..(i + 1) * size].iter_mut();
+            for (entry, x) in row.zip(part.col(i).iter()).skip(from) {
+                *entry += DoubleDouble::from(*x);
+            }
+        }
+    };
+    multiply(
+        &left.tails[slices],
+        &right.tails[0],
+        Accum::Replace,
+        &mut part,
+    );
+    for s in 1..=slices {
+        let (a, b) = (&left.slices[s - 1], &right.tails[slices + 1 - s]);
+        multiply(a, b, Accum::Add, &mut part);
+    }
+    add(&part);
+    for s in 1..=slices {
+        for t in 1..=slices + 1 - s {
+            let (a, b) = (&left.slices[s - 1], &right.slices[t - 1]);
+            multiply(a, b, Accum::Replace, &mut part);
+            add(&part);
+        }
+    }
+    settle();
+    for i in 0..count {
+        let from = if is_symmetric { i } else { 0 };
+        for j in from..size {
+            let entry = entries[i * size + j].scale(left.exponents[i] + right.exponents[j]);
+            entries[i * size + j] = entry;
+            if is_symmetric {
+                entries[j * size + i] = entry;
+            }
+        }
+    }
+    // Each of the p + 1 sums in doubles has n terms, whose factors round once each, and they are added; the sums of
+    // exact parts round in double-double.
+    let sums = (slices + 1) as f64;
+    let rounded =
+        2f64.powi(-53 - slices as i32 * bits as i32) * sums * (length as f64 + sums + 4.0);
+    Some(Sliced {
+        entries,
+        unit: (rounded + 2f64.powi(-98)) * UPWARD,
+        first: left.sizes,
+        second: right.sizes,
+    })
+}
+
+/// Columns scaled to a largest entry between ½ and 1, in slices.
+struct Side {
+    slices: Vec<Mat<f64>>,
+    /// What the first t slices leave, from t = 0 on.
+    tails: Vec<Mat<f64>>,
+    /// 2 to these powers are the scales.
+    exponents: Vec<i64>,
+    /// The largest of 2^{β(s−1)}‖A_s‖ and 2^{βt}‖a_t‖ in each column, before it was scaled.
+    sizes: Vec<f64>,
+}
+
+impl Side {
+    #[inline(always)]
+    fn of(columns: &Columns, rows: &[f64], slices: usize, bits: i64) -> Option<Side> {
+        let length = rows.len();
+        let zeros = || Mat::<f64>::zeros(length, columns.len());
+        let mut side = Side {
+            slices: (0..slices).map(|_| zeros()).collect(),
+            tails: (0..=slices).map(|_| zeros()).collect(),
+            exponents: Vec::with_capacity(columns.len()),
+            sizes: Vec::with_capacity(columns.len()),
+        };
+        let mut scaled = vec![DoubleDouble::ZERO; length];
+        for (j, column) in columns.iter().enumerate() {
+            let power = exponent(column.iter().zip(rows).map(|(x, row)| x.to_f64() * row))?;
+            let factor = 1.0.scale(-power);
+            for ((to, x), row) in scaled.iter_mut().zip(column).zip(rows) {
+                *to = DoubleDouble::new(x.high() * row * factor, x.low() * row * factor);
+            }
+            let mut largest = 0.0f64;
+            for t in 0..=slices {
+                let unit = 2f64.powi((t as i64 * bits) as i32);
+                let mut squares = 0.0;
+                for (to, rest) in side.tails[t].col_mut(j).iter_mut().zip(&scaled) {
+                    *to = rest.high();
+                    squares += *to * *to;
+                }
+                largest = largest.max(squares.sqrt() * unit);
+                if t == slices {
+                    break;
+                }
+                // Added and taken away, it rounds to multiples of 2^{-β(t+1)}.
+                let step = 1.5 * 2f64.powi((52 - (t as i64 + 1) * bits) as i32);
+                let mut squares = 0.0;
+                for (to, rest) in side.slices[t].col_mut(j).iter_mut().zip(&mut scaled) {
+                    *to = (rest.high() + step) - step;
+                    *rest = DoubleDouble::new(rest.high() - *to, rest.low());
+                    squares += *to * *to;
+                }
+                largest = largest.max(squares.sqrt() * unit);
+            }
+            side.exponents.push(power);
+            side.sizes.push(largest.scale(power) * UPWARD);
+        }
+        Some(side)
+    }
+}
+
+/// Powers of 2 that make the rows of A as large as those of B once their columns are scaled; 0 for rows that are 0 in one of
+/// them, which add nothing.
+#[inline(always)]
+fn row_scales(a: &Columns, b: &Columns, length: usize) -> Option<Vec<f64>> {
+    let add_nonzero = |mut rows: Vec<bool>, column: &Vec<DoubleDouble>| {
+        for (row, x) in rows.iter_mut().zip(column) {
+            *row |= x.to_f64() != 0.0;
+        }
+        rows
+    };
+    let [in_a, in_b] = [a, b].map(|columns| columns.iter().fold(vec![false; length], add_nonzero));
+    let counts: Vec<f64> = in_a
+        .into_iter()
+        .zip(in_b)
+        .map(|(a, b)| if a && b { 1.0 } else { 0.0 })
+        .collect();
+    let largest = |columns: &Columns| -> Option<Vec<f64>> {
+        let mut rows = vec![0.0f64; length];
+        for column in columns {
+            let sizes = || {
+                column
+                    .iter()
+                    .zip(&counts)
+                    .map(|(x, count)| x.to_f64().abs() * count)
+            };
+            let factor = 1.0.scale(-exponent(sizes())?);
+            for (row, size) in rows.iter_mut().zip(sizes()) {
+                *row = row.max(size * factor);
+            }
+        }
+        Some(rows)
+    };
+    let between = |(a, b): (f64, f64)| match a > 0.0 && b > 0.0 {
+        true => 1.0.scale(((b / a).log2() / 2.0).round() as i64),
+        false => 0.0,
+    };
+    Some(
+        largest(a)?
+            .into_iter()
+            .zip(largest(b)?)
+            .map(between)
+            .collect(),
+    )
+}
+
+/// k with 2^k above all sizes and 2^(k−1) not, 0 where all are 0; `None` near the ends of the range.
+#[inline(always)]
+fn exponent(mut values: impl Iterator<Item = f64>) -> Option<i64> {
+    const RANGE: std::ops::Range<i64> = -250..250;
+    let larger = |largest: f64, x: f64| x.is_finite().then_some(largest.max(x.abs()));
+    let exponent = values.try_fold(0.0, larger)?.magnitude().exponent();
+    RANGE.contains(&exponent).then_some(exponent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_digits::Wide;
+    use proptest::prelude::*;
+
+    type Number = Wide<6>;
+
+    fn number(x: DoubleDouble) -> Number {
+        Number::from(x.high()) + Number::from(x.low())
+    }
+
+    /// Columns of numbers in [−1, 1], each times a power of 2 and in rows that differ as much.
+    fn columns(
+        count: usize,
+        length: usize,
+        rows: i64,
+    ) -> impl Strategy<Value = Vec<Vec<DoubleDouble>>> {
+        let entry = (-1.0..1.0f64, -1.0..1.0f64, 0..8u8);
+        let column = (prop::collection::vec(entry, length), -60..60i64);
+        prop::collection::vec(column, count).prop_map(move |columns| {
+            let of = |(entries, scale): (Vec<(f64, f64, u8)>, i64)| {
+                let scaled = |(k, (high, low, kind)): (usize, (f64, f64, u8))| {
+                    let high = if kind == 0 { 0.0 } else { high };
+                    let row = rows * (k as i64 % 5);
+                    DoubleDouble::new(high, low * high * 2f64.powi(-54)).scale(scale + row)
+                };
+                entries.into_iter().enumerate().map(scaled).collect()
+            };
+            columns.into_iter().map(of).collect()
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn products_are_within_their_bounds(
+            a in columns(5, 67, 9),
+            b in columns(4, 67, -9),
+            slices in 1..=3usize,
+        ) {
+            let found = products(&a, &b, slices, false).expect("products");
+            let own = products(&a, &a, slices, true).expect("products");
+            let off = |x: &[DoubleDouble], y: &[DoubleDouble], found: DoubleDouble| {
+                let terms = x.iter().zip(y);
+                let sum = terms.fold(Number::from(0.0), |sum, (x, y)| sum + number(*x) * number(*y));
+                (sum - number(found)).abs().to_f64()
+            };
+            for (i, x) in a.iter().enumerate() {
+                for (j, y) in b.iter().enumerate() {
+                    let bound = found.unit * found.first[i] * found.second[j];
+                    prop_assert!(off(x, y, found.entries[i * 4 + j]) <= bound);
+                }
+                for (j, y) in a.iter().enumerate() {
+                    let (first, second) = (own.first[i.min(j)], own.second[i.max(j)]);
+                    prop_assert!(off(x, y, own.entries[i * 5 + j]) <= own.unit * first * second);
+                }
+            }
+        }
+    }
+}

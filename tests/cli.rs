@@ -1174,7 +1174,7 @@ fn an_interrupt_leaves_nothing_half_done() {
 /// A million seconds take longer than anybody waits, and another way is said.
 #[cfg(unix)]
 #[test]
-fn who_interrupts_is_told_what_is_quicker() {
+fn who_interrupts_is_shown_what_is_quicker() {
     let directory = fresh("quicker");
     fs::create_dir(&directory).expect("it can be made");
     let file = directory.join("scene.json");

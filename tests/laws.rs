@@ -477,7 +477,7 @@ fn planted_roots_without_any_symmetry_are_found() {
 
 /// −2 with one shape for two roots, and −5 with two shapes for two.
 #[test]
-fn planted_repeats_are_told_apart() {
+fn planted_repeats_are_separated() {
     let jordan = mat![
         [-2.0, 1.0, 0.0, 0.0],
         [0.0, -2.0, 0.0, 0.0],

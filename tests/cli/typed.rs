@@ -30,7 +30,7 @@ fn lists_and_units_may_be_apart() {
 }
 
 #[test]
-fn slips_are_told_with_what_would_be_right() {
+fn slips_are_reported_with_what_would_be_right() {
     let three = scene("three-mass-1");
     for (typed, wanted) in [
         (&["modse", &three][..], "'modes'"),

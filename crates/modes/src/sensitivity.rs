@@ -597,7 +597,7 @@ mod tests {
     }
 
     #[test]
-    fn double_roots_are_told_without_being_counted() {
+    fn double_roots_are_reported_without_being_counted() {
         // A ring has its frequencies in pairs, and so do decoupled oscillators of one k/m. Rounding
         // may part such roots by a digit; then each is listed as simple.
         let ring = |n: usize| {

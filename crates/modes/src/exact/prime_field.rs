@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn primes_are_told_from_composites() {
+    fn primes_are_distinguished_from_composites() {
         for odd in (41..20_001).step_by(2) {
             assert_eq!(PrimeField::modulo(odd).is_prime(), by_trial(odd), "{odd}");
         }

@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_component_is_told_to_six_digits_or_refused() {
+    fn the_largest_component_is_known_to_six_digits_or_refused() {
         let found = |reach: f64| Enclosed::of(&[around(1.0, 0.0), around(-2.0, reach)], true);
         assert!(found(1e-5).is_none());
         let enclosed = found(1e-7).unwrap();

@@ -150,7 +150,7 @@ fn damped_modes_in_doubles_are_right_or_have_no_bound() {
 
 /// Of its tiny root no digit is known in double-double: it has a bound larger than itself, and all others are proven.
 #[test]
-fn a_root_that_is_not_told_from_0_leaves_the_others_proven() {
+fn a_root_that_is_not_distinguished_from_0_leaves_the_others_proven() {
     let chain = chain(70);
     // K annuls the rotation exactly, with a vector of doubles for 44 elements and without for 60, and C but for its rounding.
     let free = [
@@ -188,7 +188,7 @@ fn free_frames_are_proven_to_nine_digits() {
 /// Corrections along the motions of a free body, whose columns are nearly parallel, cancel but for what bays that differ little leave
 /// apart.
 #[test]
-fn roots_close_to_each_other_are_told_apart_beside_those_next_to_0() {
+fn roots_close_to_each_other_are_separated_beside_those_next_to_0() {
     let truss = truss(60, false);
     let at = truss.order() - 3;
     let truss = truss.damper(at, 70.0);

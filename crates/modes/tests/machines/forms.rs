@@ -93,7 +93,7 @@ fn carried_masses_couple_to_supports() {
 /// Two levers, of which one is softer by a part that the double of its matrix does not show: their roots differ, and none
 /// is taken for double.
 #[test]
-fn parts_that_differ_below_a_double_are_told_apart() {
+fn parts_that_differ_below_a_double_are_distinguished() {
     let lever = |builder: eigentone_modes::SystemBuilder, name: &str, soft: f64| {
         let (point, next) = (format!("{name} point"), format!("{name} next"));
         builder

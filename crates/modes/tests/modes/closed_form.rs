@@ -202,7 +202,7 @@ fn a_gyroscopic_pair_turns_for_ever() {
 }
 
 /// Two masses of one frequency, 2 rad/s, joined by a damper alone: C = [2 −2; −2 5] has the eigenvalues 1 and 6, thus
-/// λ² + λ + 4 and λ² + 6λ + 4, whose shapes only C tells.
+/// λ² + λ + 4 and λ² + 6λ + 4, whose shapes only C determines.
 #[test]
 fn equal_frequencies_with_unlike_damping() {
     let system = network(

@@ -207,7 +207,7 @@ fn alternating(n: usize, stiff: f64) -> Mat<f64> {
 }
 
 /// Every root stands alone, within the last digits of |λ|, and of Re λ unless that is hidden.
-fn assert_told_to_the_last_digits(m: &Mat<f64>, c: &Mat<f64>, k: &Mat<f64>) {
+fn assert_known_to_the_last_digits(m: &Mat<f64>, c: &Mat<f64>, k: &Mat<f64>) {
     let system = System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref());
     let modes = system.expect("a system").modes().expect("its modes");
     assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
@@ -228,7 +228,7 @@ fn proofs_make_up_for_each_other() {
     let n = 40;
     let k = alternating(n, 1e12);
     let c = &k * faer::Scale(1.0 / 1024.0);
-    assert_told_to_the_last_digits(&Mat::identity(n, n), &c, &k);
+    assert_known_to_the_last_digits(&Mat::identity(n, n), &c, &k);
 }
 
 /// Determinants reach the decay rates that pairs leave open only from the roots of these.
@@ -237,6 +237,6 @@ fn stiff_pairs_with_one_dashpot() {
     for n in [30, 45, 64] {
         let mut c = Mat::<f64>::zeros(n, n);
         c[(2, 2)] = 0.5;
-        assert_told_to_the_last_digits(&Mat::identity(n, n), &c, &alternating(n, 3e6));
+        assert_known_to_the_last_digits(&Mat::identity(n, n), &c, &alternating(n, 3e6));
     }
 }

@@ -46,7 +46,7 @@ pub(super) struct Pair {
 pub(super) enum Origin {
     /// One of the given modes.
     Mode(usize),
-    /// The same of a root that double-doubles do not tell from 0; its value stays as it is given.
+    /// The same of a root that double-doubles do not distinguish from 0; its value stays as it is given.
     Hidden(usize),
     /// λ = 0 exactly, with an exact shape.
     Rest,

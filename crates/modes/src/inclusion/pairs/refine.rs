@@ -36,7 +36,7 @@ impl Pairs<'_> {
                 break;
             }
         }
-        (rows.spread_of_told() <= LARGEST).then_some(rows)
+        (rows.spread_of_distinguished() <= LARGEST).then_some(rows)
     }
 
     /// The rows after a step, and whether another would gain little; `None`, with all as before, where no step
@@ -75,7 +75,7 @@ impl Pairs<'_> {
             self.correct(&rows);
             next = self.project().and_then(|()| self.rows());
         }
-        let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_told];
+        let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_distinguished];
         let last = measures.map(|measure| measure(rows));
         let gains = |next: &Rows, part: f64| {
             let mut each = measures.iter().zip(last);
@@ -316,7 +316,7 @@ impl Rows {
         shares.any(|share| self.mixes(i, other, share))
     }
 
-    /// Groups of pairs with columns so far from what they should be that corrections do not tell them apart: those of roots near
+    /// Groups of pairs with columns so far from what they should be that corrections do not separate them: those of roots near
     /// each other, or all, conjugates included.
     pub(super) fn mixed(&self, near: bool) -> Vec<Vec<usize>> {
         let count = self.rows.len();

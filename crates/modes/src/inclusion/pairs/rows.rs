@@ -407,7 +407,7 @@ impl Rows {
     }
 
     /// The same without real roots that are separated from all others by being so small.
-    pub(super) fn spread_of_told(&self) -> f64 {
+    pub(super) fn spread_of_distinguished(&self) -> f64 {
         const KNOWN: f64 = 1e-3;
         let all: Vec<Reach> = self.reaches().collect();
         let known = all.iter().filter(|root| root.relative <= KNOWN);
@@ -419,8 +419,8 @@ impl Rows {
             let Reach { size, radius, .. } = all[i];
             least.is_finite() && self.is_real(i) && size + radius <= KNOWN * least
         };
-        let told = (0..all.len()).filter(|i| !is_hidden(*i));
-        told.map(|i| all[i].relative).fold(0.0, f64::max)
+        let distinguished = (0..all.len()).filter(|i| !is_hidden(*i));
+        distinguished.map(|i| all[i].relative).fold(0.0, f64::max)
     }
 
     fn is_real(&self, pair: usize) -> bool {

@@ -1,4 +1,4 @@
-//! Columns that corrections do not tell apart, made eigenvectors within their span.
+//! Columns that corrections do not separate, made eigenvectors within their span.
 
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::{Mat, c64};
@@ -29,7 +29,7 @@ impl Pairs<'_> {
             1.0
         };
         let b = entries(&|i, j| rows.b(i, j) * sign);
-        // A less a multiple of B, which leaves what tells the roots apart.
+        // A less a multiple of B, which leaves what separates the roots.
         let coupling = |i, j| rows.h(i, j) + plain(rows.rho[i] - centre) * rows.b(i, j);
         let mut a = entries(&|i, j| coupling(i, j) * sign);
         let mut turned = Mat::<c64>::zeros(k, k);

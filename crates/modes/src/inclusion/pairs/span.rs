@@ -8,7 +8,7 @@ use super::rows::Rows;
 use crate::linear::symmetric_eigen::symmetric_eigen;
 
 impl Pairs<'_> {
-    /// Replaces the shapes of k real roots that doubles do not tell apart by the k vectors that Q(ρ) of a symmetric system
+    /// Replaces the shapes of k real roots that doubles do not distinguish by the k vectors that Q(ρ) of a symmetric system
     /// nearly annuls: a solver in doubles finds any vectors of their space, which may be nearly dependent. `None`, with all
     /// as before, where Q(ρ) does not have just so many.
     pub(super) fn span(&mut self, rows: &Rows, group: &[usize]) -> Option<()> {

@@ -6,7 +6,7 @@ use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::sliced;
+use super::sliced::{self, Rounding};
 use crate::model::{Element, MatrixKind, Node, Term};
 use crate::system::System;
 
@@ -15,6 +15,9 @@ pub(super) const UPWARD: f64 = 1.0 + 1e-9;
 
 /// From so many columns on products of matrices of doubles are quicker than double-doubles.
 const LARGE: usize = 48;
+
+/// The same for products with a full matrix.
+const FULL: usize = 128;
 
 /// As many as leave no more than what double-doubles round.
 pub(super) const SLICES: usize = 3;
@@ -38,13 +41,6 @@ pub(super) struct Gram {
     /// Entry (i, j), i ≤ j where symmetric, is off by at most the sum of unit·first_i·second_j over these, and `floor`.
     roundings: Vec<Rounding>,
     floor: f64,
-}
-
-/// A bound of the errors of all entries: unit·first_i·second_j.
-struct Rounding {
-    unit: f64,
-    first: Vec<f64>,
-    second: Vec<f64>,
 }
 
 impl<'a> Form<'a> {
@@ -137,11 +133,7 @@ impl<'a> Form<'a> {
         slices: usize,
     ) -> Gram {
         let weights = Weights::of(self);
-        let mut nodal = Arch::new().dispatch(NodalForces {
-            entries: &weights.entries,
-            columns: left,
-            n: self.n,
-        });
+        let (mut nodal, of_forces) = self.nodal_forces(&weights, left);
         let left = left.iter().zip(&mut nodal);
         let mut left: Vec<Side> = left
             .map(|(x, nodal)| self.side(&weights, x, Some(std::mem::take(nodal))))
@@ -169,17 +161,21 @@ impl<'a> Form<'a> {
             first,
             second,
         };
+        let of_forces = of_forces.map(|rounding| {
+            let felt = |x: &Vec<DoubleDouble>| {
+                let nodes = rounding.first.iter().zip(&x[length - self.n..]);
+                nodes.map(|(size, x)| size * x.to_f64().abs()).sum()
+            };
+            Rounding {
+                unit: rounding.unit,
+                first: rounding.second,
+                second: outer.iter().map(felt).collect(),
+            }
+        });
         let is_sliced = self.is_sliced(inner.len().min(size));
         let sliced = is_sliced.then(|| sliced::products(&inner, &outer, slices, is_symmetric));
-        let (entries, roundings) = match sliced.flatten() {
-            Some(sliced) => {
-                let products = Rounding {
-                    unit: sliced.unit,
-                    first: sliced.first,
-                    second: sliced.second,
-                };
-                (sliced.entries, vec![factors, products])
-            }
+        let (entries, mut roundings) = match sliced.flatten() {
+            Some((entries, products)) => (entries, vec![factors, products]),
             None => {
                 let entries = Arch::new().dispatch(Products {
                     inner: &inner,
@@ -194,6 +190,7 @@ impl<'a> Form<'a> {
                 (entries, vec![both])
             }
         };
+        roundings.extend(of_forces);
         Gram {
             size,
             is_symmetric,
@@ -202,6 +199,40 @@ impl<'a> Form<'a> {
             // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
             floor: 1e-300 * (1.0 + largest),
         }
+    }
+}
+
+impl Form<'_> {
+    /// Aᵀx for each of the columns x, and where A is taken in slices how far they may be off, node by column.
+    fn nodal_forces(
+        &self,
+        weights: &Weights,
+        columns: &[Vec<DoubleDouble>],
+    ) -> (Vec<Vec<DoubleDouble>>, Option<Rounding>) {
+        let filled: usize = weights.entries.iter().map(Vec::len).sum();
+        let is_full = columns.len() >= FULL && 2 * filled >= self.n * self.n;
+        let whole = |entries: &Vec<(usize, f64)>| {
+            let mut column = vec![DoubleDouble::ZERO; self.n];
+            for (i, entry) in entries {
+                column[*i] += DoubleDouble::from(*entry);
+            }
+            column
+        };
+        let in_slices = || {
+            let matrix: Vec<Vec<DoubleDouble>> = weights.entries.iter().map(whole).collect();
+            sliced::products(&matrix, columns, SLICES, false)
+        };
+        if let Some((entries, rounding)) = is_full.then(in_slices).flatten() {
+            let of = |i: usize| entries.iter().skip(i).step_by(columns.len());
+            let forces = (0..columns.len()).map(|i| of(i).copied().collect());
+            return (forces.collect(), Some(rounding));
+        }
+        let forces = Arch::new().dispatch(NodalForces {
+            entries: &weights.entries,
+            columns,
+            n: self.n,
+        });
+        (forces, None)
     }
 }
 

@@ -17,22 +17,21 @@ use crate::linear::vector::settle;
 
 type Columns = [Vec<DoubleDouble>];
 
-/// AᵀB by rows. Entry (i, j) is off by at most unit·first_i·second_j, themselves sums in doubles.
-pub(super) struct Sliced {
-    pub(super) entries: Vec<DoubleDouble>,
+/// A bound of the errors of all entries (i, j) of a product: unit·first_i·second_j, which are sums in doubles.
+pub(super) struct Rounding {
     pub(super) unit: f64,
     pub(super) first: Vec<f64>,
     pub(super) second: Vec<f64>,
 }
 
-/// AᵀB in p slices; with `is_symmetric` from what is on and above its diagonal. `None` where entries are so
+/// AᵀB by rows, in p slices; with `is_symmetric` from what is on and above its diagonal. `None` where entries are so
 /// large or small that their scales leave the range of doubles.
 pub(super) fn products(
     a: &Columns,
     b: &Columns,
     slices: usize,
     is_symmetric: bool,
-) -> Option<Sliced> {
+) -> Option<(Vec<DoubleDouble>, Rounding)> {
     let length = a.first().map_or(0, Vec::len);
     let bits = (53 - i64::from(usize::BITS - length.leading_zeros())) / 2;
     // Compiled for vectors of doubles.
@@ -57,11 +56,11 @@ pub(super) fn products(
         matmul(to.as_mut(), shape, accum, b, whole, a, whole, 1.0, Par::Seq);
     };
     let mut entries = vec![DoubleDouble::ZERO; count * size];
+    let start = |i: usize| if is_symmetric { i } else { 0 };
     let mut add = |part: &Mat<f64>| {
         for i in 0..count {
-            let from = if is_symmetric { i } else { 0 };
             let row = entries[i * size..(i + 1) * size].iter_mut();
-            for (entry, x) in row.zip(part.col(i).iter()).skip(from) {
+            for (entry, x) in row.zip(part.col(i).iter()).skip(start(i)) {
                 *entry += DoubleDouble::from(*x);
             }
         }
@@ -86,8 +85,7 @@ pub(super) fn products(
     }
     settle();
     for i in 0..count {
-        let from = if is_symmetric { i } else { 0 };
-        for j in from..size {
+        for j in start(i)..size {
             let entry = entries[i * size + j].scale(left.exponents[i] + right.exponents[j]);
             entries[i * size + j] = entry;
             if is_symmetric {
@@ -100,12 +98,12 @@ pub(super) fn products(
     let sums = (slices + 1) as f64;
     let rounded =
         2f64.powi(-53 - slices as i32 * bits as i32) * sums * (length as f64 + sums + 4.0);
-    Some(Sliced {
-        entries,
+    let rounding = Rounding {
         unit: rounded + 2f64.powi(-98),
         first: left.sizes,
         second: right.sizes,
-    })
+    };
+    Some((entries, rounding))
 }
 
 /// Columns scaled to a largest entry between ½ and 1, in slices.
@@ -262,8 +260,8 @@ mod tests {
             b in columns(4, 67, -9),
             slices in 1..=3usize,
         ) {
-            let found = products(&a, &b, slices, false).expect("products");
-            let own = products(&a, &a, slices, true).expect("products");
+            let (entries, found) = products(&a, &b, slices, false).expect("products");
+            let (own_entries, own) = products(&a, &a, slices, true).expect("products");
             let off = |x: &[DoubleDouble], y: &[DoubleDouble], found: DoubleDouble| {
                 let terms = x.iter().zip(y);
                 let sum = terms.fold(Number::from(0.0), |sum, (x, y)| sum + number(*x) * number(*y));
@@ -272,12 +270,12 @@ mod tests {
             for (i, x) in a.iter().enumerate() {
                 for (j, y) in b.iter().enumerate() {
                     let bound = ROUNDED * found.unit * found.first[i] * found.second[j];
-                    prop_assert!(off(x, y, found.entries[i * 4 + j]) <= bound);
+                    prop_assert!(off(x, y, entries[i * 4 + j]) <= bound);
                 }
                 for (j, y) in a.iter().enumerate() {
                     let (first, second) = (own.first[i.min(j)], own.second[i.max(j)]);
                     let bound = ROUNDED * own.unit * first * second;
-                    prop_assert!(off(x, y, own.entries[i * 5 + j]) <= bound);
+                    prop_assert!(off(x, y, own_entries[i * 5 + j]) <= bound);
                 }
             }
         }

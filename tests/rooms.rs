@@ -340,6 +340,27 @@ fn every_file_of_tests_is_run() {
     }
 }
 
+/// Each fault that is written by hand, as what it replaces, stands once in its file: the marks « and » are around the part that is replaced.
+#[test]
+fn faults_written_by_hand_find_their_place() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list =
+        fs::read_to_string(root.join("tests/faults/by_hand.json")).expect("the list is here");
+    let faults: Vec<BTreeMap<String, String>> = serde_json::from_str(&list).expect("a list");
+    let is_lost = |fault: &&BTreeMap<String, String>| {
+        let source = fs::read_to_string(root.join(&fault["file"])).unwrap_or_default();
+        source
+            .matches(&fault["old"].replace(['«', '»'], ""))
+            .count()
+            != 1
+    };
+    let lost: Vec<&BTreeMap<String, String>> = faults.iter().filter(is_lost).collect();
+    assert!(
+        lost.is_empty(),
+        "write \"old\" and \"new\" in tests/faults/by_hand.json for the code of today: {lost:#?}"
+    );
+}
+
 /// The Python package, which the workspace does not build, asks for every part of the facade that it names.
 #[test]
 fn the_python_package_asks_for_the_features_that_it_needs() {

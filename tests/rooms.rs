@@ -340,25 +340,35 @@ fn every_file_of_tests_is_run() {
     }
 }
 
-/// Each fault that is written by hand, as what it replaces, stands once in its file: the marks « and » are around the part that is replaced.
+/// Each fault that is written by hand replaces a text that occurs once in its file (the marks « and » are around the part that is
+/// replaced), no two are the same, and the page lists all of them.
 #[test]
 fn faults_written_by_hand_find_their_place() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let list =
-        fs::read_to_string(root.join("tests/faults/by_hand.json")).expect("the list is here");
+    let read = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
+    let list = read("tests/faults/by_hand.json");
     let faults: Vec<BTreeMap<String, String>> = serde_json::from_str(&list).expect("a list");
-    let is_lost = |fault: &&BTreeMap<String, String>| {
-        let source = fs::read_to_string(root.join(&fault["file"])).unwrap_or_default();
-        source
-            .matches(&fault["old"].replace(['«', '»'], ""))
-            .count()
-            != 1
-    };
-    let lost: Vec<&BTreeMap<String, String>> = faults.iter().filter(is_lost).collect();
-    assert!(
-        lost.is_empty(),
-        "write \"old\" and \"new\" in tests/faults/by_hand.json for the code of today: {lost:#?}"
-    );
+    let page = read("docs/testing.md");
+    assert!(page.contains(&format!("written by hand: {} faults", faults.len())));
+    let mut changes = BTreeSet::new();
+    for fault in &faults {
+        let [title, file, old, new] = ["fault", "file", "old", "new"].map(|key| &fault[key]);
+        let found = read(file).matches(&old.replace(['«', '»'], "")).count();
+        assert_eq!(
+            found, 1,
+            "{title:?}: {file} holds {old:?} so many times: write \"old\" and \"new\" in tests/faults/by_hand.json for the code of \
+             today"
+        );
+        let part = old.split(['«', '»']).nth(1).unwrap_or(old);
+        assert!(
+            changes.insert((file, part, new)),
+            "{title:?}: another fault in tests/faults/by_hand.json makes the same of {file}: take one of them out"
+        );
+        let place = file.replacen("crates/", "", 1).replacen("/src", "", 1);
+        assert!(
+            page.contains(&format!("\n| {title} | `{place}` | ")),
+            "{title:?}: docs/testing.md does not list it, in `{place}`: write a row, with the test that notices it"
+        );
+    }
 }
 
 /// The Python package, which the workspace does not build, asks for every part of the facade that it names.

@@ -2,7 +2,7 @@
 
 use eigentone_digits::ComplexDoubleDouble;
 
-use super::pair::Pairs;
+use super::pair::{Origin, Pairs};
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
 use crate::structure::Structure;
@@ -38,23 +38,27 @@ impl Pairs<'_> {
 }
 
 impl Rows {
-    /// What the discs of counted roots hold beside those at 0.
-    fn beside_zero(&self, sums: &[(f64, f64, f64)]) -> Disc {
-        let reach = |(i, (own, others, mixed)): (usize, &(f64, f64, f64))| match self.counted[i] {
-            true => self.rho[i].norm() + (own + others) / (1.0 - mixed),
-            false => 0.0,
+    /// What the discs of counted roots hold beside those at 0; `None` where that is nothing.
+    fn beside_zero(&self, sums: &[(f64, f64, f64)]) -> Option<Disc> {
+        let beside = |i: usize| match self.origins[i] {
+            Origin::Beside(_, value) => Some((i, value)),
+            _ => None,
         };
-        let reach = sums.iter().enumerate().map(reach).fold(0.0, f64::max);
-        let radius = |(_, value): &(usize, f64)| (reach + value.abs()) * UPWARD;
-        Disc {
-            members: self.beside.iter().map(|(i, _)| *i).collect(),
-            centres: self
-                .beside
-                .iter()
-                .map(|(_, value)| ComplexDoubleDouble::new(*value, 0.0))
-                .collect(),
-            radii: self.beside.iter().map(radius).collect(),
-        }
+        let (members, values): (Vec<_>, Vec<_>) = (0..sums.len()).filter_map(beside).unzip();
+        let counted = (0..sums.len()).filter(|i| self.is_counted(*i));
+        let reach = counted.map(|i| {
+            let (own, others, mixed) = sums[i];
+            self.rho[i].norm() + (own + others) / (1.0 - mixed)
+        });
+        let reach = reach.fold(0.0, f64::max);
+        let centre = |value: &f64| ComplexDoubleDouble::new(*value, 0.0);
+        let radius = |value: &f64| (reach + value.abs()) * UPWARD;
+        let found = !members.is_empty();
+        found.then(|| Disc {
+            members,
+            centres: values.iter().map(centre).collect(),
+            radii: values.iter().map(radius).collect(),
+        })
     }
 
     /// Discs that hold as many roots as they have members, none of which touches another or its
@@ -70,15 +74,15 @@ impl Rows {
         }
         let reach = |i: usize| sums[i].0 + sums[i].1;
         // As many roots at 0 as are counted are in discs together, and 0 in no other.
-        let null = self.counted.iter().position(|counted| *counted);
+        let null = (0..count).find(|i| self.is_counted(*i));
         let apart_from_null =
-            |i: usize| self.counted[i] || self.rho[i].norm() > 2.0 * reach(i) * UPWARD;
+            |i: usize| self.is_counted(i) || self.rho[i].norm() > 2.0 * reach(i) * UPWARD;
         if null.is_some() && !(0..count).all(apart_from_null) {
             return None;
         }
         let mut label: Vec<usize> = (0..count).collect();
         if let Some(null) = null {
-            let counted = (0..count).filter(|i| self.counted[*i]);
+            let counted = (0..count).filter(|i| self.is_counted(*i));
             counted.for_each(|i| label[i] = null);
         }
         // How many times larger each column can be made.
@@ -93,7 +97,7 @@ impl Rows {
                 // With E ≤ ½ each radius is at most twice its sum.
                 let rest = gap - 2.0 * (reach(i) + reach(j)) * UPWARD;
                 if rest.is_nan() || rest <= 0.0 {
-                    if other.conjugate || self.counted[i] != self.counted[j] {
+                    if other.conjugate || self.is_counted(i) != self.is_counted(j) {
                         return None;
                     }
                     let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
@@ -130,9 +134,7 @@ impl Rows {
                 members,
             });
         }
-        if !self.beside.is_empty() {
-            discs.push(self.beside_zero(&sums));
-        }
+        discs.extend(self.beside_zero(&sums));
         Some(discs)
     }
 }

@@ -59,7 +59,7 @@ impl Pairs<'_> {
         let undamped = self.are_undamped(structure, discs.iter());
         let enclosed = |disc: &Disc, side: fn(&Pair) -> &Parts, errors: Vec<f64>| {
             let pair = &self.pairs[disc.members[0]];
-            if pair.is_counted() {
+            if pair.origin.is_counted() {
                 return None;
             }
             let parts = side(pair);

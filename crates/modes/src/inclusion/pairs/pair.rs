@@ -59,6 +59,13 @@ pub(super) enum Origin {
     Beside(usize, f64),
 }
 
+impl Origin {
+    /// Whether it stands for a root at 0, or one that is counted with those.
+    pub(super) fn is_counted(self) -> bool {
+        matches!(self, Origin::Null | Origin::Drift | Origin::Beside(..))
+    }
+}
+
 impl Pair {
     pub(super) fn mode(&self) -> Option<usize> {
         match self.origin {
@@ -76,17 +83,9 @@ impl Pair {
         }
     }
 
-    /// Whether it stands for a root at 0, or one that is counted with those.
-    pub(super) fn is_counted(&self) -> bool {
-        matches!(
-            self.origin,
-            Origin::Null | Origin::Drift | Origin::Beside(..)
-        )
-    }
-
     /// Whether root and shape stay as they are given.
     pub(super) fn is_given(&self) -> bool {
-        self.is_counted() || self.origin == Origin::Rest
+        self.origin.is_counted() || self.origin == Origin::Rest
     }
 
     pub(super) fn is_real(&self) -> bool {

@@ -206,7 +206,7 @@ impl Pairs<'_> {
         for i in (0..count).filter(|i| !self.pairs[*i].is_given()) {
             let own = rows.place(i, false);
             for (at, other) in rows.columns.iter().enumerate() {
-                if at == own || rows.counted[other.pair] && !self.has_left() {
+                if at == own || rows.is_counted(other.pair) && !self.has_left() {
                     continue;
                 }
                 let share = match rows.twin(at).filter(|twin| *twin != own) {
@@ -326,7 +326,7 @@ impl Rows {
             for (at, other) in self.columns.iter().enumerate() {
                 let j = other.pair;
                 let own = j == i && !other.conjugate;
-                let counted = self.counted[i] || self.counted[j];
+                let counted = self.is_counted(i) || self.is_counted(j);
                 let far = near && (other.conjugate || !self.are_near(i, j));
                 if own || counted || far || !self.is_mixed(i, at) {
                     continue;

@@ -20,12 +20,7 @@ pub(super) struct Rows {
     pub(super) tau: Vec<f64>,
     /// How much of the motions that drift each shape holds at most, in any component.
     pub(super) drift: Vec<f64>,
-    /// Whether the root of each pair is one of those at 0 that are only counted, or counted with them.
-    pub(super) counted: Vec<bool>,
-    /// Those of these that are not at 0, with their values.
-    pub(super) beside: Vec<(usize, f64)>,
-    /// Whether it stands for one that is not distinguished from 0.
-    hidden: Vec<bool>,
+    pub(super) origins: Vec<Origin>,
     /// Pairs with real roots whose shapes are nearly the same: the other one of each.
     twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
@@ -184,19 +179,11 @@ impl Pairs<'_> {
             row
         };
         let rows: Vec<Row> = (0..self.pairs.len()).map(row).collect();
-        let origins = || self.pairs.iter().map(|pair| pair.origin);
-        let counted: Vec<bool> = self.pairs.iter().map(Pair::is_counted).collect();
-        let beside = origins()
-            .enumerate()
-            .filter_map(|(i, origin)| match origin {
-                Origin::Beside(_, value) => Some((i, value)),
-                _ => None,
-            });
-        let hidden = origins().map(|origin| matches!(origin, Origin::Hidden(_)));
+        let origins: Vec<Origin> = self.pairs.iter().map(|pair| pair.origin).collect();
         let sizes = rho.iter().map(|rho| rho.norm());
         let known = sizes
-            .zip(&counted)
-            .filter(|(size, null)| *size > 0.0 && !**null);
+            .zip(&origins)
+            .filter(|(size, origin)| *size > 0.0 && !origin.is_counted());
         let least = known.fold(f64::INFINITY, |least, (size, _)| least.min(size));
         let tau = rho.iter().zip(&rows).map(|(rho, row)| {
             let size = if rho.norm() > 0.0 { rho.norm() } else { least };
@@ -211,9 +198,7 @@ impl Pairs<'_> {
             rows,
             tau,
             drift,
-            counted,
-            beside: beside.collect(),
-            hidden: hidden.collect(),
+            origins,
             twin: self.twins(&mass, &places),
             places,
         })
@@ -423,6 +408,11 @@ impl Rows {
         distinguished.map(|i| all[i].relative).fold(0.0, f64::max)
     }
 
+    /// Whether the root of a pair is one of those at 0 that are only counted, or counted with them.
+    pub(super) fn is_counted(&self, pair: usize) -> bool {
+        self.origins[pair].is_counted()
+    }
+
     fn is_real(&self, pair: usize) -> bool {
         self.place(pair, true) == self.place(pair, false)
     }
@@ -433,6 +423,7 @@ impl Rows {
             let (own, others, mixed) = self.sums(i);
             let size = self.rho[i].norm();
             let radius = own + others;
+            let hidden = matches!(self.origins[i], Origin::Hidden(_));
             let unbounded = |relative: f64| Reach {
                 size,
                 radius: f64::INFINITY,
@@ -442,7 +433,7 @@ impl Rows {
                 unbounded(f64::INFINITY)
             } else if mixed > 0.25 {
                 unbounded(1.0 + mixed)
-            } else if size == 0.0 || self.counted[i] || self.hidden[i] {
+            } else if size == 0.0 || self.is_counted(i) || hidden {
                 Reach {
                     size: 0.0,
                     radius: 0.0,

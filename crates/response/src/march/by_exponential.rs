@@ -46,8 +46,6 @@ impl ResponseMethod for ByExponential {
 
 /// The first-order form of a system and what is estimated of it, found once for any number of its motions.
 pub(crate) struct Exponential {
-    /// A clone, which shares what is proved.
-    system: System,
     form: FirstOrder,
     estimate: Estimate,
 }
@@ -56,15 +54,9 @@ impl Exponential {
     pub(crate) fn of(system: &System) -> Result<Exponential, FirstOrderError> {
         let form = FirstOrder::of(system)?;
         Ok(Exponential {
-            system: system.clone(),
             estimate: Estimate::of(system, &form),
             form,
         })
-    }
-
-    /// Whether it was found from this system or from a clone.
-    pub(crate) fn is_of(&self, system: &System) -> bool {
-        std::ptr::eq(self.system.structure(), system.structure())
     }
 
     /// Whether rounding the state matrix is estimated to spoil a motion visibly.

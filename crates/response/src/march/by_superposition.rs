@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Precision, System};
+use eigentone_modes::Precision;
 use faer::{Mat, MatMut};
 
 use super::course;
@@ -50,22 +50,14 @@ impl ResponseMethod for BySuperposition {
 
 /// The modes of a system, found once for any number of its motions.
 pub(crate) struct Superposition {
-    /// A clone, which shares what is proved.
-    system: System,
     basis: Arc<Basis>,
 }
 
 impl Superposition {
     pub(crate) fn of(problem: &Problem<'_>) -> Result<Superposition, BasisError> {
         Ok(Superposition {
-            system: problem.system().clone(),
             basis: Arc::new(Basis::of(problem.system(), Precision::default())?),
         })
-    }
-
-    /// Whether it was found from this system or from a clone.
-    pub(crate) fn is_of(&self, system: &System) -> bool {
-        std::ptr::eq(self.system.structure(), system.structure())
     }
 
     /// The motion of a problem of the same system.

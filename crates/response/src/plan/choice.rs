@@ -1,8 +1,9 @@
 //! Which method answers a problem, what is left out, and why.
 
 use std::fmt;
+use std::ptr;
 
-use eigentone_modes::{Precision, dense_gigabytes};
+use eigentone_modes::{Precision, System, dense_gigabytes};
 
 use crate::answer::{ResponseMethod, Trajectory};
 use crate::certified::ByCertifiedExponential;
@@ -18,13 +19,15 @@ pub struct ResponsePlan {
     /// What the problem does not need: a name, and the reason it is left out.
     pub left_out: Vec<(&'static str, String)>,
     found: Found,
+    /// A clone of the system, which shares what is proved.
+    system: System,
 }
 
 /// What was found of the system to choose.
 enum Found {
     Nothing,
     /// The modes by which superposition applies.
-    Modes(Box<Superposition>),
+    Modes(Superposition),
     /// The form of which the exponential is taken.
     Form(Box<Exponential>),
 }
@@ -68,6 +71,7 @@ impl ResponsePlan {
                 gigabytes: dense_gigabytes(coordinates),
             });
         }
+        let system = problem.system().clone();
         let mut left_out = Vec::new();
         if let Precision::Certified { .. } = problem.precision() {
             match ByCertifiedExponential.refuses(problem) {
@@ -80,6 +84,7 @@ impl ResponsePlan {
                         reason: "proven bounds, with as many digits as they take".to_owned(),
                         left_out,
                         found: Found::Nothing,
+                        system,
                     });
                 }
                 Some(reason) => left_out.push((ByCertifiedExponential.name(), reason)),
@@ -104,7 +109,8 @@ impl ResponsePlan {
                     method: &BySuperposition,
                     reason: reason.to_owned(),
                     left_out,
-                    found: Found::Modes(Box::new(found)),
+                    found: Found::Modes(found),
+                    system,
                 });
             }
             Some((_, Err(refusal))) => {
@@ -131,6 +137,7 @@ impl ResponsePlan {
                     reason: reason.to_owned(),
                     left_out,
                     found: form.map_or(Found::Nothing, |form| Found::Form(Box::new(form))),
+                    system,
                 })
             }
         }
@@ -141,18 +148,13 @@ impl ResponsePlan {
     /// # Errors
     /// What the method reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
+        let is_for = |method| {
+            self.method.name() == method
+                && ptr::eq(self.system.structure(), problem.system().structure())
+        };
         match &self.found {
-            Found::Modes(found)
-                if self.method.name() == BySuperposition.name()
-                    && found.is_of(problem.system()) =>
-            {
-                found.run(problem)
-            }
-            Found::Form(found)
-                if self.method.name() == ByExponential.name() && found.is_of(problem.system()) =>
-            {
-                found.run(problem)
-            }
+            Found::Modes(found) if is_for(BySuperposition.name()) => found.run(problem),
+            Found::Form(found) if is_for(ByExponential.name()) => found.run(problem),
             _ => self.method.run(problem),
         }
     }

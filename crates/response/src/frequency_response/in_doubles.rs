@@ -8,6 +8,7 @@ use num_complex::Complex;
 use super::dynamic_stiffness::Frequency;
 use super::enclosure::{Push, Reading};
 use super::modal_sum::ModalSum;
+use super::refinement::UPWARD;
 
 /// What is read of what one input does.
 pub(super) struct InDoubles<'a> {
@@ -282,7 +283,7 @@ impl<'a> InDoubles<'a> {
             return None;
         }
         let rounding = self.rounding();
-        let off = moved * (norm / (1.0 - norm) + rounding) * (1.0 + 1e-9);
+        let off = moved * (norm / (1.0 - norm) + rounding) * UPWARD;
         let mut values = vec![(Complex::ZERO, 0.0); self.count];
         for (row, &(index, power)) in self.rows.iter().enumerate() {
             values[index].0 += product(row) * turn(frequency, power);

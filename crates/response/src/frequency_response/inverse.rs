@@ -6,7 +6,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex;
 
 use super::elimination::Row;
-use super::refinement::{ABOVE, ApproximateInverse, FLOOR, largest};
+use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
 
 /// S ≈ Z⁻¹.
 pub(super) struct Inverse<'a> {
@@ -39,7 +39,7 @@ impl Inverse<'_> {
             }
         }
         let inverse = z.partial_piv_lu().inverse();
-        let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].norm() * ABOVE);
+        let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].norm() * UPWARD);
         let defect = &inverse * z;
         let one = Mat::from_fn(n, 1, |_, _| 1.0);
         let lengths = &size * one;
@@ -54,7 +54,7 @@ impl Inverse<'_> {
             });
             (terms.sum::<f64>() + lost[(i, 0)]) / lengths[(i, 0)]
         });
-        let norm = largest(ratios) * ABOVE;
+        let norm = largest(ratios) * UPWARD;
         let lengths = lengths.col_as_slice(0).to_vec();
         (norm < 0.5).then_some(Inverse {
             rows,
@@ -90,7 +90,7 @@ impl ApproximateInverse for Inverse<'_> {
                 .zip(column)
                 .for_each(|(x, size)| *x += size * value);
         }
-        x.iter().map(|size| size * ABOVE).collect()
+        x.iter().map(|size| size * UPWARD).collect()
     }
 
     fn left(

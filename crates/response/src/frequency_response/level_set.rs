@@ -14,8 +14,8 @@ use super::brackets::{Bracket, brackets, grid, narrow};
 use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
 
-/// Levels are above the highest peak by so much.
-const ABOVE: f64 = 1e-9;
+/// Levels are above the highest peak by this part of it.
+const MARGIN: f64 = 1e-9;
 
 /// Values are to be as good as this part of them.
 const GOOD: f64 = 1e-10;
@@ -60,7 +60,7 @@ impl Transfer {
         // Whatever is above all of them is another peak.
         for _ in 0..20 {
             let highest = peaks.iter().map(|(_, value)| *value).fold(beyond, f64::max);
-            let level = highest * (1.0 + ABOVE);
+            let level = highest * (1.0 + MARGIN);
             let within = |at: &f64| low < *at && *at < high;
             let mut ends: Vec<f64> = sum.crossings(level)?.into_iter().filter(within).collect();
             ends.push(low);

@@ -16,6 +16,7 @@ use num_complex::Complex;
 
 use super::in_doubles::{BLOCK, InDoubles, turn};
 use super::power_series::PowerSeries;
+use super::refinement::UPWARD;
 
 /// (I − ρ|G|)⁻¹|G| of a block.
 struct Reach {
@@ -24,17 +25,14 @@ struct Reach {
     solved: [f64; 4],
 }
 
-/// Bounds are sums of doubles, of a few thousand terms at most.
-const ABOVE: f64 = 1.0 + 1e-9;
-
 impl Reach {
     /// `None` where the spectral radius is not shown to be less than 1.
     fn of(width: usize, inverse: &[Complex<f64>; 4], radius: f64) -> Option<Reach> {
         let size = inverse.map(|entry| entry.norm() * (1.0 + 2.0 * BLOCK));
-        let [a, b, c, d] = size.map(|entry| radius * entry * ABOVE);
+        let [a, b, c, d] = size.map(|entry| radius * entry * UPWARD);
         let (left, right) = (1.0 - a, 1.0 - d);
         if width == 1 {
-            let solved = [left.recip() * ABOVE, 0.0, 0.0, 0.0];
+            let solved = [left.recip() * UPWARD, 0.0, 0.0, 0.0];
             return (left > 1e-3).then_some(Reach {
                 width,
                 size,
@@ -69,7 +67,7 @@ impl Reach {
                 matrix[2] * v[0] + matrix[3] * v[1],
             ],
         };
-        times(&self.solved, times(&self.size, force)).map(|bound| bound * ABOVE)
+        times(&self.solved, times(&self.size, force)).map(|bound| bound * UPWARD)
     }
 }
 
@@ -127,11 +125,11 @@ impl Bounds {
             sum + size * far.powi(*power)
         });
         let [zeroth, first, second] = form.defects;
-        let norm = (zeroth + first * far + second * far * far + self.left) * ABOVE;
+        let norm = (zeroth + first * far + second * far * far + self.left) * UPWARD;
         if norm.is_nan() || norm > 0.25 {
             return None;
         }
-        let off = (moved * (norm / (1.0 - norm) + rounding) + self.lost) * ABOVE;
+        let off = (moved * (norm / (1.0 - norm) + rounding) + self.lost) * UPWARD;
         let rows = form.rows.iter().zip(&self.rows);
         let modal: f64 = rows.map(|(&(_, power), size)| size * far.powi(power)).sum();
         let lengths = form.lengths.iter();
@@ -142,8 +140,8 @@ impl Bounds {
         let direct: f64 = direct
             .map(|&(_, power, part)| part.abs() * far.powi(power))
             .sum();
-        let error = (error + direct * rounding) * ABOVE;
-        let largest = (modal + direct + error) * ABOVE;
+        let error = (error + direct * rounding) * UPWARD;
+        let largest = (modal + direct + error) * UPWARD;
         largest.is_finite().then_some([largest, error])
     }
 }
@@ -197,7 +195,7 @@ impl InDoubles<'_> {
         while 2.0 * radius * steepest < MOST && radius < x {
             radius *= 2.0;
         }
-        let far = (x + radius) * ABOVE;
+        let far = (x + radius) * UPWARD;
         let rounding = self.rounding();
         let inputs: Vec<(Vec<Complex<f64>>, &[f64])> = self
             .inputs
@@ -300,7 +298,7 @@ impl InDoubles<'_> {
         let radius = distance / PART;
         // No centre is at the pole, where no block has an inverse.
         let x = place + radius / 16.0;
-        let far = (x + radius) * ABOVE;
+        let far = (x + radius) * UPWARD;
         // Roundings of place and centre are a share of 1e-4 of it.
         if radius < 65_536.0 * f64::EPSILON * place || radius > 0.25 * place {
             return None;
@@ -343,7 +341,7 @@ impl InDoubles<'_> {
         let distance = distance + off;
         let edge = radius * (15.0 / 16.0) - distance;
         let alone =
-            distance * rest * ABOVE < least && distance * distance * rest * ABOVE < least * edge;
+            distance * rest * UPWARD < least && distance * distance * rest * UPWARD < least * edge;
         let apart = (place - low).abs() > off && (place - high).abs() > off;
         (alone && apart).then_some((place, off))
     }

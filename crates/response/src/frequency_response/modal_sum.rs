@@ -14,7 +14,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{DynamicStiffness, Frequency};
-use super::refinement::{ABOVE, ApproximateInverse, FLOOR, largest};
+use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
 use crate::march::Basis;
 
 /// (s − Λ)⁻¹ of a block by rows, and bounds of the sizes of its entries.
@@ -134,7 +134,7 @@ impl ModalSum {
         let lost = (states as f64 + 2.0 * n as f64 + 64.0) * unit * 4.0;
         let bound = |value: &Rows, size: Mat<f64>| {
             Mat::from_fn(value.len(), n, |i, j| {
-                (value[i][j].to_f64().abs() + lost * size[(i, j)]) * ABOVE + FLOOR
+                (value[i][j].to_f64().abs() + lost * size[(i, j)]) * UPWARD + FLOOR
             })
         };
         let mut zeroth = with(product(&u, &plus(wc, &gm)), 0);
@@ -183,10 +183,10 @@ impl ModalSum {
         let s = frequency.power::<DoubleDouble>(1);
         let inverses = self.inverses(s)?;
         let lengths = self.lengths(&inverses);
-        let top = s.upper().to_f64() * ABOVE;
+        let top = s.upper().to_f64() * UPWARD;
         let mut moved = vec![0.0; n];
         for (order, defect) in self.defects.iter().enumerate() {
-            let factor = top.powi(order as i32) * ABOVE;
+            let factor = top.powi(order as i32) * UPWARD;
             for (j, length) in lengths.iter().enumerate() {
                 let length = length * factor;
                 (0..n).for_each(|i| moved[i] += defect[(i, j)] * length);
@@ -218,13 +218,13 @@ impl ModalSum {
             )
         });
         let (entries, slopes) = entries.unzip();
-        (norm * ABOVE < 0.5).then_some(At {
+        (norm * UPWARD < 0.5).then_some(At {
             sum: self,
             inverses,
             entries,
             slopes,
             lengths,
-            norm: norm * ABOVE,
+            norm: norm * UPWARD,
         })
     }
 
@@ -300,7 +300,7 @@ impl Block {
         for (at, entry) in entries.into_iter().enumerate() {
             let WideComplex { re, im } = entry.middle();
             inverse.0[at] = Complex::new(re.to_f64(), im.to_f64());
-            inverse.1[at] = entry.upper().to_f64() * ABOVE;
+            inverse.1[at] = entry.upper().to_f64() * UPWARD;
             if !inverse.1[at].is_finite() {
                 return None;
             }
@@ -360,7 +360,7 @@ impl ApproximateInverse for At<'_> {
             }
         }
         self.sum.spread(&self.inverses, &modal, &mut x);
-        x.iter().map(|size| size * ABOVE).collect()
+        x.iter().map(|size| size * UPWARD).collect()
     }
 
     fn left(

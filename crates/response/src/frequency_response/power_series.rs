@@ -10,7 +10,7 @@ use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
 
 use super::elimination::{Factor, Outcome, Row, scaled};
-use super::refinement::largest;
+use super::refinement::{UPWARD, largest};
 
 /// A number with bounds.
 pub(super) type Number = Ball<DoubleDouble>;
@@ -40,9 +40,6 @@ pub(super) struct PowerSeries {
     pub(super) coefficients: Vec<Number>,
     pub(super) largest: Magnitude,
 }
-
-/// Bounds are sums of doubles, of a few thousand terms at most.
-const ABOVE: f64 = 1.0 + 1e-9;
 
 impl Center {
     /// About x, with a radius of `least` or more; `None` where it is not proved that A is regular within it. The second is
@@ -112,7 +109,7 @@ impl Center {
         }
         let norm = |radius: f64| {
             let ratios = (0..n).map(|i| sum(&lengths, radius, i) / lengths[i]);
-            largest(ratios) * ABOVE
+            largest(ratios) * UPWARD
         };
         let mut radius = f64::exp2(least.log2().ceil());
         let mut contraction = norm(radius);
@@ -160,7 +157,7 @@ impl Center {
                     *total += value.norm() * (off + lost * size) + error * size;
                 }
             }
-            let bound = |(value, off): (Complex<f64>, f64)| (value.norm() + off) * ABOVE;
+            let bound = |(value, off): (Complex<f64>, f64)| (value.norm() + off) * UPWARD;
             product.into_iter().map(bound).collect()
         })
     }
@@ -239,7 +236,7 @@ impl Center {
         let ratios = sizes.iter().zip(&self.lengths);
         let ratios = ratios.map(|(size, length)| *size / Magnitude::from(*length));
         let largest = ratios.fold(Magnitude::ZERO, |a, b| if a < b { b } else { a });
-        let largest = largest / Magnitude::from(1.0 - self.contraction * ABOVE);
+        let largest = largest / Magnitude::from(1.0 - self.contraction * UPWARD);
         let sum = |parts: &Polynomial| parts.iter().fold(Magnitude::ZERO, |s, p| s + p.upper());
         let largest = output.iter().fold(sum(&direct), |total, (column, parts)| {
             total + sum(parts) * largest * Magnitude::from(self.lengths[*column])

@@ -6,8 +6,8 @@
 use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble};
 use num_complex::Complex;
 
-/// Bounds are sums of doubles, of a few thousand terms at most.
-pub(super) const ABOVE: f64 = 1.0 + 1e-9;
+/// By so much bounds are rounded up: they are sums of doubles, of a few thousand terms at most.
+pub(super) const UPWARD: f64 = 1.0 + 1e-9;
 
 /// Absorbs what underflows.
 pub(super) const FLOOR: f64 = 1e-300;
@@ -61,17 +61,17 @@ pub(super) trait ApproximateInverse {
         }
         let left: Vec<f64> = residual
             .iter()
-            .map(|residual| residual.upper().to_f64() * ABOVE + FLOOR)
+            .map(|residual| residual.upper().to_f64() * UPWARD + FLOOR)
             .collect();
         let error = self.sizes(&left);
         let (lengths, norm) = self.defect();
         let ratios = error.iter().zip(lengths);
         let ratio = largest(ratios.map(|(error, length)| error / length));
-        let more = ratio * norm / (1.0 - norm) * ABOVE;
+        let more = ratio * norm / (1.0 - norm) * UPWARD;
         let enclosed = x.into_iter().zip(error).zip(lengths);
         enclosed
             .map(|((x, error), length)| {
-                let radius = (error + length * more) * ABOVE + FLOOR;
+                let radius = (error + length * more) * UPWARD + FLOOR;
                 radius.is_finite().then(|| Ball::new(x, radius.into()))
             })
             .collect()

@@ -16,6 +16,7 @@ use super::enclosure::{Push, Reading};
 use super::in_doubles::InDoubles;
 use super::orders::{Orders, Terms};
 use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, times};
+use super::refinement::UPWARD;
 
 /// What is known of a magnitude at all frequencies.
 pub(super) struct Turns {
@@ -581,7 +582,7 @@ impl Slope {
         let count = (count - 1) as f64;
         // The square of the bound holds for what |h|² is at complex t too.
         let largest = series.largest * Magnitude::power_of_two(-down);
-        let largest = largest.to_f64() * largest.to_f64() * (1.0 + 1e-9);
+        let largest = largest.to_f64() * largest.to_f64() * UPWARD;
         let next = largest * (far.abs() * (count + 1.0) + count + 2.0 * power.abs());
         let known = coefficients
             .iter()
@@ -609,7 +610,7 @@ impl Slope {
     fn rest(&self, reach: f64) -> [f64; 2] {
         let terms = self.coefficients.len() as i32;
         let grows = 1.0 + 1.0 / self.count;
-        let sum = self.next / (1.0 - reach * grows * grows) * (1.0 + 1e-9);
+        let sum = self.next / (1.0 - reach * grows * grows) * UPWARD;
         [
             sum * reach.powi(terms),
             sum * self.count * reach.powi(terms - 1),
@@ -636,7 +637,7 @@ impl Slope {
     /// Its sign at a point.
     fn sign(&self, at: f64) -> Option<bool> {
         let (value, off) = *self.shifted(at).first()?;
-        let off = (off + self.rest(at.abs())[0]) * (1.0 + 1e-9);
+        let off = (off + self.rest(at.abs())[0]) * UPWARD;
         (value.abs() > off).then_some(value > 0.0)
     }
 
@@ -691,13 +692,12 @@ impl Slope {
                 }
                 off += size * power;
             }
-            let above = 1.0 + 1e-9;
-            if shifted.first()?.0.abs() > off * above {
+            if shifted.first()?.0.abs() > off * UPWARD {
                 continue;
             }
             let change = shifted.get(1).map_or(0.0, |(change, _)| change.abs());
             // At 0 it is not what a look says there.
-            if change > change_off * above && low != 0.0 {
+            if change > change_off * UPWARD && low != 0.0 {
                 match (self.sign(low)?, self.sign(high)?) {
                     (before, after) if before != after => found.push([low, high]),
                     _ => {}
@@ -806,7 +806,7 @@ mod tests {
                                 );
                             let [a, b] = [a, b].map(|value| value.radius().to_f64());
                             let bound = a * shared + b * unit;
-                            assert!(off <= bound * (1.0 + 1e-9), "{off:e} {bound:e}");
+                            assert!(off <= bound * UPWARD, "{off:e} {bound:e}");
                             let size = one.largest.to_f64();
                             assert!(a <= 1e-10 * size, "{a:e} {size:e}");
                         }

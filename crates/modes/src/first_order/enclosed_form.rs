@@ -146,7 +146,7 @@ impl<T: Real> Dense for BallMatrix<T> {
 mod tests {
     use super::*;
     use crate::first_order::FirstOrder;
-    use crate::model::GROUND;
+    use crate::model::{GROUND, MatrixKind};
     use eigentone_digits::DoubleDouble;
 
     /// Mass and massless nodes of every kind: damped, in a floating group, and undamped.
@@ -166,6 +166,32 @@ mod tests {
             .spring("s", "m2", 17.0)
             .build()
             .expect("it is regular")
+    }
+
+    /// Gyroscopic and circulatory terms, each from its own formula: A = −M⁻¹(K, C), where no coordinate is without mass.
+    #[test]
+    fn matrices_without_symmetry_stand_as_they_are() {
+        let (damping, stiffness) = ([[1.0, 3.0], [-5.0, 2.0]], [[7.0, -1.0], [2.0, 9.0]]);
+        let mass = [2.0, 4.0];
+        let matrix = |rows: [[f64; 2]; 2]| faer::Mat::from_fn(2, 2, |i, j| rows[i][j]);
+        let system = System::builder()
+            .mass("a", mass[0])
+            .mass("b", mass[1])
+            .matrix(MatrixKind::Damping, matrix(damping).as_ref())
+            .matrix(MatrixKind::Stiffness, matrix(stiffness).as_ref())
+            .build()
+            .expect("it is regular");
+        let precise = EnclosedFirstOrder::<DoubleDouble>::of(&system).expect("regular");
+        let plain = FirstOrder::of(&system).expect("regular");
+        for i in 0..2 {
+            for j in 0..2 {
+                for (column, entry) in [(j, stiffness[i][j]), (2 + j, damping[i][j])] {
+                    let expected = -entry / mass[i];
+                    assert_eq!(plain.a()[(2 + i, column)], expected);
+                    assert_eq!(precise.a().middle(2 + i, column).to_f64(), expected);
+                }
+            }
+        }
     }
 
     #[test]

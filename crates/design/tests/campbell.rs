@@ -4,6 +4,8 @@ use eigentone_design::{Branch, Campbell, CampbellError, CriticalSpeed, Whirl};
 use eigentone_modes::{GROUND, MatrixKind, System};
 use faer::Mat;
 
+use crate::random::Random;
+
 /// An overhung disc on a shaft (Stodola): deflections y, z and slopes of both planes, m = I_d = 1 and I_p = 2. Forward, with
 /// s = Ω²: (5 − s)(5 + s) = 9, so that Ω = 2 is the only one. Backward: (5 − s)(5 − 3s) = 9, so that 3s² − 20s + 16 = 0.
 fn stodola() -> System {
@@ -120,15 +122,9 @@ fn references_and_orders_scale() {
 /// K x = s (n²M − inG) x has the squares of critical speeds for roots, each twice in real numbers.
 #[test]
 fn counts_are_those_of_the_eigenproblem_of_critical_speeds() {
-    let mut seed = 7u64;
-    let mut random = || {
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 40) as f64 / 8_388_608.0 - 1.0
-    };
+    let mut random = Random(7);
     for n in [2, 3, 4, 5, 3, 4] {
-        let mut square = || Mat::from_fn(n, n, |_, _| random());
+        let mut square = || Mat::from_fn(n, n, |_, _| 2.0 * random.uniform() - 1.0);
         let definite = |a: Mat<f64>| a.transpose() * &a + Mat::<f64>::identity(n, n);
         let symmetric = |a: Mat<f64>| Mat::from_fn(n, n, |i, j| a[(i.max(j), i.min(j))]);
         let (mass, stiffness) = (symmetric(definite(square())), symmetric(definite(square())));

@@ -3,6 +3,8 @@
 use eigentone_design::{FitError, fit, fit_with};
 use eigentone_modes::{GROUND, Precision, System};
 
+use crate::random::Random;
+
 /// 1/(k − mω² + icω) at each ω, as real and imaginary parts.
 fn receptance(p: &[f64], frequencies: &[f64]) -> Vec<f64> {
     let [m, c, k] = [p[0], p[1], p[2]];
@@ -12,24 +14,6 @@ fn receptance(p: &[f64], frequencies: &[f64]) -> Vec<f64> {
         [re / size, -im / size]
     });
     each.collect()
-}
-
-struct Noise(u64);
-
-impl Noise {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    /// By Box and Muller.
-    fn normal(&mut self) -> f64 {
-        let (a, b) = (self.uniform(), self.uniform());
-        (-2.0 * a.ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
 }
 
 #[test]
@@ -93,7 +77,7 @@ fn intervals_hold_what_they_say() {
     let exact = receptance(&truth, &frequencies);
     let deviation = 2e-4;
     for known in [true, false] {
-        let mut noise = Noise(20_261_123);
+        let mut noise = Random(20_261_123);
         let mut within = [0usize; 3];
         const TIMES: usize = 2000;
         for _ in 0..TIMES {

@@ -4,6 +4,8 @@ use eigentone_design::{Followed, Follower};
 use eigentone_modes::{GROUND, Precision, System};
 use num_complex::Complex;
 
+use crate::random::Random;
+
 fn solved(system: System) -> Option<Follower> {
     let modes = system.modes_to(Precision::Double).ok()?;
     Follower::at(&system, &modes).ok()
@@ -131,17 +133,11 @@ fn a_pair_that_meets_on_the_real_axis_becomes_two_roots_and_a_pair_again() {
 
 #[test]
 fn random_paths_with_crossings_agree_with_paths_a_hundred_times_finer() {
-    let mut seed = 1u64;
-    let mut random = || {
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random(1);
     let (mut crossings, mut doubtful) = (0, 0);
     for path in 0..1000 {
         let ends: Vec<[f64; 2]> = (0..4)
-            .map(|_| [0.5 + 4.0 * random(), 0.5 + 4.0 * random()])
+            .map(|_| [0, 1].map(|_| 0.5 + 4.0 * random.uniform()))
             .collect();
         let coupling = [0.0, 1e-6, 1e-3, 0.1][path % 4];
         let damping = [0.0, 0.02][path / 4 % 2];

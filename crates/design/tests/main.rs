@@ -5,3 +5,4 @@
 mod campbell;
 mod fit;
 mod follower;
+mod random;

@@ -52,6 +52,9 @@ mod model;
 mod modes;
 mod participation;
 mod quality;
+#[cfg(test)]
+#[path = "../tests/modes/random.rs"]
+mod random;
 mod sensitivity;
 mod solver;
 mod sparse;

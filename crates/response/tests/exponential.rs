@@ -10,6 +10,8 @@ use eigentone_response::{
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
 
+use crate::random::Random;
+
 type Exact = Wide<5>;
 type Square = Vec<Vec<Exact>>;
 
@@ -156,19 +158,7 @@ fn known() -> Vec<Case> {
     cases
 }
 
-/// Numbers from a fixed sequence (splitmix64).
-struct Sequence(u64);
-
-impl Sequence {
-    /// From [−1, 1).
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2f64.powi(-52) - 1.0
-    }
-
+impl Random {
     /// From 10^`low` to 10^`high`, evenly on a logarithmic scale.
     fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         10f64.powf(low + (high - low) * 0.5 * (self.signed() + 1.0))
@@ -209,7 +199,7 @@ impl Sequence {
 
 /// Stiff and nonnormal matrices of order 2 to 20.
 fn generated() -> Vec<Case> {
-    let mut from = Sequence(7);
+    let mut from = Random(7);
     let mut cases = Vec::new();
     for _ in 0..25 {
         let mut add = |family, matrix| cases.push(Case { family, matrix });
@@ -493,7 +483,7 @@ fn the_condition_of_small_matrices_is_exact() {
 /// For larger ones it is a lower bound that no direction tried exceeds by much.
 #[test]
 fn the_condition_of_larger_matrices_is_nearly_reached() {
-    let mut from = Sequence(11);
+    let mut from = Random(11);
     for (n, ratio) in [(5, 1.0), (6, 3.0), (8, 0.5)] {
         let a = from.matrix(n, |i, j, x| 2.0 * f64::powi(ratio, i as i32 - j as i32) * x);
         let found = expm_condition(a.as_ref()).expect("finite");
@@ -513,7 +503,7 @@ fn the_condition_of_larger_matrices_is_nearly_reached() {
 /// and long times.
 #[test]
 fn second_order_errors_are_those_that_the_condition_explains() {
-    let mut from = Sequence(5);
+    let mut from = Random(5);
     let mut worst = [0f64; 2];
     for case in 0..60 {
         let damping = [0.0, 1e-3, 0.1, 3.0][case % 4];

@@ -9,6 +9,8 @@ use eigentone_response::{
 use faer::Mat;
 use num_complex::Complex;
 
+use crate::random::Random;
+
 fn features(system: &System, from: &str, to: &str) -> Features {
     let modes = system.modes().expect("modes");
     let grid = peak_grid(system, &modes, &[]);
@@ -193,11 +195,8 @@ fn undamped_peaks_are_poles_and_dips_are_zeros() {
 /// A full system: every coordinate is joined to every other.
 fn full(n: usize, damped: bool) -> System {
     let mut builder = System::builder();
-    let mut state = 1u32;
-    let mut random = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(state >> 8) / f64::from(1 << 24)
-    };
+    let mut numbers = Random(1);
+    let mut random = || 0.5 * (numbers.signed() + 1.0);
     for i in 0..n {
         builder = builder.mass(format!("m{i}"), 0.5 + random());
     }

@@ -16,6 +16,7 @@ mod frequency_response;
 mod history;
 mod machines;
 mod modal_truncation;
+mod random;
 #[path = "response_spectrum/main.rs"]
 mod response_spectrum;
 #[path = "state_space/main.rs"]

@@ -130,18 +130,13 @@ fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::modes::{Precision, listed};
+    use crate::random::Random;
 
     /// Full matrices with many sizes of entries, from a fixed sequence.
     fn system(n: usize, damped: bool) -> System {
-        let mut state = 9u64;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
-        };
+        let mut random = Random(9);
         let mut definite = |own: f64| {
-            let factor = Mat::from_fn(n, n, |_, _| next());
+            let factor = Mat::from_fn(n, n, |_, _| 0.5 * random.signed());
             let mut product = factor.transpose() * &factor;
             (0..n).for_each(|i| product[(i, i)] += own * (1.0 + i as f64));
             product

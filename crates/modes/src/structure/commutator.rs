@@ -100,19 +100,14 @@ fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bo
 mod tests {
     use super::*;
     use crate::model::MatrixKind;
+    use crate::random::Random;
     use crate::system::System;
     use faer::Mat;
 
     /// Full matrices, positive definite, from a fixed sequence, in units of the coordinates that lie far apart.
     fn definite(n: usize, seed: u64, far: f64) -> Mat<f64> {
-        let mut state = seed;
-        let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
-        };
-        let factor = Mat::from_fn(n, n, |_, _| next());
+        let mut random = Random(seed);
+        let factor = Mat::from_fn(n, n, |_, _| 0.5 * random.signed());
         let square = &factor * factor.transpose();
         let unit = |i: usize| far.powi(i as i32 % 3).log2().round().exp2();
         Mat::from_fn(n, n, |i, j| {

@@ -6,6 +6,7 @@ use faer::{Mat, c64};
 use proptest::prelude::*;
 
 use crate::estimated::covered;
+use crate::random::Random;
 
 /// What M, C and K are.
 #[derive(Clone, Copy, Debug)]
@@ -35,20 +36,9 @@ const FAMILIES: [Family; 10] = [
     Family::Classical,
 ];
 
-/// A fixed sequence of numbers between −1/2 and 1/2 for each seed.
-struct Sequence(u64);
-
-impl Sequence {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-    }
-
+impl Random {
     fn matrix(&mut self, rows: usize, columns: usize) -> Mat<f64> {
-        Mat::from_fn(rows, columns, |_, _| self.next())
+        Mat::from_fn(rows, columns, |_, _| 0.5 * self.signed())
     }
 
     /// Symmetric, with eigenvalues from 10^−digits to 1.
@@ -67,7 +57,7 @@ impl Sequence {
     }
 
     fn whole(&mut self, rows: usize, columns: usize) -> Mat<f64> {
-        Mat::from_fn(rows, columns, |_, _| (6.0 * self.next()).round())
+        Mat::from_fn(rows, columns, |_, _| (3.0 * self.signed()).round())
     }
 
     /// M, C and K.
@@ -174,7 +164,7 @@ proptest! {
 
 /// All roots are there, and those of doubles are within their estimates.
 fn assert_proven(family: Family, seed: u64, n: usize, digits: f64) {
-    let matrices = Sequence(seed).matrices(family, n, digits);
+    let matrices = Random(seed).matrices(family, n, digits);
     let [m, c, k] = &matrices;
     let system = System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref()).expect("a system");
     let proven = system.modes().expect("modes");

@@ -14,6 +14,7 @@ mod estimated;
 mod law;
 mod networks;
 mod planted;
+mod random;
 mod root;
 mod shapes;
 mod singular_mass;

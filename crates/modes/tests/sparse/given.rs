@@ -12,6 +12,7 @@ use proptest::prelude::*;
 
 use crate::elements::{Ends, beam, membrane, rod};
 use crate::networks::{name, network};
+use crate::random::Random;
 
 const NO_FACTOR: f64 = 0.0;
 const FACTOR: f64 = 1e9;
@@ -21,22 +22,11 @@ fn lowest(system: &System, count: usize, pairs: Vec<Eigenpair>, operations: f64)
     examine_pairs(system, target, count, pairs, operations).unwrap()
 }
 
-/// Numbers between −1 and 1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
+impl Random {
     /// The same pair, less exact by a part.
     fn spoil(&mut self, pair: &Eigenpair, part: f64) -> Eigenpair {
         let largest = pair.shape.iter().map(|x| x.norm()).fold(0.0, f64::max);
-        let mut noise = || -> Complex<f64> { Complex::new(self.next(), self.next()) * part };
+        let mut noise = || -> Complex<f64> { Complex::new(self.signed(), self.signed()) * part };
         Eigenpair {
             value: pair.value * (Complex::<f64>::ONE + noise()),
             shape: pair.shape.iter().map(|x| x + noise() * largest).collect(),
@@ -84,7 +74,7 @@ fn assert_near(root: Eigenvalue, exact: Complex<f64>, within: f64, what: &str) {
 #[test]
 fn chains_by_closed_forms() {
     let n = 3000;
-    let mut noise = Noise(1);
+    let mut noise = Random(1);
     for damping in [0.0, 0.02] {
         let system = chain(n, damping);
         for (operations, part, within) in [
@@ -131,7 +121,7 @@ fn a_missing_mode_is_found() {
 #[test]
 fn what_is_no_eigenpair_is_left_out() {
     let n = 120;
-    let mut noise = Noise(2);
+    let mut noise = Random(2);
     for (operations, dashpot) in [
         (NO_FACTOR, false),
         (FACTOR, false),
@@ -172,7 +162,7 @@ fn what_is_no_eigenpair_is_left_out() {
         pairs.push(broken);
         pairs.push(Eigenpair {
             value: Complex::new(0.0, 0.05),
-            shape: (0..n).map(|_| Complex::from(noise.next())).collect(),
+            shape: (0..n).map(|_| Complex::from(noise.signed())).collect(),
         });
         let found = lowest(&system, 3, pairs, operations);
         assert_eq!((found.modes.len(), found.unfit), (3, 4), "{what}");
@@ -226,7 +216,7 @@ fn nodes_without_mass() {
     }
     let system = builder.build().unwrap();
     let dense = system.modes().unwrap();
-    let mut noise = Noise(3);
+    let mut noise = Random(3);
     let pairs: Vec<Eigenpair> = pairs_of(&dense).into_iter().take(6).collect();
     let spoilt = pairs.iter().map(|pair| noise.spoil(pair, 1e-9)).collect();
     let found = lowest(&system, 5, spoilt, FACTOR);
@@ -324,8 +314,8 @@ proptest! {
         damping in prop::sample::select(vec![Damping::None, Damping::Proportional, Damping::Coupling]),
         factor: bool,
     ) {
-        let mut noise = Noise(seed);
-        let mut number = |decades: f64| 10f64.powf(decades * noise.next());
+        let mut noise = Random(seed);
+        let mut number = |decades: f64| 10f64.powf(decades * noise.signed());
         let masses: Vec<f64> = (0..n).map(|_| number(1.0)).collect();
         let mut springs: Vec<(usize, usize, f64)> =
             (1..=n).map(|i| (i - 1, i, number(2.0))).collect();

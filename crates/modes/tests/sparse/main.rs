@@ -18,6 +18,8 @@ mod given;
 mod grids;
 mod inertia;
 mod networks;
+#[path = "../modes/random.rs"]
+mod random;
 mod refusals;
 mod small;
 mod undamped;

@@ -29,6 +29,7 @@ use pulp::Arch;
 use super::dynamic_stiffness::losses;
 use super::enclosure::{Push, Reading};
 use super::in_doubles::{Ports, Value, turn};
+use super::random::Random;
 
 /// As many frequencies as one product of matrices takes.
 const BATCH: usize = 128;
@@ -108,16 +109,8 @@ impl Hessenberg {
         };
         let norm = balanced.matrix.norm_l2();
         let states = balanced.scale.len();
-        // A generator of random numbers (Press et al. 2007, section 7.1.2), so that all runs are alike.
-        let mut state = 1u64;
-        let start: Vec<f64> = (0..states)
-            .map(|_| {
-                state = state
-                    .wrapping_mul(2_862_933_555_777_941_757)
-                    .wrapping_add(3_037_000_493);
-                (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-            })
-            .collect();
+        let mut random = Random(1);
+        let start: Vec<f64> = (0..states).map(|_| random.signed()).collect();
         let probe = Form::of(
             balanced.matrix.as_ref(),
             &start,

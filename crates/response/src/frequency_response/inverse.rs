@@ -115,6 +115,7 @@ impl ApproximateInverse for Inverse<'_> {
 mod tests {
     use super::*;
     use crate::frequency_response::elimination::{Factor, Outcome};
+    use crate::frequency_response::random::Random;
     use eigentone_digits::{Magnitude, Real, Wide, WideComplex};
 
     fn ball<T: Real>(value: Complex<f64>) -> Ball<T> {
@@ -131,13 +132,8 @@ mod tests {
 
     /// A matrix of random numbers, its last row the first one but for this difference.
     fn nearly_singular(n: usize, difference: f64) -> Mat<Complex<f64>> {
-        let mut state = 7u64;
-        let mut random = || {
-            state = state
-                .wrapping_mul(2_862_933_555_777_941_757)
-                .wrapping_add(3_037_000_493);
-            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut numbers = Random(7);
+        let mut random = || 0.5 * numbers.signed();
         let mut matrix = Mat::from_fn(n, n, |_, _| Complex::new(random(), random()));
         for j in 0..n {
             let change = Complex::new(random(), random()) * difference;

@@ -19,6 +19,7 @@ mod orders;
 mod phasor;
 mod power_series;
 mod question;
+mod random;
 mod receptance;
 mod refinement;
 mod sparse_factor;

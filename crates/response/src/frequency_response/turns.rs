@@ -722,15 +722,13 @@ mod tests {
     use super::super::dynamic_stiffness::DynamicStiffness;
     use super::super::modal_sum::ModalSum;
     use super::super::phasor::Phase;
+    use super::super::random::Random;
     use super::*;
 
     /// Every mass joined to every other, with dampers between some of them.
-    fn full(n: usize, seed: u32, is_damped: bool) -> System {
-        let mut state = seed;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24)
-        };
+    fn full(n: usize, seed: u64, is_damped: bool) -> System {
+        let mut numbers = Random(seed);
+        let mut random = || 0.5 * (numbers.signed() + 1.0);
         let mut builder = System::builder();
         for i in 0..n {
             let name = format!("m{i}");

@@ -10,6 +10,8 @@ use eigentone_response::{
 };
 use faer::{Mat, MatRef, mat};
 
+use crate::random::Random;
+
 type Exact = Wide<8>;
 
 /// Entries row by row.
@@ -189,19 +191,7 @@ fn ends_of_the_range() {
     assert!(random == 120 && refused.len() * 10 <= random, "{refused:?}");
 }
 
-/// Numbers from a fixed sequence (splitmix64).
-struct Sequence(u64);
-
-impl Sequence {
-    /// From [−1, 1).
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 * 2f64.powi(-52) - 1.0
-    }
-
+impl Random {
     /// From −size to size.
     fn whole(&mut self, size: i32) -> f64 {
         (self.signed() * (f64::from(size) + 0.5)).round()
@@ -254,7 +244,7 @@ fn exactly(entries: &[f64]) -> Square {
 }
 
 /// P and P⁻¹ of whole numbers: products of shears.
-fn unimodular(n: usize, shears: usize, from: &mut Sequence) -> [Vec<f64>; 2] {
+fn unimodular(n: usize, shears: usize, from: &mut Random) -> [Vec<f64>; 2] {
     let mut forth = entries(n, |(i, j)| f64::from(u8::from(i == j)));
     let mut back = forth.clone();
     for _ in 0..shears {
@@ -275,7 +265,7 @@ fn unimodular(n: usize, shears: usize, from: &mut Sequence) -> [Vec<f64>; 2] {
 
 /// PBP⁻¹ for a block B whose exponential is known: A is without rounding, and so is its exponential but for 500 bits.
 fn planted(n: usize, shears: usize, b: &[f64], power: &[Exact], seed: u64) -> (Mat<f64>, Square) {
-    let [forth, back] = unimodular(n, shears, &mut Sequence(seed));
+    let [forth, back] = unimodular(n, shears, &mut Random(seed));
     let a = product(n, &product(n, &forth, b), &back);
     let exactly_a = product(
         n,
@@ -337,7 +327,7 @@ fn planted_nilpotent_matrices() {
         (66, 80, 1000),
         (102, 80, 100_000),
     ] {
-        let mut from = Sequence(size as u64);
+        let mut from = Random(size as u64);
         let b = entries(n, |(i, j)| match j % 6 > i % 6 && (i + j) % 3 == 0 {
             true => from.whole(size),
             false => 0.0,
@@ -364,7 +354,7 @@ fn planted_nilpotent_matrices() {
 /// A = 2^-s U Vᵀ of whole numbers, of which VᵀU = B is small though U and V are not: e^A = I + U φ(B) Vᵀ.
 fn low_rank(n: usize, size: i32, shift: i32) -> (Mat<f64>, Square) {
     let scale = 2f64.powi(-shift);
-    let mut from = Sequence(n as u64);
+    let mut from = Random(n as u64);
     let [mut u, mut v] = [(); 2].map(|()| {
         (0..n)
             .map(|_| [(); 2].map(|()| from.whole(size)))
@@ -452,7 +442,7 @@ fn triangular_matrices() {
         (100, 2.0, 1e3),
         (200, 600.0, 0.1),
     ] {
-        let mut from = Sequence(n as u64);
+        let mut from = Random(n as u64);
         let a = entries(n, |(i, j)| match j.cmp(&i) {
             Ordering::Less => 0.0,
             Ordering::Equal => size * from.signed(),
@@ -474,7 +464,7 @@ fn triangular_matrices() {
 #[test]
 fn blocks_keep_their_digits() {
     let n = 40;
-    let mut from = Sequence(8);
+    let mut from = Random(8);
     let a = entries(n, |(i, j)| match (i / 10).cmp(&(j / 10)) {
         Ordering::Greater => 0.0,
         Ordering::Equal => {
@@ -522,7 +512,7 @@ fn blocks_keep_their_digits() {
 #[test]
 fn badly_scaled_matrices() {
     for (n, spread) in [(6, 500), (20, 100), (20, 400), (65, 100), (65, 300)] {
-        let mut from = Sequence(n as u64);
+        let mut from = Random(n as u64);
         let a = entries(n, |_| from.signed() * 2.0 / (n as f64).sqrt());
         let exponents: Vec<i64> = (0..n).map(|_| from.whole(spread) as i64).collect();
         let shift = |at: usize| exponents[at % n] - exponents[at / n];
@@ -648,7 +638,7 @@ fn conditions_at_the_ends_of_the_range() {
     let part = condition(1e86).expect("it is small") / 1e172;
     assert!((0.01..1.0).contains(&part), "{part}");
     assert_eq!(condition(1e200), Ok(f64::INFINITY));
-    let mut from = Sequence(1);
+    let mut from = Random(1);
     for (n, sizes) in [
         (3, [1e-150, 1e17, 1e150, 1e300]),
         (6, [1e-150, 1e17, 1e30, 1e60]),

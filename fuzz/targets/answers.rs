@@ -3,23 +3,13 @@
 
 #![no_main]
 
-#[path = "../../tests/random/choices.rs"]
-mod choices;
-#[path = "../../tests/random/examine.rs"]
-mod examine;
-#[path = "../../tests/random/number.rs"]
-mod number;
-#[path = "../../tests/random/scene.rs"]
-mod scene;
+mod random;
 
-use std::path::Path;
-
-use eigentone::scene::Scene;
 use libfuzzer_sys::fuzz_target;
+use random::examine::{Proven, examined};
 
 fuzz_target!(|bytes: &[u8]| {
-    let text = scene::text(&mut choices::Choices::of(bytes));
-    if let Ok(scene) = Scene::parse(&text, Path::new("scene.json")) {
-        examine::examined(&scene, examine::Proven::All);
+    if let Some(scene) = random::drawn(bytes, random::scene::text) {
+        examined(&scene, Proven::All);
     }
 });

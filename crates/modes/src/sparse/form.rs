@@ -241,34 +241,30 @@ impl Form {
     /// y += factor·A x, every term and sum in double-double.
     pub(crate) fn accumulate(&self, factor: f64, x: &[f64], y: &mut [DoubleDouble]) {
         let stretch = |i: usize, j: usize| DoubleDouble::new(x[i], -x[j]);
-        match factor {
-            1.0 => self.add_forces(|i| x[i], stretch, |force| force, y),
-            -1.0 => self.add_forces(|i| x[i], stretch, |force| -force, y),
-            _ => self.add_forces(|i| x[i], stretch, |force| force * factor, y),
-        }
+        self.add_forces(factor, |i| x[i], stretch, y);
     }
 
     /// The same for a vector of double-doubles.
     pub(crate) fn accumulate_long(&self, factor: f64, x: &[DoubleDouble], y: &mut [DoubleDouble]) {
-        let stretch = |i: usize, j: usize| x[i] - x[j];
-        match factor {
-            1.0 => self.add_forces(|i| x[i], stretch, |force| force, y),
-            -1.0 => self.add_forces(|i| x[i], stretch, |force| -force, y),
-            _ => self.add_forces(|i| x[i], stretch, |force| force * factor, y),
-        }
+        self.add_forces(factor, |i| x[i], |i, j| x[i] - x[j], y);
     }
 
-    /// Adds multiples of the forces in all joins, by what nodes and joins are stretched.
+    /// Adds a multiple of the forces in all joins, by what nodes and joins are stretched.
     #[inline(always)]
     fn add_forces<T>(
         &self,
+        factor: f64,
         moved: impl Fn(usize) -> T,
         stretch: impl Fn(usize, usize) -> DoubleDouble,
-        multiple: impl Fn(DoubleDouble) -> DoubleDouble,
         y: &mut [DoubleDouble],
     ) where
         DoubleDouble: Mul<T, Output = DoubleDouble> + Mul<f64, Output = DoubleDouble>,
     {
+        let multiple = |force: DoubleDouble| match factor {
+            1.0 => force,
+            -1.0 => -force,
+            _ => force * factor,
+        };
         for (i, (y, ground)) in y.iter_mut().zip(&self.ground).enumerate() {
             *y += multiple(*ground * moved(i));
         }

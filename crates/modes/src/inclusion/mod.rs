@@ -6,6 +6,7 @@ pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;
 mod gram;
+mod groups;
 mod inert;
 pub(crate) mod pairs;
 mod pencil;

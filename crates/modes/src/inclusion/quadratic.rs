@@ -10,6 +10,7 @@ use num_complex::Complex;
 
 use super::bounded_shape::Shape;
 use super::exactly::{exact, lower, real, upper};
+use super::groups::groups;
 
 /// A mode that moves by itself.
 #[derive(Clone, Debug)]
@@ -146,22 +147,9 @@ fn pair(gamma: Ball<DoubleDouble>, sigma: Ball<DoubleDouble>) -> Option<Vec<Disc
 
 /// Discs that touch each other, directly or through others.
 fn clusters(discs: &[(usize, Disc)]) -> Vec<Vec<(usize, Disc)>> {
-    let mut label: Vec<usize> = (0..discs.len()).collect();
-    for i in 0..discs.len() {
-        for j in 0..i {
-            if label[i] != label[j] && discs[i].1.meets(&discs[j].1) {
-                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                let moved = label.iter_mut().filter(|label| **label == from);
-                moved.for_each(|label| *label = to);
-            }
-        }
-    }
-    let mut clusters = vec![Vec::new(); discs.len()];
-    for (label, disc) in label.into_iter().zip(discs) {
-        clusters[label].push(*disc);
-    }
-    clusters.retain(|cluster| !cluster.is_empty());
-    clusters
+    let groups = groups(discs.len(), |i, j| discs[i].1.meets(&discs[j].1));
+    let members = |group: Vec<usize>| group.into_iter().map(|i| discs[i]).collect();
+    groups.into_iter().map(members).collect()
 }
 
 /// One double for the roots of a cluster, and how far each may lie from it: an entry for every disc.

@@ -12,6 +12,7 @@
 use eigentone_digits::{Ball, Magnitude, Real};
 
 use super::exactly::{lower, middle, radius, real, upper};
+use super::groups::groups;
 use super::pencil::{PencilIn, Scaled};
 
 /// The polynomial P(μ)/μ^zeros with its leading coefficient, where that is known beforehand.
@@ -148,30 +149,14 @@ impl<T: Real> Points<T> {
     /// Groups of points that do not stand clear of each other.
     pub(crate) fn groups(&self) -> Vec<Vec<usize>> {
         let n = self.z.len();
-        let mut label: Vec<usize> = (0..n).collect();
         let reach: Vec<f64> = self
             .corrections
             .iter()
             .map(|w| 2.5 * n as f64 * upper(*w))
             .collect();
-        for i in 0..n {
-            for j in 0..i {
-                let distance = lower(self.improved(i) - self.improved(j));
-                if distance <= reach[i] + reach[j] && label[i] != label[j] {
-                    let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                    label
-                        .iter_mut()
-                        .filter(|l| **l == from)
-                        .for_each(|l| *l = to);
-                }
-            }
-        }
-        let mut groups = vec![Vec::new(); n];
-        for (i, label) in label.into_iter().enumerate() {
-            groups[label].push(i);
-        }
-        groups.retain(|group: &Vec<usize>| !group.is_empty());
-        groups
+        groups(n, |i, j| {
+            lower(self.improved(i) - self.improved(j)) <= reach[i] + reach[j]
+        })
     }
 
     /// A disc for each group that provably holds exactly as many roots as the group has points, all
@@ -260,6 +245,16 @@ mod tests {
         assert!((0.05..0.0501).contains(&reach), "{reach}");
     }
 
+    /// Approximations with the corrections that the polynomial of the roots gives.
+    fn corrected(roots: [f64; 3], z: [f64; 3]) -> Points<DoubleDouble> {
+        let point = |i: usize| {
+            let value: f64 = roots.iter().map(|root| z[i] - root).product();
+            let others = (0..3).filter(|j| *j != i).map(|j| z[i] - z[j]);
+            (z[i], value / others.product::<f64>(), 0.0)
+        };
+        points(&[0, 1, 2].map(point))
+    }
+
     /// Approximations of 1, 2 and 4 with the corrections that their polynomial gives: each root in its
     /// disc, which is not on its centre.
     #[test]
@@ -267,16 +262,8 @@ mod tests {
         let roots = [1.0, 2.0, 4.0];
         for off in [1e-2, 3e-3, -1e-2] {
             let z = [1.0 + off, 2.0 - 0.7 * off, 4.0 + 1.3 * off];
-            let value = |x: f64| roots.iter().map(|root| x - root).product::<f64>();
-            let given: Vec<(f64, f64, f64)> = (0..3)
-                .map(|i| {
-                    let others = (0..3).filter(|j| *j != i).map(|j| z[i] - z[j]);
-                    (z[i], value(z[i]) / others.product::<f64>(), 0.0)
-                })
-                .collect();
-            let discs = points(&given)
-                .include(&[vec![0], vec![1], vec![2]])
-                .unwrap();
+            let groups = [vec![0], vec![1], vec![2]];
+            let discs = corrected(roots, z).include(&groups).unwrap();
             for (disc, root) in discs.iter().zip(roots) {
                 let distance = (disc.centre.middle().re.to_f64() - root).abs();
                 assert!(
@@ -294,14 +281,8 @@ mod tests {
     fn a_disc_of_several_holds_them_all() {
         let roots = [1.0 - 1e-3, 1.0 + 1e-3, 3.0];
         let z = [1.0 - 1.1e-3, 1.0 + 0.9e-3, 3.001];
-        let value = |x: f64| roots.iter().map(|root| x - root).product::<f64>();
-        let given: Vec<(f64, f64, f64)> = (0..3)
-            .map(|i| {
-                let others = (0..3).filter(|j| *j != i).map(|j| z[i] - z[j]);
-                (z[i], value(z[i]) / others.product::<f64>(), 0.0)
-            })
-            .collect();
-        let discs = points(&given).include(&[vec![0, 1], vec![2]]).unwrap();
+        let groups = [vec![0, 1], vec![2]];
+        let discs = corrected(roots, z).include(&groups).unwrap();
         for root in &roots[..2] {
             let distance = (discs[0].centre.middle().re.to_f64() - root).abs();
             assert!(distance <= radius(discs[0].centre), "{root}: {distance:e}");

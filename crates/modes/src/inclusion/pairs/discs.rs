@@ -5,6 +5,7 @@ use eigentone_digits::ComplexDoubleDouble;
 use super::pair::{Origin, Pairs};
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
+use crate::inclusion::groups::join;
 use crate::structure::Structure;
 
 /// Some pairs whose discs touch each other, with the radius of each.
@@ -100,9 +101,7 @@ impl Rows {
                     if other.conjugate || self.is_counted(i) != self.is_counted(j) {
                         return None;
                     }
-                    let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                    let moved = label.iter_mut().filter(|label| **label == from);
-                    moved.for_each(|label| *label = to);
+                    join(&mut label, i, j);
                     continue;
                 }
                 let ratio = self.tau[j] / self.tau[i] * UPWARD;

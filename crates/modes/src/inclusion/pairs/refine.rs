@@ -11,6 +11,7 @@ use faer::{ColMut, Mat, c64};
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::ritz::End;
 use super::rows::Rows;
+use crate::inclusion::groups::join;
 
 /// Discs that are no larger, relative to their roots, are good enough.
 const GOOD: f64 = 1e-10;
@@ -322,7 +323,7 @@ impl Rows {
         let count = self.rows.len();
         let mut label: Vec<usize> = (0..count).collect();
         let mut is_clear = vec![true; count];
-        for i in 0..count {
+        for (i, is_clear) in is_clear.iter_mut().enumerate() {
             for (at, other) in self.columns.iter().enumerate() {
                 let j = other.pair;
                 let own = j == i && !other.conjugate;
@@ -331,10 +332,8 @@ impl Rows {
                 if own || counted || far || !self.is_mixed(i, at) {
                     continue;
                 }
-                is_clear[i] = false;
-                let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
-                let moved = label.iter_mut().filter(|label| **label == from);
-                moved.for_each(|label| *label = to);
+                *is_clear = false;
+                join(&mut label, i, j);
             }
         }
         let members = |first: usize| (0..count).filter(|i| label[*i] == first).collect();

@@ -24,12 +24,7 @@ pub(crate) enum Verdict {
 /// Whether a system is classically damped. Not proved without a mass on each coordinate, or where
 /// it would take too many primes.
 pub(crate) fn classical(coefficients: &Coefficients) -> Verdict {
-    let Coefficients {
-        mass,
-        damping,
-        stiffness,
-        ..
-    } = coefficients;
+    let [mass, damping, stiffness] = coefficients.parts();
     if damping.network.is_none()
         || stiffness.network.is_none()
         || mass.semidefinite_rank() != Some(mass.matrix.len())

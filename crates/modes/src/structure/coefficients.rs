@@ -86,12 +86,15 @@ impl Coefficients {
         }
     }
 
+    /// M, C and K.
+    pub(crate) fn parts(&self) -> [&Coefficient; 3] {
+        [&self.mass, &self.damping, &self.stiffness]
+    }
+
     /// A mirror symmetry, if one was found. Looked for once.
     pub(crate) fn mirror(&self) -> Option<&Mirror> {
-        let parts = [&self.mass, &self.damping, &self.stiffness];
-        let mirror = self
-            .mirror
-            .get(|| Mirror::of(parts.map(|part| &part.matrix)));
+        let of = || Mirror::of(self.parts().map(|part| &part.matrix));
+        let mirror = self.mirror.get(of);
         mirror.as_ref()
     }
 }

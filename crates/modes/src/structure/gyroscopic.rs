@@ -11,12 +11,7 @@ use crate::exact::sum::ExactSum;
 
 /// Whether C = −Cᵀ ≠ 0, and M ≻ 0 and K ⪰ 0 are proved.
 pub(crate) fn is_gyroscopic(coefficients: &Coefficients) -> bool {
-    let Coefficients {
-        mass,
-        damping,
-        stiffness,
-        ..
-    } = coefficients;
+    let [mass, damping, stiffness] = coefficients.parts();
     !damping.matrix.is_zero()
         && is_skew(&damping.matrix)
         && mass.semidefinite_rank() == Some(mass.matrix.len())

@@ -88,9 +88,7 @@ pub struct Structure {
 impl Structure {
     /// Of a model and its matrices in exact arithmetic.
     pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
-        let Coefficients {
-            damping, stiffness, ..
-        } = &*coefficients;
+        let [_, damping, stiffness] = coefficients.parts();
         let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
             networks.map_or(Vec::new(), |networks| support::floating(&networks))
@@ -135,20 +133,10 @@ impl Structure {
     }
 
     fn not_symmetric(&self) -> impl Iterator<Item = MatrixKind> {
-        let Coefficients {
-            mass,
-            damping,
-            stiffness,
-            ..
-        } = &*self.coefficients;
-        [
-            (MatrixKind::Mass, mass),
-            (MatrixKind::Damping, damping),
-            (MatrixKind::Stiffness, stiffness),
-        ]
-        .into_iter()
-        .filter(|(_, part)| part.network.is_none())
-        .map(|(kind, _)| kind)
+        let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let each = kinds.into_iter().zip(self.coefficients.parts());
+        each.filter(|(_, part)| part.network.is_none())
+            .map(|(kind, _)| kind)
     }
 
     /// Whether no part can feed energy in: M, C and K are proved positive semidefinite, so that

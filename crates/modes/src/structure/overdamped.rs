@@ -22,18 +22,13 @@ const MOST_TRIALS: u64 = 100;
 
 /// Whether M ≻ 0, K ⪰ 0 and Q(−s) ≺ 0 for some s > 0 are proved. C ≻ 0 follows.
 pub(crate) fn is_overdamped(coefficients: &Coefficients) -> bool {
-    let Coefficients {
-        mass,
-        damping,
-        stiffness,
-        ..
-    } = coefficients;
+    let [mass, damping, stiffness] = coefficients.parts();
     let n = mass.matrix.len();
     let definite = |part: &Coefficient| part.semidefinite_rank() == Some(n);
     if !definite(mass) || !definite(damping) || stiffness.semidefinite_rank().is_none() {
         return false;
     }
-    let parts = [&mass.matrix, &damping.matrix, &stiffness.matrix];
+    let parts = coefficients.parts().map(|part| &part.matrix);
     separating(parts)
         .is_some_and(|s| negated(parts, s).is_some_and(|negated| is_definite(&negated)))
 }

@@ -19,12 +19,7 @@ use crate::exact::sum::{Extent, ceil_log2};
 /// How many there are with ω ≠ 0, given the massless coordinates, rising. `None` where it is not
 /// proved.
 pub(crate) fn undamped_modes(coefficients: &Coefficients, massless: &[usize]) -> Option<usize> {
-    let Coefficients {
-        mass,
-        damping,
-        stiffness,
-        ..
-    } = coefficients;
+    let [mass, damping, stiffness] = coefficients.parts();
     let n = mass.matrix.len();
     let moving = stiffness.semidefinite_rank()?;
     let damped = damping.semidefinite_rank()?;

@@ -41,5 +41,5 @@ pub use complex::{ComplexDoubleDouble, WideComplex};
 pub use double_double::DoubleDouble;
 pub use lanes::Lanes;
 pub use magnitude::Magnitude;
-pub use real::Real;
+pub use real::{Real, decimal_digits};
 pub use wide::Wide;

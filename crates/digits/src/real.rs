@@ -5,6 +5,14 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::Magnitude;
 
+/// The decimal digits that numbers of so many limbs of 64 bits have; fewer than 4 limbs stand for a double-double.
+pub fn decimal_digits(limbs: usize) -> usize {
+    match limbs {
+        0..4 => 32,
+        _ => limbs * 1233 / 64,
+    }
+}
+
 /// A real number of some fixed precision, with a proven bound of its rounding errors.
 ///
 /// For ∘ in +, −, ·, / let z be the computed and ẑ the exact x∘y. When z is finite,

@@ -19,7 +19,7 @@ pub(crate) mod slow;
 pub(crate) mod springless;
 mod weierstrass;
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex, decimal_digits};
 
 use num_complex::Complex;
 
@@ -108,20 +108,18 @@ pub(crate) fn certify(
     let mut best = None;
     let mut digits = 0;
     let mut left = most_work;
-    for level in LEVELS {
-        if level.limbs > 2
-            && (level.limbs < job.limbs(&best) || !job.pencil.affords(level.limbs, job.degree))
-        {
+    for (limbs, level) in LEVELS {
+        if limbs > 2 && (limbs < job.limbs(&best) || !job.pencil.affords(limbs, job.degree)) {
             continue;
         }
-        let product = product(level.limbs);
-        let outcome = (level.run)(&job, unit, &points, (left / product) as u64);
+        let product = product(limbs);
+        let outcome = level(&job, unit, &points, (left / product) as u64);
         left -= product * outcome.products as f64;
         points = outcome.points;
         let done = outcome.done;
         if outcome.proven.is_some() {
             best = outcome.proven;
-            digits = level.digits;
+            digits = decimal_digits(limbs);
         }
         if done {
             break;
@@ -186,13 +184,8 @@ pub(crate) fn at_rest(system: &System, structure: &Structure, tolerance: f64) ->
     Shaper::of(&pencil, 0, goal).shapes(Disc::of(Ball::<DoubleDouble>::ZERO), kind)
 }
 
-/// A precision, and the work of one level in it.
-struct Rung {
-    limbs: usize,
-    /// Decimal digits.
-    digits: usize,
-    run: fn(&Job<'_>, i32, &[[Terms; 2]], u64) -> Outcome,
-}
+/// The work of one level.
+type Work = fn(&Job<'_>, i32, &[[Terms; 2]], u64) -> Outcome;
 
 /// What a level leaves behind.
 struct Outcome {
@@ -203,38 +196,14 @@ struct Outcome {
     products: u64,
 }
 
-/// From 32 digits to 1200.
-const LEVELS: [Rung; 6] = [
-    Rung {
-        limbs: 2,
-        digits: 32,
-        run: level::<DoubleDouble>,
-    },
-    Rung {
-        limbs: 4,
-        digits: 77,
-        run: level::<Wide<4>>,
-    },
-    Rung {
-        limbs: 8,
-        digits: 154,
-        run: level::<Wide<8>>,
-    },
-    Rung {
-        limbs: 16,
-        digits: 308,
-        run: level::<Wide<16>>,
-    },
-    Rung {
-        limbs: 32,
-        digits: 616,
-        run: level::<Wide<32>>,
-    },
-    Rung {
-        limbs: 64,
-        digits: 1233,
-        run: level::<Wide<64>>,
-    },
+/// Each precision, by its limbs, and the work in it.
+const LEVELS: [(usize, Work); 6] = [
+    (2, level::<DoubleDouble>),
+    (4, level::<Wide<4>>),
+    (8, level::<Wide<8>>),
+    (16, level::<Wide<16>>),
+    (32, level::<Wide<32>>),
+    (64, level::<Wide<64>>),
 ];
 
 fn level<T: Real>(job: &Job<'_>, unit: i32, start: &[[Terms; 2]], most: u64) -> Outcome {

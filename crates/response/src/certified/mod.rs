@@ -13,7 +13,7 @@ mod judge;
 mod march;
 mod work;
 
-use eigentone_digits::{DoubleDouble, Wide};
+use eigentone_digits::{DoubleDouble, Wide, decimal_digits};
 use eigentone_modes::{FirstOrder, Precision};
 
 use crate::answer::{ResponseMethod, Trajectory, Wanted};
@@ -40,8 +40,6 @@ struct Rung {
     limbs: usize,
     /// Limbs for the generator alone.
     prepared: usize,
-    /// Decimal digits.
-    digits: usize,
     run: Run,
 }
 
@@ -58,14 +56,9 @@ const LADDER: [Rung; 7] = [
 ];
 
 const fn rung(limbs: usize, prepared: usize, run: Run) -> Rung {
-    let digits = match limbs {
-        1 => 32,
-        _ => limbs * 1233 / 64,
-    };
     Rung {
         limbs,
         prepared,
-        digits,
         run,
     }
 }
@@ -125,7 +118,9 @@ impl ByCertifiedExponential {
             let next = LADDER.get(at + 1).map(work);
             let last = next.is_none_or(|next| next > MOST_WORK);
             match run(rung, last || rung.limbs > 1 && work(rung) > MOST_MORE)? {
-                Attempt::Found(trajectory) => return Ok(trajectory.proven(rung.digits)),
+                Attempt::Found(trajectory) => {
+                    return Ok(trajectory.proven(decimal_digits(rung.limbs)));
+                }
                 Attempt::Missed { halvings: known } => {
                     missed = Some(rung);
                     halvings = known;
@@ -137,7 +132,7 @@ impl ByCertifiedExponential {
         if let Some(rung) = missed
             && let Attempt::Found(trajectory) = run(rung, true)?
         {
-            return Ok(trajectory.proven(rung.digits));
+            return Ok(trajectory.proven(decimal_digits(rung.limbs)));
         }
         Err(ResponseError::NotApplicable {
             method: self.name(),

@@ -1,6 +1,6 @@
 //! Sums of amplitudes at one frequency, with proven bounds and as many digits as these take.
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex, decimal_digits};
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{Block, Frequency, Part};
@@ -71,44 +71,17 @@ pub(super) enum Enclosed {
     Undecided(usize),
 }
 
-/// One precision of the ladder.
-struct Rung {
-    limbs: u64,
-    digits: usize,
-    run: fn(&Question<'_>) -> (Answer, u64),
-}
+/// The answer in one precision, and the products it took.
+type Attempt = fn(&Question<'_>) -> (Answer, u64);
 
-const LADDER: [Rung; 6] = [
-    Rung {
-        limbs: 2,
-        digits: 32,
-        run: answer::<DoubleDouble>,
-    },
-    Rung {
-        limbs: 4,
-        digits: 77,
-        run: answer::<Wide<4>>,
-    },
-    Rung {
-        limbs: 8,
-        digits: 154,
-        run: answer::<Wide<8>>,
-    },
-    Rung {
-        limbs: 16,
-        digits: 308,
-        run: answer::<Wide<16>>,
-    },
-    Rung {
-        limbs: 32,
-        digits: 616,
-        run: answer::<Wide<32>>,
-    },
-    Rung {
-        limbs: 64,
-        digits: 1233,
-        run: answer::<Wide<64>>,
-    },
+/// Each precision, by its limbs, and the answer in it.
+const LADDER: [(usize, Attempt); 6] = [
+    (2, answer::<DoubleDouble>),
+    (4, answer::<Wide<4>>),
+    (8, answer::<Wide<8>>),
+    (16, answer::<Wide<16>>),
+    (32, answer::<Wide<32>>),
+    (64, answer::<Wide<64>>),
 ];
 
 /// Limbwise products that a rung beyond the first may take.
@@ -151,12 +124,12 @@ pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
     } else {
         LADDER.len()
     };
-    for rung in &LADDER[..rungs] {
-        if work.saturating_mul(rung.limbs * rung.limbs + 20) > MOST_WORK {
+    for (limbs, answer) in &LADDER[..rungs] {
+        if work.saturating_mul((limbs * limbs + 20) as u64) > MOST_WORK {
             break;
         }
-        let (answer, products) = (rung.run)(question);
-        (digits, work) = (rung.digits, products);
+        let (answer, products) = answer(question);
+        (digits, work) = (decimal_digits(*limbs), products);
         match answer {
             Answer::Found(values, good) => {
                 found = Some((values, FrequencyMethod::Elimination));

@@ -464,6 +464,7 @@ fn length<T: Real>(vector: &[T]) -> Magnitude {
 mod tests {
     use super::*;
     use crate::{ByCertifiedExponential, Response, ResponseMethod, State};
+    use eigentone_digits::DoubleDouble;
     use eigentone_modes::{GROUND, System};
 
     /// A damper holds q on p, but nothing holds p at once: an impulse on q would displace both without limit.
@@ -526,5 +527,19 @@ mod tests {
             Err(ResponseError::Lost { index: 1, .. }) => {}
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn rounding_to_a_double_is_counted() {
+        let third = DoubleDouble::from(1.0) / DoubleDouble::from(3.0);
+        let known = Magnitude::from(1e-20);
+        let (value, bound) = rounded(third, known);
+        let off = (third - DoubleDouble::from(value)).to_f64().abs();
+        assert!(off > 0.0, "nothing was rounded");
+        let worst = off + known.to_f64();
+        assert!(
+            bound.to_f64() >= worst * (1.0 - 1e-15),
+            "{bound:?} {worst:e}"
+        );
     }
 }

@@ -99,7 +99,7 @@ fn keeps_every_digit_at_the_extremes() {
 }
 
 #[test]
-fn telling_the_damping_is_exact() {
+fn the_kind_of_damping_is_decided_exactly() {
     let critical = |mass: f64, damping: f64, stiffness: f64| {
         let next = damping.next_up();
         let before = damping.next_down();

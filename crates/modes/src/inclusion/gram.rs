@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
-use pulp::{Arch, Simd, WithSimd};
 
 use super::sliced::{self, Rounding};
+use super::summed::{self, Rows};
 use crate::model::{Element, MatrixKind, Node, Term};
 use crate::system::System;
 
@@ -99,7 +99,7 @@ impl<'a> Form<'a> {
 
     /// XᵀAX of a symmetric form.
     pub(super) fn gram(&self, columns: &[Vec<DoubleDouble>]) -> Gram {
-        self.products(columns, None, SLICES)
+        self.gram_in(SLICES, columns)
     }
 
     /// The same, in so many slices where [`is_sliced`](Self::is_sliced).
@@ -177,11 +177,7 @@ impl<'a> Form<'a> {
         let (entries, mut roundings) = match sliced.flatten() {
             Some((entries, products)) => (entries, vec![factors, products]),
             None => {
-                let entries = Arch::new().dispatch(Products {
-                    inner: &inner,
-                    outer: &outer,
-                    is_symmetric,
-                });
+                let entries = summed::products(Rows::Full(&inner), &outer, is_symmetric);
                 let summed = (length + 4) as f64;
                 let both = Rounding {
                     unit: factors.unit + summed * summed * 2f64.powi(-106),
@@ -209,6 +205,9 @@ impl Form<'_> {
         weights: &Weights,
         columns: &[Vec<DoubleDouble>],
     ) -> (Vec<Vec<DoubleDouble>>, Option<Rounding>) {
+        if weights.entries.is_empty() {
+            return (vec![vec![DoubleDouble::ZERO; self.n]; columns.len()], None);
+        }
         let filled: usize = weights.entries.iter().map(Vec::len).sum();
         let is_full = columns.len() >= FULL && 2 * filled >= self.n * self.n;
         let whole = |entries: &Vec<(usize, f64)>| {
@@ -222,17 +221,16 @@ impl Form<'_> {
             let matrix: Vec<Vec<DoubleDouble>> = weights.entries.iter().map(whole).collect();
             sliced::products(&matrix, columns, SLICES, false)
         };
-        if let Some((entries, rounding)) = is_full.then(in_slices).flatten() {
-            let of = |i: usize| entries.iter().skip(i).step_by(columns.len());
-            let forces = (0..columns.len()).map(|i| of(i).copied().collect());
-            return (forces.collect(), Some(rounding));
-        }
-        let forces = Arch::new().dispatch(NodalForces {
-            entries: &weights.entries,
-            columns,
-            n: self.n,
-        });
-        (forces, None)
+        let (entries, rounding) = match is_full.then(in_slices).flatten() {
+            Some((entries, rounding)) => (entries, Some(rounding)),
+            None => {
+                let rows = Rows::Sparse(&weights.entries);
+                (summed::products(rows, columns, false), None)
+            }
+        };
+        let of = |i: usize| entries.iter().skip(i).step_by(columns.len());
+        let forces = (0..columns.len()).map(|i| of(i).copied().collect());
+        (forces.collect(), rounding)
     }
 }
 
@@ -397,112 +395,6 @@ impl Form<'_> {
         forces.extend(nodal);
         forces
     }
-}
-
-/// Aᵀx for each of the columns x, given the entries of each column of A.
-struct NodalForces<'a> {
-    entries: &'a [Vec<(usize, f64)>],
-    columns: &'a [Vec<DoubleDouble>],
-    n: usize,
-}
-
-impl WithSimd for NodalForces<'_> {
-    type Output = Vec<Vec<DoubleDouble>>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<Vec<DoubleDouble>> {
-        if S::F64_LANES > 1 {
-            self.sums::<true>()
-        } else {
-            self.sums::<false>()
-        }
-    }
-}
-
-impl NodalForces<'_> {
-    #[inline(always)]
-    fn sums<const FUSED: bool>(self) -> Vec<Vec<DoubleDouble>> {
-        let mut forces = vec![vec![DoubleDouble::ZERO; self.n]; self.columns.len()];
-        if self.entries.is_empty() {
-            return forces;
-        }
-        let blocks = forces.chunks_mut(LANES).zip(self.columns.chunks(LANES));
-        for (forces, columns) in blocks {
-            let side_by_side = interleaved(columns, self.n);
-            for (j, entries) in self.entries.iter().enumerate() {
-                let sums = Lanes::sparse_products::<FUSED>(entries, &side_by_side);
-                for (force, sum) in forces.iter_mut().zip(sums) {
-                    force[j] = sum;
-                }
-            }
-        }
-        forces
-    }
-}
-
-/// All products of one set of columns with another, by rows.
-struct Products<'a> {
-    inner: &'a [Vec<DoubleDouble>],
-    outer: &'a [Vec<DoubleDouble>],
-    is_symmetric: bool,
-}
-
-impl WithSimd for Products<'_> {
-    type Output = Vec<DoubleDouble>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<DoubleDouble> {
-        // Processors with vectors of doubles fuse multiplications and additions.
-        if S::F64_LANES > 1 {
-            self.sums::<true>()
-        } else {
-            self.sums::<false>()
-        }
-    }
-}
-
-impl Products<'_> {
-    #[inline(always)]
-    fn sums<const FUSED: bool>(self) -> Vec<DoubleDouble> {
-        let size = self.outer.len();
-        let length = self.outer.first().map_or(0, Vec::len);
-        let count = self.inner.len();
-        let mut sums = vec![DoubleDouble::ZERO; count * size];
-        for (block, columns) in self.outer.chunks(LANES).enumerate() {
-            let side_by_side = interleaved(columns, length);
-            let j = block * LANES;
-            let rows = if self.is_symmetric {
-                j + columns.len()
-            } else {
-                count
-            };
-            for (i, row) in self.inner.iter().enumerate().take(rows) {
-                let found = Lanes::products::<FUSED>(row, &side_by_side);
-                let found = (j..j + columns.len()).zip(found);
-                for (j, sum) in found.filter(|(j, _)| i <= *j || !self.is_symmetric) {
-                    sums[i * size + j] = sum;
-                    if self.is_symmetric {
-                        sums[j * size + i] = sum;
-                    }
-                }
-            }
-        }
-        sums
-    }
-}
-
-/// So many sums at a time: one alone would wait for each of its own additions to end.
-const LANES: usize = 8;
-
-/// Columns side by side, entry by entry; those that are missing are 0.
-fn interleaved(columns: &[Vec<DoubleDouble>], length: usize) -> Vec<Lanes<LANES>> {
-    let mut rows = vec![Lanes::ZERO; length];
-    for (lane, column) in columns.iter().enumerate() {
-        for (row, entry) in rows.iter_mut().zip(column) {
-            row.set(lane, *entry);
-        }
-    }
-    rows
 }
 
 /// k·x², no smaller than the truth by more than `UPWARD` wherever it underflows.

@@ -17,6 +17,7 @@ pub(crate) mod shape;
 mod sliced;
 pub(crate) mod slow;
 pub(crate) mod springless;
+mod summed;
 mod weierstrass;
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex, decimal_digits};

@@ -145,23 +145,40 @@ impl<T: Real> BallMatrix<T> {
         let mut product = BallMatrix::<T>::zeros(self.rows, other.columns);
         let length = Magnitude::from(self.columns as f64 + 2.0);
         let unit = T::unit() * length;
-        let mut terms = vec![0usize; other.columns];
+        // What the size and what the radius of a factor are multiplied by.
+        let entries = other.middle.iter().zip(&other.radius);
+        let weights: Vec<[Magnitude; 2]> = entries
+            .map(|(middle, radius)| {
+                let size = middle.upper();
+                [*radius + size * unit, size + *radius]
+            })
+            .collect();
+        let columns = other.columns;
+        let mut terms = vec![0usize; columns];
         for i in 0..self.rows {
             terms.fill(0);
-            let row = i * other.columns;
-            for k in (0..self.columns).filter(|k| !self.is_zero(i, *k)) {
-                let (a, r) = (self.middle(i, k), self.radius(i, k));
-                let size = a.upper();
-                for (j, terms) in terms.iter_mut().enumerate() {
-                    if other.is_zero(k, j) {
+            let row = i * columns;
+            let factors = (0..self.columns).filter(|k| !self.is_zero(i, *k));
+            let rows = factors
+                .clone()
+                .map(|k| &other.middle[k * columns..][..columns]);
+            let rows: Vec<_> = factors
+                .clone()
+                .map(|k| self.middle(i, k))
+                .zip(rows)
+                .collect();
+            T::add_multiples(&mut product.middle[row..][..columns], &rows);
+            for k in factors {
+                let (size, radius) = (self.middle(i, k).upper(), self.radius(i, k));
+                let sums = product.radius[row..][..columns].iter_mut().zip(&mut terms);
+                for ((sum, terms), weights) in sums.zip(&weights[k * columns..]) {
+                    if weights[1].is_zero() {
                         continue;
                     }
-                    let (b, s) = (other.middle(k, j), other.radius(k, j));
-                    let at = row + j;
-                    product.middle[at] = product.middle[at] + a * b;
-                    let other_size = b.upper();
-                    let error = size * s + r * (other_size + s) + size * other_size * unit;
-                    product.radius[at] = product.radius[at] + error;
+                    *sum = *sum + size * weights[0];
+                    if !radius.is_zero() {
+                        *sum = *sum + radius * weights[1];
+                    }
                     *terms += 1;
                 }
             }

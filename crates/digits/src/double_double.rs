@@ -17,7 +17,7 @@
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Range, Sub, SubAssign};
 
-use crate::multiple::add_multiple;
+use crate::multiples::add_multiples;
 use crate::{Magnitude, Real};
 
 /// `high + low` with |low| ≤ ½ ulp(high). Every operation errs by less than 2^-102 of the *result*
@@ -329,8 +329,8 @@ impl Real for DoubleDouble {
         DoubleDouble::scale(self, power)
     }
 
-    fn add_multiple(sum: &mut [DoubleDouble], factor: DoubleDouble, entries: &[DoubleDouble]) {
-        add_multiple(sum, factor, entries);
+    fn add_multiples(sum: &mut [DoubleDouble], terms: &[(DoubleDouble, &[DoubleDouble])]) {
+        add_multiples(sum, terms);
     }
 
     #[inline]

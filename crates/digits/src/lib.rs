@@ -29,10 +29,11 @@ mod complex;
 mod double_double;
 mod lanes;
 mod magnitude;
-mod multiple;
+mod multiples;
 #[cfg(test)]
 mod rational;
 mod real;
+mod registers;
 mod wide;
 
 pub use ball::Ball;
@@ -42,4 +43,5 @@ pub use double_double::DoubleDouble;
 pub use lanes::Lanes;
 pub use magnitude::Magnitude;
 pub use real::{Real, decimal_digits};
+pub use registers::settle;
 pub use wide::Wide;

@@ -78,8 +78,21 @@ pub trait Real:
 
     /// sumᵢ + factor·entriesᵢ in place of sumᵢ, for as many as both have.
     fn add_multiple(sum: &mut [Self], factor: Self, entries: &[Self]) {
-        for (sum, entry) in sum.iter_mut().zip(entries) {
-            *sum = *sum + factor * *entry;
+        let length = sum.len().min(entries.len());
+        Self::add_multiples(&mut sum[..length], &[(factor, &entries[..length])]);
+    }
+
+    /// sumᵢ + Σ factor·entriesᵢ in place of sumᵢ, over all terms (factor, entries). However many calls add the k terms of
+    /// a sum to 0, it is off by at most (k + 2)·`unit()`/(1 − k·`unit()`) times the sum of their sizes, and by `floor()`
+    /// for each.
+    ///
+    /// # Panics
+    /// If there are fewer entries in a term than sums.
+    fn add_multiples(sum: &mut [Self], terms: &[(Self, &[Self])]) {
+        for (factor, entries) in terms {
+            for (sum, entry) in sum.iter_mut().zip(*entries) {
+                *sum = *sum + *factor * *entry;
+            }
         }
     }
 

@@ -8,12 +8,10 @@
 //! where the last two, some 2^{-βp} of the whole, are taken in doubles (Ozaki, Ogita, Oishi & Rump 2012, *Numer. Algorithms* 59).
 //! Powers of 2 scale rows against each other first, so that rotations beside translations cost no digits.
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, settle};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
 use pulp::Arch;
-
-use crate::linear::vector::settle;
 
 type Columns = [Vec<DoubleDouble>];
 

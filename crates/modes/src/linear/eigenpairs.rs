@@ -1,5 +1,6 @@
 //! Eigenvalues of a balanced real matrix with right and left vectors.
 
+use eigentone_digits::settle;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd;
@@ -9,7 +10,6 @@ use num_complex::Complex;
 
 use crate::linear::balance::{Balanced, balance};
 use crate::linear::small::{self, Eigenpairs};
-use crate::linear::vector::settle;
 
 /// Up to so many states the routines for small matrices are the quicker ones.
 const SMALL: usize = 48;

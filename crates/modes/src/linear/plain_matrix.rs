@@ -43,11 +43,10 @@ impl<T: Real> PlainMatrix<T> {
     pub(crate) fn times(&self, other: &PlainMatrix<T>) -> PlainMatrix<T> {
         let mut product = PlainMatrix::zeros(self.rows, other.columns);
         for i in 0..self.rows {
-            for (k, factor) in self.row(i).iter().enumerate() {
-                if !factor.is_zero() {
-                    T::add_multiple(product.row_mut(i), *factor, other.row(k));
-                }
-            }
+            let terms = self.row(i).iter().enumerate();
+            let terms = terms.filter(|(_, factor)| !factor.is_zero());
+            let terms: Vec<_> = terms.map(|(k, factor)| (*factor, other.row(k))).collect();
+            T::add_multiples(product.row_mut(i), &terms);
         }
         product
     }

@@ -3,12 +3,11 @@
 //!
 //! Both ways end in implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
 
+use eigentone_digits::settle;
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
 use faer::{Auto, Mat, Par, Spec};
-
-use crate::linear::vector::settle;
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.

@@ -50,9 +50,8 @@ pub(crate) fn solve<T: Real>(mut a: Rows<T>, mut b: Rows<T>) -> Option<Rows<T>> 
     for k in (0..n).rev() {
         let i = rows[k];
         let mut row = b[i].clone();
-        for j in k + 1..n {
-            T::add_multiple(&mut row, -a[i][j], &x[j]);
-        }
+        let terms: Vec<_> = (k + 1..n).map(|j| (-a[i][j], &x[j][..])).collect();
+        T::add_multiples(&mut row, &terms);
         x[k] = row.into_iter().map(|entry| entry / a[i][k]).collect();
     }
     Some(x)
@@ -129,11 +128,10 @@ fn cholesky<T: Real>(matrix: &Rows<T>) -> Option<Rows<T>> {
 fn forward<T: Real>(factor: &Rows<T>, mut b: Rows<T>) -> Rows<T> {
     for (i, own) in factor.iter().enumerate() {
         let (above, rest) = b.split_at_mut(i);
-        for (entry, row) in own.iter().zip(above.iter()) {
-            if !entry.is_zero() {
-                T::add_multiple(&mut rest[0], -*entry, row);
-            }
-        }
+        let terms = own.iter().zip(above.iter());
+        let terms = terms.filter(|(entry, _)| !entry.is_zero());
+        let terms: Vec<_> = terms.map(|(entry, row)| (-*entry, &row[..])).collect();
+        T::add_multiples(&mut rest[0], &terms);
         let pivot = own[i];
         rest[0].iter_mut().for_each(|entry| *entry = *entry / pivot);
     }

@@ -10,10 +10,10 @@
 //! to first order. Rounding of sums of n terms is taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides
 //! nothing.
 
+use eigentone_digits::settle;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
-use crate::linear::vector::settle;
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;

@@ -3,13 +3,11 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Sub, SubAssign};
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, settle};
 use faer::linalg::matmul::matmul;
 use faer::traits::ComplexField;
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex;
-
-use crate::linear::vector::settle;
 
 /// A number that a factor can be made of.
 pub(crate) trait Entry:

@@ -504,9 +504,9 @@ pub(crate) fn ritz(stiffness: &Form, mass: &Form, vectors: &mut [[Vec<DoubleDoub
             for (vector, turn) in vectors.iter_mut().zip(&turns) {
                 let own = &mut vector[part][stretch.clone()];
                 own.fill(DoubleDouble::ZERO);
-                for (factor, given) in turn.iter().zip(&given) {
-                    DoubleDouble::add_multiple(own, *factor, given);
-                }
+                let terms = turn.iter().zip(&given);
+                let terms: Vec<_> = terms.map(|(factor, given)| (*factor, &given[..])).collect();
+                DoubleDouble::add_multiples(own, &terms);
             }
         }
     }

@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex, settle};
 use faer::Mat;
 use num_complex::Complex;
 
@@ -30,7 +30,6 @@ use super::form::Form;
 use super::impedance::{Disc, Impedance, Square};
 use super::inertia::{Inertia, Side};
 use super::pencil::Pencil;
-use crate::linear::vector::settle;
 
 /// More coordinates with dampers are not few.
 const FEW: usize = 48;

@@ -3,11 +3,11 @@
 //! With X near M⁻¹ and E = I − XM, M⁻¹r = (I − E)⁻¹Xr is no larger than ‖|X||r|‖/(1 − ‖E‖) in the maximum norm (Higham 2002,
 //! *Accuracy and Stability of Numerical Algorithms*, §13.4): so much is an approximate solution z of Mz = Kq off, whose residual is r.
 
+use eigentone_digits::settle;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
 use crate::exact::matrix::ExactMatrix;
-use crate::linear::vector::settle;
 
 /// A matrix rounded to doubles, and the sums of the sizes of its terms.
 struct Rounded {

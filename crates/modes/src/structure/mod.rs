@@ -1,6 +1,6 @@
 //! What can be proved of a system from its parameters, in exact arithmetic: every double is taken as it is,
 //! elements and matrices are summed without rounding, and nothing rests on a tolerance. One proof a file; the
-//! structure collects them. It knows `exact`, `linear` and `model`.
+//! structure collects them. It knows `exact` and `model`.
 
 mod classical;
 pub(crate) mod coefficients;

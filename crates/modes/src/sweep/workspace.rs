@@ -1,11 +1,11 @@
 //! Modes again and again in the same memory.
 
+use eigentone_digits::settle;
 use num_complex::Complex;
 
 use super::design::{Design, DesignError};
 use super::shape::{Shifted, improved};
 use crate::linear::small;
-use crate::linear::vector::settle;
 
 /// The modes of one [`Design`] after another, in doubles, without allocating after the first.
 ///

@@ -1,5 +1,7 @@
 //! From instant to instant with more digits, every error counted.
 
+use std::ops::Range;
+
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::attempt::Attempt;
@@ -323,7 +325,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let error = self.output_error(&self.driven.generator.outputs[kind], drift);
         let rows = self.outputs[kind].rows;
         let mut values = vec![T::ZERO; rows];
-        self.outputs[kind].apply(&self.zeta, &mut values, |_| rows);
+        self.outputs[kind].apply(&self.zeta, &mut values);
         values.into_iter().map(|value| (value, error)).collect()
     }
 
@@ -360,26 +362,54 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 /// A matrix by columns: all entries of a product with a vector are summed side by side.
 struct Columns<T> {
     rows: usize,
-    entries: Vec<T>,
+    blocks: Vec<Block<T>>,
+}
+
+/// So many columns are multiplied at once.
+const AT_ONCE: usize = 8;
+
+/// Some columns, in all rows in which one of them is not 0.
+struct Block<T> {
+    rows: Range<usize>,
+    columns: Vec<(usize, Vec<T>)>,
 }
 
 impl<T: Real> Columns<T> {
     fn of(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> T) -> Columns<T> {
-        let mut entries = Vec::with_capacity(rows * columns);
-        for j in 0..columns {
-            entries.extend((0..rows).map(|i| entry(i, j)));
+        let is_filled = |i: usize, j: usize| !entry(i, j).is_zero();
+        let filled: Vec<usize> = (0..columns)
+            .filter(|&j| (0..rows).any(|i| is_filled(i, j)))
+            .collect();
+        let block = |columns: &[usize]| {
+            let is_empty = |i: &usize| !columns.iter().any(|&j| is_filled(*i, j));
+            let first = (0..rows).take_while(is_empty).count();
+            let last = (0..rows).rev().take_while(is_empty).count();
+            let rows = first..rows - last;
+            let column = |j: usize| rows.clone().map(|i| entry(i, j)).collect();
+            Block {
+                columns: columns.iter().map(|&j| (j, column(j))).collect(),
+                rows,
+            }
+        };
+        Columns {
+            rows,
+            blocks: filled.chunks(AT_ONCE).map(block).collect(),
         }
-        Columns { rows, entries }
     }
 
-    /// The product with a vector, of which the first `rows(j)` entries alone depend on entry j of it.
-    fn apply(&self, vector: &[T], product: &mut [T], rows: impl Fn(usize) -> usize) {
+    /// The product with a vector.
+    fn apply(&self, vector: &[T], product: &mut [T]) {
         product.fill(T::ZERO);
-        for (j, factor) in vector.iter().enumerate() {
-            if !factor.is_zero() {
-                let column = &self.entries[j * self.rows..][..rows(j)];
-                T::add_multiple(&mut product[..rows(j)], *factor, column);
+        for block in &self.blocks {
+            let mut terms = [(T::ZERO, &[][..]); AT_ONCE];
+            let mut count = 0;
+            for (j, entries) in &block.columns {
+                if !vector[*j].is_zero() {
+                    terms[count] = (vector[*j], entries);
+                    count += 1;
+                }
             }
+            T::add_multiples(&mut product[block.rows.clone()], &terms[..count]);
         }
     }
 }
@@ -431,12 +461,7 @@ fn apply<T: Real>(
 ) -> Magnitude {
     let n = zeta.len();
     let size = length(zeta);
-    // Loads do not depend on states.
-    step.columns
-        .apply(zeta, next, |j| match j < generator.states {
-            true => generator.states,
-            false => generator.straight,
-        });
+    step.columns.apply(zeta, next);
     zeta[..generator.straight].copy_from_slice(&next[..generator.straight]);
     let floor = T::floor() * Magnitude::from((n * n) as f64);
     let psi = &step.power;

@@ -1,7 +1,10 @@
 //! Square matrices with a bound of their error in the 2-norm.
 
-use eigentone_digits::{BallMatrix, Magnitude, Real};
-use pulp::Arch;
+use std::ops::Range;
+
+use eigentone_digits::{BallMatrix, Magnitude, Real, settle};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 
 /// A true matrix within `error` of the matrix kept, in the 2-norm, and of the same shape: block
 /// upper triangular, with a first block of `lead` rows.
@@ -146,18 +149,19 @@ impl<T: Real> Normed<T> {
     pub(crate) fn times(&self, other: &Normed<T>) -> Normed<T> {
         let (n, lead) = (self.n, self.lead);
         let mut entries = vec![T::ZERO; n * n];
-        for i in 0..n {
-            let (from, first) = if i < lead { (0, 0) } else { (lead, lead) };
-            let row = &mut entries[i * n..(i + 1) * n];
-            for k in from..n {
-                let factor = self.entries[i * n + k];
-                if factor.is_zero() {
-                    continue;
-                }
-                let start = if k < lead { first } else { lead };
-                let right = &other.entries[k * n + start..(k + 1) * n];
-                T::add_multiple(&mut row[start..], factor, right);
+        let mut terms = Vec::with_capacity(n);
+        let mut add = |sum: &mut [T], i: usize, inner: Range<usize>, start: usize| {
+            let factors = inner.map(|k| (k, self.entries[i * n + k]));
+            let factors = factors.filter(|(_, factor)| !factor.is_zero());
+            terms.clear();
+            terms.extend(factors.map(|(k, factor)| (factor, &other.row(k)[start..])));
+            T::add_multiples(sum, &terms);
+        };
+        for (i, row) in entries.chunks_exact_mut(n.max(1)).enumerate() {
+            if i < lead {
+                add(row, i, 0..lead, 0);
             }
+            add(&mut row[lead..], i, lead..n, lead);
         }
         let rounding = self.frobenius * other.frobenius * growth::<T>(n)
             + T::floor() * Magnitude::from((n * n) as f64 * 2.0);
@@ -171,7 +175,7 @@ pub(crate) fn growth<T: Real>(k: usize) -> Magnitude {
     T::unit() * Magnitude::from(k as f64 + 2.0)
 }
 
-/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
+/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AAᵀ or AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
 /// doubles with their rounding added. The second exceeds the norm by at most the eighth root of n.
 fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     const UNIT: f64 = f64::EPSILON / 2.0;
@@ -199,9 +203,9 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     let unit = Magnitude::power_of_two(exponent);
     let frobenius = Magnitude::from(frobenius) * unit;
 
-    let gram = product(n, |i, k| a[k * n + i], &a);
-    let second = product(n, |i, k| gram[i * n + k], &gram);
-    let fourth = product(n, |i, k| second[i * n + k], &second);
+    let first = gram(n, &a);
+    let second = gram(n, &first);
+    let fourth = gram(n, &second);
     // The Frobenius norms of the rounding errors; squares of sizes up to 1 + n·units.
     let lost = |matrix: &[f64]| {
         let sum: f64 = matrix.iter().map(|x| x * x).sum();
@@ -213,7 +217,7 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     };
     let largest = (0..n).map(row_sum).fold(0.0, f64::max) * (1.0 + 2.0 * n as f64 * UNIT);
     let of_second = (largest + lost(&second)).sqrt();
-    let of_gram = (of_second * (1.0 + 8.0 * UNIT) + lost(&gram)).sqrt();
+    let of_gram = (of_second * (1.0 + 8.0 * UNIT) + lost(&first)).sqrt();
     // ‖A‖_F ≤ 1 after the scaling; the conversions add 4 units to what the sums lose.
     let of_square = of_gram * (1.0 + 8.0 * UNIT) + (n as f64 + 8.0) * 2.0 * UNIT;
     let norm = Magnitude::from(of_square * (1.0 + 8.0 * UNIT)).sqrt();
@@ -221,24 +225,24 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     (frobenius, if norm < frobenius { norm } else { frobenius })
 }
 
-/// The product of the matrix of `factor` and that of `rows`, both n × n.
-fn product(n: usize, factor: impl Fn(usize, usize) -> f64, rows: &[f64]) -> Vec<f64> {
+/// BBᵀ for a matrix by columns.
+fn gram(n: usize, b: &[f64]) -> Vec<f64> {
+    /// Fewer rows are multiplied before a product by blocks has begun.
+    const BLOCKS: usize = 16;
     let mut product = vec![0.0; n * n];
-    let sums = product.chunks_exact_mut(n).enumerate();
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (i, sums) in sums {
-                for (k, row) in rows.chunks_exact(n).enumerate() {
-                    let factor = factor(i, k);
-                    if factor != 0.0 {
-                        let pairs = sums.iter_mut().zip(row);
-                        pairs.for_each(|(sum, entry)| *sum += factor * entry);
-                    }
-                }
-            }
-        },
-    );
+    if n >= BLOCKS {
+        let b = MatRef::from_column_major_slice(b, n, n);
+        let to = MatMut::from_column_major_slice_mut(&mut product, n, n);
+        matmul(to, Accum::Replace, b, b.transpose(), 1.0, Par::Seq);
+        settle();
+        return product;
+    }
+    for column in b.chunks_exact(n) {
+        for (sums, factor) in product.chunks_exact_mut(n).zip(column) {
+            let pairs = sums.iter_mut().zip(column);
+            pairs.for_each(|(sum, entry)| *sum += factor * entry);
+        }
+    }
     product
 }
 

@@ -1,7 +1,5 @@
 //! Loops compiled for the vector units that the processor is found to have.
 
-use std::hint::black_box;
-
 use pulp::{Arch, Simd, WithSimd};
 
 /// Runs the kernel on the widest registers there are. What it calls must be inlined into it, so that
@@ -20,23 +18,4 @@ pub(crate) fn multiply_add<S: Simd>(a: f64, b: f64, c: f64) -> f64 {
     } else {
         a * b + c
     }
-}
-
-/// Clears the upper halves of the vector registers, which products of whole matrices leave such that ordinary arithmetic
-/// runs half as fast after them.
-pub(crate) fn settle() {
-    struct Clear([f64; 8]);
-    impl WithSimd for &mut Clear {
-        type Output = ();
-
-        #[inline(always)]
-        fn with_simd<S: Simd>(self, _: S) {
-            for lane in black_box(&mut self.0) {
-                *lane += 1.0;
-            }
-        }
-    }
-    let mut lanes = Clear([1.0; 8]);
-    run(&mut lanes);
-    black_box(lanes.0);
 }

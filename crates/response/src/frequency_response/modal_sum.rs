@@ -399,13 +399,10 @@ fn product(left: &Rows, right: &Rows) -> Rows {
     let width = right.first().map_or(0, Vec::len);
     let row = |left: &Vec<DoubleDouble>| {
         let mut row = vec![DoubleDouble::ZERO; width];
-        for (factor, right) in left
-            .iter()
-            .zip(right)
-            .filter(|(factor, _)| !factor.is_zero())
-        {
-            DoubleDouble::add_multiple(&mut row, *factor, right);
-        }
+        let terms = left.iter().zip(right);
+        let terms = terms.filter(|(factor, _)| !factor.is_zero());
+        let terms: Vec<_> = terms.map(|(factor, right)| (*factor, &right[..])).collect();
+        DoubleDouble::add_multiples(&mut row, &terms);
         row
     };
     left.iter().map(row).collect()
@@ -462,9 +459,10 @@ impl Products {
             .collect();
         let row = |left: &Vec<DoubleDouble>| {
             let mut product = vec![DoubleDouble::ZERO; self.n];
+            let mut terms = Vec::new();
             for (factor, (entries, dense)) in left.iter().zip(self.rows[kind].iter().zip(&dense)) {
                 match dense {
-                    Some(dense) => DoubleDouble::add_multiple(&mut product, *factor, dense),
+                    Some(dense) => terms.push((*factor, &dense[..])),
                     None => {
                         for &(column, entry) in entries {
                             product[column] += *factor * entry;
@@ -472,6 +470,7 @@ impl Products {
                     }
                 }
             }
+            DoubleDouble::add_multiples(&mut product, &terms);
             product
         };
         left.iter().map(row).collect()

@@ -1,10 +1,10 @@
 //! Many equal steps under any loads, every state on the way, by products of whole matrices.
 
+use eigentone_digits::settle;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};
 
 use super::strides::all_finite;
-use crate::exponential::vector::settle;
 use crate::hold::{Held, Signals};
 
 /// z_{k+1} = Φ z_k + Γ u_k for blocks of s steps side by side. The states at the ends of the blocks come first, one

@@ -1,6 +1,6 @@
 //! From instant to instant: the loop that both exact methods share.
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, settle};
 use eigentone_modes::FirstOrder;
 use faer::{Mat, MatMut, MatRef};
 
@@ -9,7 +9,6 @@ use super::estimate::Estimate;
 use super::queue::{Mark, Queue};
 use super::strides::{all_finite, largest};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
-use crate::exponential::vector::settle;
 use crate::hold::{Inputs, Signals};
 use crate::problem::{Instant, Leg, Piece, Plant, Problem, ResponseError, Walk};
 

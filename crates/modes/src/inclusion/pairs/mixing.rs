@@ -11,6 +11,7 @@
 //! Z.* 48). The upper halves of the columns are the shapes: x = x_k + Σ c_j x_j. Left shapes are those of the
 //! transposed pencil.
 
+use eigentone_digits::settle;
 use std::ops::Range;
 
 use faer::Mat;
@@ -19,7 +20,6 @@ use super::discs::Disc;
 use super::pair::Pair;
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
-use crate::linear::vector::settle;
 
 /// More than products that underflow take from a sum, for roots and scales within `RANGE` and gaps above `LEAST_GAP`.
 const TINY: f64 = 1e-120;

@@ -5,7 +5,7 @@
 //! the digits that doubles have beside the largest root of the span, or beside the smallest, and again for what is still
 //! mixed then.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, settle};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side, c64};
@@ -13,7 +13,6 @@ use faer::{Mat, Par, Side, c64};
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
 use crate::linear::symmetric_eigen::symmetric_eigen;
-use crate::linear::vector::settle;
 
 /// Which roots of a span come out with most digits: those of B⁻¹A are the large ones, those of A⁻¹B the small ones.
 #[derive(Clone, Copy, PartialEq)]

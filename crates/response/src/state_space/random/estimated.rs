@@ -219,9 +219,9 @@ impl<T: Real> Scaled<T> {
         let moved: Vec<Vec<T>> = (0..n)
             .map(|j| {
                 let mut column = vec![T::ZERO; n];
-                for (k, of) in self.a.iter().enumerate() {
-                    T::add_multiple(&mut column, entry(p, k, j), of);
-                }
+                let terms = self.a.iter().enumerate();
+                let terms: Vec<_> = terms.map(|(k, of)| (entry(p, k, j), &of[..])).collect();
+                T::add_multiples(&mut column, &terms);
                 column
             })
             .collect();

@@ -175,7 +175,7 @@ pub(crate) fn growth<T: Real>(k: usize) -> Magnitude {
     T::unit() * Magnitude::from(k as f64 + 2.0)
 }
 
-/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AAᵀ or AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
+/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
 /// doubles with their rounding added. The second exceeds the norm by at most the eighth root of n.
 fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     const UNIT: f64 = f64::EPSILON / 2.0;
@@ -225,9 +225,9 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     (frobenius, if norm < frobenius { norm } else { frobenius })
 }
 
-/// BBᵀ for a matrix by columns.
+/// AᵀA for a matrix A by rows, given as B = Aᵀ by columns: BBᵀ.
 fn gram(n: usize, b: &[f64]) -> Vec<f64> {
-    /// Fewer rows are multiplied before a product by blocks has begun.
+    /// Below this many rows plain loops are quicker than a blocked product.
     const BLOCKS: usize = 16;
     let mut product = vec![0.0; n * n];
     if n >= BLOCKS {

@@ -206,8 +206,9 @@ impl Designs<'_> {
     /// Puts both ends of a run on the trail, which keeps those that others are followed from: how its first design was
     /// followed, and which of its own places stands at each.
     fn link(&self, run: &mut Run, trail: &mut Trail) -> Result<(Followed, Vec<usize>), Failure> {
-        let Some([first, last]) = run.ends.take() else {
-            return Ok((Followed::Surely, Vec::new())); // it has failed
+        let behind = run.followed.len().checked_sub(1);
+        let (Some([first, last]), Some(behind)) = (run.ends.take(), behind) else {
+            return Ok((Followed::Surely, Vec::new())); // its first design has failed
         };
         let before = self.grid.before(run.start);
         while trail.last().is_some_and(|(known, _)| Some(*known) > before) {
@@ -227,7 +228,7 @@ impl Designs<'_> {
             }
         }
         let order = here.order().to_vec();
-        let end = run.start + run.followed.len() as u64 - 1;
+        let end = run.start + behind as u64;
         // A run that begins elsewhere than behind its neighbour begins where others are followed from.
         if before.is_none_or(|before| before + 1 < run.start) || end == run.start {
             trail.push((run.start, here));

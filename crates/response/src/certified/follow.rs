@@ -348,7 +348,7 @@ pub(crate) fn follow(
         range,
         displacements,
         most,
-        halvings: 2 * most,
+        halvings: most.saturating_mul(2),
         seen: 0,
         end,
     };

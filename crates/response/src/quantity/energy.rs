@@ -68,7 +68,8 @@ impl Energy {
     /// M or K is not symmetric, so that there is no such
     /// energy, where there is no first-order form, where an impulse acts on a damped node
     /// without mass or a support jumps at a damper, for that takes infinite work, where states and signals are more than some
-    /// thousands, and where an energy leaves the range of doubles.
+    /// thousands, and where an energy or a rate of the states leaves the range of
+    /// doubles.
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
         /// States and signals for which more digits are quick.
         const FEW: usize = 80;
@@ -93,6 +94,10 @@ impl Energy {
             return Err(refuse(reason));
         }
         let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
+        let beyond = || Err(refuse("it leaves the range of doubles".to_owned()));
+        if !form.a().norm_max().is_finite() {
+            return beyond();
+        }
         let layout = Layout::of(problem, &form);
         let count = layout.len();
         if count > MANY {
@@ -105,7 +110,7 @@ impl Energy {
         };
         match energy.is_finite() {
             true => Ok(energy),
-            false => Err(refuse("it leaves the range of doubles".to_owned())),
+            false => beyond(),
         }
     }
 

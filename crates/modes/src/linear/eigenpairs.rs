@@ -2,13 +2,14 @@
 
 use eigentone_digits::settle;
 use faer::diag::Diag;
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::linalg::evd;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
 use crate::linear::balance::{Balanced, balance};
+use crate::linear::product::workspace;
 use crate::linear::small::{self, Eigenpairs};
 
 /// Up to so many states the routines for small matrices are the quicker ones.
@@ -75,7 +76,7 @@ fn by_schur_form(a: MatRef<'_, f64>, with_left: bool) -> Option<Eigenpairs> {
         with_left.then_some(left.as_mut()),
         Some(right.as_mut()),
         Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
+        MemStack::new(&mut workspace(scratch)),
         Default::default(),
     )
     .ok()?;

@@ -5,14 +5,22 @@
 
 use eigentone_digits::settle;
 use faer::diag::Diag;
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::MemStack;
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
-use faer::{Auto, Mat, Par, Spec};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::{Auto, Mat, Par, Side, Spec};
+
+use crate::linear::product::workspace;
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.
 pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = matrix.nrows();
+    if n == 0 {
+        return Some((Vec::new(), Mat::zeros(0, 0)));
+    }
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
     let Some(path) = path(matrix) else {
@@ -23,7 +31,7 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
             values.as_mut(),
             Some(vectors.as_mut()),
             Par::Seq,
-            MemStack::new(&mut MemBuffer::new(scratch)),
+            MemStack::new(&mut workspace(scratch)),
             params(),
         )
         .ok()?;
@@ -47,7 +55,7 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
         values.as_mut(),
         Some(vectors.as_mut()),
         Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
+        MemStack::new(&mut workspace(scratch)),
         params(),
     )
     .ok()?;
@@ -60,6 +68,29 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
         vectors = Mat::from_fn(n, n, |i, j| vectors[(place[i], j)]);
     }
     Some((values.column_vector().iter().copied().collect(), vectors))
+}
+
+/// All λ with Ax = λBx, rising, with their vectors, for a symmetric A and a positive definite B: those of L⁻¹AL⁻ᵀ with
+/// B = LLᵀ (Golub & Van Loan, §8.7). `None` where B has no such factor, or numbers leave their range.
+pub(crate) fn definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    let n = a.nrows();
+    let factor = b.llt(Side::Lower).ok()?;
+    let lower = factor.L();
+    let divided = |mut matrix: Mat<f64>| {
+        solve_lower_triangular_in_place(lower, matrix.as_mut(), Par::Seq);
+        matrix
+    };
+    let half = divided(a.to_owned());
+    let scaled = divided(half.transpose().to_owned());
+    settle();
+    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
+    if !symmetric.norm_max().is_finite() {
+        return None;
+    }
+    let (values, mut vectors) = symmetric_eigen(&symmetric)?;
+    solve_upper_triangular_in_place(lower.transpose(), vectors.as_mut(), Par::Seq);
+    settle();
+    Some((values, vectors))
 }
 
 /// Implicit QR steps at every size: faer's divide and conquer, its choice from 128 rows on, errs by 1e-12 to 1e-11 of the

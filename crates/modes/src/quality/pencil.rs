@@ -1,10 +1,11 @@
 //! Q(λ) = λ²M + λC + K applied to shapes, with the norms that scale its residuals.
 
-use eigentone_digits::{DoubleDouble, settle};
+use eigentone_digits::DoubleDouble;
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef};
+use faer::{ColRef, Mat, MatRef};
 use num_complex::Complex;
 
+use crate::linear::product::product;
 use crate::model::{Element, MatrixKind};
 use crate::system::System;
 
@@ -59,6 +60,9 @@ impl Quality {
 
 /// Shapes that are multiplied together by a full matrix.
 const BLOCK: usize = 64;
+
+/// Up to so many entries plain loops are quicker than a blocked product.
+const FEW: usize = 2048;
 
 impl Pencil {
     pub(crate) fn of(system: &System) -> Pencil {
@@ -319,6 +323,10 @@ impl Sparse {
     fn of(matrix: MatRef<'_, f64>) -> Option<Sparse> {
         const FULL: usize = 8;
         let n = matrix.nrows();
+        let filled = |column: ColRef<'_, f64>| column.iter().filter(|x| **x != 0.0).count();
+        if n * n > FEW && FULL * matrix.col_iter().map(filled).sum::<usize>() > n * n {
+            return None;
+        }
         let (mut starts, mut rows, mut entries) = (vec![0], Vec::new(), Vec::new());
         for j in 0..n {
             for (i, entry) in matrix.col(j).iter().enumerate() {
@@ -329,7 +337,7 @@ impl Sparse {
             }
             starts.push(entries.len());
         }
-        (FULL * entries.len() <= n * n || n <= BLOCK).then_some(Sparse {
+        Some(Sparse {
             starts,
             rows,
             entries,
@@ -377,17 +385,22 @@ pub(crate) fn products(
     matrix: MatRef<'_, f64>,
     shapes: &[&[Complex<f64>]],
 ) -> Vec<Vec<Complex<f64>>> {
-    const FEW: usize = 2048;
     let n = matrix.ncols();
     if n * matrix.nrows() <= FEW {
-        return shapes.iter().map(|x| product(matrix, x)).collect();
+        return shapes.iter().map(|x| times(matrix, x)).collect();
+    }
+    let real = shapes.iter().all(|x| x.iter().all(|entry| entry.im == 0.0));
+    if real {
+        let parts = Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i].re);
+        let product = product(matrix, parts.as_ref());
+        let column = |j| product.col(j).iter().map(|re| Complex::from(*re)).collect();
+        return (0..shapes.len()).map(column).collect();
     }
     let parts = Mat::from_fn(n, 2 * shapes.len(), |i, j| {
         let entry = shapes[j / 2][i];
         if j % 2 == 0 { entry.re } else { entry.im }
     });
-    let product = matrix * parts;
-    settle();
+    let product = product(matrix, parts.as_ref());
     let column = |j: usize| {
         let (re, im) = (product.col(2 * j), product.col(2 * j + 1));
         let parts = re.iter().zip(im.iter());
@@ -397,7 +410,7 @@ pub(crate) fn products(
 }
 
 /// A small real matrix times a complex vector.
-fn product(matrix: MatRef<'_, f64>, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
+fn times(matrix: MatRef<'_, f64>, x: &[Complex<f64>]) -> Vec<Complex<f64>> {
     let mut product = vec![Complex::ZERO; matrix.nrows()];
     for (column, x) in matrix.col_iter().zip(x) {
         for (sum, entry) in product.iter_mut().zip(column.iter()) {

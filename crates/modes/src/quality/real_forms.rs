@@ -4,10 +4,11 @@
 //! K does not; the quotient k/m is stationary in x, so that it errs by the square of what the shape
 //! does (Rayleigh).
 
-use eigentone_digits::{DoubleDouble, Lanes, Real, settle};
+use eigentone_digits::{DoubleDouble, Lanes, Real};
 use faer::{Mat, MatRef};
 use pulp::Arch;
 
+use crate::linear::product::product;
 use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 
@@ -155,8 +156,7 @@ fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<(DoubleDouble, f6
     let forms = |size: fn(f64) -> f64| -> Vec<f64> {
         let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| size(shapes[j][i]));
         let entries = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| size(matrix[(i, j)]));
-        let products = entries * &columns;
-        settle();
+        let products = product(entries.as_ref(), columns.as_ref());
         let each = products.col_iter().zip(columns.col_iter());
         let form = each.map(|(product, x)| product.iter().zip(x.iter()).map(|(p, x)| p * x).sum());
         form.collect()

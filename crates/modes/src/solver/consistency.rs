@@ -7,13 +7,14 @@
 //!
 //! tr(|X||R||Q′|)/(1 − ‖R‖)
 //!
-//! to first order. Rounding of sums of n terms is taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides
-//! nothing.
+//! to first order, with norms of rows and columns in place of sums of sizes (Cauchy's inequality). Rounding of sums of n terms is
+//! taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides nothing.
 
 use eigentone_digits::settle;
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
+use crate::linear::product::product;
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;
@@ -82,48 +83,60 @@ fn agrees(matrices: &[Mat<f64>; 3], modes: &Modes, s: f64) -> bool {
 fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
     let [m, c, k] = matrices;
     let n = m.nrows();
+    let columns = |j: usize| [m, c, k].map(|matrix| matrix.col_as_slice(j));
+    let parts = |[m, c, k]: [&[f64]; 3], i: usize| [s * s * m[i], s * c[i], k[i]];
+    let share = |parts: [f64; 3]| parts.into_iter().map(f64::abs).sum::<f64>();
     // In units in which every coordinate has about the same share, which change no trace.
-    let share =
-        |i: usize, j: usize| (s * s * m[(i, j)]).abs() + (s * c[(i, j)]).abs() + k[(i, j)].abs();
-    let unit = |i: usize| {
-        let own = (0..n)
-            .map(|j| share(i, j).max(share(j, i)))
-            .fold(0.0, f64::max);
-        (-0.5 * own.log2()).round().exp2()
-    };
-    let units: Vec<f64> = (0..n).map(unit).collect();
-    let scaled = |entry: &dyn Fn(usize, usize) -> f64| {
-        Mat::from_fn(n, n, |i, j| units[i] * entry(i, j) * units[j])
-    };
-    let q = scaled(&|i, j| s * s * m[(i, j)] + s * c[(i, j)] + k[(i, j)]);
-    let slope = scaled(&|i, j| 2.0 * s * m[(i, j)] + c[(i, j)]);
-    let slopes = scaled(&|i, j| 2.0 * (s * m[(i, j)]).abs() + c[(i, j)].abs());
+    let mut most = vec![0.0f64; n];
+    for j in 0..n {
+        let column = columns(j);
+        for i in 0..n {
+            let share = share(parts(column, i));
+            (most[i], most[j]) = (most[i].max(share), most[j].max(share));
+        }
+    }
+    let unit = |most: &f64| (-0.5 * most.log2()).round().exp2();
+    let units: Vec<f64> = most.iter().map(unit).collect();
+    let (mut q, mut slope) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    // The squares of the norms of the rows of what adds up to them, by size.
+    let (mut sizes, mut steepness) = (vec![0.0; n], vec![0.0; n]);
+    for j in 0..n {
+        let column = columns(j);
+        let (q, slope) = (q.col_as_slice_mut(j), slope.col_as_slice_mut(j));
+        for i in 0..n {
+            let unit = units[i] * units[j];
+            let parts = parts(column, i);
+            let slopes = [2.0 * s * column[0][i], column[1][i], 0.0];
+            q[i] = unit * parts.iter().sum::<f64>();
+            slope[i] = unit * slopes.iter().sum::<f64>();
+            sizes[i] += (unit * share(parts)).powi(2);
+            steepness[i] += (unit * share(slopes)).powi(2);
+        }
+    }
     let inverse = q.partial_piv_lu().inverse();
     settle();
-    let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].abs());
-    let rest = &q * &inverse;
-    let sizes = scaled(&share) * &size;
-    let spread = &slopes * &size;
-    settle();
+    let rest = product(q.as_ref(), inverse.as_ref());
+    // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
+    let columns: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
+    let norms = |squares: Vec<f64>| -> Vec<f64> { squares.into_iter().map(f64::sqrt).collect() };
+    let (sizes, steepness) = (norms(sizes), norms(steepness));
     let rounding = 4.0 * f64::EPSILON * (n as f64).sqrt();
     let off = Mat::from_fn(n, n, |i, j| {
         let own = if i == j { 1.0 } else { 0.0 };
-        (rest[(i, j)] - own).abs() + rounding * sizes[(i, j)]
+        (rest[(i, j)] - own).abs() + rounding * sizes[i] * columns[j]
     });
-    // The trace of a product of two matrices.
-    let of_product = |a: &Mat<f64>, b: &Mat<f64>| -> f64 {
-        let row = |i: usize| {
-            a.row(i)
-                .iter()
-                .zip(b.col(i).iter())
-                .map(|(a, b)| a * b)
-                .sum::<f64>()
-        };
-        (0..n).map(row).sum()
-    };
     let norm = off.norm_l2();
-    let error = of_product(&spread, &off) / (1.0 - norm) + rounding * of_product(&size, &slopes);
-    (norm < 0.5 && error.is_finite()).then(|| (of_product(&inverse, &slope), error))
+    let mut error = 0.0;
+    for (i, steepness) in steepness.iter().enumerate() {
+        let pushed = off.col(i).iter().zip(&columns).map(|(off, x)| off * x);
+        let pushed = pushed.sum::<f64>() / (1.0 - norm);
+        error += steepness * (pushed + rounding * columns[i]);
+    }
+    let row = |i: usize| {
+        let pairs = inverse.row(i).iter().zip(slope.col(i).iter());
+        pairs.map(|(a, b)| a * b).sum::<f64>()
+    };
+    (norm < 0.5 && error.is_finite()).then(|| ((0..n).map(row).sum(), error))
 }
 
 #[cfg(test)]

@@ -42,9 +42,14 @@ pub(crate) fn joined_by(n: usize, pairs: impl Iterator<Item = (usize, usize)>) -
         }
         i
     }
+    let mut apart = n;
     for (i, j) in pairs {
         let (a, b) = (root(&mut parent, i), root(&mut parent, j));
         parent[a.max(b)] = a.min(b);
+        apart -= usize::from(a != b);
+        if apart == 1 {
+            break;
+        }
     }
     let mut groups = vec![Vec::new(); n];
     for i in 0..n {

@@ -1,11 +1,11 @@
 //! Undamped modes of assembled symmetric matrices.
 
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{ColRef, Mat, Par, Side};
+use faer::{ColRef, Mat, Side};
 
 use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
-use crate::linear::symmetric_eigen::symmetric_eigen;
+use crate::linear::product::product;
+use crate::linear::symmetric_eigen::{definite_eigen, symmetric_eigen};
 use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
@@ -227,7 +227,7 @@ fn lumped_modes(
     let roots: Vec<f64> = masses.iter().map(|mass| mass.sqrt()).collect();
     let stiffness = system.stiffness_matrix();
     let scaled = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] / roots[i] / roots[j]);
-    let (squares, vectors) = eigen(solver, &scaled)?;
+    let (squares, vectors) = eigen(solver, &scaled, None)?;
     let shapes = Mat::from_fn(n, n, |i, j| vectors[(i, j)] / roots[i]);
     Ok((squares, shapes))
 }
@@ -238,7 +238,6 @@ fn assembled_modes(
     system: &System,
     structure: &Structure,
 ) -> Result<Pairs, ModesError> {
-    let method = solver.name();
     let massless = !structure.massless().is_empty();
     let mut mass = massive_block(&system.mass_matrix(), structure);
     let nf = mass.nrows();
@@ -249,40 +248,34 @@ fn assembled_modes(
     };
     let units: Vec<f64> = (0..nf).map(unit).collect();
     mass = Mat::from_fn(nf, nf, |i, j| units[i] * mass[(i, j)] * units[j]);
-    let cholesky = mass
-        .llt(Side::Lower)
-        .map_err(|_| ModesError::NoConvergence { method })?;
-    let lower = cholesky.L();
-    let mut inverse = Mat::<f64>::identity(nf, nf);
-    solve_lower_triangular_in_place(lower, inverse.as_mut(), Par::Seq);
     if !massless {
         let stiffness = system.stiffness_matrix();
         let stiffness = Mat::from_fn(nf, nf, |i, j| units[i] * stiffness[(i, j)] * units[j]);
-        let scaled = &inverse * stiffness * inverse.transpose();
-        let (squares, vectors) = eigen(solver, &scaled)?;
-        let shapes = inverse.transpose() * vectors;
+        let (squares, shapes) = eigen(solver, &stiffness, Some(&mass))?;
         let shapes = Mat::from_fn(nf, nf, |i, j| units[i] * shapes[(i, j)]);
         return Ok((squares, shapes));
     }
     let form = FirstOrder::of(system)?;
-    // A₂₁ = −M⁻¹K, so that −Lᵀ A₂₁ L⁻ᵀ = L⁻¹KL⁻ᵀ.
-    let a21 = form.a().submatrix(nf, 0, nf, nf);
-    let scaled = -(lower.transpose() * a21 * inverse.transpose());
-    let (squares, vectors) = eigen(solver, &scaled)?;
-    let shapes = form.x().submatrix(0, 0, system.len(), nf) * inverse.transpose() * vectors;
-    Ok((squares, shapes))
+    // A₂₁ = −M⁻¹K.
+    let stiffness = -product(mass.as_ref(), form.a().submatrix(nf, 0, nf, nf));
+    let (squares, shapes) = eigen(solver, &stiffness, Some(&mass))?;
+    let extended = form.x().submatrix(0, 0, system.len(), nf);
+    Ok((squares, product(extended, shapes.as_ref())))
 }
 
-/// Eigenvalues and eigenvectors of the symmetric part.
-fn eigen(solver: &dyn ModeSolver, matrix: &Mat<f64>) -> Result<Pairs, ModesError> {
+/// Eigenvalues and eigenvectors of a symmetric K, with M or with masses of 1.
+fn eigen(
+    solver: &dyn ModeSolver,
+    stiffness: &Mat<f64>,
+    mass: Option<&Mat<f64>>,
+) -> Result<Pairs, ModesError> {
     let method = solver.name();
-    let n = matrix.nrows();
-    if n == 0 {
-        return Ok((Vec::new(), Mat::zeros(0, 0)));
-    }
-    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]));
-    if !symmetric.norm_max().is_finite() {
+    if !stiffness.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });
     }
-    symmetric_eigen(&symmetric).ok_or(ModesError::NoConvergence { method })
+    let found = match mass {
+        Some(mass) => definite_eigen(stiffness, mass),
+        None => symmetric_eigen(stiffness),
+    };
+    found.ok_or(ModesError::NoConvergence { method })
 }

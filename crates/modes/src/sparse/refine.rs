@@ -6,7 +6,7 @@
 //! of A relative to |μ|, the error of μ is at most min(ρ, ρ²/γ)·|μ| (Parlett 1998, *The Symmetric
 //! Eigenvalue Problem*, theorem 11.7.1).
 
-use faer::{Mat, Side};
+use faer::Mat;
 
 use eigentone_digits::{DoubleDouble, Real};
 
@@ -15,7 +15,7 @@ use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
 use super::search::Vector;
-use crate::linear::symmetric_eigen::symmetric_eigen;
+use crate::linear::symmetric_eigen::definite_eigen;
 
 /// An eigenpair with its quality.
 #[derive(Clone, Debug)]
@@ -382,30 +382,9 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
     let scale: Vec<f64> = (0..count).map(|i| k[(i, i)].abs().sqrt().recip()).collect();
     let scaled = |a: &Mat<f64>| Mat::from_fn(count, count, |i, j| a[(i, j)] * scale[i] * scale[j]);
     let (k, m) = (scaled(&k), scaled(&m));
-    let Ok(factor) = m.llt(Side::Lower) else {
+    let Some((values, vectors)) = definite_eigen(&k, &m) else {
         return;
     };
-    let lower = factor.L();
-    let mut reduced = k.clone();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        lower,
-        reduced.as_mut(),
-        faer::Par::Seq,
-    );
-    let mut reduced = reduced.transpose().to_owned();
-    faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-        lower,
-        reduced.as_mut(),
-        faer::Par::Seq,
-    );
-    let Some((values, mut vectors)) = symmetric_eigen(&reduced) else {
-        return;
-    };
-    faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-        lower.transpose(),
-        vectors.as_mut(),
-        faer::Par::Seq,
-    );
     let value = |k: &usize| values[*k].abs();
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| value(a).total_cmp(&value(b)));

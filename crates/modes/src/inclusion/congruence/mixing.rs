@@ -8,11 +8,12 @@
 //! c = Tc + t with |T| ≤ B and |t| ≤ δ. If δ + Bb < b for some b > 0, the spectral radius of B is below 1, so
 //! that there is one solution, |c_i| ≤ b_i, and no shape has c_k = 0 (Collatz 1942, *Math. Z.* 48).
 
-use eigentone_digits::{DoubleDouble, settle};
+use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
 use super::forms::Forms;
 use crate::inclusion::gram::{Gram, UPWARD};
+use crate::linear::product::product;
 
 /// More than products that underflow take from a sum, for squares within `RANGE`.
 const TINY: f64 = 1e-120;
@@ -77,8 +78,8 @@ pub(super) fn errors(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Option
         }
     });
     let next = |shares: &Mat<f64>| {
-        let (by_mass, by_stiffness) = (&mass * shares, &stiffness * shares);
-        settle();
+        let coupled_by = |matrix: &Mat<f64>| product(matrix.as_ref(), shares.as_ref());
+        let (by_mass, by_stiffness) = (coupled_by(&mass), coupled_by(&stiffness));
         Mat::from_fn(all, elastic, |i, k| {
             if i == k {
                 0.0
@@ -90,8 +91,7 @@ pub(super) fn errors(forms: &Forms, columns: &[Vec<DoubleDouble>]) -> Vec<Option
     let shares = next(&first) * faer::Scale(2.0);
     let mapped = next(&shares);
     let sizes = Mat::from_fn(n, all, |p, i| columns[i][p].to_f64().abs() / norms[i]);
-    let errors = sizes * &shares;
-    settle();
+    let errors = product(sizes.as_ref(), shares.as_ref());
     let proven = |k: usize| {
         let inside = |i: usize| i == k || (gaps[(i, k)] > 0.0 && mapped[(i, k)] < shares[(i, k)]);
         (0..all).all(inside)

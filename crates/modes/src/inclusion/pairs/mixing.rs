@@ -11,7 +11,6 @@
 //! Z.* 48). The upper halves of the columns are the shapes: x = x_k + Σ c_j x_j. Left shapes are those of the
 //! transposed pencil.
 
-use eigentone_digits::settle;
 use std::ops::Range;
 
 use faer::Mat;
@@ -20,6 +19,7 @@ use super::discs::Disc;
 use super::pair::Pair;
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
+use crate::linear::product::product;
 
 /// More than products that underflow take from a sum, for roots and scales within `RANGE` and gaps above `LEAST_GAP`.
 const TINY: f64 = 1e-120;
@@ -77,8 +77,8 @@ impl Rows {
         };
         let first = over_rows(&|j, at| row(j, at, reach[(j, owners[at])], mixed[(j, owners[at])]));
         let next = |shares: &Mat<f64>| {
-            let (by_reach, by_mixed) = (&reach * shares, &mixed * shares);
-            settle();
+            let coupled_by = |matrix: &Mat<f64>| product(matrix.as_ref(), shares.as_ref());
+            let (by_reach, by_mixed) = (coupled_by(&reach), coupled_by(&mixed));
             over_rows(&|j, at| {
                 (first[(j, at)] + row(j, at, by_reach[(j, at)], by_mixed[(j, at)])) * UPWARD
             })
@@ -93,8 +93,7 @@ impl Rows {
             let column = self.columns[j].pair;
             parts(&pairs[column]).at(row).norm() * self.tau[column] * UPWARD
         });
-        let errors = components * &shares;
-        settle();
+        let errors = product(components.as_ref(), shares.as_ref());
         let error = |at: usize| {
             let inside = |j: usize| {
                 j == owners[at] || (gaps[(j, at)] > LEAST_GAP && mapped[(j, at)] < shares[(j, at)])

@@ -7,12 +7,11 @@
 
 use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, settle};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side, c64};
+use faer::{Mat, c64};
 
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
-use crate::linear::symmetric_eigen::symmetric_eigen;
+use crate::linear::symmetric_eigen::definite_eigen;
 
 /// Which roots of a span come out with most digits: those of B⁻¹A are the large ones, those of A⁻¹B the small ones.
 #[derive(Clone, Copy, PartialEq)]
@@ -105,7 +104,7 @@ impl Pairs<'_> {
         let (matrix, other) = if inverted { (&b, &a) } else { (&a, &b) };
         let all_finite = |matrix: &Mat<c64>| matrix.norm_max().is_finite();
         let on_axis = !in_plane;
-        let definite = (on_axis && !self.has_left()).then(|| definite_eigen(matrix, other));
+        let definite = (on_axis && !self.has_left()).then(|| definite_pairs(matrix, other));
         let general = || {
             let quotient = other.partial_piv_lu().solve(matrix);
             settle();
@@ -184,7 +183,7 @@ impl Pairs<'_> {
 }
 
 /// Of a symmetric real pencil (A, B) with B definite, whose roots are real however close they lie; `None` where B is not.
-fn definite_eigen(a: &Mat<c64>, b: &Mat<c64>) -> Option<(Vec<c64>, Mat<c64>)> {
+fn definite_pairs(a: &Mat<c64>, b: &Mat<c64>) -> Option<(Vec<c64>, Mat<c64>)> {
     let k = b.nrows();
     let sign = if b[(0, 0)].re < 0.0 { -1.0 } else { 1.0 };
     let symmetric = |matrix: &Mat<c64>| {
@@ -192,16 +191,7 @@ fn definite_eigen(a: &Mat<c64>, b: &Mat<c64>) -> Option<(Vec<c64>, Mat<c64>)> {
         Mat::from_fn(k, k, |p, q| half * (matrix[(p, q)].re + matrix[(q, p)].re))
     };
     let (a, b) = (symmetric(a), symmetric(b));
-    let factor = b.llt(Side::Lower).ok()?;
-    let mut inverse = Mat::<f64>::identity(k, k);
-    solve_lower_triangular_in_place(factor.L(), inverse.as_mut(), Par::Seq);
-    let turned = &inverse * a * inverse.transpose();
-    settle();
-    if !turned.norm_max().is_finite() {
-        return None;
-    }
-    let (values, vectors) = symmetric_eigen(&turned)?;
-    let right = inverse.transpose() * vectors;
+    let (values, right) = definite_eigen(&a, &b)?;
     let right = Mat::from_fn(k, k, |p, q| c64::from(right[(p, q)]));
     Some((values.into_iter().map(c64::from).collect(), right))
 }

@@ -94,10 +94,6 @@ impl Energy {
             return Err(refuse(reason));
         }
         let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
-        let beyond = || Err(refuse("it leaves the range of doubles".to_owned()));
-        if !form.a().norm_max().is_finite() {
-            return beyond();
-        }
         let layout = Layout::of(problem, &form);
         let count = layout.len();
         if count > MANY {
@@ -105,13 +101,15 @@ impl Energy {
             return Err(refuse(format!("{count} {what} {MANY}")));
         }
         let energy = match count <= FEW {
-            true => Account::<DoubleDouble>::of(problem, &form, layout).keep(trajectory),
-            false => Account::<f64>::of(problem, &form, layout).keep(trajectory),
+            true => Account::<DoubleDouble>::of(problem, &form, layout)
+                .map(|account| account.keep(trajectory)),
+            false => {
+                Account::<f64>::of(problem, &form, layout).map(|account| account.keep(trajectory))
+            }
         };
-        match energy.is_finite() {
-            true => Ok(energy),
-            false => beyond(),
-        }
+        energy
+            .filter(Energy::is_finite)
+            .ok_or_else(|| refuse("it leaves the range of doubles".to_owned()))
     }
 
     fn is_finite(&self) -> bool {
@@ -230,9 +228,10 @@ struct Account<'a, 'b, T> {
 const KEPT: usize = 64;
 
 impl<'a, 'b, T: Real> Account<'a, 'b, T> {
-    fn of(problem: &'a Problem<'b>, form: &'a FirstOrder, layout: Layout) -> Account<'a, 'b, T> {
-        let driven = DrivenForm::of(problem, form, layout);
-        Account {
+    /// `None` where the rates of the states leave the range of doubles.
+    fn of(problem: &'a Problem<'b>, form: &'a FirstOrder, layout: Layout) -> Option<Self> {
+        let driven = DrivenForm::of(problem, form, layout)?;
+        Some(Account {
             problem,
             form,
             dissipation: driven.dissipation(),
@@ -241,7 +240,7 @@ impl<'a, 'b, T: Real> Account<'a, 'b, T> {
             intervals: HashMap::new(),
             dissipated: T::ZERO,
             work: T::ZERO,
-        }
+        })
     }
 
     /// Goes through the instants in their order in time.

@@ -120,7 +120,8 @@ pub(super) struct DrivenForm<T> {
 }
 
 impl<T: Real> DrivenForm<T> {
-    pub(super) fn of(problem: &Problem<'_>, form: &FirstOrder, layout: Layout) -> DrivenForm<T> {
+    /// `None` where the rates of the states leave the range of doubles.
+    pub(super) fn of(problem: &Problem<'_>, form: &FirstOrder, layout: Layout) -> Option<Self> {
         let system = problem.system();
         let (n, size, own) = (system.len(), layout.len(), layout.own);
         let (own_motion, b) = match lumped(system) {
@@ -240,22 +241,22 @@ impl<T: Real> DrivenForm<T> {
             stiffness,
             b,
         };
-        driven.choose_units(form.a());
-        driven
+        driven.choose_units(form.a())?;
+        Some(driven)
     }
 
     /// Units in which rows and columns of A are alike in size, and what drives the states moves them about as fast as
-    /// these move each other.
-    fn choose_units(&mut self, own: MatRef<'_, f64>) {
+    /// these move each other. `None` where such rates leave the range of doubles.
+    fn choose_units(&mut self, own: MatRef<'_, f64>) -> Option<()> {
         let (size, layout) = (self.a.n, &self.layout);
         let balanced = balance(own);
         for (unit, scale) in self.units.iter_mut().zip(&balanced.scale) {
             *unit = scale.log2() as i64;
         }
         let rate = balanced.matrix.norm_max();
-        let rate = match rate > 0.0 {
-            true => rate.log2().ceil() as i64,
-            false => 0,
+        let rate = match rate {
+            0.0 => 0,
+            rate => rate.is_finite().then(|| rate.log2().ceil() as i64)?,
         };
         // Each entry of ζ drives those before it alone; a sinusoid and what is ahead of it have one unit.
         let mut column = layout.own;
@@ -291,6 +292,7 @@ impl<T: Real> DrivenForm<T> {
                 *entry = entry.scale(*unit);
             }
         }
+        Some(())
     }
 
     /// A·h, for steps of h seconds as the unit of time.

@@ -10,7 +10,7 @@
 //! | [`Lanes`] | several double-doubles that are summed together |
 //!
 //! [`Real`] is what doubles and both kinds of longer numbers have in common, so that kernels are written
-//! once for all. There is no mechanics here, and nothing that prints or reads files.
+//! once for all; [`product`] is that of matrices of doubles. There is no mechanics here, and nothing that prints or reads files.
 //!
 //! ```
 //! use eigentone_digits::DoubleDouble;
@@ -30,10 +30,10 @@ mod double_double;
 mod lanes;
 mod magnitude;
 mod multiples;
+mod products;
 #[cfg(test)]
 mod rational;
 mod real;
-mod registers;
 mod wide;
 
 pub use ball::Ball;
@@ -42,6 +42,6 @@ pub use complex::{ComplexDoubleDouble, WideComplex};
 pub use double_double::DoubleDouble;
 pub use lanes::Lanes;
 pub use magnitude::Magnitude;
+pub use products::{even, product, settle, workspace};
 pub use real::{Real, decimal_digits};
-pub use registers::settle;
 pub use wide::Wide;

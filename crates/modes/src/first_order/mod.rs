@@ -6,7 +6,7 @@ mod enclosed_form;
 mod error;
 mod massless;
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, settle};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
@@ -244,7 +244,11 @@ impl Factored {
             Factored::Diagonal(diagonal) => Mat::from_fn(right.nrows(), right.ncols(), |i, j| {
                 right[(i, j)] / diagonal[i]
             }),
-            Factored::Lu(lu) => lu.solve(right),
+            Factored::Lu(lu) => {
+                let solution = lu.solve(right);
+                settle();
+                solution
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Eigenvalues of a balanced real matrix with right and left vectors.
 
-use eigentone_digits::settle;
+use eigentone_digits::{settle, workspace};
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
 use faer::linalg::evd;
@@ -9,7 +9,6 @@ use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
 use crate::linear::balance::{Balanced, balance};
-use crate::linear::product::workspace;
 use crate::linear::small::{self, Eigenpairs};
 
 /// Up to so many states the routines for small matrices are the quicker ones.

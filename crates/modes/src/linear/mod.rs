@@ -4,7 +4,6 @@ mod balance;
 pub(crate) mod eigenpairs;
 pub(crate) mod jacobi;
 pub(crate) mod plain_matrix;
-pub(crate) mod product;
 pub(crate) mod small;
 pub(crate) mod symmetric_eigen;
 pub(crate) mod wide;

@@ -3,7 +3,7 @@
 //!
 //! Both ways end in implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
 
-use eigentone_digits::settle;
+use eigentone_digits::{settle, workspace};
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
@@ -11,8 +11,6 @@ use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Auto, Mat, Par, Side, Spec};
-
-use crate::linear::product::workspace;
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.

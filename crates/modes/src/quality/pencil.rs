@@ -1,11 +1,10 @@
 //! Q(λ) = λ²M + λC + K applied to shapes, with the norms that scale its residuals.
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, product};
 use faer::linalg::solvers::Solve;
 use faer::{ColRef, Mat, MatRef};
 use num_complex::Complex;
 
-use crate::linear::product::product;
 use crate::model::{Element, MatrixKind};
 use crate::system::System;
 

@@ -4,11 +4,10 @@
 //! K does not; the quotient k/m is stationary in x, so that it errs by the square of what the shape
 //! does (Rayleigh).
 
-use eigentone_digits::{DoubleDouble, Lanes, Real};
+use eigentone_digits::{DoubleDouble, Lanes, Real, product};
 use faer::{Mat, MatRef};
 use pulp::Arch;
 
-use crate::linear::product::product;
 use crate::model::{Element, MatrixKind, Node};
 use crate::system::System;
 

@@ -10,11 +10,10 @@
 //! to first order, with norms of rows and columns in place of sums of sizes (Cauchy's inequality). Rounding of sums of n terms is
 //! taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides nothing.
 
-use eigentone_digits::settle;
+use eigentone_digits::{product, settle};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
-use crate::linear::product::product;
 use crate::modes::Modes;
 use crate::structure::Structure;
 use crate::system::System;

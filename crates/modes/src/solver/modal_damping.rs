@@ -1,5 +1,6 @@
 //! C in the coordinates of real shapes.
 
+use eigentone_digits::product;
 use faer::Mat;
 
 use crate::model::{MatrixKind, Node};
@@ -19,10 +20,10 @@ pub(crate) fn modal_damping<'a>(
     let forces = Mat::from_fn(dampers.len(), r, |e, j| {
         dampers[e].coefficient * stretches[(e, j)]
     });
-    let mut gamma = stretches.transpose() * forces;
+    let mut gamma = product(stretches.transpose(), forces.as_ref());
     if let Some(added) = system.added(MatrixKind::Damping) {
         let shapes = Mat::from_fn(system.len(), r, |i, j| shapes[j][i]);
-        gamma += shapes.transpose() * (added * &shapes);
+        gamma += product(shapes.transpose(), product(added, shapes.as_ref()).as_ref());
     }
     gamma
 }

@@ -1,10 +1,10 @@
 //! Undamped modes of assembled symmetric matrices.
 
+use eigentone_digits::product;
 use faer::{ColRef, Mat, Side};
 
 use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
-use crate::linear::product::product;
 use crate::linear::symmetric_eigen::{definite_eigen, symmetric_eigen};
 use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;

@@ -3,7 +3,7 @@
 //! With X near M⁻¹ and E = I − XM, M⁻¹r = (I − E)⁻¹Xr is no larger than ‖|X||r|‖/(1 − ‖E‖) in the maximum norm (Higham 2002,
 //! *Accuracy and Stability of Numerical Algorithms*, §13.4): so much is an approximate solution z of Mz = Kq off, whose residual is r.
 
-use eigentone_digits::settle;
+use eigentone_digits::{product, settle};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
@@ -59,7 +59,7 @@ fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bo
     let inverse_size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].abs());
     let norm = |vector: &Mat<f64>| vector.norm_max();
     let ones = Mat::<f64>::full(n, 1, 1.0);
-    let off = &inverse * &mass.value;
+    let off = product(inverse.as_ref(), mass.value.as_ref());
     let off = Mat::from_fn(n, n, |i, j| {
         (off[(i, j)] - f64::from(u8::from(i == j))).abs()
     });

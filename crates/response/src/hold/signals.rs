@@ -16,6 +16,16 @@ pub(crate) struct Signals {
     pub(crate) sizes: Vec<f64>,
 }
 
+impl Signals {
+    /// Takes the values of others for the same inputs and laws.
+    pub(crate) fn copy_from(&mut self, others: &Signals) {
+        for (values, others) in self.values.iter_mut().zip(&others.values) {
+            values.copy_from_slice(others);
+        }
+        self.sizes.copy_from_slice(&others.sizes);
+    }
+}
+
 /// Parts of a load cancel where they are larger than their sum by more than this: what the sum does is then no measure of
 /// what their rounding does.
 pub(crate) const CANCELS: f64 = 4.0;

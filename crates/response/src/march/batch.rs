@@ -1,6 +1,6 @@
 //! Many equal steps under any loads, every state on the way, by products of whole matrices.
 
-use eigentone_digits::settle;
+use eigentone_digits::{even, product, settle};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par};
 
@@ -17,6 +17,8 @@ use crate::hold::{Held, Signals};
 /// steps, as each entry of Φˢ errs by roundings of its own terms.
 pub(super) struct Batch {
     steps: usize,
+    /// Φ, [even], as the other matrices.
+    phi: Mat<f64>,
     power: Mat<f64>,
     /// Columns by step and then by input.
     pushed: Mat<f64>,
@@ -42,21 +44,21 @@ impl Batch {
         let mut pushed = gamma.clone();
         let mut products = 0.0;
         for doubling in 0..doublings {
-            let earlier = &power * &pushed;
+            let earlier = product(power.as_ref(), pushed.as_ref());
             products += 1.0 + pushed.ncols() as f64 / n.max(1) as f64;
-            power = &power * &power;
+            power = product(power.as_ref(), power.as_ref());
             let mut both = Mat::zeros(n, width << (doubling + 1));
             both.subcols_mut(0, earlier.ncols()).copy_from(&earlier);
             let mut later = both.subcols_mut(earlier.ncols(), pushed.ncols());
             later.copy_from(&pushed);
             pushed = both;
         }
-        settle();
         let batch = Batch {
             steps: 1 << doublings,
-            power,
-            pushed,
-            gamma,
+            phi: even(held.phi.as_ref()),
+            power: even(power.as_ref()),
+            pushed: even(pushed.as_ref()),
+            gamma: even(gamma.as_ref()),
             products,
         };
         // What grows beyond the range of doubles within a block need not have been set in motion.
@@ -75,13 +77,7 @@ impl Batch {
 
     /// Takes a step under each of these signals from the state z; writes the state after each, and leaves the last one in
     /// z.
-    pub(super) fn advance(
-        &self,
-        held: &Held,
-        z: &mut [f64],
-        signals: &[Signals],
-        mut states: MatMut<'_, f64>,
-    ) {
+    pub(super) fn advance(&self, z: &mut [f64], signals: &[Signals], mut states: MatMut<'_, f64>) {
         let (n, width, s) = (z.len(), self.gamma.ncols(), self.steps);
         let blocks = signals.len().div_ceil(s);
         // The inputs of a block are a column; beyond the last step there are none.
@@ -95,7 +91,7 @@ impl Batch {
                 .for_each(|(to, value)| *to = *value);
         }
         let add = |to: MatMut<'_, f64>, by: &Mat<f64>, from: faer::MatRef<'_, f64>| {
-            matmul(to, Accum::Add, by, from, 1.0, Par::Seq);
+            matmul(to, Accum::Add, by.subrows(0, n), from, 1.0, Par::Seq);
         };
         let mut starts = Mat::<f64>::zeros(n, blocks + 1);
         starts.col_as_slice_mut(0).copy_from_slice(z);
@@ -113,7 +109,7 @@ impl Batch {
                     let mut next = Mat::zeros(n, blocks);
                     let of_step = inputs.as_ref().subrows((step - 1) * width, width);
                     add(next.as_mut(), &self.gamma, of_step);
-                    add(next.as_mut(), &held.phi, now.as_ref());
+                    add(next.as_mut(), &self.phi, now.as_ref());
                     next
                 }
             };
@@ -288,7 +284,7 @@ mod tests {
         ];
         let mut states = Mat::zeros(4, 9);
         let mut z = [0.0, 0.0, 2.0, 0.0];
-        batch.advance(&held, &mut z, &signals, states.as_mut());
+        batch.advance(&mut z, &signals, states.as_mut());
         assert_eq!(z, [0.0, 9.0, 2.0, 0.0]);
         assert_eq!(states[(1, 4)], 5.0);
     }

@@ -175,7 +175,7 @@ impl Flow for Dense {
             self.batches.insert(h_bits, batch);
         }
         if let Some(batch) = self.batches.get(&h_bits).filter(|batch| fits(batch)) {
-            batch.advance(held, z, signals, states);
+            batch.advance(z, signals, states);
             self.operations.steps += signals.len() as u64;
             return;
         }

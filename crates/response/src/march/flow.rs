@@ -1,6 +1,6 @@
 //! From instant to instant: the loop that both exact methods share.
 
-use eigentone_digits::{DoubleDouble, settle};
+use eigentone_digits::{DoubleDouble, product};
 use eigentone_modes::FirstOrder;
 use faer::{Mat, MatMut, MatRef};
 
@@ -140,11 +140,7 @@ impl Map {
     fn product(&self, states: &Mat<f64>) -> Option<Mat<f64>> {
         match self {
             Map::Chosen(_) => None,
-            Map::Full(matrix) => {
-                let product = matrix * states;
-                settle();
-                Some(product)
-            }
+            Map::Full(matrix) => Some(product(matrix.as_ref(), states.as_ref())),
         }
     }
 }
@@ -250,7 +246,7 @@ pub(crate) fn march(
                     recorder.estimate.step(h.to_f64());
                     continue;
                 }
-                queue.push(h, signals.clone());
+                queue.push(h, &signals);
                 if queue.len() >= together {
                     recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
                 }

@@ -10,6 +10,7 @@ use crate::problem::{Instant, Piece};
 #[derive(Default)]
 pub(super) struct Queue<'a> {
     lengths: Vec<DoubleDouble>,
+    /// Those of the steps that wait, and then what earlier ones left.
     signals: Vec<Signals>,
     pub(super) marks: Vec<Mark<'a>>,
     taken: usize,
@@ -32,9 +33,12 @@ impl<'a> Queue<'a> {
         self.taken
     }
 
-    pub(super) fn push(&mut self, h: DoubleDouble, signals: Signals) {
+    pub(super) fn push(&mut self, h: DoubleDouble, signals: &Signals) {
+        match self.signals.get_mut(self.lengths.len()) {
+            Some(place) => place.copy_from(signals),
+            None => self.signals.push(signals.clone()),
+        }
         self.lengths.push(h);
-        self.signals.push(signals);
     }
 
     pub(super) fn mark(&mut self, instant: Instant, piece: &'a Piece) {
@@ -63,7 +67,6 @@ impl<'a> Queue<'a> {
             done += run.len();
         }
         self.taken += done;
-        self.signals.clear();
         let lengths = self.lengths.drain(..).map(|h| h.to_f64()).collect();
         (states, lengths)
     }

@@ -8,12 +8,11 @@
 //! c = Tc + t with |T| ≤ B and |t| ≤ δ. If δ + Bb < b for some b > 0, the spectral radius of B is below 1, so
 //! that there is one solution, |c_i| ≤ b_i, and no shape has c_k = 0 (Collatz 1942, *Math. Z.* 48).
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, product};
 use faer::Mat;
 
 use super::forms::Forms;
 use crate::inclusion::gram::{Gram, UPWARD};
-use crate::linear::product::product;
 
 /// More than products that underflow take from a sum, for squares within `RANGE`.
 const TINY: f64 = 1e-120;

@@ -13,13 +13,13 @@
 
 use std::ops::Range;
 
+use eigentone_digits::product;
 use faer::Mat;
 
 use super::discs::Disc;
 use super::pair::Pair;
 use super::rows::Rows;
 use crate::inclusion::gram::UPWARD;
-use crate::linear::product::product;
 
 /// More than products that underflow take from a sum, for roots and scales within `RANGE` and gaps above `LEAST_GAP`.
 const TINY: f64 = 1e-120;

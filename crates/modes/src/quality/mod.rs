@@ -1,4 +1,4 @@
-//! How far a root and its shape may be off. It knows `linear`, `model` and `system`.
+//! How far a root and its shape may be off. It knows `model` and `system`.
 
 pub(crate) mod bordered;
 pub(crate) mod pencil;

@@ -150,6 +150,31 @@ mod tests {
         off.max(apart)
     }
 
+    /// A·V − B·V·Λ and VᵀBV − I; and what has no Cholesky factor.
+    #[test]
+    fn definite_pencils_are_solved() {
+        for n in [1, 2, 7, 50, 130] {
+            let entry = |i: usize, j: usize| ((7 * i + 3 * j + i * j) % 11) as f64 - 5.0;
+            let factor = Mat::from_fn(n, n, entry);
+            let a = Mat::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)));
+            let b = factor.transpose() * &factor + Mat::<f64>::identity(n, n);
+            let (values, vectors) = definite_eigen(&a, &b).expect("it is definite");
+            assert!(values.is_sorted());
+            let by_mass = &b * &vectors;
+            let scaled = Mat::from_fn(n, n, |i, j| by_mass[(i, j)] * values[j]);
+            let apart = vectors.transpose() * &by_mass - Mat::<f64>::identity(n, n);
+            // No eigenvalue of B is below 1.
+            let rounding = 4.0 * f64::EPSILON * b.norm_l2();
+            assert!(
+                (&a * &vectors - scaled).norm_max() <= rounding * (1.0 + a.norm_l2()),
+                "{n}"
+            );
+            assert!(apart.norm_max() <= rounding, "{n}");
+            assert!(definite_eigen(&a, &-&b).is_none());
+            assert!(definite_eigen(&a, &(&b * faer::Scale(0.0))).is_none());
+        }
+    }
+
     /// Chains whose masses are numbered out of order, alone and two side by side, a ring and a star.
     #[test]
     fn paths_and_others_are_solved_alike() {

@@ -217,6 +217,9 @@ fn files_appear_together() {
     for name in names.map(|name| format!("frf-{name}.svg")) {
         let svg = std::fs::read_to_string(folder.join(&name)).expect("it is written");
         assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{name}");
+        // Displacements, accelerations and forces have no unit in common; phases have.
+        let has_units = svg.contains("[m/m]") && svg.contains("[N/m]");
+        assert_eq!(has_units, name != "frf-phase.svg", "{name}");
     }
     let csv = std::fs::read_to_string(folder.join("frf.csv")).expect("it is written");
     let widths = csv.lines().map(|line| line.split(',').count());

@@ -349,9 +349,15 @@ impl<'a> FrequencyReport<'a> {
     /// complex plane.
     pub fn plots(&self) -> Vec<(&'static str, Plot<'a>)> {
         let unit = self.common_unit();
-        let hertz = || Axis::logarithmic("frequency", "Hz");
+        // Where functions differ in their units, each has its own, as no axis has one.
+        let label = |function: &FrequencyFunction| match unit.as_str() {
+            "" => unit::bracketed(&self.name(function), &self.unit(function)),
+            _ => self.name(function),
+        };
+        let labels: Vec<String> = self.functions.functions().iter().map(label).collect();
+        let plot = |what, y, part| self.plot(what, &labels, y, part);
         let size = |value: Complex<f64>| value.norm();
-        let mut magnitude = self.plot("magnitude", hertz(), Axis::logarithmic("|H|", &unit), size);
+        let mut magnitude = plot("magnitude", Axis::logarithmic("|H|", &unit), size);
         let peaks = self
             .features
             .into_iter()
@@ -379,8 +385,9 @@ impl<'a> FrequencyReport<'a> {
             lines: phases.collect(),
             ring: None,
         };
-        let curves = self.functions.functions().iter().map(|function| {
-            Line::new(&self.name(function), frequencies.len(), move |k| {
+        let curves = self.functions.functions().iter().zip(&labels);
+        let curves = curves.map(|(function, label)| {
+            Line::new(label, frequencies.len(), move |k| {
                 let value = value(function, k);
                 (value.re, value.im)
             })
@@ -398,26 +405,34 @@ impl<'a> FrequencyReport<'a> {
             ("frf-phase.svg", phase),
             (
                 "frf-real.svg",
-                self.plot("real part", hertz(), axis("Re H"), |value| value.re),
+                plot("real part", axis("Re H"), |value| value.re),
             ),
             (
                 "frf-imaginary.svg",
-                self.plot("imaginary part", hertz(), axis("Im H"), |value| value.im),
+                plot("imaginary part", axis("Im H"), |value| value.im),
             ),
             ("frf-nyquist.svg", nyquist),
         ]
     }
 
-    fn plot(&self, what: &str, x: Axis, y: Axis, part: fn(Complex<f64>) -> f64) -> Plot<'a> {
+    /// A part of each function against frequency.
+    fn plot(
+        &self,
+        what: &str,
+        labels: &[String],
+        y: Axis,
+        part: fn(Complex<f64>) -> f64,
+    ) -> Plot<'a> {
         let frequencies = self.functions.frequencies();
-        let lines = self.functions.functions().iter().map(|function| {
-            Line::new(&self.name(function), frequencies.len(), move |k| {
+        let lines = self.functions.functions().iter().zip(labels);
+        let lines = lines.map(|(function, label)| {
+            Line::new(label, frequencies.len(), move |k| {
                 (frequencies[k] / TAU, part(value(function, k)))
             })
         });
         Plot {
             title: format!("{}: {what}", self.title),
-            x,
+            x: hertz(),
             y,
             lines: lines.collect(),
             ring: None,
@@ -456,6 +471,10 @@ impl<'a> FrequencyReport<'a> {
         let outputs = self.outputs;
         Units { system, outputs }.response(function.from(), output)
     }
+}
+
+fn hertz() -> Axis {
+    Axis::logarithmic("frequency", "Hz")
 }
 
 fn value(function: &FrequencyFunction, k: usize) -> Complex<f64> {

@@ -68,8 +68,7 @@ impl Energy {
     /// M or K is not symmetric, so that there is no such
     /// energy, where there is no first-order form, where an impulse acts on a damped node
     /// without mass or a support jumps at a damper, for that takes infinite work, where states and signals are more than some
-    /// thousands, and where an energy or a rate of the states leaves the range of
-    /// doubles.
+    /// thousands, and where an energy or a rate of the states leaves the range of doubles.
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
         /// States and signals for which more digits are quick.
         const FEW: usize = 80;

@@ -1,5 +1,6 @@
 //! Scaling and squaring with the diagonal Padé approximant of degree 13.
 
+use eigentone_digits::product;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
@@ -66,9 +67,9 @@ pub(super) fn pade(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
     }
     let first = first as i32;
     let scaled = a * faer::Scale(2f64.powi(-first));
-    let a2 = &scaled * &scaled;
-    let a4 = &a2 * &a2;
-    let a6 = &a4 * &a2;
+    let a2 = product(scaled.as_ref(), scaled.as_ref());
+    let a4 = product(a2.as_ref(), a2.as_ref());
+    let a6 = product(a4.as_ref(), a2.as_ref());
     let eta = norm(a4.as_ref())
         .powf(0.25)
         .max(norm(a6.as_ref()).powf(1.0 / 6.0));
@@ -92,7 +93,7 @@ pub(super) fn pade(a: MatRef<'_, f64>) -> Option<(Mat<f64>, f64)> {
     );
     let mut result = approximant(a1.as_ref(), a2.as_ref(), a4.as_ref(), a6.as_ref());
     for _ in 0..squarings {
-        result = &result * &result;
+        result = product(result.as_ref(), result.as_ref());
     }
     Some((result, f64::from(APPROXIMANT + squarings)))
 }
@@ -138,8 +139,16 @@ fn approximant(
             six * a6[(i, j)] + four * a4[(i, j)] + two * a2[(i, j)] + identity
         })
     };
-    let odd = a * (a6 * combine(b[13], b[11], b[9], 0.0) + combine(b[7], b[5], b[3], b[1]));
-    let even = a6 * combine(b[12], b[10], b[8], 0.0) + combine(b[6], b[4], b[2], b[0]);
+    let above = |high: Mat<f64>, low: Mat<f64>| product(a6, high.as_ref()) + low;
+    let odd = above(
+        combine(b[13], b[11], b[9], 0.0),
+        combine(b[7], b[5], b[3], b[1]),
+    );
+    let odd = product(a, odd.as_ref());
+    let even = above(
+        combine(b[12], b[10], b[8], 0.0),
+        combine(b[6], b[4], b[2], b[0]),
+    );
     // (even − odd) r = even + odd, as r = I + 2 (even − odd)⁻¹ odd to spare the identity's digits.
     let mut result = (&even - &odd)
         .partial_piv_lu()

@@ -1,6 +1,6 @@
 //! Scaling and squaring with Taylor polynomials: products only.
 
-use eigentone_digits::Real;
+use eigentone_digits::{Real, product};
 use faer::{Mat, MatRef};
 
 use super::algebra::{Algebra, Explicit};
@@ -68,7 +68,7 @@ pub(super) fn otherwise(a: MatRef<'_, f64>) -> Mat<f64> {
         0.5 * a[(last - i, last - j)] + if i == j { DELTA } else { 0.0 }
     });
     let (root, _, _) = taylor(moved.as_ref());
-    let square = &root * &root * faer::Scale((-2.0 * DELTA).exp());
+    let square = product(root.as_ref(), root.as_ref()) * faer::Scale((-2.0 * DELTA).exp());
     square.as_ref().reverse_rows_and_cols().to_owned()
 }
 

@@ -67,8 +67,8 @@ impl ModalSum {
     pub(super) fn of(system: &System, stiffness: &DynamicStiffness) -> Option<ModalSum> {
         let basis = Basis::of(system, Precision::Double).ok()?;
         let n = system.len();
-        let shapes = basis.form.x() * &basis.t;
-        let weights = &basis.inverse * basis.form.b();
+        let shapes = eigentone_digits::product(basis.form.x(), basis.t.as_ref());
+        let weights = eigentone_digits::product(basis.inverse.as_ref(), basis.form.b());
         let direct = basis.form.d().map(|direct| direct.to_owned());
         let mut blocks = Vec::new();
         let mut start = 0;

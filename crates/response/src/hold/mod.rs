@@ -7,4 +7,4 @@ mod signals;
 
 pub(crate) use exact::{Held, accumulate, exact};
 pub(crate) use laws::Laws;
-pub(crate) use signals::{CANCELS, Inputs, Signals, reduced_angle};
+pub(crate) use signals::{CANCELS, Inputs, reduced_angle};

@@ -6,24 +6,14 @@ use faer::{Mat, MatRef};
 use super::laws::Laws;
 use crate::problem::{Instant, Piece, Plant, Problem, Pulse};
 
-/// What the loads are at the start of an interval: for each law one value for each loaded
-/// input, in the order of [`crate::hold::Held::gamma`]; slopes are multiplied by the
-/// interval's length.
+/// What the loads are at the start of an interval.
 #[derive(Clone, Debug)]
 pub(crate) struct Signals {
-    pub(crate) values: Vec<Vec<f64>>,
+    /// For each law one value for each loaded input, law after law in the order of [`crate::hold::Held::gamma`]; slopes are
+    /// multiplied by the interval's length.
+    pub(crate) values: Vec<f64>,
     /// For each loaded input, the sum of the sizes of its parts.
     pub(crate) sizes: Vec<f64>,
-}
-
-impl Signals {
-    /// Takes the values of others for the same inputs and laws.
-    pub(crate) fn copy_from(&mut self, others: &Signals) {
-        for (values, others) in self.values.iter_mut().zip(&others.values) {
-            values.copy_from_slice(others);
-        }
-        self.sizes.copy_from_slice(&others.sizes);
-    }
 }
 
 /// Parts of a load cancel where they are larger than their sum by more than this: what the sum does is then no measure of
@@ -175,9 +165,9 @@ impl Inputs {
 
     /// The signals at `now`, within `piece`, for an interval of `h` seconds.
     pub(crate) fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
-        for values in signals.values.iter_mut().chain([&mut signals.sizes]) {
-            values.fill(0.0);
-        }
+        signals.values.fill(0.0);
+        signals.sizes.fill(0.0);
+        let width = self.loaded.len();
         let elapsed = (now.time - piece.start.time).to_f64();
         for straight in piece.straight().iter().filter(|_| self.laws.straight) {
             for (input, order) in self.of_signal(straight.coordinate) {
@@ -185,14 +175,14 @@ impl Inputs {
                 match order {
                     0 => {
                         let grown = straight.slope * elapsed;
-                        signals.values[0][j] = straight.value + grown;
+                        signals.values[j] = straight.value + grown;
                         signals.sizes[j] += straight.value.abs() + grown.abs();
                         if self.laws.sloped {
-                            signals.values[1][j] = straight.slope * h;
+                            signals.values[width + j] = straight.slope * h;
                         }
                     }
                     1 => {
-                        signals.values[0][j] = straight.slope;
+                        signals.values[j] = straight.slope;
                         signals.sizes[j] += straight.slope.abs();
                     }
                     _ => {}
@@ -202,8 +192,9 @@ impl Inputs {
         let first = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
         for wave in &self.waves {
             if let Some([here, ahead]) = self.at(wave, now, piece) {
-                signals.values[first + 2 * wave.frequency][wave.position] += here;
-                signals.values[first + 2 * wave.frequency + 1][wave.position] += ahead;
+                let at = (first + 2 * wave.frequency) * width + wave.position;
+                signals.values[at] += here;
+                signals.values[at + width] += ahead;
                 signals.sizes[wave.position] += here.abs();
             }
         }
@@ -211,17 +202,23 @@ impl Inputs {
 
     pub(crate) fn empty_signals(&self) -> Signals {
         Signals {
-            values: vec![vec![0.0; self.loaded.len()]; self.laws.blocks()],
+            values: vec![0.0; self.loaded.len() * self.laws.blocks()],
             sizes: vec![0.0; self.loaded.len()],
         }
+    }
+
+    /// The [values](Signals::values) of one law after the other.
+    pub(crate) fn by_law<'a>(&self, values: &'a [f64]) -> std::slice::ChunksExact<'a, f64> {
+        values.chunks_exact(self.loaded.len().max(1))
     }
 
     /// The sizes of the parts of every input, where they cancel; `None` where none do.
     pub(crate) fn cancelled(&self, signals: &Signals) -> Option<Vec<f64>> {
         let straight = usize::from(self.laws.straight);
         let first = straight + usize::from(self.laws.sloped);
-        let waves = signals.values[first..].iter().step_by(2);
-        let here = || signals.values[..straight].iter().chain(waves.clone());
+        let laws = self.by_law(&signals.values);
+        let waves = laws.clone().skip(first).step_by(2);
+        let here = || laws.clone().take(straight).chain(waves.clone());
         let sum = |j: usize| here().map(|values| values[j]).sum::<f64>().abs();
         let cancels = |j: &usize| signals.sizes[*j] > CANCELS * sum(*j);
         let mut inputs = (0..self.loaded.len()).filter(cancels).peekable();

@@ -2,10 +2,10 @@
 
 use eigentone_digits::{even, product, settle};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, Par};
+use faer::{Accum, ColRef, Mat, MatMut, MatRef, Par};
 
 use super::strides::all_finite;
-use crate::hold::{Held, Signals};
+use crate::hold::Held;
 
 /// z_{k+1} = Φ z_k + Γ u_k for blocks of s steps side by side. The states at the ends of the blocks come first, one
 /// after the other by
@@ -75,54 +75,55 @@ impl Batch {
         self.steps
     }
 
-    /// Takes a step under each of these signals from the state z; writes the state after each, and leaves the last one in
-    /// z.
-    pub(super) fn advance(&self, z: &mut [f64], signals: &[Signals], mut states: MatMut<'_, f64>) {
+    /// Takes a step for each column of `states` from the state z, under signals that follow each other; writes the state after
+    /// each, and leaves the last one in z.
+    pub(super) fn advance(&self, z: &mut [f64], signals: &[f64], mut states: MatMut<'_, f64>) {
         let (n, width, s) = (z.len(), self.gamma.ncols(), self.steps);
-        let blocks = signals.len().div_ceil(s);
+        let steps = states.ncols();
+        let blocks = steps.div_ceil(s);
         // The inputs of a block are a column; beyond the last step there are none.
         let mut inputs = Mat::<f64>::zeros(s * width, blocks);
-        for (at, signals) in signals.iter().enumerate() {
-            let column = inputs.col_as_slice_mut(at / s);
-            let values = signals.values.iter().flatten();
-            let to = &mut column[at % s * width..];
-            to.iter_mut()
-                .zip(values)
-                .for_each(|(to, value)| *to = *value);
+        for (block, signals) in signals.chunks(s * width.max(1)).enumerate() {
+            inputs.col_as_slice_mut(block)[..signals.len()].copy_from_slice(signals);
         }
-        let add = |to: MatMut<'_, f64>, by: &Mat<f64>, from: faer::MatRef<'_, f64>| {
-            matmul(to, Accum::Add, by.subrows(0, n), from, 1.0, Par::Seq);
+        let add = |to: MatMut<'_, f64>, by: &Mat<f64>, from: MatRef<'_, f64>| {
+            matmul(to, Accum::Add, by.as_ref(), from, 1.0, Par::Seq);
         };
-        let mut starts = Mat::<f64>::zeros(n, blocks + 1);
-        starts.col_as_slice_mut(0).copy_from_slice(z);
+        // All with the rows of zeros that the factors have: kernels read what is added to by whole registers too.
+        let rows = self.phi.nrows();
+        let mut starts = Mat::<f64>::zeros(rows, blocks + 1);
+        starts.col_as_slice_mut(0)[..n].copy_from_slice(z);
         add(starts.subcols_mut(1, blocks), &self.pushed, inputs.as_ref());
         for block in 1..=blocks {
             let (before, after) = starts.as_mut().split_at_col_mut(block);
-            let before = before.as_ref().subcols(block - 1, 1);
+            let before = before.as_ref().submatrix(0, block - 1, n, 1);
             add(after.subcols_mut(0, 1), &self.power, before);
         }
         let mut now = starts.as_ref().subcols(0, blocks).to_owned();
+        let mut next = Mat::zeros(rows, blocks);
         for step in 1..=s {
-            let next = match step == s {
-                true => starts.as_ref().subcols(1, blocks).to_owned(),
-                false => {
-                    let mut next = Mat::zeros(n, blocks);
-                    let of_step = inputs.as_ref().subrows((step - 1) * width, width);
-                    add(next.as_mut(), &self.gamma, of_step);
-                    add(next.as_mut(), &self.phi, now.as_ref());
-                    next
-                }
-            };
+            if step == s {
+                next.copy_from(starts.as_ref().subcols(1, blocks));
+            } else {
+                let of_step = inputs.as_ref().subrows((step - 1) * width, width);
+                next.fill(0.0);
+                add(next.as_mut(), &self.gamma, of_step);
+                add(next.as_mut(), &self.phi, now.as_ref().subrows(0, n));
+            }
             for block in 0..blocks {
                 let at = block * s + step - 1;
-                if at < signals.len() {
-                    states.as_mut().col_mut(at).copy_from(next.col(block));
+                if at < steps {
+                    let state = &next.col_as_slice(block)[..n];
+                    states
+                        .as_mut()
+                        .col_mut(at)
+                        .copy_from(ColRef::from_slice(state));
                 }
             }
-            now = next;
+            std::mem::swap(&mut now, &mut next);
         }
         settle();
-        let last = states.as_ref().col(signals.len() - 1);
+        let last = states.as_ref().col(steps - 1);
         z.iter_mut()
             .zip(last.iter())
             .for_each(|(z, last)| *z = *last);
@@ -240,7 +241,7 @@ mod tests {
                     inputs.signals(&from, walk.piece(), h, &mut signals);
                     let mut next = vec![0.0; z.len()];
                     accumulate(&held.phi, &z, &mut next);
-                    for (gamma, values) in held.gamma.iter().zip(&signals.values) {
+                    for (gamma, values) in held.gamma.iter().zip(inputs.by_law(&signals.values)) {
                         accumulate(gamma, values, &mut next);
                     }
                     z = next;
@@ -275,16 +276,9 @@ mod tests {
         held.gamma[0][(1, 0)] = 1.0;
         let batch = Batch::of(&held, 1_000_000);
         assert_eq!(batch.steps(), 1);
-        let signals = vec![
-            Signals {
-                values: vec![vec![1.0]],
-                sizes: vec![1.0],
-            };
-            9
-        ];
         let mut states = Mat::zeros(4, 9);
         let mut z = [0.0, 0.0, 2.0, 0.0];
-        batch.advance(&mut z, &signals, states.as_mut());
+        batch.advance(&mut z, &[1.0; 9], states.as_mut());
         assert_eq!(z, [0.0, 9.0, 2.0, 0.0]);
         assert_eq!(states[(1, 4)], 5.0);
     }

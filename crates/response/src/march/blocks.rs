@@ -1,5 +1,6 @@
 //! Marching in blocks of steps towards few outputs.
 
+use eigentone_digits::product;
 use faer::Mat;
 use pulp::{Simd, WithSimd};
 
@@ -86,7 +87,8 @@ impl Blocks {
         let mut size = 1;
         let mut products = 0.0;
         while size < steps {
-            let (later, earlier) = (&observed * &power, &power * &pushed);
+            let later = product(observed.as_ref(), power.as_ref());
+            let earlier = product(power.as_ref(), pushed.as_ref());
             observed = Mat::from_fn(2 * size * q, n, |i, j| match i.checked_sub(size * q) {
                 None => observed[(i, j)],
                 Some(i) => later[(i, j)],
@@ -97,13 +99,13 @@ impl Blocks {
                     Some(j) => pushed[(i, j)],
                 }
             });
-            power = &power * &power;
+            power = product(power.as_ref(), power.as_ref());
             products += 1.0 + (size * (q + width)) as f64 / n.max(1) as f64;
             size *= 2;
         }
         // C Φ^i Γ, and outputs one step later than `observed` has them.
-        let response = &observed * &gamma;
-        let observed = &observed * &held.phi;
+        let response = product(observed.as_ref(), gamma.as_ref());
+        let observed = product(observed.as_ref(), held.phi.as_ref());
         let rows = steps * q + n;
         // What the input of column `column` in step `step` makes of a row: nothing, if that comes before.
         let effect = |row: usize, step: usize, column: usize| match row.checked_sub(steps * q) {

@@ -13,7 +13,7 @@ use super::flow::{Coordinates, Flow, Outputs, march};
 use super::strides::BY_EXPONENTIAL;
 use crate::answer::{Operations, ResponseMethod, Trajectory};
 use crate::exponential::second_order;
-use crate::hold::{Held, Inputs, Signals, accumulate, exact};
+use crate::hold::{Held, Inputs, accumulate, exact};
 use crate::problem::{Plant, Problem, ResponseError, TimeGrid};
 
 /// z(t + h) = e^{Ah} z(t) + what the loads add, each exactly: for every system with a first-order
@@ -132,12 +132,13 @@ impl Dense {
 }
 
 impl Flow for Dense {
-    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &[f64]) {
         let mut next = std::mem::take(&mut self.next);
         next.fill(0.0);
-        let held = self.held(h.to_f64());
+        self.held(h.to_f64());
+        let held = &self.held[&h.to_f64().to_bits()];
         accumulate(&held.phi, z, &mut next);
-        for (gamma, values) in held.gamma.iter().zip(&signals.values) {
+        for (gamma, values) in held.gamma.iter().zip(self.inputs.by_law(signals)) {
             accumulate(gamma, values, &mut next);
         }
         z.copy_from_slice(&next);
@@ -160,27 +161,28 @@ impl Flow for Dense {
         &mut self,
         h: DoubleDouble,
         z: &mut [f64],
-        signals: &[Signals],
+        signals: &[f64],
         mut states: MatMut<'_, f64>,
     ) {
         /// Fewer blocks are not worth their preparation.
         const BLOCKS: usize = 4;
-        let (count, h_bits) = (self.count, h.to_f64().to_bits());
+        let (count, steps, h_bits) = (self.count, states.ncols(), h.to_f64().to_bits());
         self.held(h.to_f64());
         let held = &self.held[&h_bits];
-        let fits = |batch: &Batch| batch.steps() > 1 && signals.len() >= BLOCKS * batch.steps();
-        if signals.len() >= 2 * BLOCKS && !self.batches.contains_key(&h_bits) {
+        let fits = |batch: &Batch| batch.steps() > 1 && steps >= BLOCKS * batch.steps();
+        if steps >= 2 * BLOCKS && !self.batches.contains_key(&h_bits) {
             let batch = Batch::of(held, count);
             self.operations.products += batch.products;
             self.batches.insert(h_bits, batch);
         }
         if let Some(batch) = self.batches.get(&h_bits).filter(|batch| fits(batch)) {
             batch.advance(z, signals, states);
-            self.operations.steps += signals.len() as u64;
+            self.operations.steps += steps as u64;
             return;
         }
-        for (signals, state) in signals.iter().zip(states.as_mut().col_iter_mut()) {
-            self.advance(h, z, signals);
+        let width = signals.len() / steps.max(1);
+        for (step, state) in states.as_mut().col_iter_mut().enumerate() {
+            self.advance(h, z, &signals[step * width..(step + 1) * width]);
             state.iter_mut().zip(&*z).for_each(|(to, from)| *to = *from);
         }
     }

@@ -13,7 +13,7 @@ use super::flow::{Coordinates, Flow, Outputs, march};
 use super::modal_basis::{Basis, BasisError, Block, HeldBlock, add_to_block, integrated};
 use super::strides::BY_SUPERPOSITION;
 use crate::answer::{Operations, ResponseMethod, Trajectory};
-use crate::hold::{Inputs, Laws, Signals, accumulate};
+use crate::hold::{Inputs, Laws, accumulate};
 use crate::problem::{Plant, Problem, ResponseError};
 
 /// The state as a sum of modes, each of which moves by itself and exactly: O(n) a step, and without
@@ -213,7 +213,7 @@ struct Blocks<'a> {
 const KEPT: usize = 64;
 
 impl Flow for Blocks<'_> {
-    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals) {
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &[f64]) {
         let key = [h.high(), h.low()].map(f64::to_bits);
         if self.held.len() >= KEPT && !self.held.contains_key(&key) {
             self.held.clear();
@@ -224,10 +224,11 @@ impl Flow for Blocks<'_> {
         });
         self.operations.steps += 1;
         // The forces on each modal coordinate, law by law.
-        let (laws, own) = (signals.values.len(), self.u.nrows());
+        let by_law = || self.inputs.by_law(signals);
+        let (laws, own) = (by_law().len(), self.u.nrows());
         self.modal.clear();
         self.modal.resize(laws * own, 0.0);
-        for (law, values) in signals.values.iter().enumerate() {
+        for (law, values) in by_law().enumerate() {
             accumulate(&self.u, values, &mut self.modal[law * own..(law + 1) * own]);
         }
         let Integrals { chains, driven, .. } = &self.integrals;
@@ -257,7 +258,7 @@ impl Flow for Blocks<'_> {
                     }
                     if let Some(signal) = signal {
                         let gammas = integrated[count - k][skipped..].iter();
-                        for (gamma, values) in gammas.zip(&signals.values) {
+                        for (gamma, values) in gammas.zip(by_law()) {
                             push(gamma, values[signal]);
                         }
                     }
@@ -282,7 +283,7 @@ impl Flow for Blocks<'_> {
                 if let Some(signal) = signal {
                     // The signal integrated count − k times: of what stands still it is one integral more.
                     let sums = held.sums[count - k - 1][skipped..].iter();
-                    for (sum, values) in sums.zip(&signals.values) {
+                    for (sum, values) in sums.zip(by_law()) {
                         next += DoubleDouble::product(*sum, values[signal]);
                     }
                 }
@@ -309,11 +310,12 @@ impl Flow for Blocks<'_> {
         &mut self,
         h: DoubleDouble,
         z: &mut [f64],
-        signals: &[Signals],
+        signals: &[f64],
         mut states: MatMut<'_, f64>,
     ) {
-        for (signals, state) in signals.iter().zip(states.as_mut().col_iter_mut()) {
-            self.advance(h, z, signals);
+        let width = signals.len() / states.ncols().max(1);
+        for (step, state) in states.as_mut().col_iter_mut().enumerate() {
+            self.advance(h, z, &signals[step * width..(step + 1) * width]);
             state.iter_mut().zip(&*z).for_each(|(to, from)| *to = *from);
         }
     }

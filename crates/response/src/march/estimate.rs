@@ -1,5 +1,6 @@
 //! A first-order estimate of how far a response computed in doubles is off.
 
+use eigentone_digits::product;
 use eigentone_modes::{Balanced, FirstOrder, MatrixKind, System, balance};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
@@ -69,7 +70,7 @@ impl Estimate {
         let [mass, damping, stiffness] =
             [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
                 .map(|kind| sizes_of_terms(system, kind));
-        let inverse = norm(&(size(form.b()) * &mass));
+        let inverse = norm(&product(size(form.b()).as_ref(), mass.as_ref()));
         let follows = norm(&form.x().transpose().to_owned()).max(1.0) * count as f64;
         let assembled = uncancelled(form, &balanced, &[mass, damping, stiffness]);
         // Nodes are eliminated in double-double.
@@ -191,12 +192,14 @@ fn sizes_of_terms(system: &System, kind: MatrixKind) -> Mat<f64> {
 /// off by units of what it is the sum of.
 fn uncancelled(form: &FirstOrder, balanced: &Balanced, sizes: &[Mat<f64>; 3]) -> Mat<f64> {
     let (a, x) = (form.a(), form.x());
-    let v = x * a;
-    let accelerations = &v * a;
+    let v = product(x, a);
+    let accelerations = product(v.as_ref(), a);
     let [mass, damping, stiffness] = sizes;
     let b = size(form.b());
-    let elastic = &b * (stiffness * size(x) + damping * size(v.as_ref()));
-    let inertial = &b * (mass * size(accelerations.as_ref()));
+    let times = |a: &Mat<f64>, b: Mat<f64>| product(a.as_ref(), b.as_ref());
+    let elastic = times(stiffness, size(x)) + times(damping, size(v.as_ref()));
+    let elastic = times(&b, elastic);
+    let inertial = times(&b, times(mass, size(accelerations.as_ref())));
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| {
         let size = a[(i, j)].abs().max(elastic[(i, j)]).max(inertial[(i, j)]);
         size * balanced.scale[j] / balanced.scale[i]

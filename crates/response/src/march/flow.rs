@@ -9,23 +9,24 @@ use super::estimate::Estimate;
 use super::queue::{Mark, Queue};
 use super::strides::{all_finite, largest};
 use crate::answer::{Collector, Operations, Trajectory, Wanted};
-use crate::hold::{Inputs, Signals};
+use crate::hold::Inputs;
 use crate::problem::{Instant, Leg, Piece, Plant, Problem, ResponseError, Walk};
 
 /// z′ = A z + B f in the method's own coordinates, able to step over any interval.
 pub(crate) trait Flow {
-    /// Moves z over `h` seconds under the signals that hold at its start.
-    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &Signals);
+    /// Moves z over `h` seconds under the [values of signals](crate::hold::Signals::values) at its start.
+    fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &[f64]);
 
     /// So many steps are best taken together.
     fn together(&self) -> usize;
 
-    /// Takes a step of `h` seconds under each of these signals, and writes the state after each.
+    /// Takes a step of `h` seconds for each column of `states` under the signals of each, one after the other, and writes the
+    /// state after each.
     fn advance_all(
         &mut self,
         h: DoubleDouble,
         z: &mut [f64],
-        signals: &[Signals],
+        signals: &[f64],
         states: MatMut<'_, f64>,
     );
 
@@ -60,13 +61,13 @@ impl Outputs {
                 Some(stacked(&zero, by_inputs))
             }
         };
-        let v = &x * &plant.a;
-        let a = &v * &plant.a;
-        let pushed = &x * &plant.b;
+        let v = product(x.as_ref(), plant.a.as_ref());
+        let a = product(v.as_ref(), plant.a.as_ref());
+        let pushed = product(x.as_ref(), plant.b.as_ref());
         let feed = [d, (pushed.norm_max() != 0.0).then_some(pushed)];
-        let acceleration_feed = &v * &plant.b;
+        let acceleration_feed = product(v.as_ref(), plant.b.as_ref());
         let into = |map: Mat<f64>| match t {
-            Some(t) => Map::Full(map * t),
+            Some(t) => Map::Full(product(map.as_ref(), t)),
             None => Map::of(map),
         };
         Outputs {
@@ -238,15 +239,15 @@ pub(crate) fn march(
                         .cancel(outputs.at_once(&sizes), h.to_f64());
                 }
                 if deviation.rest().is_some() {
-                    signals.values[0].fill(0.0);
+                    signals.values[..inputs.loaded.len()].fill(0.0);
                 }
                 now = next;
                 if together == 1 {
-                    flow.advance(h, &mut z, &signals);
+                    flow.advance(h, &mut z, &signals.values);
                     recorder.estimate.step(h.to_f64());
                     continue;
                 }
-                queue.push(h, &signals);
+                queue.push(h, &signals.values);
                 if queue.len() >= together {
                     recorder.catch_up(&mut queue, flow, &mut z, &inputs, deviation.rest())?;
                 }

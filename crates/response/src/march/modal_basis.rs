@@ -1,6 +1,6 @@
 //! The states of a system as sums of modes, each of which moves by itself.
 
-use eigentone_digits::{DoubleDouble, Magnitude};
+use eigentone_digits::{DoubleDouble, Magnitude, product};
 use eigentone_modes::{ClassicalModes, FirstOrder, Modes, ModesError, Precision, System};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
@@ -167,8 +167,8 @@ impl Basis {
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
         let mut inverse = even.partial_piv_lu().inverse();
         // A step of Newton's method: what an elimination leaves of T T⁻¹ − 1 may be larger than what products round.
-        let left = Mat::<f64>::identity(n, n) - &even * &inverse;
-        inverse += &inverse * left;
+        let left = Mat::<f64>::identity(n, n) - product(even.as_ref(), inverse.as_ref());
+        inverse += product(inverse.as_ref(), left.as_ref());
         let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
         let half = form.massive().len();
         let enlargement = enlargement(&t, &inverse, &rows, half);
@@ -234,7 +234,7 @@ fn detour(form: &FirstOrder, t: &Mat<f64>, inverse: &Mat<f64>) -> Detour {
         [0, 1].map(|from| rows.col(from).norm_max())
     };
     let x = form.x().to_owned();
-    let v = &x * form.a();
+    let v = product(x.as_ref(), form.a());
     Detour {
         leaves: [leaves(x), leaves(v)],
     }

@@ -55,7 +55,7 @@ impl Course {
                 let h = to.elapsed(&from, grid).to_f64();
                 inputs.signals(&from, walk.piece(), h, &mut values);
                 let length = place(&mut course.lengths, h);
-                let signal = place(&mut course.signals, values.values.concat());
+                let signal = place(&mut course.signals, values.values.clone());
                 course.moves.push(Move::Step { length, signal });
             }
             course.moves.push(Move::Record);

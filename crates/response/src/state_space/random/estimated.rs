@@ -9,7 +9,7 @@
 
 use std::slice::from_ref;
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, product};
 use eigentone_modes::{EnclosedFirstOrder, FirstOrder};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -276,8 +276,8 @@ impl Smith {
         self.shifted.solve_transpose_in_place(&mut x);
         let mut f = self.f.clone();
         for _ in 0..DOUBLINGS {
-            p += &f * &p * f.transpose();
-            x += f.transpose() * &x * &f;
+            p += product(product(f.as_ref(), p.as_ref()).as_ref(), f.transpose());
+            x += product(f.transpose(), product(x.as_ref(), f.as_ref()).as_ref());
             let size = f.norm_max();
             if !size.is_finite() {
                 return None;
@@ -287,7 +287,7 @@ impl Smith {
                 // What rounding makes unsymmetric would count as a residual that X does not weigh rightly.
                 return Some([p, x].map(|sum| faer::Scale(self.q) * (&sum + sum.transpose())));
             }
-            f = &f * &f;
+            f = product(f.as_ref(), f.as_ref());
         }
         None
     }

@@ -35,6 +35,7 @@ mod event;
 mod losses;
 mod march;
 mod outputs;
+mod passage;
 mod peaks;
 mod phase;
 mod root;

@@ -6,7 +6,7 @@ use crate::configuration::{Configuration, Place};
 use crate::rows::Row;
 use crate::series::Series;
 
-/// The energy that dampers and switches have taken up to the end of a motion, in J.
+/// The energy that dampers and switches have taken up to the end of a motion, in J; infinite of what damps a stretch that jumps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Losses {
     /// In each damper of the system, as [`elements`](eigentone_modes::System::elements) lists them.
@@ -18,17 +18,20 @@ pub struct Losses {
 
 /// The same on the way.
 pub(crate) struct Taken<T> {
-    /// Coefficient and rate of each damper.
-    dampers: Vec<(T, Row<T>)>,
+    /// Coefficient, stretch and rate of each damper.
+    dampers: Vec<(T, [Row<T>; 2])>,
     by_dampers: Vec<T>,
     by_switches: Vec<T>,
+    /// Which of the dampers and of the switches have taken more than any number.
+    without_limit: [Vec<bool>; 2],
     /// 1/k.
     inverses: Vec<T>,
 }
 
 impl<T: Real> Taken<T> {
-    pub(crate) fn new(dampers: Vec<(T, Row<T>)>, switches: usize) -> Taken<T> {
+    pub(crate) fn new(dampers: Vec<(T, [Row<T>; 2])>, switches: usize) -> Taken<T> {
         Taken {
+            without_limit: [vec![false; dampers.len()], vec![false; switches]],
             by_dampers: vec![T::ZERO; dampers.len()],
             dampers,
             by_switches: vec![T::ZERO; switches],
@@ -45,7 +48,7 @@ impl<T: Real> Taken<T> {
         end: T,
     ) {
         let seconds = T::from(current.step);
-        for ((coefficient, rate), sum) in self.dampers.iter().zip(&mut self.by_dampers) {
+        for ((coefficient, [_, rate]), sum) in self.dampers.iter().zip(&mut self.by_dampers) {
             let rate = powers(series, rate, end);
             *sum = *sum + *coefficient * seconds * integral(&mut self.inverses, &rate, &rate, end);
         }
@@ -64,11 +67,31 @@ impl<T: Real> Taken<T> {
         self.by_switches[switch] = self.by_switches[switch] + energy;
     }
 
+    /// A switch damps a stretch that jumps.
+    pub(crate) fn without_limit(&mut self, switch: usize) {
+        self.without_limit[1][switch] = true;
+    }
+
+    /// The dampers damp stretches of which these jump.
+    pub(crate) fn jump(&mut self, jumps: impl Fn(&Row<T>) -> bool) {
+        let dampers = self.dampers.iter().zip(&mut self.without_limit[0]);
+        for ((coefficient, [stretch, _]), without_limit) in dampers {
+            *without_limit |= !coefficient.is_zero() && jumps(stretch);
+        }
+    }
+
     pub(crate) fn total(&self) -> Losses {
-        let rounded = |all: &[T]| all.iter().map(|energy| energy.to_f64()).collect();
+        let rounded = |all: &[T], without_limit: &[bool]| {
+            let each = all.iter().zip(without_limit);
+            each.map(|(energy, without_limit)| match without_limit {
+                true => f64::INFINITY,
+                false => energy.to_f64(),
+            })
+            .collect()
+        };
         Losses {
-            dampers: rounded(&self.by_dampers),
-            switches: rounded(&self.by_switches),
+            dampers: rounded(&self.by_dampers, &self.without_limit[0]),
+            switches: rounded(&self.by_switches, &self.without_limit[1]),
         }
     }
 }

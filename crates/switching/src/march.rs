@@ -75,7 +75,7 @@ impl From<ResponseError> for Halt {
 /// A state on its way through events.
 pub(crate) struct March<'a, 'b, T> {
     pub(crate) question: &'a Question<'a, 'b>,
-    driven: Driven<'a, 'b, T>,
+    pub(crate) driven: Driven<'a, 'b, T>,
     /// W without switches, with the constant.
     w: Vec<T>,
     w_error: f64,
@@ -196,9 +196,9 @@ pub(crate) fn march<T: Real, G: Real>(
     });
     let taken = question.with_losses.then(|| {
         let each = dampers.iter().zip(first..).map(|(damper, form)| {
-            let [_, rate] = driven.form(form);
-            let rate = Row::with_constant(rate, T::ZERO);
-            (T::from(damper.coefficient), rate)
+            let rows = driven.form(form);
+            let rows = rows.map(|row| Row::with_constant(row, T::ZERO));
+            (T::from(damper.coefficient), rows)
         });
         Taken::new(each.collect(), question.switches.len())
     });
@@ -480,9 +480,15 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let origin = Instant::on_grid(problem.grid(), 0);
         for piece in 0..pieces.len() {
             let own = self.driven.len();
-            let added = self.driven.begin(piece, &mut self.zeta[..own]);
-            self.errors.add(upper(added));
+            let mut before = self.zeta.clone();
+            if piece == 0 {
+                // Supports start from 0, whatever moves them.
+                before[self.driven.states()..own].fill(T::ZERO);
+            }
+            let added = upper(self.driven.begin(piece, &mut self.zeta[..own]));
+            self.errors.add(added);
             self.jumped = true;
+            self.pass_on(&before, added)?;
             let change = self.settle(&[])?;
             if let Some(map) = &change.map {
                 self.turn(map);
@@ -506,7 +512,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
     }
 
     /// Multiplies the tangent, where there is one.
-    fn turn(&mut self, map: &[f64]) {
+    pub(crate) fn turn(&mut self, map: &[f64]) {
         if let Some(tangent) = &mut self.tangent {
             *tangent = product(self.zeta.len(), map, tangent);
         }

@@ -26,7 +26,7 @@ const ORDERS: usize = 7;
 
 impl<T: Real> March<'_, '_, T> {
     /// The sign of a value known to `error`, beside numbers of a size; 0 where it is taken to be 0, as what `is_due` may.
-    fn sign(
+    pub(crate) fn sign(
         &self,
         switch: usize,
         value: T,

@@ -4,5 +4,6 @@
 
 mod closed_forms;
 mod cycles;
+mod passages;
 mod random;
 mod skyhook;

@@ -151,6 +151,34 @@ impl<'a> Law<'a> {
         self.placed.len()
     }
 
+    /// Why the motion is not followed: where a support jumps at what damps and switches, the rates are beyond all numbers.
+    pub(super) fn refuses(&self) -> Option<String> {
+        let pieces = self.problem.timeline().pieces();
+        let mut before = vec![[0.0; 3]; self.problem.system().supports().len()];
+        for (piece, begun) in pieces.iter().enumerate() {
+            if piece > 0 {
+                before = self.problem.supports(piece - 1, begun.start());
+            }
+            let after = self.problem.supports(piece, begun.start());
+            for (k, placed) in self.placed.iter().enumerate() {
+                let damps = match placed.switch {
+                    Switch::Stop(stop) => stop.damping != 0.0,
+                    Switch::ControlledDamper(damper) => damper.high != 0.0,
+                    Switch::Friction(_) | Switch::Impact(_) => false,
+                };
+                let none = vec![0.0; self.equation.len()];
+                let [from, to] = [&before, &after].map(|all| placed.stretch.value(&none, all, 0));
+                if damps && (to - from).abs() > NOTHING * from.abs().max(to.abs()) {
+                    return Some(format!(
+                        "at t = {:?} s a support jumps at the damping of switch {k}, which it does not follow",
+                        begun.start()
+                    ));
+                }
+            }
+        }
+        None
+    }
+
     fn supports(&self, place: Place<'_>) -> Vec<[f64; 3]> {
         let forces = Forces {
             problem: self.problem,

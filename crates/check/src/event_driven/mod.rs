@@ -65,7 +65,8 @@ impl EventDriven {
     /// The motion and its events.
     ///
     /// # Errors
-    /// [`ResponseError::NotApplicable`] for a singular mass matrix, unknown names or no substeps;
+    /// [`ResponseError::NotApplicable`] for a singular mass matrix, unknown names, no substeps, or a support that jumps at what
+    /// damps and switches;
     /// [`ResponseError::Stopped`] where the limit is reached or no phases agree with a state; [`ResponseError::Overflow`] and
     /// [`ResponseError::TooLarge`].
     pub fn integrate(
@@ -88,6 +89,9 @@ impl EventDriven {
         }
         let equation = EquationOfMotion::of(problem.system()).map_err(refused)?;
         let law = Law::of(&equation, problem, switches).map_err(refused)?;
+        if let Some(reason) = law.refuses() {
+            return Err(refused(reason));
+        }
         let evaluations = Cell::new(0);
         let mut march = March {
             method: self.method,

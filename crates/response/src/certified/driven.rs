@@ -95,6 +95,11 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
         self.generator.w.len()
     }
 
+    /// How many of its first entries are the state; what drives it follows.
+    pub fn states(&self) -> usize {
+        self.generator.states
+    }
+
     /// Whether ζ has no entry.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -59,6 +59,11 @@ impl<T: Real> Row<T> {
         Row::of(entries, (self.error + rounding) * SLACK)
     }
 
+    /// Whether it is 0 in every state.
+    pub(crate) fn is_nothing(&self) -> bool {
+        self.error == 0.0 && self.entries.iter().all(|entry| entry.is_zero())
+    }
+
     /// Its value, without a bound.
     pub(crate) fn at(&self, zeta: &[T]) -> T {
         dot(&self.entries, zeta)

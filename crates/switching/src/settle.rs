@@ -406,7 +406,9 @@ impl<T: Real> March<'_, '_, T> {
             Ok(match &place.switch {
                 Switch::Friction(_) => {
                     let held = matches!(old, Phase::Stick | Phase::Idle(_)) && !self.jumped;
+                    let by_damper = || self.phases.iter().any(is_hold);
                     match held {
+                        true if old != Phase::Stick && by_damper() => old,
                         true => Phase::Stick,
                         false => {
                             let is_due = is_due || old == Phase::Stick;
@@ -549,13 +551,18 @@ impl<T: Real> March<'_, '_, T> {
             };
             // How often the sign of v_b was turned round, or lost.
             turns[switch] += usize::from(number == 0);
+            let stands_aside = match phases[switch] {
+                Phase::Slip(side) if sign == 0 => {
+                    !seen.insert((switch, side)) || self.is_held_by_damper(phases, switch)
+                }
+                _ => false,
+            };
+            let old = phases[switch];
             phases[switch] = match (phases[switch], number) {
                 (Phase::Stick, 0) => Phase::Slip(-1),
                 (Phase::Stick, _) => Phase::Slip(1),
                 // What others hold cannot slide: it carries what it can.
-                (Phase::Slip(side), _) if sign == 0 && !seen.insert((switch, side)) => {
-                    Phase::Idle(side)
-                }
+                (Phase::Slip(side), _) if stands_aside => Phase::Idle(side),
                 (Phase::Slip(_), _) => Phase::Stick,
                 (Phase::Open, _) => Phase::Closed,
                 (Phase::Closed, _) => Phase::Open,
@@ -589,13 +596,20 @@ impl<T: Real> March<'_, '_, T> {
                 (Phase::Idle(_), 0) => Phase::Slip(-1),
                 (Phase::Idle(_), _) => Phase::Slip(1),
             };
+            // A damper that only loses a sign does what it did.
+            let is_alike = old.setting().is_some() && old.setting() == phases[switch].setting();
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
             let slides = matches!(phases[switch], Phase::Slip(_) | Phase::Free);
             let gives = slides || matches!(phases[switch], Phase::Idle(_));
             for (other, phase) in phases.iter_mut().enumerate() {
                 *phase = match *phase {
                     Phase::Idle(0) if other != switch && gives => Phase::Stick,
-                    Phase::OnOff { body, rate } if other != switch && body * rate == 0 => {
+                    Phase::OnOff { body, rate }
+                        if other != switch
+                            && body * rate == 0
+                            && !is_alike
+                            && !self.places[other].body.is_nothing() =>
+                    {
                         let moves = |sign: i8| if sign == 0 { 1 } else { sign };
                         let (body, rate) = (moves(body), moves(rate));
                         Phase::OnOff { body, rate }
@@ -615,6 +629,13 @@ impl<T: Real> March<'_, '_, T> {
         }))
     }
 
+    /// Whether a friction would hold what an on-off damper holds already, which takes what the friction cannot.
+    fn is_held_by_damper(&mut self, phases: &[Phase], switch: usize) -> bool {
+        let mut held = phases.to_vec();
+        held[switch] = Phase::Stick;
+        phases.iter().any(is_hold) && self.configuration(&held).is_err()
+    }
+
     /// The system of some phases, where frictions that hold what others hold already stand aside.
     fn independent(&mut self, phases: &mut [Phase]) -> Result<Rc<Configuration<T>>, Halt> {
         loop {
@@ -622,8 +643,7 @@ impl<T: Real> March<'_, '_, T> {
                 return Ok(configuration);
             }
             // What a friction carries beside a damper that holds the same is not unique, and decides what follows.
-            let shares = |phase: &Phase| matches!(phase, Phase::Hold { .. });
-            if phases.iter().any(shares) {
+            if phases.iter().any(is_hold) {
                 self.configuration(phases)?;
             }
             // The last that makes the relations dependent.
@@ -684,6 +704,11 @@ impl<T: Real> March<'_, '_, T> {
         self.errors.map(&map);
         change.compose(&map, n);
     }
+}
+
+/// Whether a damper holds its body.
+fn is_hold(phase: &Phase) -> bool {
+    matches!(phase, Phase::Hold { .. })
 }
 
 /// What a change of phase is called.

@@ -1,9 +1,9 @@
 //! A quarter car with an on-off skyhook damper on a bump, against events and motions with 50 digits: exponentials of each piece
 //! and roots of the laws by mpmath, with the damper held at v_body = 0 where neither damping keeps its sign.
 
-use eigentone_modes::System;
-use eigentone_response::{Quantity, Response, Versine};
-use eigentone_switching::{ControlledDamper, DamperLaw, EventKind, Switch, Switching};
+use eigentone_modes::{GROUND, System};
+use eigentone_response::{Harmonic, Quantity, Response, State, Versine};
+use eigentone_switching::{ControlledDamper, DamperLaw, EventKind, Friction, Switch, Switching};
 
 const EVENTS: [f64; 20] = [
     0.21370779073339738,
@@ -82,5 +82,72 @@ fn a_skyhook_damper_over_a_bump_is_that_of_50_digits() {
                 "{index} {i}: {off:e} {bound:e}"
             );
         }
+    }
+}
+
+/// Of the ground nothing moves, so that each damper stays low, whichever else changes.
+#[test]
+fn dampers_of_a_body_that_never_moves_stay_low() {
+    let on_off = |low: f64, high: f64| {
+        Switch::ControlledDamper(ControlledDamper {
+            between: ["a".to_owned(), GROUND.to_owned()],
+            low,
+            high,
+            law: DamperLaw::OnOffSkyhook,
+        })
+    };
+    let bare = || System::builder().mass("a", 1.0).spring(GROUND, "a", 9.0);
+    let [switched, plain] = [bare(), bare().damper(GROUND, "a", 0.75)]
+        .map(|builder| builder.build().expect("a system"));
+    let from = State::at_rest().displace("a", 1.0);
+    let ask = |system| {
+        Response::of(system)
+            .from(from.clone())
+            .every(0.5)
+            .until(2.0)
+    };
+    let problem = ask(&switched).problem().expect("a problem");
+    let motion = Switching::new(&problem, vec![on_off(0.5, 2.0), on_off(0.25, 3.0)]);
+    let motion = motion.expect("dampers").run().expect("a motion");
+    let wanted = ask(&plain).run().expect("a motion");
+    let off = motion.trajectory().displacement() - wanted.displacement();
+    assert!(off.norm_max() < 1e-16, "{:e}", off.norm_max());
+}
+
+/// A friction that does not suffice holds a body together with a damper, which takes the rest: beside a time-stepping scheme
+/// of order 1 (Moreau's), of steps of 1e-4 s.
+#[test]
+fn a_friction_and_a_damper_hold_a_body_together() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .support("s")
+        .spring(GROUND, "a", 9.0);
+    let system = system.build().expect("a system");
+    let motion = Harmonic::of(0.3, 2.0);
+    let ask = Response::of(&system).from(State::at_rest().displace("a", 0.1));
+    let ask = ask
+        .motion("s", Quantity::Displacement, motion)
+        .load("a", Harmonic::of(0.5, 1.0));
+    let problem = ask.every(0.125).until(6.0).problem().expect("a problem");
+    let friction = Switch::Friction(Friction {
+        between: [GROUND.to_owned(), "a".to_owned()],
+        force: 0.3,
+        static_force: 0.3,
+    });
+    let damper = Switch::ControlledDamper(ControlledDamper {
+        between: ["s".to_owned(), "a".to_owned()],
+        low: 0.5,
+        high: 2.0,
+        law: DamperLaw::OnOffSkyhook,
+    });
+    let switching = Switching::new(&problem, vec![friction, damper]).expect("switches");
+    let motion = switching.run().expect("a motion");
+    let found = motion.trajectory();
+    // The spring pulls with 0.9 N, of which the friction takes 0.3 and the damper 0.6 at a damping of 1.
+    assert_eq!(found.velocity()[(0, 1)], 0.0);
+    assert!((found.displacement()[(0, 1)] - 0.1).abs() < 1e-16);
+    for (index, wanted) in [(24, 0.028140), (40, -0.103007), (48, -0.055584)] {
+        let off = found.displacement()[(0, index)] - wanted;
+        assert!(off.abs() < 2e-5, "{index}: {off:e}");
     }
 }

@@ -137,6 +137,7 @@ const SCENES: &[&str] = &[
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"frequencies\": {\"from\": 3, \"to\": 1, \"count\": 5}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": -1}]}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1, \"loss_factor\": 0.1}], \"time\": {\"end\": 1, \"step\": 0.1}}",
+    "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1}], \"damping\": {\"modal\": [0.02, 0.03]}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": -1}], \"damping\": {\"modal\": 0.02}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"b\", \"mass\": 1}], \"springs\": [{\"between\": [\"ground\", \"a\"], \"stiffness\": 1}, {\"between\": [\"ground\", \"b\"], \"stiffness\": 1}], \"damping\": {\"modal\": [0.02, 0.03]}}",
     "{\"masses\": [{\"name\": \"a\", \"mass\": 1}, {\"name\": \"b\", \"mass\": 1}], \"supports\": [\"soil\"], \"springs\": [{\"between\": [\"soil\", \"a\"], \"stiffness\": 1}, {\"between\": [\"ground\", \"a\"], \"stiffness\": 1}], \"damping\": {\"rayleigh\": {\"mass\": 1, \"relative_to\": \"soil\"}}}",

@@ -394,6 +394,7 @@ fn build_errors(listing: &mut Listing) {
         row.clone().support("s").spring("m0", "s", 1.0).rayleigh(1.0, 0.0, Some("s")).build();
         row.modal_damping([0.1], None).build();
         one.clone().modal_damping([], None).build();
+        one.clone().modal_damping([0.1, 0.2], None).build();
         one.clone().spring(GROUND, "m", -1.0).modal_damping([0.1], None).build();
         twins().modal_damping([0.1, 0.2], None).build();
     }

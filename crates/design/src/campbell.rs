@@ -172,9 +172,15 @@ impl<'a> Campbell<'a> {
         self
     }
 
-    /// How often what excites the rotor acts in a turn.
+    /// How often what excites the rotor acts in a turn; each counts once.
     pub fn orders(mut self, orders: impl Into<Vec<f64>>) -> Campbell<'a> {
+        let mut known = Vec::new();
         self.orders = orders.into();
+        self.orders.retain(|order| {
+            let is_new = !known.contains(order);
+            known.push(*order);
+            is_new
+        });
         self
     }
 

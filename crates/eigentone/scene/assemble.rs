@@ -910,7 +910,7 @@ fn build_path(error: &BuildError, layout: &layout::Scene) -> Vec<place::Step> {
         BuildError::ContinuumRange { name } => continuum(name),
         BuildError::DampingNotFinite { .. } | BuildError::DampingRange => steps!["damping"],
         BuildError::NotASupport { name, .. } | BuildError::NotHeld { name } => relative_to(name),
-        BuildError::NoRatios => match &layout.damping {
+        BuildError::NoRatios | BuildError::ManyRatios { .. } => match &layout.damping {
             Some(Object(layout::Damping {
                 modal: Some(Ratios::More(_)),
                 ..

@@ -712,6 +712,16 @@ pub enum BuildError {
     /// Modal damping without a ratio.
     #[error("modal damping has no ratio: give at least one")]
     NoRatios,
+    /// Modal damping with a ratio for which there is no mode.
+    #[error(
+        "modal damping has {count} ratios, more than there are modes ({modes}): give at most one for each"
+    )]
+    ManyRatios {
+        /// How many ratios.
+        count: usize,
+        /// How many modes.
+        modes: usize,
+    },
     /// Modal damping takes too long to compute.
     #[error("modal damping takes all modes of {count} coordinates: at most {most} are possible")]
     ModalSize {

@@ -175,6 +175,10 @@ impl ModalRatios {
         }
         let found = modes(&block(&mass, &massive, &massive), &condensed);
         let (squares, forces) = found.ok_or(no_modes("M is not positive definite"))?;
+        let (count, modes) = (self.ratios.len(), squares.len());
+        if count > modes.max(1) {
+            return Err(BuildError::ManyRatios { count, modes });
+        }
         let rigid = rigid_motions(model, &massless, &massive);
         let zeta = |r: usize| self.ratios.get(r).copied().unwrap_or(last);
         let mut matrix: Rows<T> = vec![vec![zero; massive.len()]; massive.len()];

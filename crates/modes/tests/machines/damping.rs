@@ -312,6 +312,11 @@ fn what_is_wrong_is_said() {
             .modal_damping([0.1], None),
     );
     assert_eq!(wrong(two().modal_damping([], None)), BuildError::NoRatios);
+    let (count, modes) = (3, 2);
+    assert_eq!(
+        wrong(two().modal_damping([0.1, 0.2, 0.3], None)),
+        BuildError::ManyRatios { count, modes }
+    );
     let infinite = wrong(two().rayleigh(f64::INFINITY, 0.0, None));
     assert!(matches!(infinite, BuildError::DampingNotFinite { .. }));
     let far = wrong(two().rayleigh(1e-300, 0.0, None));

@@ -43,7 +43,7 @@ pub enum CycleError {
     NotIsolated,
     /// It comes back after one period, but not after two.
     #[error(
-        "with a period of {period:?} s the motion does not repeat itself, as loads or supports go another way in the next: give a period that is theirs too; of loads that change but once, only those that do so by t = 0 have one"
+        "with a period of {period:?} s the motion does not repeat itself, as loads or supports go another way in the next: give a period that is theirs too; loads that change but once must do so by t = 0, and supports at dampers must start from 0"
     )]
     NotRepeating {
         /// In s.

@@ -215,7 +215,7 @@ impl Search<'_, '_, '_> {
     fn transient(&self, until: Digits) -> Result<Pass, CycleError> {
         let mut march =
             March::<Digits>::of::<Digits>(self.question, Doubt::Ignored, f64::INFINITY)?;
-        march.go((until, 0.0), &mut |_, _, _, _| {})?;
+        march.go((until, 0.0), false, &mut |_, _, _, _| {})?;
         Ok(Pass::of(march, &[]))
     }
 
@@ -225,7 +225,7 @@ impl Search<'_, '_, '_> {
             March::<Digits>::of::<Digits>(self.question, Doubt::Coincidence, f64::INFINITY)?;
         march.spare(1.0 / 32.0);
         let enter = march.place(from, off);
-        march.go((until, 0.0), &mut |_, _, _, _| {})?;
+        march.go((until, 0.0), false, &mut |_, _, _, _| {})?;
         Ok(Pass::of(march, &enter))
     }
 

@@ -469,10 +469,11 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         length_of(&self.zeta)
     }
 
-    /// Goes through all pieces up to a time, which is known to a bound.
+    /// Goes through all pieces up to a time, which is known to a bound; into those that begin there where it is the end of all.
     pub(crate) fn go(
         &mut self,
         (end, blur): (T, f64),
+        of_all: bool,
         record: &mut Recorder<'_, 'a, 'b, T>,
     ) -> Result<(), Halt> {
         let problem = self.question.problem;
@@ -504,7 +505,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             while self.now < until {
                 self.step(until, uncertain, record)?;
             }
-            if until == end {
+            if until == end && !of_all {
                 break;
             }
         }
@@ -548,7 +549,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 samples.next();
             }
         };
-        self.go((until, upper(uncertain)), &mut record)?;
+        self.go((until, upper(uncertain)), true, &mut record)?;
         // The end itself, after all that happens there.
         if samples.peek().is_some() {
             let series = Series::of(&self.current, &self.zeta);

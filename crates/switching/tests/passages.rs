@@ -149,6 +149,43 @@ fn a_body_that_turns_in_the_passage_is_driven_by_both_dampings() {
     assert!(off <= found.velocity_bound()[0].expect("proven"), "{off:e}");
 }
 
+/// What happens at the last instant has happened there; and a friction takes its force times the jump, the spring of a stop what
+/// it then holds.
+#[test]
+fn a_jump_at_the_end_is_passed_on() {
+    let system = chain(1);
+    let between = ["s".to_owned(), "m0".to_owned()];
+    let friction = Switch::Friction(Friction {
+        between: between.clone(),
+        force: 0.5,
+        static_force: 0.5,
+    });
+    let switches = [
+        friction,
+        stop("s", "m0", 0.25, 0.0),
+        stop("s", "m0", 0.75, 3.0),
+    ];
+    let ask = Response::of(&system).every(0.125).until(START);
+    let ask = ask.motion(
+        "s",
+        Quantity::Displacement,
+        Step::of(-1.0).starting_at(START),
+    );
+    let motion = run(ask, &switches).expect("a motion");
+    // The second stop damps from 0.75 m on.
+    let found = motion.trajectory();
+    let off = found.velocity()[(0, 3)] + 3.0 * 0.25;
+    assert!(
+        off.abs() <= found.velocity_bound()[3].expect("proven"),
+        "{off:e}"
+    );
+    let losses = motion.losses().expect("asked for");
+    assert_eq!(
+        losses.switches,
+        [0.5, 0.5 * 4.0 * 0.75 * 0.75, f64::INFINITY]
+    );
+}
+
 fn elements(masses: usize) -> impl Strategy<Value = Vec<Switch>> {
     let end = move || prop_oneof![2 => Just("s".to_owned()), 1 => (0..masses).prop_map(|k| format!("m{k}"))];
     let mass = move || (0..masses).prop_map(|k| format!("m{k}"));

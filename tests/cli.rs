@@ -1012,6 +1012,24 @@ fn harmonic_loads_have_a_steady_state() {
     assert!(resonance.contains("none: 2.0 rad/s is a natural frequency"));
     let free = printed(&["analyze", &scene("three-mass-1")]);
     assert!(!free.contains("Steady state"));
+    // Of a frequency 0, beside 8 N that last and 4 N that are 4·sin(π/2) for ever: about 2 m and with 1 m, 3 m in all.
+    let constant = r#"{"step": {"force": 8}}, {"on": "m", "harmonic":
+        {"amplitude": 4, "frequency": 0, "phase": 1.5707963267948966}}"#;
+    let both = text.replace(
+        "{\"on\": \"m\", ",
+        &format!("{{\"on\": \"m\", {}, {{\"on\": \"m\", ", &constant[1..]),
+    );
+    fs::write(file, both).expect("it can be written");
+    let analysis = printed(&["analyze", file]);
+    let (_, steady) = analysis
+        .split_once("Steady state under the harmonic loads\n")
+        .expect("a table");
+    let cells = |row: usize| steady.lines().nth(row).expect("a row").split_whitespace();
+    assert_eq!(cells(1).nth(3), Some("2.00000"), "{steady}");
+    assert!(
+        steady.contains("  About the displacement given each mass moves"),
+        "{steady}"
+    );
 }
 
 /// What is in a directory, which may not exist.

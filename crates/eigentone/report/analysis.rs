@@ -129,7 +129,7 @@ impl Analysis<'_> {
             if let Some(demands) = demands.text() {
                 section(&mut text, "Accelerations and forces", &demands);
             }
-            if let Some(steady) = answer.steady(self.system) {
+            if let Some(steady) = answer.steady(self.system, self.modes) {
                 section(&mut text, "Steady state under the harmonic loads", &steady);
             }
         }
@@ -286,12 +286,14 @@ impl Answer<'_> {
     }
 
     /// The steady state or why there is none; `None` without harmonic loads.
-    fn steady(&self, system: &System) -> Option<String> {
+    fn steady(&self, system: &System, modes: &Modes) -> Option<String> {
         match self.steady_state {
             Ok(steady_state) => (!steady_state.motions().is_empty()).then(|| {
                 let report = SteadyStateReport {
                     steady_state,
                     names: system.names(),
+                    summary: self.summary,
+                    modes,
                 };
                 report.text(system)
             }),

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 
 use super::csv;
 use super::number;
-use super::steady_state::SteadyStateReport;
+use super::steady_state::SteadyStateJson;
 use super::table::visible;
 use super::unit;
 
@@ -168,7 +168,7 @@ impl<'a> ResponseReport<'a> {
             events: self
                 .events
                 .map(|(events, switches)| super::events::listed(events, switches)),
-            steady_state: self.steady_state.map(|steady_state| SteadyStateReport {
+            steady_state: self.steady_state.map(|steady_state| SteadyStateJson {
                 steady_state,
                 names: self.names,
             }),
@@ -260,7 +260,7 @@ struct Json<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     events: Option<Vec<super::events::Listed<'a>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    steady_state: Option<SteadyStateReport<'a>>,
+    steady_state: Option<SteadyStateJson<'a>>,
 }
 
 /// Something of each output at the instants, by its name.

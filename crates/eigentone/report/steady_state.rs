@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use eigentone_modes::System;
-use eigentone_response::{HarmonicMotion, Quantity, SteadyState};
+use eigentone_modes::{Mode, Modes, Motion, System};
+use eigentone_response::{Destination, HarmonicMotion, Quantity, SteadyState, Summary};
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
@@ -11,25 +11,67 @@ use super::number;
 use super::table::{Align, Table};
 use super::unit;
 
-/// Prints a steady state; as JSON an array of `{"frequency", "amplitude": {NAME: {"re", "im",
-/// "bound"}}}`.
+/// Prints a steady state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SteadyStateReport<'a> {
+    pub(super) steady_state: &'a SteadyState,
+    pub(super) names: &'a [String],
+    pub(super) summary: &'a Summary,
+    pub(super) modes: &'a Modes,
+}
+
+/// As JSON an array of `{"frequency", "amplitude": {NAME: {"re", "im", "bound"}}}`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SteadyStateJson<'a> {
     pub(super) steady_state: &'a SteadyState,
     pub(super) names: &'a [String],
 }
 
 impl SteadyStateReport<'_> {
-    /// What the table says.
-    pub(super) const EXPLAINED: &'static str =
-        "Each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died out.";
-
     /// The table and what it says.
     pub(super) fn text(&self, system: &System) -> String {
-        format!("{}{}\n", self.table(system).text(), Self::EXPLAINED)
+        format!("{}{}\n", self.table(system).text(), self.explained())
     }
 
-    /// Amplitude and phase of each coordinate at each frequency.
+    /// What the table says.
+    pub(super) fn explained(&self) -> String {
+        let mut text = match self.is_about_0() {
+            true => "Each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died out.",
+            false => {
+                "About the displacement given each mass moves as the sum of amplitude·sin(Ωt + phase) once free motion has died\n\
+                 out."
+            }
+        }
+        .to_owned();
+        if (0..self.names.len()).any(|i| self.summary.mean(i).is_none()) {
+            text += " That a mass drifts or grows is no part of that sum.";
+        }
+        let lasts = |mode: &Mode| mode.motion() != Motion::Rigid && mode.time_constant().is_none();
+        if self.modes.iter().any(lasts) {
+            text += "\nFree motion that is not damped does not die out: where there is any, it goes on beside that sum.";
+        }
+        text
+    }
+
+    /// About what a mass moves, without what loads of frequency 0 have in the sum already.
+    fn about(&self, i: usize) -> Option<f64> {
+        let mean = self.summary.mean(i)?;
+        let still = self.steady_state.motions().iter();
+        let still = still.filter(|motion| motion.frequency() == 0.0);
+        let rest = mean - still.map(|motion| motion.displacement()[i].im).sum::<f64>();
+        Some(if rest.abs() <= 1e-12 * mean.abs() {
+            0.0
+        } else {
+            rest
+        })
+    }
+
+    /// Whether every mass moves about 0.
+    fn is_about_0(&self) -> bool {
+        (0..self.names.len()).all(|i| self.about(i) == Some(0.0))
+    }
+
+    /// Amplitude and phase of each coordinate at each frequency, and about what it moves where that is not 0 for all.
     pub(super) fn table(&self, system: &System) -> Table {
         let motions = || self.steady_state.motions().iter();
         let sizes = motions().flat_map(|motion| motion.displacement().iter().map(|x| x.norm()));
@@ -50,6 +92,23 @@ impl SteadyStateReport<'_> {
             .column("f, Hz", Align::Point, frequencies(TAU.recip()))
             .column("mass", Align::Left, names);
         let (table, unit) = unit::column(table, system, Quantity::Displacement, motions().len());
+        let table = match self.is_about_0() {
+            true => table,
+            false => {
+                let coordinates = self.summary.coordinates().iter();
+                let means = number::column((0..self.names.len()).map(|i| self.about(i)));
+                let about = coordinates.zip(means);
+                let about = about.map(|(one, mean)| match one.destination {
+                    Destination::Drift => "drifts".to_owned(),
+                    Destination::Growth => "grows".to_owned(),
+                    _ => mean,
+                });
+                // Once, and not with each frequency.
+                let blank = motions().skip(1).flat_map(|_| self.names);
+                let about = about.chain(blank.map(|_| String::new()));
+                table.column(&unit::labelled("about", unit), Align::Point, about)
+            }
+        };
         table
             .column(
                 &unit::labelled("amplitude", unit),
@@ -65,7 +124,7 @@ impl SteadyStateReport<'_> {
     }
 }
 
-impl Serialize for SteadyStateReport<'_> {
+impl Serialize for SteadyStateJson<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let motions = self.steady_state.motions();
         let mut seq = serializer.serialize_seq(Some(motions.len()))?;

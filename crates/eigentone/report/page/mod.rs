@@ -188,8 +188,11 @@ impl Page<'_> {
                 let report = SteadyStateReport {
                     steady_state,
                     names: system.names(),
+                    summary: answer.summary,
+                    modes: self.analysis.modes,
                 };
-                Some(table(&report.table(system)) + &remark(SteadyStateReport::EXPLAINED))
+                let explained = report.explained().replace('\n', " ");
+                Some(table(&report.table(system)) + &remark(&explained))
             }
             Err(error) => Some(paragraph(&format!("There is none: {error}."))),
         };

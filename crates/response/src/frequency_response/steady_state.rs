@@ -13,13 +13,15 @@ use crate::problem::{Load, Problem};
 ///
 /// x(t) = Σ Im(X e^{iΩt}) = Σ |X| sin(Ωt + arg X),
 ///
-/// with one term for each frequency, just as a load is amplitude·sin(Ωt + phase). It is a motion that the loads allow from
-/// −∞ on; others approach it where every free motion decays. A load of frequency 0 is the constant
+/// with one term for each frequency, just as a load is amplitude·sin(Ωt + phase). It is a motion that these loads allow from
+/// −∞ on; others under them approach it where every free motion decays. Where there are roots at 0, a constant distance or a
+/// steady course may remain between them, and other loads that last move all by what they do by themselves: about what each
+/// coordinate moves says [`Summary::mean`](crate::Summary::mean). A load of frequency 0 is the constant
 /// force amplitude·sin(phase): then X is i times the static displacement. A negative frequency
 /// counts as the positive one with the phase that makes it the same force.
 ///
 /// Supports that move by a sinusoid count as loads do. What is given as a velocity or an acceleration swings about a
-/// place, or a straight course, that follows from rest at t = 0: it is no part of the steady state.
+/// place, or along a straight course, that follows from rest at t = 0: it is no part of the steady state either.
 ///
 /// The equations are solved in ball arithmetic, from the elements, with as many digits as it takes:
 /// every amplitude comes with a proven bound.

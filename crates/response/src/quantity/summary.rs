@@ -51,6 +51,7 @@ const WAY: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     coordinates: Vec<CoordinateSummary>,
+    means: Vec<Option<f64>>,
     extrema: Option<Extrema>,
 }
 
@@ -158,8 +159,9 @@ impl Summary {
                 None => Range::of_instants(trajectory, i),
             })
             .collect();
+        let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
         let destination = |i: usize| {
-            let seen = (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
+            let seen = seen(i);
             let moved = follows[i].abs() * horizon > seen || driven[i];
             if persistence.growth[i] > seen {
                 Destination::Growth
@@ -181,6 +183,12 @@ impl Summary {
             }
         };
         let mut destinations: Vec<Destination> = (0..n).map(destination).collect();
+        let mean = |i: usize| match destinations[i] {
+            Destination::Drift | Destination::Growth => None,
+            _ if rest.displacement[i].abs() <= seen(i) => Some(0.0),
+            _ => Some(rest.displacement[i]).filter(|mean| mean.is_finite()),
+        };
+        let means = (0..n).map(mean).collect();
         let bands: Vec<Option<Band>> = (0..n)
             .map(|i| match destinations[i] {
                 Destination::Rest { displacement, .. } => Some(Band {
@@ -222,6 +230,7 @@ impl Summary {
         });
         Some(Summary {
             coordinates: coordinates.collect(),
+            means,
             extrema: between,
         })
     }
@@ -239,6 +248,13 @@ impl Summary {
     /// One entry for each coordinate, in order.
     pub fn coordinates(&self) -> &[CoordinateSummary] {
         &self.coordinates
+    }
+
+    /// The displacement in m about which a coordinate moves once what decays has died out: the equilibrium under the loads
+    /// that last, apart from what swings, that the motion leads to. 0 where it could not be seen. `None` where the coordinate
+    /// drifts or grows.
+    pub fn mean(&self, coordinate: usize) -> Option<f64> {
+        self.means[coordinate]
     }
 
     /// Where each combination of the problem comes to rest, as all that it combines does; else there is none, as for a
@@ -662,7 +678,7 @@ fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Harmonic, Impulse, Ramp, Response, State, Step};
+    use crate::{Harmonic, Impulse, Quantity, Ramp, Response, State, Step};
     use eigentone_modes::{GROUND, SystemBuilder};
 
     fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
@@ -969,6 +985,44 @@ mod tests {
             let now = sustained(&problem, time);
             assert_eq!((now.force, now.rate), (vec![force], vec![rate]));
         }
+    }
+
+    /// A constant force beside the sinusoid: 16/8. A support whose velocity swings from its largest value on, sin t, moves
+    /// about 1; one whose acceleration does so goes away. A mass on a dashpot goes on about a/ωc.
+    #[test]
+    fn what_keeps_swinging_does_so_about_a_mean() {
+        let damped = one().damper(GROUND, "m", 4.0);
+        let held = summary(damped, |response| {
+            let response = response.load("m", Step::of(16.0));
+            response
+                .load("m", Harmonic::of(1.0, 1.0))
+                .every(0.5)
+                .until(60.0)
+        });
+        assert_eq!(destinations(&held), [Destination::Oscillation]);
+        assert_eq!(held.mean(0), Some(2.0));
+        let free = System::builder().mass("m", 1.0).damper(GROUND, "m", 4.0);
+        let free = summary(free, |response| {
+            response
+                .load("m", Harmonic::of(1.0, 1.0))
+                .every(0.5)
+                .until(60.0)
+        });
+        assert!((free.mean(0).expect("it stays") - 0.25).abs() < 1e-12);
+        let shaken = |quantity: Quantity| {
+            let shaken = System::builder().mass("m", 2.0).support("s");
+            let shaken = shaken.spring("s", "m", 8.0).damper("s", "m", 4.0);
+            summary(shaken, |response| {
+                let course = Harmonic::of(1.0, 1.0);
+                response
+                    .motion("s", quantity, course)
+                    .every(0.5)
+                    .until(60.0)
+            })
+        };
+        let mean = shaken(Quantity::Velocity).mean(0);
+        assert!((mean.expect("it stays") - 1.0).abs() < 1e-12);
+        assert_eq!(shaken(Quantity::Acceleration).mean(0), None);
     }
 
     /// m·v₀ and the mean momentum a/ω of the shaking, over the dashpot's coefficient; it swings too little to be seen.

@@ -68,7 +68,7 @@ impl Kind {
             Kind::Rms(..) => "it is infinite or not known",
             Kind::Peak(_) => "it is not known",
             Kind::Settling(_) => {
-                "it drifts, keeps oscillating or grows, or is not at rest yet at the end of `time`"
+                "it drifts, keeps oscillating or grows, or is not shown to stay at rest from the end of `time` on"
             }
         }
     }
@@ -670,12 +670,12 @@ fn peak(scene: &Scene, precision: Precision, name: &str) -> Result<Option<f64>, 
     Ok(peaks.map(|peaks| peaks.largest().value.abs()))
 }
 
-/// The last time outside 2 % of the largest deviation from where it comes to rest.
+/// The last time of all outside 2 % of the largest deviation from where it comes to rest, if that is before the end.
 fn settling(scene: &Scene, modes: &Modes, name: &str) -> Result<Option<f64>, String> {
     // Settling between the samples is known where the motion is proven.
     let (problem, trajectory) = moving(scene, Precision::default(), name)?;
     let summary = Summary::of(&problem, &trajectory, modes);
-    let rests = summary.and_then(|summary| summary.combinations(&problem, &trajectory));
+    let rests = summary.and_then(|summary| summary.combinations(&problem, &trajectory, modes));
     let rest = rests.and_then(|mut rests| rests.pop().flatten());
     Ok(rest.and_then(|rest| rest.settled))
 }

@@ -119,7 +119,7 @@ impl Analysis<'_> {
             section(&mut text, &heading, &(table.text() + explained));
         }
         if let Some(answer) = &self.response {
-            let table = answer.table(self.system).text() + answer.explained();
+            let table = answer.table(self.system).text() + &answer.explained();
             section(&mut text, &answer.heading(), &table);
             if let Some(outputs) = answer.outputs() {
                 section(&mut text, "Outputs", &outputs.text());
@@ -378,13 +378,14 @@ impl Answer<'_> {
             _ => None,
         };
         let times = number::column(all.iter().map(|one| settled(one.destination)));
-        let times = all
-            .iter()
-            .zip(times)
-            .map(|(one, time)| match one.destination {
-                Destination::Rest { settled: None, .. } => "not yet".to_owned(),
-                _ => time,
-            });
+        let times = all.iter().zip(times).enumerate();
+        let times = times.map(|(i, (one, time))| match one.destination {
+            Destination::Rest { settled: None, .. } if self.summary.is_open(i) => {
+                "not known".to_owned()
+            }
+            Destination::Rest { settled: None, .. } => "not yet".to_owned(),
+            _ => time,
+        });
         let table = Table::default().column("mass", Align::Left, system.names());
         let (table, unit) = unit::column(table, system, Quantity::Displacement, 1);
         table
@@ -408,20 +409,31 @@ impl Answer<'_> {
     }
 
     /// What the columns mean.
-    pub(super) fn explained(&self) -> &'static str {
-        if self.summary.is_between() {
+    pub(super) fn explained(&self) -> String {
+        let explained = if self.summary.is_between() {
             "Ends at: the equilibrium under the loads that last, the final value of samples among them. Peak: the\n\
              largest displacement, between samples too. Overshoot: how far the motion goes beyond that end, in % of the way\n\
              from its start to that end; given where this way is at least a tenth of the largest distance from that end.\n\
-             Settled after: the last time farther from that end than 2 % of the largest distance.\n"
+             Settled after: the last time farther from that end than 2 % of the largest distance; it is shown to stay nearer for\n\
+             all time after, also beyond the last sample.\n"
         } else {
             "Ends at: the equilibrium under the loads that last, the final value of samples among them. Peak: the\n\
              largest displacement at a sample. Overshoot: how far the motion goes beyond that end, in % of the way\n\
              from its start to that end; given where this way is at least a tenth of the largest distance from that end.\n\
-             Settled after: the last sample farther from that end than 2 % of the largest distance.\n"
+             Settled after: the last sample farther from that end than 2 % of the largest distance; it is shown to stay nearer\n\
+             after the last sample of all.\n"
+        };
+        let is_open = (0..self.summary.coordinates().len()).any(|i| self.summary.is_open(i));
+        match is_open {
+            true => format!("{explained}{OPEN}"),
+            false => explained.to_owned(),
         }
     }
 }
+
+/// What *not known* means.
+const OPEN: &str =
+    "Not known: it is that near at the last sample, and it is not shown that it stays so.\n";
 
 /// How many samples there are, until when.
 pub(super) fn heading(trajectory: &Trajectory) -> String {

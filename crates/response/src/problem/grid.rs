@@ -54,6 +54,11 @@ impl TimeGrid {
         Ok(TimeGrid { step, last })
     }
 
+    /// The same instants until another index, up to [`MAX_STEPS`].
+    pub(super) fn until(self, last: u64) -> TimeGrid {
+        TimeGrid { last, ..self }
+    }
+
     /// The spacing in s.
     pub fn step(&self) -> f64 {
         self.step

@@ -344,6 +344,20 @@ pub enum LoadError {
 }
 
 impl Load {
+    /// The last time in s at which it changes its law.
+    pub(super) fn last_change(&self) -> f64 {
+        match self {
+            Load::Step(step) => step.start,
+            Load::Ramp(ramp) => ramp.start,
+            Load::Impulse(impulse) => impulse.at,
+            Load::Harmonic(_) => 0.0,
+            Load::Samples(samples) => samples.step * (samples.values.len() as f64 - 1.0),
+            Load::HalfSine(pulse) => pulse.start.max(0.0) + pulse.duration,
+            Load::Versine(pulse) => pulse.start.max(0.0) + pulse.duration,
+            Load::Polynomial(polynomial) => polynomial.start,
+        }
+    }
+
     /// Whether it jumps, as the motion of what is at rest before t = 0.
     pub(crate) fn jumps(&self) -> bool {
         match self {

@@ -242,6 +242,23 @@ impl<'a> Problem<'a> {
         Ok(self)
     }
 
+    /// The same problem until another instant of its grid, which goes on as far as that takes.
+    pub(crate) fn until(&self, last: u64) -> Problem<'a> {
+        Problem {
+            grid: self.grid.until(last),
+            timeline: OnceLock::new(),
+            courses: OnceLock::new(),
+            instants: None,
+            ..self.clone()
+        }
+    }
+
+    /// The last time in s at which a load changes its law, also beyond the end of the grid.
+    pub(crate) fn last_change(&self) -> f64 {
+        let changes = self.drives.iter().map(|applied| applied.load.last_change());
+        changes.fold(0.0, f64::max)
+    }
+
     /// The same problem, answered to this precision. The tolerance of a certified answer is relative
     /// to the largest coordinate of each instant, for displacements and for velocities.
     pub fn to(self, precision: Precision) -> Problem<'a> {

@@ -474,6 +474,24 @@ impl Band {
     }
 }
 
+/// A stretch is looked at in so many places.
+const PLACES: u32 = 32;
+
+/// The last of these places of a stretch, as a part of it, that the band excludes.
+pub(crate) fn was_outside(stretch: &Stretch<'_>, i: usize, band: &Band) -> Option<f64> {
+    let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
+    places.find(|s| band.excludes(stretch.polynomial(i, *s)))
+}
+
+/// The ranges of so many quantities that are followed: of displacements, or of what is asked for beside them too.
+pub(crate) fn followed(problem: &Problem<'_>, trajectory: &Trajectory, count: usize) -> Vec<f64> {
+    let mut followed = ranges(trajectory);
+    if count > followed.len() {
+        followed.extend(ranges_beside(problem, trajectory));
+    }
+    followed
+}
+
 /// When each coordinate that has a band was last outside it, in s, at any time from the instant
 /// `from` of the grid on: 0 if it never was, `None` if it is at the very end; with more bands so of what the problem asks for
 /// beside them, in the order of what is followed. `None` in place of all where the motion cannot be followed.
@@ -483,19 +501,13 @@ pub(crate) fn last_outside(
     from: u64,
     bands: &[Option<Band>],
 ) -> Option<Vec<Option<f64>>> {
-    /// A stretch is looked at in so many places.
-    const PLACES: u32 = 32;
     let mut last = vec![Some(0.0); bands.len()];
-    let mut followed = ranges(trajectory);
-    if bands.len() > followed.len() {
-        followed.extend(ranges_beside(problem, trajectory));
-    }
+    let followed = followed(problem, trajectory, bands.len());
     follow(problem, from, followed, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {
             let Some(band) = band else { continue };
             let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));
-            let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
-            let Some(mut out) = places.find(|s| excludes(*s)) else {
+            let Some(mut out) = was_outside(stretch, i, band) else {
                 continue;
             };
             if out == 1.0 {

@@ -4,6 +4,7 @@
 mod element_force;
 mod energy;
 mod extrema;
+mod later;
 mod persistence;
 mod summary;
 

@@ -61,26 +61,82 @@ impl Persistence {
         (x, v): (&[f64], &[f64]),
         loads: &Sustained,
     ) {
-        let (n, count) = (system.len(), lasting.len());
-        if count == 0 {
+        let Some(parts) = Parts::of(system, structure, lasting, (x, v), loads) else {
             return;
+        };
+        let amplitudes = parts.gram.partial_piv_lu().solve(&parts.free);
+        for (k, mode) in lasting.iter().enumerate() {
+            let grows = !is_steady(mode) || mode.roots() > 1;
+            for i in 0..system.len() {
+                // A pair moves with both of its roots.
+                let pair = pair(parts.roots[k]);
+                let amplitude = pair * (parts.right[(i, k)] * amplitudes[(k, 0)]).norm();
+                let into = if grows {
+                    &mut self.growth
+                } else {
+                    &mut self.oscillation
+                };
+                into[i] += amplitude;
+                self.growth[i] += pair * (parts.right[(i, k)] * amplitudes[(k, 1)]).norm();
+            }
+        }
+    }
+
+    fn add_sinusoids(&mut self, system: &System, loads: &Sustained) {
+        for load in &loads.harmonics {
+            let motion = swing(system, load);
+            for i in 0..system.len() {
+                self.oscillation[i] += motion[(i, 0)].norm();
+            }
+        }
+    }
+}
+
+/// What single modes have of a motion.
+pub(super) struct Parts {
+    pub(super) roots: Vec<c64>,
+    /// Their shapes, as columns.
+    pub(super) right: Mat<c64>,
+    /// The linear form of left and right shapes.
+    pub(super) gram: Mat<c64>,
+    /// Of each diagonal entry, the sizes of what it is the sum of.
+    pub(super) sizes: Vec<f64>,
+    /// What moves freely, and what a resonance has built up: `gram` times the amplitudes.
+    pub(super) free: Mat<c64>,
+}
+
+impl Parts {
+    /// Those that modes other than rigid ones have in the motion through `x` and `v` while `loads` act. `None` without modes.
+    pub(super) fn of(
+        system: &System,
+        structure: &Structure,
+        modes: &[&Mode],
+        (x, v): (&[f64], &[f64]),
+        loads: &Sustained,
+    ) -> Option<Parts> {
+        let (n, count) = (system.len(), modes.len());
+        if count == 0 {
+            return None;
         }
         let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
-        let roots: Vec<c64> = lasting.iter().map(|mode| mode.eigenvalue().value).collect();
-        let right = Mat::from_fn(n, count, |i, k| lasting[k].shape()[i]);
+        let roots: Vec<c64> = modes.iter().map(|mode| mode.eigenvalue().value).collect();
+        let right = Mat::from_fn(n, count, |i, k| modes[k].shape()[i]);
         let left = if structure.is_symmetric() {
             right.clone()
         } else {
-            let left: Vec<Vec<c64>> = lasting
-                .iter()
-                .map(|mode| left_shape(system, mode))
-                .collect();
+            let left: Vec<Vec<c64>> = modes.iter().map(|mode| left_shape(system, mode)).collect();
             Mat::from_fn(n, count, |i, k| left[k][i])
         };
         let (mass_x, damping_x) = (
             apply(&mass, right.as_ref()),
             apply(&damping, right.as_ref()),
         );
+        let size = |k: usize, images: &Mat<c64>| -> f64 {
+            let parts = (0..n).map(|i| left[(i, k)].norm() * images[(i, k)].norm());
+            parts.sum()
+        };
+        let size = |k: usize| 2.0 * roots[k].norm() * size(k, &mass_x) + size(k, &damping_x);
+        let sizes = (0..count).map(size).collect();
         let products = (left.transpose() * mass_x, left.transpose() * damping_x);
         let mut gram = Mat::from_fn(count, count, |i, j| {
             (roots[i] + roots[j]) * products.0[(i, j)] + products.1[(i, j)]
@@ -91,7 +147,6 @@ impl Persistence {
             apply(&mass, column.as_ref()),
             apply(&damping, column.as_ref()),
         );
-        // What moves freely, and what a resonance has built up.
         let mut free = Mat::<c64>::zeros(count, 2);
         for k in 0..count {
             let root = roots[k];
@@ -114,7 +169,7 @@ impl Persistence {
                 }
             }
             free[(k, 0)] = total - forced;
-            if lasting[k].roots() > 1 {
+            if modes[k].roots() > 1 {
                 // It has no amplitude of its own: where it is stirred at all, it grows.
                 gram[(k, k)] = c64::from(1.0);
                 (0..count).filter(|&j| j != k).for_each(|j| {
@@ -123,47 +178,35 @@ impl Persistence {
                 });
             }
         }
-        let amplitudes = gram.partial_piv_lu().solve(&free);
-        for (k, mode) in lasting.iter().enumerate() {
-            let grows = !is_steady(mode) || mode.roots() > 1;
-            for i in 0..n {
-                // A pair moves with both of its roots.
-                let pair = if roots[k].im == 0.0 { 1.0 } else { 2.0 };
-                let amplitude = pair * (right[(i, k)] * amplitudes[(k, 0)]).norm();
-                let into = if grows {
-                    &mut self.growth
-                } else {
-                    &mut self.oscillation
-                };
-                into[i] += amplitude;
-                self.growth[i] += pair * (right[(i, k)] * amplitudes[(k, 1)]).norm();
-            }
-        }
+        Some(Parts {
+            roots,
+            right,
+            gram,
+            sizes,
+            free,
+        })
     }
+}
 
-    /// The steady motion under sinusoidal loads: (K − Ω²M + iΩC) X = F.
-    fn add_sinusoids(&mut self, system: &System, loads: &Sustained) {
-        let n = system.len();
-        if loads.harmonics.is_empty() {
-            return;
-        }
-        let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
-        let stiffness = system.stiffness_matrix();
-        for (coordinate, load) in &loads.harmonics {
-            // Beside a resonance, where the answer has the same zeros.
-            let omega = load.frequency * (1.0 + RESONANCE);
-            let dynamic = Mat::from_fn(n, n, |i, j| {
-                let real = stiffness[(i, j)] - omega * omega * mass[(i, j)];
-                c64::new(real, omega * damping[(i, j)])
-            });
-            let mut amplitude = Mat::<c64>::zeros(n, 1);
-            amplitude[(*coordinate, 0)] = c64::from(load.amplitude);
-            let motion = dynamic.partial_piv_lu().solve(&amplitude);
-            for i in 0..n {
-                self.oscillation[i] += motion[(i, 0)].norm();
-            }
-        }
-    }
+/// A pair moves with both of its roots.
+pub(super) fn pair(root: c64) -> f64 {
+    if root.im == 0.0 { 1.0 } else { 2.0 }
+}
+
+/// The steady motion under a sinusoidal load: (K − Ω²M + iΩC) X = F.
+pub(super) fn swing(system: &System, (coordinate, load): &(usize, Harmonic)) -> Mat<c64> {
+    let n = system.len();
+    let (mass, damping) = (system.mass_matrix(), system.damping_matrix());
+    let stiffness = system.stiffness_matrix();
+    // Beside a resonance, where the answer has the same zeros.
+    let omega = load.frequency * (1.0 + RESONANCE);
+    let dynamic = Mat::from_fn(n, n, |i, j| {
+        let real = stiffness[(i, j)] - omega * omega * mass[(i, j)];
+        c64::new(real, omega * damping[(i, j)])
+    });
+    let mut amplitude = Mat::<c64>::zeros(n, 1);
+    amplitude[(*coordinate, 0)] = c64::from(load.amplitude);
+    dynamic.partial_piv_lu().solve(&amplitude)
 }
 
 /// How close, relatively, a load's frequency must be to an undamped mode's to be its own: beyond

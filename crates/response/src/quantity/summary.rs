@@ -4,7 +4,8 @@ use eigentone_modes::{Bounds, Modes, Motion, System};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
-use super::extrema::{Band, Extrema, Extremum, Fastest, last_outside};
+use super::extrema::{Band, Extrema, Extremum, Fastest, followed, last_outside};
+use super::later::stays;
 use super::persistence::{Persistence, Sustained};
 use crate::answer::Trajectory;
 use crate::problem::{Floating, Harmonic, Load, Problem, equilibrium};
@@ -52,6 +53,8 @@ const WAY: f64 = 0.1;
 pub struct Summary {
     coordinates: Vec<CoordinateSummary>,
     means: Vec<Option<f64>>,
+    /// Whether it is left open if a coordinate has settled.
+    open: Vec<bool>,
     extrema: Option<Extrema>,
 }
 
@@ -78,8 +81,9 @@ pub enum Destination {
     Rest {
         /// At this displacement in m, the equilibrium under the final constant loads.
         displacement: f64,
-        /// The last time in s at which it is farther away than 2 % of the largest deviation, 0 if
-        /// there is none; `None` if it still is at the end.
+        /// The last time in s at which it is farther away than 2 % of the largest deviation until the end, 0 if
+        /// there is none. `None` if it still is at the end or goes out again later, under all loads to come, and where
+        /// [`Summary::is_open`] says that this is not known.
         settled: Option<f64>,
         /// How far it goes beyond the end, in parts of the way there from where it starts; `None`
         /// if it starts there, or so near that this way is less than a tenth of the largest deviation from the end.
@@ -99,8 +103,8 @@ pub enum Destination {
 pub struct CombinationRest {
     /// At this value, in the unit of the combination.
     pub value: f64,
-    /// The last time in s at which it is farther away than 2 % of the largest deviation, 0 if there is none; `None` if it
-    /// still is at the end.
+    /// The last time in s at which it is farther away than 2 % of the largest deviation until the end, 0 if there is none;
+    /// `None` unless it is shown to stay nearer for all time after.
     pub settled: Option<f64>,
 }
 
@@ -198,7 +202,7 @@ impl Summary {
                 _ => None,
             })
             .collect();
-        let followed = between.as_ref().and_then(|_| {
+        let between_samples = between.as_ref().and_then(|_| {
             let seen = bands.iter().enumerate().flat_map(|(i, band)| {
                 band.map(|band| {
                     last_sample_outside(trajectory, i, &band).map_or(0, |(step, _)| step)
@@ -208,17 +212,34 @@ impl Summary {
             let from = seen.min()?;
             last_outside(problem, trajectory, from, &bands)
         });
-        for (i, destination) in destinations.iter_mut().enumerate() {
-            let (Destination::Rest { settled, .. }, Some(band)) = (destination, &bands[i]) else {
-                continue;
-            };
+        let step = trajectory.steps()[latest];
+        let mut settled: Vec<Option<f64>> = vec![None; n];
+        for (i, band) in bands.iter().enumerate() {
+            let Some(band) = band else { continue };
             let sample = last_sample_outside(trajectory, i, band);
-            let at_the_end = sample.is_some_and(|(step, _)| step == trajectory.steps()[latest]);
-            *settled = match &followed {
+            let at_the_end = sample.is_some_and(|(last, _)| last == step);
+            settled[i] = match &between_samples {
                 _ if at_the_end => None,
                 Some(last) => last[i],
                 None => Some(sample.map_or(0.0, |(_, time)| time)),
             };
+        }
+        let inside: Vec<Option<Band>> = bands.into_iter().zip(&settled).map(inside).collect();
+        let ranges_followed = followed(problem, trajectory, n);
+        let stays = stays(
+            problem,
+            modes,
+            step,
+            (last.x, last.v),
+            &ranges_followed,
+            &inside,
+        );
+        let open = (0..n).map(|i| settled[i].is_some() && stays[i].is_none());
+        let open = open.collect();
+        for (i, destination) in destinations.iter_mut().enumerate() {
+            if let Destination::Rest { settled: known, .. } = destination {
+                *known = settled[i].filter(|_| stays[i] == Some(true));
+            }
         }
         let coordinates = ranges.iter().zip(destinations);
         let coordinates = coordinates.map(|(range, destination)| CoordinateSummary {
@@ -231,6 +252,7 @@ impl Summary {
         Some(Summary {
             coordinates: coordinates.collect(),
             means,
+            open,
             extrema: between,
         })
     }
@@ -257,13 +279,20 @@ impl Summary {
         self.means[coordinate]
     }
 
+    /// Whether a coordinate is within its band at the end, and it is not known whether it stays there for all time: a settling
+    /// time is then left open.
+    pub fn is_open(&self, coordinate: usize) -> bool {
+        self.open[coordinate]
+    }
+
     /// Where each combination of the problem comes to rest, as all that it combines does; else there is none, as for a
-    /// difference of two that go away together. `problem` and `trajectory` are those that were summed up. `None` where
+    /// difference of two that go away together. `problem`, `trajectory` and `modes` are those that were summed up. `None` where
     /// [`is_between`](Self::is_between) says so, and where combinations cannot be followed.
     pub fn combinations(
         &self,
         problem: &Problem<'_>,
         trajectory: &Trajectory,
+        modes: &Modes,
     ) -> Option<Vec<Option<CombinationRest>>> {
         let extrema = self.extrema.as_ref()?;
         let n = self.coordinates.len();
@@ -316,14 +345,27 @@ impl Summary {
             return Some(vec![None; outputs.len()]);
         };
         let last = last_outside(problem, trajectory, from, &bands)?;
+        let settled: Vec<Option<f64>> = (0..bands.len())
+            .map(|i| last[i].filter(|_| outputs.contains(&i) && !is_outside(i, latest)))
+            .collect();
+        let within: Vec<Option<Band>> = bands.iter().copied().zip(&settled).map(inside).collect();
+        let state = [trajectory.displacement(), trajectory.velocity()];
+        let [x, v] = state.map(|of| (0..n).map(|i| of[(i, latest)]).collect());
+        let ranges = followed(problem, trajectory, bands.len());
+        let stays = stays(problem, modes, steps[latest], (x, v), &ranges, &within);
         let rests = outputs.map(|i| {
             Some(CombinationRest {
                 value: bands[i]?.centre,
-                settled: last[i].filter(|_| !is_outside(i, latest)),
+                settled: settled[i].filter(|_| stays[i] == Some(true)),
             })
         });
         Some(rests.collect())
     }
+}
+
+/// A band of what seems to have settled.
+fn inside((band, settled): (Option<Band>, &Option<f64>)) -> Option<Band> {
+    band.filter(|_| settled.is_some())
 }
 
 /// The latest state, and the largest velocity of all.
@@ -334,7 +376,7 @@ struct Last {
 }
 
 /// The loads as they are at time `t` and go on.
-fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
+pub(super) fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
     let n = problem.system().len();
     let pieces = problem.timeline().pieces();
     let latest = pieces.iter().rposition(|piece| piece.start() <= t);
@@ -810,6 +852,133 @@ mod tests {
             assert!(summary.is_between());
             assert_eq!((m.fastest, m.fastest_time), (-3.0, end));
             assert_eq!((p.peak, p.peak_time), (5.0, end));
+        }
+    }
+
+    /// From rest under a constant force: the deviation from the end is e^(−at)(cos wt + a/w·sin wt) of it, and leaves the band
+    /// of 2 % for the last time where the bisected truth says. Until then it crosses its end again and again; an end of the
+    /// grid beside a crossing settles nothing.
+    #[test]
+    fn a_crossing_at_the_end_is_no_rest() {
+        let (a, w) = (0.4f64, (16.0f64 - 0.16).sqrt());
+        let off = |t: f64| (-a * t).exp() * ((w * t).cos() + a / w * (w * t).sin());
+        let outside = (0..40_000).rev().map(|k| f64::from(k) * 1e-3);
+        let mut truth = outside
+            .into_iter()
+            .find(|t| off(*t).abs() > 0.02)
+            .expect("at 0");
+        let (mut low, mut high) = (truth, truth + 1e-3);
+        for _ in 0..60 {
+            truth = 0.5 * (low + high);
+            *(if off(truth).abs() > 0.02 {
+                &mut low
+            } else {
+                &mut high
+            }) = truth;
+        }
+        for end in [
+            1.98, 1.99, 2.0, 2.01, 3.56, 6.0, 9.5, 9.55, 9.6, 9.65, 10.0, 20.0,
+        ] {
+            let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 16.0);
+            let summary = summary(system.damper(GROUND, "m", 0.8), |response| {
+                response
+                    .load("m", Step::of(4.0))
+                    .every(end / 4.0)
+                    .until(end)
+            });
+            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
+                panic!("{summary:?}");
+            };
+            assert!(!summary.is_open(0));
+            match settled {
+                Some(time) => assert!(end > truth && (time - truth).abs() < 1e-8, "{end}: {time}"),
+                None => assert!(end < truth, "{end}"),
+            }
+        }
+    }
+
+    /// An impulse at the end, and after it, moves what has been at rest.
+    #[test]
+    fn what_is_still_to_come_unsettles() {
+        for at in [4.0, 4.5, 400.0] {
+            let summary = summary(one().damper(GROUND, "m", 4.0), |response| {
+                let impulse = Impulse::of(1.0).at(at);
+                response.load("m", impulse).every(1.0).until(4.0)
+            });
+            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
+                panic!("{summary:?}");
+            };
+            assert_eq!(settled, None, "{at}");
+        }
+    }
+
+    /// An impulse at the end leaves a displacement where it is and makes the velocity and the force in a damper jump.
+    #[test]
+    fn what_an_impulse_at_the_end_moves_has_not_settled() {
+        let system = one().damper(GROUND, "m", 4.0).build().expect("a system");
+        let modes = system.modes().expect("modes");
+        for (at, settles) in [(20.0, false), (0.0, true)] {
+            let problem = Response::of(&system)
+                .load("m", Impulse::of(1.0).at(at))
+                .sum("x", [(Quantity::Displacement, "m", 1.0)])
+                .sum("v", [(Quantity::Velocity, "m", 1.0)])
+                .sum("a", [(Quantity::Acceleration, "m", 1.0)])
+                .every(0.5)
+                .until(20.0)
+                .problem()
+                .expect("a problem");
+            let plan = crate::ResponsePlan::of(&problem).expect("a plan");
+            let motion = plan.run(&problem).expect("a response");
+            let summary = Summary::of(&problem, &motion, &modes).expect("instants");
+            let rests = summary.combinations(&problem, &motion, &modes);
+            for rest in rests.expect("they are followed") {
+                let rest = rest.expect("it comes to rest");
+                assert_eq!(rest.settled.is_some(), settles, "{at}: {rest:?}");
+            }
+        }
+    }
+
+    /// Critical damping has one shape for two roots: e^(−2t)(1 + 2t) = 0.02.
+    #[test]
+    fn critical_damping_settles() {
+        let critical = one().damper(GROUND, "m", 8.0);
+        let summary = summary(critical, |response| {
+            let response = response.from(State::at_rest().displace("m", 1.0));
+            response.every(0.5).until(4.0)
+        });
+        let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
+            panic!("{summary:?}");
+        };
+        let time = settled.expect("it settles");
+        assert!(
+            ((-2.0 * time).exp() * (1.0 + 2.0 * time) - 0.02).abs() < 1e-9,
+            "{time}"
+        );
+    }
+
+    /// Beside what swings for ever.
+    #[test]
+    fn what_settles_beside_what_does_not() {
+        let pair = one().damper(GROUND, "m", 0.8);
+        let pair = pair.mass("n", 3.0).spring(GROUND, "n", 5.0);
+        for end in [20.0, 40.0] {
+            let summary = summary(pair.clone(), |response| {
+                let state = State::at_rest().displace("m", 1.0).displace("n", 7.0);
+                response
+                    .from(state)
+                    .load("n", Harmonic::of(1.0, 3.0))
+                    .every(0.5)
+                    .until(end)
+            });
+            let Destination::Rest { settled, .. } = summary.coordinates()[0].destination else {
+                panic!("{summary:?}");
+            };
+            // e^(−t/5): the last of its waves leaves at most once more within a period of π.
+            let time = settled.expect("it settles");
+            assert!(
+                time < 5.0 * 50f64.ln() + 0.1 && time > 5.0 * 50f64.ln() - 3.2,
+                "{time}"
+            );
         }
     }
 

@@ -1,0 +1,244 @@
+//! Whether a motion stays within bands for all time after an instant.
+//!
+//! What may still come is bounded by the amplitudes of the modes, whatever their phases, or of a passive system by its
+//! energy: ½dᵀKd + ½vᵀMv of the distance d from rest does not grow, and (aᵀd)² ≤ aᵀK⁻¹a · dᵀKd. Where that is more than a
+//! band, the motion is followed until it is less, or until it is seen outside.
+
+use eigentone_modes::{Modes, Motion, System};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+
+use super::extrema::{Band, was_outside};
+use super::persistence::{Parts, Sustained, pair, swing};
+use super::summary::sustained;
+use crate::certified::follow::follow;
+use crate::problem::{MAX_STEPS, Problem, Source, rest};
+
+/// Along so many spans of time, each twice as long as the one before, a motion is followed.
+const SPANS: u32 = 10;
+/// Amplitudes are those of modes only where dividing by what distinguishes shapes costs no more than this.
+const CONDITION: f64 = 1e10;
+
+/// Whether what has a band stays within it from the instant `step` of the grid on, where displacements and velocities are
+/// `x` and `v` and it is within, under all loads to come; `None` where that is not known, and without a band. Bands are those
+/// of [`last_outside`](super::extrema::last_outside), `ranges` those of what is followed.
+pub(crate) fn stays(
+    problem: &Problem<'_>,
+    modes: &Modes,
+    step: u64,
+    (mut x, mut v): (Vec<f64>, Vec<f64>),
+    ranges: &[f64],
+    bands: &[Option<Band>],
+) -> Vec<Option<bool>> {
+    let n = problem.system().len();
+    let mut answers = vec![None; bands.len()];
+    let mut open: Vec<(usize, Band)> = bands.iter().enumerate().flat_map(band_of).collect();
+    let beside = bands.len().saturating_sub(problem.sources().len());
+    let source = |i: usize| match i.checked_sub(beside.max(n)) {
+        Some(place) => problem.sources()[place].clone(),
+        None => {
+            let mut own = Source::default();
+            own.terms[0].push((i, [1.0; 2]));
+            own
+        }
+    };
+    let mut now = step;
+    for span in 0..=SPANS {
+        let longer = problem.until(now);
+        let time = longer.grid().time(now);
+        if time >= problem.last_change() {
+            let left = Left::of(&longer, modes, time, (&x, &v));
+            open.retain(|(i, band)| {
+                let stays = left.most(&source(*i)) <= band.half_width;
+                if stays {
+                    answers[*i] = Some(true);
+                }
+                !stays
+            });
+        }
+        if open.is_empty() || span == SPANS {
+            break;
+        }
+        let from = now;
+        now = now.saturating_add((step / 16).max(1) << span);
+        if now > MAX_STEPS || !problem.grid().time(now).is_finite() {
+            break;
+        }
+        let longer = problem.until(now);
+        let mut ended = None;
+        let followed = follow(&longer, from, ranges.to_vec(), &mut |stretch| {
+            open.retain(|(i, band)| {
+                let outside = was_outside(stretch, *i, band).is_some();
+                if outside {
+                    answers[*i] = Some(false);
+                }
+                !outside
+            });
+            if stretch.length == 0.0 {
+                let state = |of: &dyn Fn(usize) -> f64| (0..n).map(of).collect();
+                ended = Some((
+                    state(&|i| stretch.right.x(i)),
+                    state(&|i| stretch.right.v(i)),
+                ));
+            }
+        });
+        let Some(state) = followed.and(ended) else {
+            break;
+        };
+        (x, v) = state;
+    }
+    answers
+}
+
+fn band_of((i, band): (usize, &Option<Band>)) -> Option<(usize, Band)> {
+    Some((i, (*band)?))
+}
+
+/// What may still come of a motion under loads that do not change any more.
+struct Left<'a> {
+    system: &'a System,
+    /// Rates, and amplitudes of all coordinates with them: of modes, and of sinusoidal loads.
+    swings: Option<Vec<(c64, Vec<c64>)>>,
+    /// Its energy in J, where that does not grow.
+    energy: Option<f64>,
+}
+
+impl Left<'_> {
+    fn of<'a>(
+        problem: &Problem<'a>,
+        modes: &Modes,
+        time: f64,
+        state: (&[f64], &[f64]),
+    ) -> Left<'a> {
+        let system = problem.system();
+        let loads = sustained(problem, time);
+        Left {
+            system,
+            swings: swings(system, modes, state, &loads),
+            energy: energy(system, state, &loads),
+        }
+    }
+
+    /// The largest distance from its end that a sum can still come to.
+    fn most(&self, source: &Source) -> f64 {
+        let by_modes = self.swings.as_ref().map_or(f64::INFINITY, |swings| {
+            swings
+                .iter()
+                .map(|(rate, of)| along(source, *rate, of))
+                .sum()
+        });
+        let by_energy = self
+            .energy
+            .and_then(|energy| self.by_energy(source, energy));
+        by_modes.min(by_energy.unwrap_or(f64::INFINITY))
+    }
+
+    /// By what the energy allows of displacements, velocities and, Ma = −Kd − Cv, accelerations.
+    fn by_energy(&self, source: &Source, energy: f64) -> Option<f64> {
+        let n = self.system.len();
+        let [x, v, a] = [0, 1, 2].map(|order| {
+            let mut row = Mat::<f64>::zeros(n, 1);
+            let own = source.terms[order].iter().filter(|(i, _)| *i < n);
+            own.for_each(|(i, [a, b])| row[(*i, 0)] += a * b);
+            row
+        });
+        let reach = |row: &Mat<f64>, matrix: &Mat<f64>| {
+            let image = matrix.partial_piv_lu().solve(row);
+            (row.transpose() * image)[(0, 0)].max(0.0).sqrt()
+        };
+        let (stiffness, mass) = (self.system.stiffness_matrix(), self.system.mass_matrix());
+        let mut reaches = 0.0;
+        if x.norm_max() > 0.0 {
+            reaches += reach(&x, &stiffness);
+        }
+        if v.norm_max() > 0.0 || a.norm_max() > 0.0 {
+            let pushed = mass.partial_piv_lu().solve(&a);
+            let dragged = self.system.damping_matrix() * &pushed;
+            let pulled = (pushed.transpose() * &stiffness * &pushed)[(0, 0)];
+            reaches += pulled.max(0.0).sqrt() + reach(&v, &mass) + reach(&dragged, &mass);
+        }
+        Some((2.0 * energy).sqrt() * reaches).filter(|most| most.is_finite())
+    }
+}
+
+/// |Σ factor·rateᵏ·amplitude|, k the order of the derivative.
+fn along(source: &Source, rate: c64, amplitudes: &[c64]) -> f64 {
+    let mut sum = c64::new(0.0, 0.0);
+    let mut power = c64::new(1.0, 0.0);
+    for terms in &source.terms {
+        for (i, [a, b]) in terms {
+            // Supports are at rest.
+            if let Some(amplitude) = amplitudes.get(*i) {
+                sum += power * *amplitude * (a * b);
+            }
+        }
+        power *= rate;
+    }
+    sum.norm()
+}
+
+/// The free motion by modes and what sinusoidal loads keep up. Rigid motions are part of where the end is, and what grows is
+/// not there where an end is. `None` where modes are not all known, or not as many as roots.
+fn swings(
+    system: &System,
+    modes: &Modes,
+    state: (&[f64], &[f64]),
+    loads: &Sustained,
+) -> Option<Vec<(c64, Vec<c64>)>> {
+    let moving = modes.iter().filter(|mode| mode.motion() != Motion::Rigid);
+    let moving: Vec<_> = moving.collect();
+    let are_known = moving
+        .iter()
+        .all(|mode| mode.roots() == 1 && mode.motion() != Motion::Doubtful);
+    if !are_known {
+        return None;
+    }
+    let n = system.len();
+    let mut swings = Vec::new();
+    if let Some(parts) = Parts::of(system, system.structure(), &moving, state, loads) {
+        let count = moving.len();
+        let factors = parts.gram.partial_piv_lu();
+        let inverse = factors.solve(&Mat::<c64>::identity(count, count));
+        let weight = |k: usize| parts.sizes[k].sqrt();
+        let most = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
+        let mut most = most.map(|(i, j)| inverse[(i, j)].norm() * weight(i) * weight(j));
+        if !most.all(|size| size <= CONDITION) {
+            return None;
+        }
+        let amplitudes = inverse * &parts.free;
+        for (k, mode) in moving.iter().enumerate() {
+            if mode.motion() == Motion::Growing {
+                continue;
+            }
+            let factor = amplitudes[(k, 0)] * pair(parts.roots[k]);
+            let of = (0..n).map(|i| parts.right[(i, k)] * factor).collect();
+            swings.push((parts.roots[k], of));
+        }
+    }
+    for load in &loads.harmonics {
+        let motion = swing(system, load);
+        let of = (0..n).map(|i| motion[(i, 0)]).collect();
+        swings.push((c64::new(0.0, load.1.frequency), of));
+    }
+    Some(swings)
+}
+
+/// ½dᵀKd + ½vᵀMv about the rest under constant loads, of a passive system that springs hold.
+fn energy(system: &System, (x, v): (&[f64], &[f64]), loads: &Sustained) -> Option<f64> {
+    let structure = system.structure();
+    let decays = structure.is_passive() && structure.is_symmetric();
+    let is_held = structure.zero_roots() == Some(0);
+    let is_constant = loads.harmonics.is_empty() && loads.rate.iter().all(|rate| *rate == 0.0);
+    if !(decays && is_held && is_constant) {
+        return None;
+    }
+    let rest = match loads.force.iter().all(|force| *force == 0.0) {
+        true => vec![0.0; x.len()],
+        false => rest(system, &loads.force)?,
+    };
+    let distance = Mat::from_fn(x.len(), 1, |i, _| x[i] - rest[i]);
+    let velocity = Mat::from_fn(v.len(), 1, |i, _| v[i]);
+    let form = |matrix: Mat<f64>, of: &Mat<f64>| (of.transpose() * matrix * of)[(0, 0)].max(0.0);
+    let twice = form(system.stiffness_matrix(), &distance) + form(system.mass_matrix(), &velocity);
+    Some(twice / 2.0).filter(|energy| energy.is_finite())
+}

@@ -1,4 +1,4 @@
-//! The motion between the instants, followed in doubles as closely as its shape asks for.
+//! The motion between the instants, followed as closely as its shape asks for: in doubles, or with twice their digits.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -13,6 +13,15 @@ use super::march::Walker;
 use crate::enclosed::{Halves, Normed};
 use crate::problem::{Instant, Leg, Problem, Walk};
 
+/// With how many digits states and loads are taken from one place to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Digits {
+    /// In doubles: what is small beside 1e-13 of the largest displacement is lost.
+    Once,
+    /// In double-double, each quantity rounded to a double by itself at last.
+    Twice,
+}
+
 /// A moment of the motion, in doubles: what is followed with its first and second derivatives, then states and
 /// loads. What is followed are the displacements of all coordinates and, where asked for, what the problem asks for beside
 /// them: accelerations, combinations, forces.
@@ -20,6 +29,8 @@ use crate::problem::{Instant, Leg, Problem, Walk};
 pub(crate) struct Point {
     count: usize,
     values: Vec<f64>,
+    /// States and loads once more, where more digits are taken.
+    more: Vec<DoubleDouble>,
 }
 
 impl Point {
@@ -131,6 +142,8 @@ struct Way {
     outputs: Arc<Outputs>,
     /// The states and loads after each half of the way, as matrices by rows.
     halves: Vec<Vec<f64>>,
+    /// The same, where more digits are taken.
+    more: Vec<Vec<DoubleDouble>>,
     /// How often bisections have halved it.
     halvings: u64,
     /// Makes them; `None` for a way of no length.
@@ -142,13 +155,23 @@ struct Outputs {
     count: usize,
     /// All quantities, then their first and their second derivatives, by rows.
     rows: Vec<f64>,
+    /// The same, where more digits are taken.
+    more: Vec<DoubleDouble>,
     /// How many entries of a row belong to states.
     states: usize,
+    /// What a value loses along some fifty halvings, about, in parts of what it is made of.
+    rounding: f64,
 }
 
 impl Outputs {
     /// The displacements of the coordinates and, if `beside`, what the problem asks for beside them.
-    fn of(problem: &Problem<'_>, generator: &Generator<DoubleDouble>, beside: bool) -> Outputs {
+    fn of(
+        problem: &Problem<'_>,
+        generator: &Generator<DoubleDouble>,
+        beside: bool,
+        digits: Digits,
+    ) -> Outputs {
+        const HALVINGS: f64 = 64.0;
         let [x, v, a] = &generator.outputs;
         let mut orders = [&x.rows, &v.rows, &a.rows].map(|rows| rows.clone());
         if beside {
@@ -161,11 +184,22 @@ impl Outputs {
                 orders[0].push(row.clone());
             }
         }
-        let rows = orders.iter().flatten().flatten();
+        let rows = || orders.iter().flatten().flatten();
+        let end = problem.grid().time(problem.grid().last());
+        let error = (generator.w.error() * Magnitude::from(end)).to_f64();
+        let (more, rounding) = match digits {
+            Digits::Once => (Vec::new(), HALVINGS * f64::EPSILON),
+            Digits::Twice => {
+                let unit = DoubleDouble::unit().to_f64();
+                (rows().copied().collect(), HALVINGS * unit + error)
+            }
+        };
         Outputs {
             count: orders[0].len(),
-            rows: rows.map(|entry| entry.to_f64()).collect(),
+            rows: rows().map(|entry| entry.to_f64()).collect(),
+            more,
             states: generator.states,
+            rounding,
         }
     }
 }
@@ -192,18 +226,40 @@ impl Way {
         let (outputs, states) = values.split_at_mut(3 * count);
         states.copy_from_slice(zeta);
         multiply(&self.outputs.rows, states, outputs);
-        Point { count, values }
+        Point {
+            count,
+            values,
+            more: Vec::new(),
+        }
+    }
+
+    /// With more digits.
+    fn point_of_more(&self, zeta: Vec<DoubleDouble>) -> Point {
+        let values = multiply_more(&self.outputs.more, &zeta);
+        let values = values.iter().chain(&zeta).map(|value| value.to_f64());
+        Point {
+            count: self.outputs.count,
+            values: values.collect(),
+            more: zeta,
+        }
+    }
+
+    /// Where the march is.
+    fn here(&self, walker: &Walker<'_, '_, DoubleDouble>) -> Point {
+        match self.outputs.more.is_empty() {
+            true => self.point(&walker.rounded()),
+            false => self.point_of_more(walker.exact().to_vec()),
+        }
     }
 
     /// What rounding makes of a quantity along some fifty halvings, about.
     fn rounding(&self, point: &Point, i: usize) -> f64 {
-        const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
         let zeta = point.zeta();
         let row = &self.outputs.rows[i * zeta.len()..][..zeta.len()];
         let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (states, loads) = row.split_at(self.outputs.states);
         let (own, driven) = zeta.split_at(self.outputs.states);
-        ROUNDINGS * (length(states) * length(own) + length(loads) * length(driven))
+        self.outputs.rounding * (length(states) * length(own) + length(loads) * length(driven))
     }
 
     /// The point 2^-depth of the way later.
@@ -211,6 +267,9 @@ impl Way {
         let zeta = from.zeta();
         if self.halves.len() <= depth {
             self.halve(depth, zeta.len());
+        }
+        if let Some(half) = self.more.get(depth) {
+            return self.point_of_more(multiply_more(half, &from.more));
         }
         let mut later = vec![0.0; zeta.len()];
         multiply(&self.halves[depth], zeta, &mut later);
@@ -222,24 +281,38 @@ impl Way {
         let Some(make) = &self.make else {
             return self.halves.resize(depth + 1, vec![f64::NAN; size * size]);
         };
-        let rounded = |power: &Normed<DoubleDouble>| {
-            let entries = power.entries().iter();
-            entries.map(|entry| entry.to_f64()).collect()
-        };
+        let mut powers = Vec::new();
         if self.halves.is_empty() {
             let mut power = make.at(make.ground());
-            let mut upwards: Vec<Vec<f64>> = vec![rounded(&power)];
             for _ in 0..make.ground() {
-                power = power.times(&power);
-                upwards.push(rounded(&power));
+                let next = power.times(&power);
+                powers.push(std::mem::replace(&mut power, next));
             }
-            upwards.reverse();
-            self.halves = upwards;
+            powers.push(power);
+            powers.reverse();
         }
-        while self.halves.len() <= depth {
-            self.halves.push(rounded(&make.at(self.halves.len())));
+        for depth in self.halves.len() + powers.len()..=depth {
+            powers.push(make.at(depth));
+        }
+        for power in &powers {
+            let entries = power.entries().iter();
+            self.halves
+                .push(entries.map(|entry| entry.to_f64()).collect());
+            if !self.outputs.more.is_empty() {
+                self.more.push(power.entries().to_vec());
+            }
         }
     }
+}
+
+/// The product of a matrix, by rows, and a vector, with more digits.
+fn multiply_more(matrix: &[DoubleDouble], vector: &[DoubleDouble]) -> Vec<DoubleDouble> {
+    let rows = matrix.chunks_exact(vector.len().max(1));
+    let product = |row: &[DoubleDouble]| {
+        let terms = row.iter().zip(vector).map(|(a, b)| *a * *b);
+        terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+    };
+    rows.map(product).collect()
 }
 
 /// The product of a matrix, by rows, and a vector.
@@ -323,12 +396,15 @@ pub(crate) fn follow(
     problem: &Problem<'_>,
     from: u64,
     range: Vec<f64>,
+    digits: Digits,
     visit: &mut dyn FnMut(&mut Stretch<'_>),
 ) -> Option<()> {
     /// The most products that all stretches together may take.
     const MOST: f64 = 4e9;
     /// The most products that may be taken at the start.
     const MOST_AT_ONCE: f64 = 2e9;
+    /// What the generator may lose of more digits.
+    const LEAST: f64 = 1e-26;
     let grid = problem.grid();
     let end = grid.time(grid.last());
     let states = 2.0 * problem.system().len() as f64;
@@ -336,14 +412,18 @@ pub(crate) fn follow(
         return None;
     }
     let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem, &[])?;
-    if (generator.w.error() * Magnitude::from(end)).to_f64() > ROUNDING {
+    let (lost, costs) = match digits {
+        Digits::Once => (ROUNDING, 1.0),
+        Digits::Twice => (LEAST, 32.0),
+    };
+    if (generator.w.error() * Magnitude::from(end)).to_f64() > lost {
         generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem, &[])?;
     }
     let w = generator.w.clone();
     let displacements = problem.system().len();
-    let outputs = Outputs::of(problem, &generator, range.len() > displacements);
+    let outputs = Outputs::of(problem, &generator, range.len() > displacements, digits);
     let outputs = Arc::new(outputs);
-    let most = (MOST / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
+    let most = (MOST / costs / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
     let mut limits = Limits {
         range,
         displacements,
@@ -356,6 +436,7 @@ pub(crate) fn follow(
     let way = |make| Way {
         outputs: Arc::clone(&outputs),
         halves: Vec::new(),
+        more: Vec::new(),
         halvings: 0,
         make,
     };
@@ -380,7 +461,7 @@ pub(crate) fn follow(
                         free.insert(way(Some(halves)))
                     }
                 };
-                let left = way.point(&walker.rounded());
+                let left = way.here(&walker);
                 let right = way.advance(&left, 0);
                 let mut stretch = Stretch {
                     start: now.time().to_f64(),
@@ -400,7 +481,7 @@ pub(crate) fn follow(
         if index == grid.last() {
             // What the loads make of the end itself.
             let mut way = way(None);
-            let here = way.point(&walker.rounded());
+            let here = way.here(&walker);
             visit(&mut Stretch {
                 start: target.time().to_f64(),
                 length: 0.0,
@@ -435,9 +516,9 @@ fn divide(
         let off = (middle.x(i) - stretch.polynomial(i, 0.5)).abs();
         let turn = (h * middle.v(i) - speed).abs();
         let off = off.max(turn / 8.0);
-        let hidden = || match i < limits.displacements {
+        let hidden = || match i < limits.displacements && p.more.is_empty() {
             true => ROUNDING * all,
-            // Of whatever unit.
+            // Of whatever unit, or size beside the others.
             false => stretch.rounding(i),
         };
         off <= INVISIBLE * limits.range[i] || off <= hidden()

@@ -123,6 +123,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         self.zeta.iter().map(|entry| entry.to_f64()).collect()
     }
 
+    /// The state and the loads.
+    pub(super) fn exact(&self) -> &[T] {
+        &self.zeta
+    }
+
     /// Where an instant is.
     pub(super) fn moment(&self, instant: &Instant) -> Moment {
         self.driven.clock.moment(instant)

@@ -64,14 +64,29 @@ impl Floating {
 /// A solution x in m of K x = `force`, with each floating part at an arbitrary place. There is none
 /// where a net force acts on one of them; then its net force is taken up at an arbitrary node.
 pub(crate) fn equilibrium(system: &System, floating: &Floating, force: &[f64]) -> Vec<f64> {
-    let springs = system.springs().iter();
-    let network = system.added(MatrixKind::Stiffness).is_none()
-        && springs.clone().all(|spring| spring.coefficient >= 0.0);
-    if network {
+    if is_network(system) {
         by_elimination(system, force)
     } else {
         by_factors(system, floating, force)
     }
+}
+
+/// What rounding may have moved each coordinate of an [`equilibrium`], about: where no difference is formed, in parts of
+/// what the sizes of the forces do to it, else in parts of the largest.
+pub(crate) fn equilibrium_rounding(
+    system: &System,
+    floating: &Floating,
+    force: &[f64],
+) -> Vec<f64> {
+    let sizes: Vec<f64> = force.iter().map(|force| force.abs()).collect();
+    let unit = 4.0 * system.len() as f64 * f64::EPSILON;
+    let most = equilibrium(system, floating, &sizes);
+    let largest = most.iter().fold(0.0f64, |top, x| top.max(x.abs()));
+    let each = most.iter().map(|x| match is_network(system) {
+        true => unit * x.abs(),
+        false => 16.0 * unit * largest,
+    });
+    each.collect()
 }
 
 /// Where the springs hold every coordinate under this constant force, for a motion to be computed as a deviation from
@@ -85,6 +100,12 @@ pub(crate) fn rest(system: &System, force: &[f64]) -> Option<Vec<f64>> {
     let nothing = Floating::of(system, structure, false);
     let rest = equilibrium(system, &nothing, force);
     rest.iter().all(|x| x.is_finite()).then_some(rest)
+}
+
+/// Whether K is that of springs that are not negative.
+fn is_network(system: &System) -> bool {
+    let mut springs = system.springs().iter();
+    system.added(MatrixKind::Stiffness).is_none() && springs.all(|spring| spring.coefficient >= 0.0)
 }
 
 /// Star–mesh elimination from the last coordinate to the first.

@@ -4,7 +4,7 @@ use eigentone_modes::ElementKind;
 
 use crate::answer::Trajectory;
 use crate::certified::ByCertifiedExponential;
-use crate::certified::follow::{INVISIBLE, Point, ROUNDING, Stretch, follow};
+use crate::certified::follow::{Digits, INVISIBLE, Point, ROUNDING, Stretch, follow};
 use crate::problem::{Piece, Problem};
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
@@ -40,6 +40,9 @@ pub struct Extrema {
     fastest: Vec<Fastest>,
     jumps: Vec<Vec<Jump>>,
     beside: Option<Beside>,
+    digits: Digits,
+    /// How far displacements may be off, about.
+    roundings: Vec<f64>,
 }
 
 /// Of what is asked for beside displacements.
@@ -175,6 +178,15 @@ impl Extrema {
     /// too many points in between, such as a motion of very many oscillations from one instant to the
     /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
+        Extrema::with(Digits::Once, problem, trajectory)
+    }
+
+    /// The same, followed with so many digits.
+    pub(super) fn with(
+        digits: Digits,
+        problem: &Problem<'_>,
+        trajectory: &Trajectory,
+    ) -> Option<Extrema> {
         if problem.system().is_large() {
             return None;
         }
@@ -182,14 +194,17 @@ impl Extrema {
         let displacements = all.len();
         all.extend(ranges_beside(problem, trajectory));
         // What is asked for beside the displacements may be harder to follow than they are.
-        let found = Extrema::follow(problem, all.clone());
+        let found = Extrema::follow(problem, all.clone(), digits);
         let more = all.len() > displacements;
         all.truncate(displacements);
-        found.or_else(|| more.then(|| Extrema::follow(problem, all)).flatten())
+        found.or_else(|| {
+            more.then(|| Extrema::follow(problem, all, digits))
+                .flatten()
+        })
     }
 
     /// Of the displacements and, with ranges of it, of what is asked for beside them.
-    fn follow(problem: &Problem<'_>, ranges: Vec<f64>) -> Option<Extrema> {
+    fn follow(problem: &Problem<'_>, ranges: Vec<f64>, digits: Digits) -> Option<Extrema> {
         let n = problem.system().len();
         let first = |i: usize| Extremum {
             displacement: problem.initial_displacement()[i],
@@ -205,6 +220,8 @@ impl Extrema {
             fastest: (0..n).map(start).collect(),
             jumps: vec![Vec::new(); n],
             beside: None,
+            digits,
+            roundings: vec![0.0; n],
         };
         let nothing = Reached {
             value: 0.0,
@@ -221,7 +238,7 @@ impl Extrema {
         // Displacement and velocity at the end of the stretch before.
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
         let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
-        follow(problem, 0, ranges.clone(), &mut |stretch| {
+        follow(problem, 0, ranges.clone(), digits, &mut |stretch| {
             if !seen {
                 // A node without mass does not begin at the initial values given.
                 seen = true;
@@ -246,6 +263,11 @@ impl Extrema {
                     (peaks.highest, peaks.lowest) = (start, start);
                 }
             }
+            if digits == Digits::Twice {
+                for (i, rounding) in extrema.roundings.iter_mut().enumerate() {
+                    *rounding = rounding.max(stretch.rounding(i));
+                }
+            }
             for (i, range) in ranges.iter().enumerate().take(n) {
                 raise(stretch, i, 1.0, *range, &mut extrema.highest[i]);
                 raise(stretch, i, -1.0, *range, &mut extrema.lowest[i]);
@@ -265,6 +287,11 @@ impl Extrema {
             before.clear();
             before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
         })?;
+        if digits == Digits::Once {
+            let size = |i: usize| extrema.peak(i).displacement.abs();
+            let all = (0..n).map(size).fold(0.0, f64::max);
+            extrema.roundings.fill(10.0 * ROUNDING * all);
+        }
         let mut accelerations = beside;
         let outputs = accelerations.len().checked_sub(problem.sources().len());
         if let Some(outputs) = outputs.filter(|_| !accelerations.is_empty()) {
@@ -279,6 +306,16 @@ impl Extrema {
             });
         }
         Some(extrema)
+    }
+
+    /// With how many digits they were followed.
+    pub(super) fn digits(&self) -> Digits {
+        self.digits
+    }
+
+    /// How far a displacement may be off, about.
+    pub(super) fn rounding(&self, coordinate: usize) -> f64 {
+        self.roundings[coordinate]
     }
 
     /// Of the acceleration of a coordinate. `None` where accelerations were not asked for, or displacements alone can be
@@ -499,11 +536,12 @@ pub(crate) fn last_outside(
     problem: &Problem<'_>,
     trajectory: &Trajectory,
     from: u64,
+    digits: Digits,
     bands: &[Option<Band>],
 ) -> Option<Vec<Option<f64>>> {
     let mut last = vec![Some(0.0); bands.len()];
     let followed = followed(problem, trajectory, bands.len());
-    follow(problem, from, followed, &mut |stretch| {
+    follow(problem, from, followed, digits, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {
             let Some(band) = band else { continue };
             let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));

@@ -11,7 +11,7 @@ use faer::{Mat, c64};
 use super::extrema::{Band, was_outside};
 use super::persistence::{Parts, Sustained, pair, swing};
 use super::summary::sustained;
-use crate::certified::follow::follow;
+use crate::certified::follow::{Digits, Stretch, follow};
 use crate::problem::{MAX_STEPS, Problem, Source, rest};
 
 /// Along so many spans of time, each twice as long as the one before, a motion is followed.
@@ -27,7 +27,7 @@ pub(crate) fn stays(
     modes: &Modes,
     step: u64,
     (mut x, mut v): (Vec<f64>, Vec<f64>),
-    ranges: &[f64],
+    (ranges, digits): (&[f64], Digits),
     bands: &[Option<Band>],
 ) -> Vec<Option<bool>> {
     let n = problem.system().len();
@@ -42,6 +42,18 @@ pub(crate) fn stays(
             own
         }
     };
+    let of = |stretch: &Stretch<'_>| {
+        let state = |of: &dyn Fn(usize) -> f64| (0..n).map(of).collect::<Vec<f64>>();
+        let right = stretch.right;
+        (state(&|i| right.x(i)), state(&|i| right.v(i)))
+    };
+    if digits == Digits::Twice && !open.is_empty() {
+        // Those given have a bound that is common to all coordinates.
+        let ends = &mut |stretch: &mut Stretch<'_>| (x, v) = of(stretch);
+        if follow(&problem.until(step), step, ranges.to_vec(), digits, ends).is_none() {
+            return answers;
+        }
+    }
     let mut now = step;
     for span in 0..=SPANS {
         let longer = problem.until(now);
@@ -66,7 +78,7 @@ pub(crate) fn stays(
         }
         let longer = problem.until(now);
         let mut ended = None;
-        let followed = follow(&longer, from, ranges.to_vec(), &mut |stretch| {
+        let followed = follow(&longer, from, ranges.to_vec(), digits, &mut |stretch| {
             open.retain(|(i, band)| {
                 let outside = was_outside(stretch, *i, band).is_some();
                 if outside {
@@ -75,11 +87,7 @@ pub(crate) fn stays(
                 !outside
             });
             if stretch.length == 0.0 {
-                let state = |of: &dyn Fn(usize) -> f64| (0..n).map(of).collect();
-                ended = Some((
-                    state(&|i| stretch.right.x(i)),
-                    state(&|i| stretch.right.v(i)),
-                ));
+                ended = Some(of(stretch));
             }
         });
         let Some(state) = followed.and(ended) else {

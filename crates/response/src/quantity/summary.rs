@@ -8,7 +8,8 @@ use super::extrema::{Band, Extrema, Extremum, Fastest, followed, last_outside};
 use super::later::stays;
 use super::persistence::{Persistence, Sustained};
 use crate::answer::Trajectory;
-use crate::problem::{Floating, Harmonic, Load, Problem, equilibrium};
+use crate::certified::follow::Digits;
+use crate::problem::{Floating, Harmonic, Load, Problem, equilibrium, equilibrium_rounding};
 
 /// Beside the largest displacement of the coordinate, a motion below this cannot be seen in a table
 /// of six digits.
@@ -55,6 +56,8 @@ pub struct Summary {
     means: Vec<Option<f64>>,
     /// Whether it is left open if a coordinate has settled.
     open: Vec<bool>,
+    /// How far the places of rest may be off, about.
+    about: Vec<f64>,
     extrema: Option<Extrema>,
 }
 
@@ -149,22 +152,12 @@ impl Summary {
         let end = problem.grid().time(problem.grid().last());
         let horizon = if end > 0.0 { end } else { 1.0 };
         let whole = trajectory.steps()[latest] == problem.grid().last();
-        let between = (whole && trajectory.bounds() == Bounds::Proven)
+        let mut between = (whole && trajectory.bounds() == Bounds::Proven)
             .then(|| Extrema::of(problem, trajectory))
             .flatten();
-        let ranges: Vec<Range> = (0..n)
-            .map(|i| match &between {
-                Some(extrema) => Range {
-                    peak: extrema.peak(i),
-                    highest: extrema.highest()[i].displacement,
-                    lowest: extrema.lowest()[i].displacement,
-                    fastest: extrema.fastest()[i],
-                },
-                None => Range::of_instants(trajectory, i),
-            })
-            .collect();
+        let mut ranges = Range::all(between.as_ref(), trajectory);
         let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
-        let destination = |i: usize| {
+        let course = |i: usize| {
             let seen = seen(i);
             let moved = follows[i].abs() * horizon > seen || driven[i];
             if persistence.growth[i] > seen {
@@ -178,39 +171,88 @@ impl Summary {
                 Destination::Rest {
                     displacement,
                     settled: None,
-                    overshoot: ranges[i].overshoot(
-                        start(trajectory, i),
-                        displacement,
-                        ROUNDING * all,
-                    ),
+                    overshoot: None,
                 }
             }
         };
-        let mut destinations: Vec<Destination> = (0..n).map(destination).collect();
+        let mut destinations: Vec<Destination> = (0..n).map(course).collect();
+        let end_of = |destination: Destination| match destination {
+            Destination::Rest { displacement, .. } => Some(displacement),
+            _ => None,
+        };
+        let ends: Vec<Option<f64>> = destinations.iter().copied().map(end_of).collect();
+        let about = rest.rounding(system, &floating, &force, &last);
+        // How far the distance of a coordinate from its end may be off.
+        let noise = |between: Option<&Extrema>, i: usize| {
+            let of_motion = match between {
+                Some(extrema) => extrema.rounding(i),
+                None => of_instants(trajectory).max(ROUNDING * all),
+            };
+            about[i] + of_motion
+        };
+        let width = |ranges: &[Range], between: Option<&Extrema>, i: usize, end: f64| {
+            let (farthest, noise) = (ranges[i].deviation(end), noise(between, i));
+            let is_outside = (last.x[i] - end).abs() > BAND * (farthest + noise) + noise;
+            Width::of(farthest, noise, is_outside)
+        };
+        let is_still = |i: usize, end: f64| {
+            let instants = x.row(i).iter();
+            let mut distances = instants.map(|x| (x - end).abs());
+            distances.all(|distance| distance <= about[i])
+                && ranges[i].deviation(end) <= noise(between.as_ref(), i)
+        };
+        let is_hard = ends.iter().enumerate().any(|(i, end)| {
+            let width = end.map(|end| width(&ranges, between.as_ref(), i, end));
+            width.is_some_and(|width| width.is_hard()) && end.is_some_and(|end| !is_still(i, end))
+        });
+        if let Some(closer) = between
+            .as_ref()
+            .filter(|_| is_hard)
+            .and_then(|_| Extrema::with(Digits::Twice, problem, trajectory))
+        {
+            ranges = Range::all(Some(&closer), trajectory);
+            between = Some(closer);
+        }
+        for (i, destination) in destinations.iter_mut().enumerate() {
+            if let Destination::Rest {
+                displacement,
+                overshoot,
+                ..
+            } = destination
+            {
+                let (start, noise) = (start(trajectory, i), noise(between.as_ref(), i));
+                *overshoot = ranges[i].overshoot(start, *displacement, noise);
+            }
+        }
         let mean = |i: usize| match destinations[i] {
             Destination::Drift | Destination::Growth => None,
-            _ if rest.displacement[i].abs() <= seen(i) => Some(0.0),
+            _ if rest.displacement[i].abs()
+                <= noise(between.as_ref(), i).max(VISIBLE * ranges[i].peak.displacement.abs()) =>
+            {
+                Some(0.0)
+            }
             _ => Some(rest.displacement[i]).filter(|mean| mean.is_finite()),
         };
         let means = (0..n).map(mean).collect();
-        let bands: Vec<Option<Band>> = (0..n)
-            .map(|i| match destinations[i] {
-                Destination::Rest { displacement, .. } => Some(Band {
-                    centre: displacement,
-                    half_width: (BAND * ranges[i].deviation(displacement)).max(ROUNDING * all),
-                }),
-                _ => None,
-            })
-            .collect();
+        let mut lost = vec![false; n];
+        let mut bands: Vec<Option<Band>> = vec![None; n];
+        for (i, end) in ends.iter().enumerate() {
+            let Some(centre) = *end else { continue };
+            let width = width(&ranges, between.as_ref(), i, centre);
+            lost[i] = width.is_lost();
+            bands[i] = width.band(centre);
+        }
+        let digits = between.as_ref().map_or(Digits::Once, Extrema::digits);
         let between_samples = between.as_ref().and_then(|_| {
             let seen = bands.iter().enumerate().flat_map(|(i, band)| {
                 band.map(|band| {
                     last_sample_outside(trajectory, i, &band).map_or(0, |(step, _)| step)
                 })
             });
-            // The step before is still outside, or the first.
+            // The step before is still outside, or the first. Samples have a bound that is common to all.
             let from = seen.min()?;
-            last_outside(problem, trajectory, from, &bands)
+            let from = if digits == Digits::Once { from } else { 0 };
+            last_outside(problem, trajectory, from, digits, &bands)
         });
         let step = trajectory.steps()[latest];
         let mut settled: Vec<Option<f64>> = vec![None; n];
@@ -219,22 +261,17 @@ impl Summary {
             let sample = last_sample_outside(trajectory, i, band);
             let at_the_end = sample.is_some_and(|(last, _)| last == step);
             settled[i] = match &between_samples {
+                Some(last) if digits == Digits::Twice => last[i],
                 _ if at_the_end => None,
                 Some(last) => last[i],
                 None => Some(sample.map_or(0.0, |(_, time)| time)),
             };
         }
         let inside: Vec<Option<Band>> = bands.into_iter().zip(&settled).map(inside).collect();
-        let ranges_followed = followed(problem, trajectory, n);
-        let stays = stays(
-            problem,
-            modes,
-            step,
-            (last.x, last.v),
-            &ranges_followed,
-            &inside,
-        );
-        let open = (0..n).map(|i| settled[i].is_some() && stays[i].is_none());
+        let sizes = followed(problem, trajectory, n);
+        let state = (last.x, last.v);
+        let stays = stays(problem, modes, step, state, (&sizes, digits), &inside);
+        let open = (0..n).map(|i| lost[i] || settled[i].is_some() && stays[i].is_none());
         let open = open.collect();
         for (i, destination) in destinations.iter_mut().enumerate() {
             if let Destination::Rest { settled: known, .. } = destination {
@@ -253,6 +290,7 @@ impl Summary {
             coordinates: coordinates.collect(),
             means,
             open,
+            about,
             extrema: between,
         })
     }
@@ -279,8 +317,8 @@ impl Summary {
         self.means[coordinate]
     }
 
-    /// Whether a coordinate is within its band at the end, and it is not known whether it stays there for all time: a settling
-    /// time is then left open.
+    /// Whether it is left open when a coordinate settles: it is within its band at the end, and it is not known whether it stays
+    /// there for all time, or its motion is so small beside the others that the digits do not show it.
     pub fn is_open(&self, coordinate: usize) -> bool {
         self.open[coordinate]
     }
@@ -309,26 +347,55 @@ impl Summary {
         } else {
             n
         };
-        let mut bands = vec![None; before];
-        for (k, source) in problem.sources().iter().enumerate() {
-            let peaks = match k < problem.combinations().len() {
-                true => Some(extrema.output(k)?),
-                false => None,
+        let centres: Vec<Option<f64>> = problem
+            .sources()
+            .iter()
+            .map(|source| {
+                let terms = source.terms.iter().enumerate();
+                let terms =
+                    terms.flat_map(|(order, terms)| terms.iter().map(move |term| (order, term)));
+                let values = terms.map(|(order, (i, [a, b]))| {
+                    let place = place(*i)?;
+                    Some(if order == 0 { a * b * place } else { 0.0 })
+                });
+                values.sum()
+            })
+            .collect();
+        let width = |extrema: &Extrema, k: usize, centre: f64| {
+            let peaks = extrema.output(k)?;
+            let (high, low) = (peaks.highest, peaks.lowest);
+            let farthest = (high.value - centre).abs().max((low.value - centre).abs());
+            let places = problem.sources()[k].terms[0].iter();
+            let about =
+                places.map(|(i, [a, b])| (a * b * self.about.get(*i).unwrap_or(&0.0)).abs());
+            let noise = high.bound.max(low.bound) + about.sum::<f64>();
+            Some(Width::of(farthest, noise, false))
+        };
+        let asked = || {
+            centres
+                .iter()
+                .take(problem.combinations().len())
+                .enumerate()
+        };
+        let is_hard = asked().any(|(k, centre)| {
+            let width = centre.and_then(|centre| width(extrema, k, centre));
+            let moves = || {
+                trajectory
+                    .output(k)
+                    .iter()
+                    .any(|value| Some(*value) != *centre)
             };
-            let terms = source.terms.iter().enumerate();
-            let terms =
-                terms.flat_map(|(order, terms)| terms.iter().map(move |term| (order, term)));
-            let values = terms.map(|(order, (i, [a, b]))| {
-                let place = place(*i)?;
-                Some(if order == 0 { a * b * place } else { 0.0 })
-            });
-            let centre = values.sum::<Option<f64>>();
-            bands.push(peaks.zip(centre).map(|(peaks, centre)| {
-                let (high, low) = (peaks.highest, peaks.lowest);
-                let farthest = (high.value - centre).abs().max((low.value - centre).abs());
-                let half_width = (BAND * farthest).max(high.bound).max(low.bound);
-                Band { centre, half_width }
-            }));
+            width.is_some_and(|width| width.is_hard()) && moves()
+        });
+        let closer = (is_hard && extrema.digits() == Digits::Once)
+            .then(|| Extrema::with(Digits::Twice, problem, trajectory))
+            .flatten();
+        let extrema = closer.as_ref().unwrap_or(extrema);
+        let digits = extrema.digits();
+        let mut bands = vec![None; before + problem.sources().len()];
+        for (k, centre) in asked() {
+            let Some(centre) = *centre else { continue };
+            bands[before + k] = width(extrema, k, centre)?.band(centre);
         }
         let outputs = before..before + problem.combinations().len();
         let steps = trajectory.steps();
@@ -342,20 +409,29 @@ impl Summary {
             outside.map(|k| steps[k]).max().unwrap_or(0)
         });
         let Some(from) = last_seen.min() else {
-            return Some(vec![None; outputs.len()]);
+            let rest = |centre: &Option<f64>| {
+                centre.map(|value| CombinationRest {
+                    value,
+                    settled: None,
+                })
+            };
+            return Some(asked().map(|(_, centre)| rest(centre)).collect());
         };
-        let last = last_outside(problem, trajectory, from, &bands)?;
+        let from = if digits == Digits::Once { from } else { 0 };
+        let last = last_outside(problem, trajectory, from, digits, &bands)?;
+        let is_within = |i: usize| digits == Digits::Twice || !is_outside(i, latest);
         let settled: Vec<Option<f64>> = (0..bands.len())
-            .map(|i| last[i].filter(|_| outputs.contains(&i) && !is_outside(i, latest)))
+            .map(|i| last[i].filter(|_| outputs.contains(&i) && is_within(i)))
             .collect();
         let within: Vec<Option<Band>> = bands.iter().copied().zip(&settled).map(inside).collect();
         let state = [trajectory.displacement(), trajectory.velocity()];
         let [x, v] = state.map(|of| (0..n).map(|i| of[(i, latest)]).collect());
-        let ranges = followed(problem, trajectory, bands.len());
-        let stays = stays(problem, modes, steps[latest], (x, v), &ranges, &within);
+        let sizes = followed(problem, trajectory, bands.len());
+        let step = steps[latest];
+        let stays = stays(problem, modes, step, (x, v), (&sizes, digits), &within);
         let rests = outputs.map(|i| {
             Some(CombinationRest {
-                value: bands[i]?.centre,
+                value: centres[i - before]?,
                 settled: settled[i].filter(|_| stays[i] == Some(true)),
             })
         });
@@ -486,6 +562,25 @@ fn supports_at_rest(problem: &Problem<'_>) -> Vec<Option<f64>> {
 struct Rest {
     displacement: Vec<f64>,
     drifts: Vec<bool>,
+}
+
+impl Rest {
+    /// What rounding may have moved each place, about.
+    fn rounding(
+        &self,
+        system: &System,
+        floating: &Floating,
+        force: &[f64],
+        last: &Last,
+    ) -> Vec<f64> {
+        let mut rounding = equilibrium_rounding(system, floating, force);
+        if floating.right.ncols() > 0 {
+            let all = self.displacement.iter().chain(&last.x);
+            let all = all.fold(0.0f64, |top, x| top.max(x.abs()));
+            rounding.iter_mut().for_each(|own| *own += ROUNDING * all);
+        }
+        rounding
+    }
 }
 
 /// The motions that no spring resists, seen through the dampers: the singular values and vectors
@@ -640,6 +735,60 @@ fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
     (0..floating.left.ncols()).map(along).collect()
 }
 
+/// How wide a band is beside what is not known of a distance.
+enum Width {
+    /// Nothing is seen to move: so wide that nothing does.
+    Still(f64),
+    /// Known well enough, or not but outside at the end in any case.
+    Known(f64),
+    /// Known to three digits and not to six.
+    Hard(f64),
+    /// Not known to three digits.
+    Lost,
+}
+
+impl Width {
+    /// For the largest distance, how far it may be off, and whether it is outside at the end in any case.
+    fn of(farthest: f64, noise: f64, is_outside: bool) -> Width {
+        const SIX: f64 = 1e5;
+        const THREE: f64 = 1e3;
+        let half_width = BAND * farthest;
+        if farthest <= noise {
+            Width::Still(noise)
+        } else if is_outside || half_width >= SIX * noise {
+            Width::Known(half_width)
+        } else if half_width >= THREE * noise {
+            Width::Hard(half_width)
+        } else {
+            Width::Lost
+        }
+    }
+
+    /// Whether more digits would tell more.
+    fn is_hard(&self) -> bool {
+        !matches!(self, Width::Known(_))
+    }
+
+    fn is_lost(&self) -> bool {
+        matches!(self, Width::Lost)
+    }
+
+    fn band(&self, centre: f64) -> Option<Band> {
+        match *self {
+            Width::Still(half_width) | Width::Known(half_width) | Width::Hard(half_width) => {
+                Some(Band { centre, half_width })
+            }
+            Width::Lost => None,
+        }
+    }
+}
+
+/// How far any displacement at an instant may be off.
+fn of_instants(trajectory: &Trajectory) -> f64 {
+    let bounds = trajectory.displacement_bound().iter();
+    bounds.fold(0.0, |top, bound| bound.unwrap_or(f64::INFINITY).max(top))
+}
+
 /// Where a coordinate goes.
 struct Range {
     peak: Extremum,
@@ -649,6 +798,21 @@ struct Range {
 }
 
 impl Range {
+    /// Of all coordinates, at any time or among the instants alone.
+    fn all(between: Option<&Extrema>, trajectory: &Trajectory) -> Vec<Range> {
+        let count = trajectory.displacement().nrows();
+        let range = |i: usize| match between {
+            Some(extrema) => Range {
+                peak: extrema.peak(i),
+                highest: extrema.highest()[i].displacement,
+                lowest: extrema.lowest()[i].displacement,
+                fastest: extrema.fastest()[i],
+            },
+            None => Range::of_instants(trajectory, i),
+        };
+        (0..count).map(range).collect()
+    }
+
     /// Among the instants alone.
     fn of_instants(trajectory: &Trajectory, i: usize) -> Range {
         let first = Extremum {
@@ -855,27 +1019,30 @@ mod tests {
         }
     }
 
-    /// From rest under a constant force: the deviation from the end is e^(−at)(cos wt + a/w·sin wt) of it, and leaves the band
-    /// of 2 % for the last time where the bisected truth says. Until then it crosses its end again and again; an end of the
-    /// grid beside a crossing settles nothing.
-    #[test]
-    fn a_crossing_at_the_end_is_no_rest() {
+    /// When x″ + 0.8x′ + 16x = const from rest leaves 2 % about its end for the last time: of its way there it then lacks
+    /// e^(−at)(cos wt + a/w·sin wt).
+    fn settling_of_a_step() -> f64 {
         let (a, w) = (0.4f64, (16.0f64 - 0.16).sqrt());
-        let off = |t: f64| (-a * t).exp() * ((w * t).cos() + a / w * (w * t).sin());
-        let outside = (0..40_000).rev().map(|k| f64::from(k) * 1e-3);
-        let mut truth = outside
-            .into_iter()
-            .find(|t| off(*t).abs() > 0.02)
-            .expect("at 0");
-        let (mut low, mut high) = (truth, truth + 1e-3);
+        let lacks = |t: f64| (-a * t).exp() * ((w * t).cos() + a / w * (w * t).sin());
+        let is_outside = |t: f64| lacks(t).abs() > 0.02;
+        let mut times = (0..40_000).rev().map(|k| f64::from(k) * 1e-3);
+        let mut low = times.find(|t| is_outside(*t)).expect("it is at 0");
+        let mut high = low + 1e-3;
         for _ in 0..60 {
-            truth = 0.5 * (low + high);
-            *(if off(truth).abs() > 0.02 {
+            let middle = 0.5 * (low + high);
+            *(if is_outside(middle) {
                 &mut low
             } else {
                 &mut high
-            }) = truth;
+            }) = middle;
         }
+        low
+    }
+
+    /// It crosses its end again and again; an end of the grid beside a crossing settles nothing.
+    #[test]
+    fn a_crossing_at_the_end_is_no_rest() {
+        let truth = settling_of_a_step();
         for end in [
             1.98, 1.99, 2.0, 2.01, 3.56, 6.0, 9.5, 9.55, 9.6, 9.65, 10.0, 20.0,
         ] {
@@ -894,6 +1061,63 @@ mod tests {
                 Some(time) => assert!(end > truth && (time - truth).abs() < 1e-8, "{end}: {time}"),
                 None => assert!(end < truth, "{end}"),
             }
+        }
+    }
+
+    /// Beside a mass that an impulse moves so many times as far, uncoupled and by a spring so soft that it matters little: the
+    /// closed form, and what the proven motion says there.
+    #[test]
+    fn a_small_motion_settles_beside_a_large_one() {
+        for (size, coupling) in [
+            (1e3, 0.0),
+            (1e6, 0.0),
+            (1e10, 0.0),
+            (1e12, 0.0),
+            (1e13, 0.0),
+            (1e15, 0.0),
+            (1e20, 0.0),
+            (1e12, 1e-12),
+            (1e15, 1e-14),
+        ] {
+            let pair = System::builder().mass("m", 1.0).mass("b", 1.0);
+            let pair = pair.spring(GROUND, "m", 16.0).damper(GROUND, "m", 0.8);
+            let pair = pair.spring(GROUND, "b", 16.0).damper(GROUND, "b", 0.8);
+            let system = pair.spring("m", "b", coupling).build().expect("a system");
+            let modes = system.modes().expect("modes");
+            let problem = Response::of(&system)
+                .load("m", Step::of(16.0))
+                .load("b", Impulse::of(size))
+                .sum("x", [(Quantity::Displacement, "m", 1.0)])
+                .every(0.5)
+                .until(20.0)
+                .problem()
+                .expect("a problem");
+            let plan = crate::ResponsePlan::of(&problem).expect("a plan");
+            let motion = plan.run(&problem).expect("a response");
+            let summary = Summary::of(&problem, &motion, &modes).expect("instants");
+            let rests = summary.combinations(&problem, &motion, &modes);
+            let rest = rests.expect("they are followed")[0].expect("it rests");
+            let [m, b] = [0, 1].map(|i| match summary.coordinates()[i].destination {
+                Destination::Rest { settled, .. } => settled.expect("it settles"),
+                other => panic!("{other:?}"),
+            });
+            let of_output = rest.settled.expect("it settles");
+            assert!(
+                (m - of_output).abs() < 1e-8,
+                "{size} {coupling}: {m} {of_output}"
+            );
+            assert!((b - 9.965_33).abs() < 1e-5, "{size}: {b}");
+            if coupling == 0.0 {
+                assert!((m - settling_of_a_step()).abs() < 1e-8, "{size}: {m}");
+            }
+            let exact = crate::ByCertifiedExponential
+                .at(&problem, &[m])
+                .expect("a motion");
+            let extrema = summary.extrema().expect("it is followed");
+            let (high, low) = (extrema.highest()[0], extrema.lowest()[0]);
+            let far = (high.displacement - rest.value).max(rest.value - low.displacement);
+            let there = (exact.output(0)[0] - rest.value).abs() / far;
+            assert!((there - 0.02).abs() < 1e-8, "{size} {coupling}: {there}");
         }
     }
 

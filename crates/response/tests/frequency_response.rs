@@ -458,6 +458,33 @@ fn what_vanishes_at_rest_hides_no_peak() {
     assert_eq!((found.peaks().len(), found.dips().len()), (2, 1));
 }
 
+/// Where nothing has a state, as massless nodes on springs, all follows at once, by modes as by elimination.
+#[test]
+fn massless_nodes_on_springs_follow_at_once() {
+    let system = System::builder()
+        .mass("n", 0.0)
+        .mass("e", 0.0)
+        .spring(GROUND, "n", 4.0)
+        .spring("n", "e", 4.0)
+        .build()
+        .expect("a system");
+    for precision in [Precision::Double, Precision::default()] {
+        let asked = FrequencyResponse::of(&system).from("n").to("n").to("e");
+        let asked = asked.precision(precision);
+        let found = asked.at(&[0.0, 3.0]).expect("an answer");
+        for value in found.functions().iter().flat_map(|f| f.values()) {
+            let (value, _) = value.known().expect("no pole");
+            assert!((value - 0.25).norm() <= 1e-15, "{value}");
+        }
+        for features in asked.features(&[1.0, 2.0]).expect("features") {
+            let Some(LargestGain::Finite { gain, .. }) = features.largest_gain() else {
+                panic!("{features:?}")
+            };
+            assert_near(gain, 0.25, 1e-15);
+        }
+    }
+}
+
 /// What a force does to masses that it reaches does not depend on those that it does not reach, which come first here.
 #[test]
 fn outputs_out_of_reach_change_no_others() {

@@ -137,13 +137,13 @@ impl ModalSum {
                 (value[i][j].to_f64().abs() + lost * size[(i, j)]) * UPWARD + FLOOR
             })
         };
-        let mut zeroth = with(product(&u, &plus(wc, &gm)), 0);
+        let mut zeroth = with(product(&u, &plus(wc, &gm), n), 0);
         for (i, row) in zeroth.iter_mut().enumerate() {
             row[i] -= DoubleDouble::from(1.0);
         }
         let inner = &sizes.1 * &c_size + &once_size * &m_size;
         let zeroth_size = size_with(&sizes.0 * inner, &k_size) + Mat::<f64>::identity(n, n);
-        let first = with(product(&u, &wm), 1);
+        let first = with(product(&u, &wm, n), 1);
         let first_size = size_with(&sizes.0 * (&sizes.1 * &m_size), &c_size);
         let second = with(vec![vec![DoubleDouble::ZERO; n]; n], 2);
         let second_size = size_with(Mat::zeros(n, n), &m_size);
@@ -395,8 +395,8 @@ fn plus(mut sum: Rows, other: &Rows) -> Rows {
     sum
 }
 
-fn product(left: &Rows, right: &Rows) -> Rows {
-    let width = right.first().map_or(0, Vec::len);
+/// Left times right, of which rows have this width: without states it has no row, and the product is 0.
+fn product(left: &Rows, right: &Rows, width: usize) -> Rows {
     let row = |left: &Vec<DoubleDouble>| {
         let mut row = vec![DoubleDouble::ZERO; width];
         let terms = left.iter().zip(right);

@@ -355,6 +355,9 @@ impl Answer<'_> {
         };
         for (frequency, value, weight) in self.active().filter(|_| optimum.active.len() > 1) {
             let at = frequency.map_or(String::new(), |at| {
+                if at == f64::INFINITY {
+                    return " as the frequency grows".to_owned();
+                }
                 let hertz = significant(at / std::f64::consts::TAU);
                 format!(" at {} rad/s, {hertz} Hz", significant(at))
             });
@@ -394,11 +397,18 @@ impl Varied {
         };
         match &aim.metric.kind {
             Kind::Gain(from, to, band) if aim.sign > 0.0 => {
+                let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
+                let limit = match (band, &peaks) {
+                    (None, Some(all)) => all.iter().map(|(at, _)| *at).reduce(f64::max),
+                    _ => None,
+                };
                 let piece = |&(frequency, value): &(f64, f64)| Piece {
-                    place: f64::ln(frequency).max(LOWEST),
+                    place: match Some(frequency) == limit {
+                        true => HIGHEST,
+                        false => f64::ln(frequency).max(LOWEST),
+                    },
                     value,
                 };
-                let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
                 return Ok(peaks.map(|peaks| peaks.iter().map(piece).collect()));
             }
             Kind::Damping if aim.sign < 0.0 => {
@@ -448,6 +458,9 @@ type Sloped = Vec<(Piece, Vec<f64>)>;
 
 /// The logarithm of the least frequency.
 const LOWEST: f64 = -1e4;
+
+/// Where the limit for frequencies that grow stands: the exponential is infinite.
+const HIGHEST: f64 = 1e4;
 
 /// What the functions of an aim are with the solution held; `None` where that is not known.
 fn held<'a>(

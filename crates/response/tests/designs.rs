@@ -6,6 +6,8 @@ use eigentone_response::{
     LargestGain, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step, Sum,
     Trajectory, Weighting, peak_grid,
 };
+use faer::Mat;
+use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 /// Numbers in (0, 1) that repeat (Park & Miller 1988).
@@ -219,6 +221,123 @@ fn gains_that_doubles_do_not_decide_are_left_to_proofs() {
             .peaks(&system, 0.0, f64::INFINITY);
         assert_eq!(peaks, None);
     }
+}
+
+/// The largest gain in doubles, as matrices and as values determine it, and the proven one; infinite where none is proved.
+fn largest(
+    asked: &FrequencyResponse<'_>,
+    system: &System,
+    factors: &[f64],
+) -> ([Option<f64>; 2], f64) {
+    let modes = system.modes().unwrap();
+    let roots: Vec<_> = modes.eigenvalues().iter().map(|root| root.value).collect();
+    let features = asked.features(&peak_grid(system, &modes, factors)).unwrap();
+    let proven = match features[0].largest_gain() {
+        Some(LargestGain::Finite { gain, .. }) => gain,
+        _ => f64::INFINITY,
+    };
+    let highest =
+        |peaks: Vec<(f64, f64)>| peaks.into_iter().map(|(_, value)| value).reduce(f64::max);
+    let transfer = asked.transfer().unwrap().expect("it is small");
+    let by_matrices = transfer.peaks(system, 0.0, f64::INFINITY).and_then(highest);
+    let asked = asked.clone().precision(Precision::Double);
+    let by_values = asked.peaks_about(&roots, 0.0, f64::INFINITY).unwrap();
+    ([by_matrices, by_values.and_then(highest)], proven)
+}
+
+/// An accelerance tends to 1/m, and the motion of a massless node against a damper may grow without end.
+#[test]
+fn gains_are_those_of_infinite_frequencies_too() {
+    let held = |mass: f64| {
+        let builder = System::builder().support("s").mass("m", mass);
+        let builder = builder.spring("s", "m", 8.0).damper(GROUND, "m", 7.0);
+        builder.build().unwrap()
+    };
+    let (heavy, massless) = (held(2.0), held(0.0));
+    let cases = [
+        (&heavy, "m", "m", Quantity::Acceleration, 0.5),
+        (&heavy, "m", "m", Quantity::Velocity, 1.0 / 7.0),
+        (&heavy, "s", "m", Quantity::Acceleration, 4.0),
+        (&heavy, "s", "s", Quantity::Acceleration, f64::INFINITY),
+        (&heavy, "s", "s", Quantity::Velocity, f64::INFINITY),
+        (&massless, "m", "m", Quantity::Displacement, 0.125),
+        (&massless, "m", "m", Quantity::Velocity, 1.0 / 7.0),
+        (&massless, "s", "m", Quantity::Velocity, 8.0 / 7.0),
+        (&massless, "m", "m", Quantity::Acceleration, f64::INFINITY),
+    ];
+    for (system, from, to, quantity, truth) in cases {
+        let asked = FrequencyResponse::of(system).from(from).to(to);
+        let (found, proven) = largest(&asked.quantity(quantity), system, &[]);
+        for found in found.map(|found| found.unwrap_or(f64::INFINITY)) {
+            let alike = found == truth || (found / truth - 1.0).abs() < 1e-12;
+            assert!(alike, "{from} {to} {quantity:?}: {found}");
+        }
+        assert!(proven == truth || (proven / truth - 1.0).abs() < 1e-12);
+    }
+    // With losses.
+    let asked = FrequencyResponse::of(&heavy)
+        .from("m")
+        .to("m")
+        .loss_factors([0.1]);
+    let transfer = asked.quantity(Quantity::Acceleration).transfer().unwrap();
+    let peaks = transfer.unwrap().peaks(&heavy, 0.0, f64::INFINITY).unwrap();
+    let found = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+    assert!((found / 0.5 - 1.0).abs() < 1e-12, "{found}");
+    let asked = FrequencyResponse::of(&massless)
+        .from("m")
+        .to("m")
+        .loss_factors([0.1]);
+    let highest = |quantity: Quantity| {
+        let transfer = asked.clone().quantity(quantity).transfer().unwrap();
+        let peaks = transfer.unwrap().peaks(&massless, 0.0, f64::INFINITY)?;
+        peaks.into_iter().map(|(_, value)| value).reduce(f64::max)
+    };
+    assert_eq!(highest(Quantity::Acceleration), None);
+    // It comes near 1/c as 1/Ω.
+    let found = highest(Quantity::Velocity).unwrap();
+    assert!((found * 7.0 - 1.0).abs() < 1e-12, "{found}");
+}
+
+/// The accelerance at the end of a beam tends to a limit too, in values where matrices in doubles have too few digits.
+#[test]
+fn gains_of_finite_elements_are_those_of_infinite_frequencies_too() {
+    let mast = System::builder()
+        .beam(Beam {
+            name: "mast".to_owned(),
+            length: 10.0,
+            elements: 16,
+            flexural_rigidity: 1e6,
+            mass_per_length: 10.0,
+            ends: [BeamEnd::Clamped, BeamEnd::Free],
+            lumped: false,
+        })
+        .rayleigh(0.1, 1e-4, None)
+        .damper(GROUND, "mast.16.w", 30.0)
+        .build()
+        .unwrap();
+    let asked = FrequencyResponse::of(&mast)
+        .from("mast.16.w")
+        .to("mast.16.w");
+    let asked = asked
+        .quantity(Quantity::Acceleration)
+        .precision(Precision::Double);
+    let modes = mast.modes().unwrap();
+    let roots: Vec<_> = modes.eigenvalues().iter().map(|root| root.value).collect();
+    let peaks = asked
+        .peaks_about(&roots, 0.0, f64::INFINITY)
+        .unwrap()
+        .expect("it is known");
+    let found = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+    // What the inverse of the mass matrix has there.
+    let mut unit = Mat::<f64>::zeros(mast.len(), 1);
+    let end = mast
+        .names()
+        .iter()
+        .position(|name| name == "mast.16.w")
+        .unwrap();
+    unit[(end, 0)] = 1.0;
+    let limit = mast.mass_matrix().partial_piv_lu().solve(&unit)[(end, 0)];
+    assert!((found / limit - 1.0).abs() < 1e-12, "{found} {limit}");
 }
 
 fn noise(system: &System) -> RandomVibration<'_> {

@@ -4,6 +4,10 @@ use num_complex::Complex;
 
 use super::question::{FrequencyError, FrequencyResponse};
 
+/// So far beyond all poles a function is its limit but for the reciprocal, or its square, and estimates of errors that grow with the
+/// frequency leave it digits enough.
+const FAR: f64 = 67_108_864.0;
+
 /// Three points of which the middle one is the largest.
 pub(super) type Bracket = [(f64, f64); 3];
 
@@ -11,7 +15,10 @@ pub(super) type Bracket = [(f64, f64); 3];
 pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     const EVEN: usize = 60;
     const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
-    let sizes = || poles.iter().map(|pole| pole.norm());
+    let sizes = || {
+        let sizes = poles.iter().map(|pole| pole.norm());
+        sizes.filter(|size| *size > 0.0)
+    };
     let first = sizes().fold(f64::INFINITY, f64::min) / 10.0;
     let last = sizes().fold(0.0, f64::max) * 10.0;
     let span = (last / first).ln();
@@ -25,6 +32,37 @@ pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     grid.sort_by(f64::total_cmp);
     grid.dedup();
     grid
+}
+
+/// A frequency so high that a function of these poles is its limit there, if it does not grow.
+pub(super) fn far(poles: &[Complex<f64>]) -> f64 {
+    let largest = poles.iter().map(|pole| pole.norm()).fold(0.0, f64::max);
+    FAR * if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// Adds the limit of a magnitude, in place of what differs from it by rounding alone, by its values at a frequency that is [`far`] and
+/// at twice that; `None` where it grows.
+pub(super) fn end(
+    peaks: &mut Vec<(f64, f64)>,
+    far: f64,
+    [value, at_twice]: [f64; 2],
+) -> Option<()> {
+    const ALIKE: f64 = 1e-12;
+    /// Parts of the highest peak that may be rounding.
+    const SMALL: f64 = 1e-6;
+    let highest = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+    // By a whole power, where it does.
+    if at_twice > 1.5 * value && at_twice > SMALL * highest {
+        return None;
+    }
+    // With losses of springs it differs from the limit by the reciprocal of the frequency itself.
+    let limit = 2.0 * at_twice - value;
+    let limit = limit.clamp(0.5 * value, 1.5 * value);
+    // From about ten times the fastest pole on.
+    let beyond = far / FAR * 11.0;
+    peaks.retain(|(at, value)| *at < beyond || *value > limit * (1.0 + ALIKE));
+    peaks.push((far, limit));
+    Some(())
 }
 
 /// Brackets about the points of a grid that are larger than those beside them.
@@ -85,8 +123,8 @@ fn vertex(bracket: &Bracket) -> [f64; 3] {
 
 impl FrequencyResponse<'_> {
     /// Frequency in rad/s and magnitude of each peak of the first function between two frequencies, the higher of which may be
-    /// infinite, with both ends and the highest frequency looked at, by its [values](Self::at) about the roots given, those of the
-    /// system; `None` where a value is not known. Where two peaks are close, one may be missed:
+    /// infinite, with both ends, of which one that is infinite is a frequency with the value of the limit, by its
+    /// [values](Self::at) about the roots given, those of the system; `None` where a value is not known, or the magnitude grows without end. Where two peaks are close, one may be missed:
     /// [`Transfer::peaks`](super::Transfer::peaks) shows that none is higher, [`features`](Self::features) prove all.
     ///
     /// # Errors
@@ -114,7 +152,14 @@ impl FrequencyResponse<'_> {
             let points = || grid.iter().copied().zip(values.iter().copied());
             let ends = points().next().into_iter().chain(points().next_back());
             let peaks = found.iter().map(|bracket| bracket[1]).chain(ends);
-            Ok(peaks.filter(|(_, value)| value.is_finite()).collect())
+            let mut peaks: Vec<(f64, f64)> = peaks.filter(|(_, value)| value.is_finite()).collect();
+            if high == f64::INFINITY {
+                let far = far(roots);
+                let ends = look(&[far, 2.0 * far]).map_err(|_| None)?;
+                let ends = ends.try_into().map_err(|_| None)?;
+                end(&mut peaks, far, ends).ok_or(None)?;
+            }
+            Ok(peaks)
         };
         match sought() {
             Ok(peaks) => Ok(Some(peaks)),

@@ -10,7 +10,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
-use super::brackets::{Bracket, brackets, grid, narrow};
+use super::brackets::{Bracket, brackets, end, far, grid, narrow};
 use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
 
@@ -35,10 +35,10 @@ struct PoleSum {
 }
 
 impl Transfer {
-    /// Frequency in rad/s and magnitude of each peak between two frequencies, the higher of which may be infinite, with both ends
-    /// and the highest frequency looked at; `None` where doubles do not determine them: where something does not decay, the gain grows
-    /// without end, or too few digits are left. That no peak is higher than all of these is shown by a level set, but for springs
-    /// with losses and systems of more than 100 coordinates.
+    /// Frequency in rad/s and magnitude of each peak between two frequencies, the higher of which may be infinite, with both ends,
+    /// of which one that is infinite is a frequency with the value of the limit; `None` where doubles do not determine them: where
+    /// something does not decay, the gain grows without end, or too few digits are left. That no peak is higher than all of these is
+    /// shown by a level set, but for springs with losses and systems of more than 100 coordinates.
     pub fn peaks(&self, system: &System, low: f64, high: f64) -> Option<Vec<(f64, f64)>> {
         const MOST: usize = 100;
         let search = Search::of(self, system)?;
@@ -50,10 +50,13 @@ impl Transfer {
                 peaks.push((at, self.value(at)?.norm()));
             }
         }
-        let beyond = match (high == f64::INFINITY, &search.sum) {
-            (true, Some(sum)) => sum.beyond()?,
-            _ => 0.0,
-        };
+        let mut beyond = 0.0;
+        if high == f64::INFINITY {
+            beyond = search.sum.as_ref().map_or(Some(0.0), PoleSum::beyond)?;
+            let far = far(&search.poles);
+            let [value, at_twice] = [far, 2.0 * far].map(|at| Some(self.value(at)?.norm()));
+            end(&mut peaks, far, [value?, at_twice?])?;
+        }
         let Some(sum) = search.sum.as_ref().filter(|_| self.n <= MOST) else {
             return search.judged(peaks);
         };

@@ -340,6 +340,27 @@ fn gains_of_finite_elements_are_those_of_infinite_frequencies_too() {
     assert!((found / limit - 1.0).abs() < 1e-12, "{found} {limit}");
 }
 
+/// The force in a spring beside a damper, on a node without mass that moves with the road, is 0 but for rounding.
+#[test]
+fn what_rounding_leaves_is_no_gain() {
+    let system = System::builder()
+        .support("road")
+        .mass("n", 0.0)
+        .spring("road", "n", 39.3)
+        .damper("road", "n", 3.7)
+        .build()
+        .unwrap();
+    let pull = Combination {
+        name: "pull".to_owned(),
+        of: Sum::Motions(vec![
+            (Quantity::Displacement, "n".to_owned(), 39.3),
+            (Quantity::Displacement, "road".to_owned(), -39.3),
+        ]),
+    };
+    let asked = FrequencyResponse::of(&system).from("road").output(pull);
+    assert_eq!(largest(&asked, &system, &[]).0, [None, None]);
+}
+
 fn noise(system: &System) -> RandomVibration<'_> {
     let last = format!("m{}", system.len() - 1);
     let ride = Sum::Motions(vec![(Quantity::Acceleration, last.clone(), 1.0)]);

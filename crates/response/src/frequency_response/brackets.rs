@@ -2,6 +2,7 @@
 
 use num_complex::Complex;
 
+use super::function::FrequencyFunctions;
 use super::question::{FrequencyError, FrequencyResponse};
 
 /// So far beyond all poles a function is its limit but for the reciprocal, or its square, and estimates of errors that grow with the
@@ -121,10 +122,20 @@ fn vertex(bracket: &Bracket) -> [f64; 3] {
     [vertex - near, vertex, vertex + near].map(|at| at.clamp(a.0, c.0))
 }
 
+/// Whether the first value has more digits than its bound takes, as sums do that cancel to what is not 0 by rounding alone.
+fn is_known(functions: &FrequencyFunctions) -> bool {
+    /// Bounds by modes are wide: most values are much better.
+    const KNOWN: f64 = 1e-2;
+    let mut values = functions.functions().iter().flat_map(|f| f.values());
+    let first = values.next().and_then(|value| value.known());
+    first.is_some_and(|(value, bound)| bound.is_none_or(|bound| bound <= KNOWN * value.norm()))
+}
+
 impl FrequencyResponse<'_> {
     /// Frequency in rad/s and magnitude of each peak of the first function between two frequencies, the higher of which may be
     /// infinite, with both ends, of which one that is infinite is a frequency with the value of the limit, by its
-    /// [values](Self::at) about the roots given, those of the system; `None` where a value is not known, or the magnitude grows without end. Where two peaks are close, one may be missed:
+    /// [values](Self::at) about the roots given, those of the system; `None` where a value is not known, the highest not to two digits,
+    /// or the magnitude grows without end. Where two peaks are close, one may be missed:
     /// [`Transfer::peaks`](super::Transfer::peaks) shows that none is higher, [`features`](Self::features) prove all.
     ///
     /// # Errors
@@ -159,7 +170,15 @@ impl FrequencyResponse<'_> {
                 let ends = ends.try_into().map_err(|_| None)?;
                 end(&mut peaks, far, ends).ok_or(None)?;
             }
-            Ok(peaks)
+            let highest = peaks.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+            match highest
+                .map(|peak| self.at(&[peak.0]))
+                .transpose()
+                .map_err(Some)?
+            {
+                Some(functions) if !is_known(&functions) => Err(None),
+                _ => Ok(peaks),
+            }
         };
         match sought() {
             Ok(peaks) => Ok(Some(peaks)),

@@ -3,8 +3,8 @@
 use eigentone_modes::{Beam, BeamEnd, GROUND, Precision, System, SystemBuilder};
 use eigentone_response::{
     ByCertifiedExponential, Combination, Extrema, FrequencyResponse, HalfSine, Harmonic, Hold,
-    LargestGain, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step, Sum,
-    Trajectory, Weighting, peak_grid,
+    LargestGain, Peak, Quantity, RandomVibration, Response, ResponsePlan, Samples, State, Step,
+    Sum, Trajectory, Weighting, peak_grid,
 };
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -338,6 +338,113 @@ fn gains_of_finite_elements_are_those_of_infinite_frequencies_too() {
     unit[(end, 0)] = 1.0;
     let limit = mast.mass_matrix().partial_piv_lu().solve(&unit)[(end, 0)];
     assert!((found / limit - 1.0).abs() < 1e-12, "{found} {limit}");
+}
+
+/// The highest peak between two frequencies in doubles, and the proven one.
+fn highest_between(
+    asked: &FrequencyResponse<'_>,
+    system: &System,
+    factors: &[f64],
+    low: f64,
+    high: f64,
+) -> (f64, f64) {
+    let modes = system.modes().unwrap();
+    let features = asked.features(&peak_grid(system, &modes, factors)).unwrap();
+    assert!(features[0].is_complete());
+    let within = |peak: &&Peak| (low..=high).contains(&peak.frequency().0);
+    let proven = features[0]
+        .peaks()
+        .iter()
+        .filter(within)
+        .filter_map(|peak| peak.gain());
+    let transfer = asked.transfer().unwrap().expect("it is small");
+    let found = transfer
+        .peaks(system, low, high)
+        .expect("doubles determine it");
+    let found = found.iter().map(|(_, value)| *value);
+    (
+        found.fold(0.0, f64::max),
+        proven.map(|(gain, _)| gain).fold(0.0, f64::max),
+    )
+}
+
+/// A micromechanical system of 1e-13 kg: beside the end of the band the level set alone shows its peak.
+#[test]
+fn a_peak_near_the_end_of_a_band_is_found_in_small_units() {
+    let system = System::builder()
+        .mass("a", 1.26e-13)
+        .mass("b", 4.08e-13)
+        .mass("c", 1.46e-13)
+        .spring(GROUND, "a", 2.6e6)
+        .spring(GROUND, "b", 62_900.0)
+        .spring(GROUND, "c", 1.48e6)
+        .spring("b", "c", 157_000.0)
+        .damper(GROUND, "a", 1.48e-4)
+        .damper(GROUND, "b", 2.38e-5)
+        .damper(GROUND, "c", 3.66e-5)
+        .damper("a", "b", 1.44e-4)
+        .damper("a", "c", 1.88e-4)
+        .damper("b", "c", 1.05e-4)
+        .build()
+        .unwrap();
+    let asked = FrequencyResponse::of(&system).from("a").to("a");
+    let (found, proven) = highest_between(&asked, &system, &[], 5e7, 3_795_246_651.297_837);
+    assert!((found / proven - 1.0).abs() < 1e-12, "{found} {proven}");
+}
+
+/// The same system in units of time and mass that are powers of two has the same gains, to the last digits.
+#[test]
+fn units_change_no_gain() {
+    let built = |mass: f64, time: f64| {
+        let (k, c) = (mass / time.powi(2), mass / time);
+        let mut builder = System::builder();
+        for (name, part) in [("a", 2.49), ("b", 0.24), ("c", 0.0)] {
+            builder = builder.mass(name, part * mass);
+        }
+        builder = builder
+            .spring("a", "b", 6.5 * k)
+            .spring(GROUND, "a", 36.0 * k)
+            .spring(GROUND, "b", 1.2 * k)
+            .spring(GROUND, "c", 0.4 * k)
+            .spring("c", "b", 0.1 * k)
+            .damper(GROUND, "c", 30.0 * c)
+            .damper("a", "b", 0.02 * c)
+            .damper(GROUND, "a", 0.04 * c);
+        builder.build().unwrap()
+    };
+    for losses in [[0.0; 5]] {
+        let mut known: Option<[f64; 2]> = None;
+        for [mass, time] in [
+            [0, 0],
+            [-20, -10],
+            [30, 30],
+            [0, 30],
+            [-30, -33],
+            [5, 60],
+            [0, -60],
+        ] {
+            let [mass, time] = [mass, time].map(f64::from).map(f64::exp2);
+            let system = built(mass, time);
+            let asked = FrequencyResponse::of(&system)
+                .from("a")
+                .to("c")
+                .loss_factors(losses);
+            let transfer = asked.transfer().unwrap().expect("it is small");
+            // Past the last peak that is in the band, and everywhere.
+            let bands = [(0.5 / time, 3.9 / time), (0.0, f64::INFINITY)];
+            let found = bands.map(|(low, high)| {
+                let peaks = transfer.peaks(&system, low, high);
+                let peaks = peaks.unwrap_or_else(|| panic!("{mass:e} {time:e} {losses:?} {high}"));
+                let highest = peaks.iter().map(|(_, value)| *value).fold(0.0, f64::max);
+                highest * mass / time.powi(2)
+            });
+            let known = *known.get_or_insert(found);
+            for (found, known) in found.iter().zip(known) {
+                let off = (found / known - 1.0).abs();
+                assert!(off < 1e-12, "{mass:e} {time:e}: {found} {known}");
+            }
+        }
+    }
 }
 
 /// The force in a spring beside a damper, on a node without mass that moves with the road, is 0 but for rounding.

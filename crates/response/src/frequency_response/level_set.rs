@@ -5,12 +5,13 @@
 //! Hamiltonian matrix of the level has imaginary eigenvalues (Boyd & Balakrishnan 1990, *Systems & Control Letters* 15;
 //! Bruinsma & Steinbuch 1990, *ibid.* 14).
 
-use eigentone_modes::{FirstOrder, System, eigenvalues};
+use eigentone_modes::{Balanced, FirstOrder, System, balance, eigenvalues};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 use super::brackets::{Bracket, brackets, end, far, grid, narrow};
+use super::in_doubles::turn;
 use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
 
@@ -30,7 +31,12 @@ struct Search<'a> {
 
 /// H as a sum over poles, and what passes by the states.
 struct PoleSum {
-    form: StateForm<f64>,
+    /// A, balanced, and b and c in the same units and of one size.
+    a: Mat<f64>,
+    b: Vec<f64>,
+    c: Vec<f64>,
+    /// Of each power of s, from the least.
+    direct: Vec<f64>,
     residues: Vec<Complex<f64>>,
 }
 
@@ -65,19 +71,21 @@ impl Transfer {
             let highest = peaks.iter().map(|(_, value)| *value).fold(beyond, f64::max);
             let level = highest * (1.0 + MARGIN);
             let within = |at: &f64| low < *at && *at < high;
-            let mut ends: Vec<f64> = sum.crossings(level)?.into_iter().filter(within).collect();
-            ends.push(low);
-            ends.push(high.min(2.0 * ends.iter().fold(last, |a, b| a.max(*b))));
-            ends.sort_by(f64::total_cmp);
-            let middles = ends
+            let mut points: Vec<f64> = sum.crossings(level)?.into_iter().filter(within).collect();
+            points.push(low);
+            points.push(high.min(2.0 * points.iter().fold(last, |a, b| a.max(*b))));
+            points.sort_by(f64::total_cmp);
+            let middles: Vec<f64> = points
                 .windows(2)
-                .map(|pair| (pair, 0.5 * (pair[0] + pair[1])));
-            let mut above = middles.filter(|(_, middle)| search.size(*middle) > level);
-            let Some((pair, _)) = above.next() else {
+                .map(|pair| 0.5 * (pair[0] + pair[1]))
+                .collect();
+            points.extend(middles);
+            points.sort_by(f64::total_cmp);
+            points.dedup();
+            if !points.iter().any(|at| search.size(*at) > level) {
                 return search.judged(peaks);
-            };
-            let parts = [0.0, 0.25, 0.5, 0.75, 1.0];
-            let more = search.peaks_on(&parts.map(|part| pair[0] + part * (pair[1] - pair[0])))?;
+            }
+            let more = search.peaks_on(&points)?;
             if !more.iter().any(|(_, value)| *value > level) {
                 return None;
             }
@@ -118,42 +126,28 @@ impl<'a> Search<'a> {
         for (power, by) in &transfer.direct {
             form.pass(0, *power, by.re);
         }
-        let eigen = form.a.eigen().ok()?;
-        let states = form.c.len();
-        let poles: Vec<Complex<f64>> = eigen.S().column_vector().iter().copied().collect();
-        if !decays(&poles) {
-            return None;
-        }
-        let u = eigen.U();
-        let mut share = Mat::from_fn(states, 1, |i, _| Complex::from(form.b[0][i]));
-        u.partial_piv_lu().solve_in_place(&mut share);
-        let residue = |k: usize| {
-            let row: Complex<f64> = (0..states).map(|i| u[(i, k)] * form.c[i]).sum();
-            row * share[(k, 0)]
-        };
-        let residues: Vec<Complex<f64>> = (0..states).map(residue).collect();
-        let known = residues.iter().all(|residue| residue.is_finite());
-        let sum = Some(PoleSum { form, residues });
-        known.then_some(Search {
+        let (sum, poles) = PoleSum::of(&form)?;
+        decays(&poles).then_some(Search {
             transfer,
             poles,
-            sum,
+            sum: Some(sum),
         })
     }
 
     /// |H|.
     fn size(&self, frequency: f64) -> f64 {
         let s = Complex::new(0.0, frequency);
-        let Some(PoleSum { form, residues }) = &self.sum else {
+        let Some(PoleSum {
+            direct, residues, ..
+        }) = &self.sum
+        else {
             let value = self.transfer.value(frequency);
             return value.map_or(f64::INFINITY, |value| value.norm());
         };
         let poles = self.poles.iter().zip(residues);
         let mut sum: Complex<f64> = poles.map(|(pole, residue)| residue / (s - pole)).sum();
-        let mut power = Complex::ONE;
-        for k in 0..powers().end {
-            sum += power * form.direct(0, k);
-            power *= s;
+        for (power, passed) in powers().zip(direct) {
+            sum += turn(frequency, power) * passed;
         }
         sum.norm()
     }
@@ -205,28 +199,70 @@ impl<'a> Search<'a> {
 }
 
 impl PoleSum {
-    /// What it comes to as frequencies grow; `None` where it grows without end.
-    fn beyond(&self) -> Option<f64> {
-        let grows = |power: i32| power > 0 && self.form.direct(0, power) != 0.0;
-        let ends = !powers().any(grows);
-        ends.then(|| self.form.direct(0, 0).abs())
+    /// With the poles; `None` where the iteration does not converge, or poles coincide.
+    fn of(form: &StateForm<f64>) -> Option<(PoleSum, Vec<Complex<f64>>)> {
+        let n = form.c.len();
+        let Balanced { matrix: a, scale } = balance(form.a.as_ref());
+        let b: Vec<f64> = (0..n).map(|i| form.b[0][i] / scale[i]).collect();
+        let c: Vec<f64> = (0..n).map(|j| form.c[j] * scale[j]).collect();
+        let [into, out] =
+            [&b, &c].map(|all| all.iter().fold(0.0, |sum: f64, entry| sum.hypot(*entry)));
+        // Both of one size.
+        let even = match (out / into).sqrt() {
+            even if even > 0.0 && even.is_finite() => even,
+            _ => 1.0,
+        };
+        let b: Vec<f64> = b.iter().map(|entry| entry * even).collect();
+        let c: Vec<f64> = c.iter().map(|entry| entry / even).collect();
+        let unit = unit(&a);
+        let eigen = Mat::from_fn(n, n, |i, j| a[(i, j)] / unit).eigen().ok()?;
+        let poles = eigen.S().column_vector().iter().map(|pole| pole * unit);
+        let poles: Vec<Complex<f64>> = poles.collect();
+        let u = eigen.U();
+        let mut share = Mat::from_fn(n, 1, |i, _| Complex::from(b[i]));
+        u.partial_piv_lu().solve_in_place(&mut share);
+        let residue = |k: usize| {
+            let row: Complex<f64> = (0..n).map(|i| u[(i, k)] * c[i]).sum();
+            row * share[(k, 0)]
+        };
+        let residues: Vec<Complex<f64>> = (0..n).map(residue).collect();
+        let known = residues.iter().all(|residue| residue.is_finite());
+        let sum = PoleSum {
+            a,
+            b,
+            c,
+            direct: powers().map(|power| form.direct(0, power)).collect(),
+            residues,
+        };
+        known.then_some((sum, poles))
     }
 
-    /// Where |H| may cross a level, which is above what it is at infinity: imaginary parts of the eigenvalues near the axis of
-    /// [A + bRdc, bRbᵀ; −cᵀRc, −(A + bRdc)ᵀ], R = 1/(1 − d²), for H over the level.
+    /// What it comes to as frequencies grow; `None` where it grows without end.
+    fn beyond(&self) -> Option<f64> {
+        let mut passed = powers().zip(&self.direct);
+        let ends = !passed.any(|(power, by)| power > 0 && *by != 0.0);
+        ends.then(|| self.at_infinity().abs())
+    }
+
+    /// What passes by the states as it is.
+    fn at_infinity(&self) -> f64 {
+        self.direct[-powers().start as usize]
+    }
+
+    /// Where |H| may cross a level, which is above what it is at infinity: among the imaginary parts of the eigenvalues of
+    /// [A + bRdc, bRbᵀ; −cᵀRc, −(A + bRdc)ᵀ], R = 1/(1 − d²), for H over the level. Which of them are on the axis, rounding
+    /// does not leave certain.
     fn crossings(&self, level: f64) -> Option<Vec<f64>> {
-        /// So near in parts of their size.
-        const NEAR: f64 = 1e-4;
-        let n = self.form.c.len();
-        let d = self.form.direct(0, 0) / level;
+        let n = self.c.len();
+        let d = self.at_infinity() / level;
         let r = 1.0 / (1.0 - d * d);
         if !(r.is_finite() && r > 0.0) {
             return None;
         }
         let root = level.sqrt();
-        let b: Vec<f64> = self.form.b[0].iter().map(|entry| entry / root).collect();
-        let c: Vec<f64> = self.form.c.iter().map(|entry| entry / root).collect();
-        let a = |i: usize, j: usize| self.form.a[(i, j)] + b[i] * r * d * c[j];
+        let b: Vec<f64> = self.b.iter().map(|entry| entry / root).collect();
+        let c: Vec<f64> = self.c.iter().map(|entry| entry / root).collect();
+        let a = |i: usize, j: usize| self.a[(i, j)] + b[i] * r * d * c[j];
         let matrix = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
             (true, true) => a(i, j),
             (true, false) => b[i] * r * b[j - n],
@@ -234,11 +270,15 @@ impl PoleSum {
             (false, false) => -a(j - n, i - n),
         });
         let roots = eigenvalues(matrix.as_ref())?;
-        let near = roots
-            .iter()
-            .filter(|root| root.im > 0.0 && root.re.abs() <= NEAR * root.im);
-        Some(near.map(|root| root.im).collect())
+        let upper = roots.iter().filter(|root| root.im > 0.0);
+        Some(upper.map(|root| root.im).collect())
     }
+}
+
+/// The largest entry, in which the iteration for eigenvalues is to find the others.
+fn unit(matrix: &Mat<f64>) -> f64 {
+    let unit = matrix.norm_max();
+    if unit > 0.0 { unit } else { 1.0 }
 }
 
 /// Whether all of it is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.

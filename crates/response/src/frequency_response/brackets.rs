@@ -12,10 +12,15 @@ const FAR: f64 = 67_108_864.0;
 /// Three points of which the middle one is the largest.
 pub(super) type Bracket = [(f64, f64); 3];
 
-/// Frequencies between which no peak hides but by chance: evenly spread ones, some about each pole, and both ends.
+/// Frequencies between which no peak hides but by chance: evenly spread ones, some about each pole, a few far beyond them, and
+/// both ends.
 pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     const EVEN: usize = 60;
+    /// Farther from all poles, in powers of ten, magnitudes differ from their limits by less than 1e-12.
+    const BEYOND: i32 = 6;
     const OFFSETS: [f64; 7] = [-3.0, -1.0, -0.4, 0.0, 0.4, 1.0, 3.0];
+    /// Between points that are nearer to each other nothing but rounding differs.
+    const NEAR: f64 = 1e-12;
     let sizes = || {
         let sizes = poles.iter().map(|pole| pole.norm());
         sizes.filter(|size| *size > 0.0)
@@ -24,14 +29,18 @@ pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     let last = sizes().fold(0.0, f64::max) * 10.0;
     let span = (last / first).ln();
     let even = (0..EVEN).map(|k| first * (span * k as f64 / (EVEN - 1) as f64).exp());
-    let mut grid: Vec<f64> = even.collect();
+    let beyond = (1..=BEYOND).map(|k| last * 10f64.powi(k));
+    let mut grid: Vec<f64> = even.chain(beyond).collect();
     for pole in poles {
         grid.extend(OFFSETS.map(|offset| pole.im.abs() + offset * pole.re.abs()));
     }
     grid.extend([low, high]);
     grid.retain(|at| at.is_finite() && (low..=high).contains(at));
     grid.sort_by(f64::total_cmp);
-    grid.dedup();
+    grid.dedup_by(|at, before| {
+        let near = *at - *before <= NEAR * *at;
+        near && (*at != high || at == before)
+    });
     grid
 }
 

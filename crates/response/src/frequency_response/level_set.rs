@@ -10,7 +10,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
-use super::brackets::{Bracket, brackets, end, far, grid, narrow};
+use super::brackets::{brackets, end, far, grid, narrow};
 use super::in_doubles::turn;
 use super::state_form::{Acts, Equations, StateForm, powers};
 use super::transfer::Transfer;
@@ -49,7 +49,10 @@ impl Transfer {
         const MOST: usize = 100;
         let search = Search::of(self, system)?;
         let grid = grid(&search.poles, low, high);
-        let mut peaks = search.peaks_on(&grid)?;
+        let mut peaks = match &search.sum {
+            Some(_) => search.peaks_on(&grid)?,
+            None => search.turns_on(&grid)?,
+        };
         let last = *grid.last()?;
         for at in [grid[0], last] {
             if peaks.iter().all(|(known, _)| *known != at) {
@@ -102,12 +105,16 @@ impl<'a> Search<'a> {
             let lost = first_order.b() * losses * first_order.x();
             let a = first_order.a();
             let states = a.nrows();
-            let turned = Mat::from_fn(states, states, |i, j| {
-                Complex::new(a[(i, j)], -lost[(i, j)])
-            });
-            let mut poles = turned.eigenvalues().ok()?;
-            poles.retain(|pole| pole.im >= 0.0);
-            return decays(&poles).then_some(Search {
+            let turned = |i: usize, j: usize| Complex::new(a[(i, j)], -lost[(i, j)]);
+            let sizes = Mat::from_fn(states, states, |i, j| turned(i, j).norm());
+            let Balanced { matrix, scale } = balance(sizes.as_ref());
+            let unit = unit(&matrix);
+            let even = |i: usize, j: usize| turned(i, j) * (scale[j] / scale[i] / unit);
+            let mut poles = Mat::from_fn(states, states, even).eigenvalues().ok()?;
+            poles.iter_mut().for_each(|pole| *pole *= unit);
+            // At frequencies below 0 losses would feed, so that what is there may grow.
+            let above = poles.iter().copied().filter(|pole| pole.im >= 0.0);
+            return decays(&above.collect::<Vec<_>>()).then_some(Search {
                 transfer,
                 poles,
                 sum: None,
@@ -161,12 +168,43 @@ impl<'a> Search<'a> {
         narrow(&mut found, FLAT, |at| Ok::<_, ()>(sizes(at))).ok()?;
         found
             .into_iter()
-            .map(|bracket| self.peak_in(bracket))
+            .map(|bracket| self.peak_in(bracket.map(|(at, _)| at)))
             .collect()
     }
 
-    fn peak_in(&self, bracket: Bracket) -> Option<(f64, f64)> {
-        let [low, mut at, high] = bracket.map(|(at, _)| at);
+    /// The peaks between points of a grid of which |H| rises at one and falls at the next: fewer are missed so than by values alone.
+    fn turns_on(&self, grid: &[f64]) -> Option<Vec<(f64, f64)>> {
+        /// Halvings of what is between two points.
+        const STEPS: usize = 40;
+        /// Smaller changes of ln|H| are rounding.
+        const FLAT: f64 = 1e-12;
+        // From 0 it rises.
+        let slope = |at: &f64| {
+            self.transfer
+                .steepness(*at)
+                .map_or(f64::MAX, |[_, slope, _]| slope)
+        };
+        let slopes: Vec<f64> = grid.iter().map(slope).collect();
+        let pairs = grid.windows(2).zip(slopes.windows(2));
+        let turns = pairs.filter(|(ends, slopes)| {
+            let change = FLAT / (ends[1] - ends[0]);
+            slopes[0] > change && slopes[1] < -change
+        });
+        let peak = |(ends, _): (&[f64], &[f64])| {
+            let (mut low, mut high) = (ends[0], ends[1]);
+            for _ in 0..STEPS {
+                let middle = f64::midpoint(low, high);
+                match slope(&middle) > 0.0 {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            self.peak_in([low, f64::midpoint(low, high), high])
+        };
+        turns.map(peak).collect()
+    }
+
+    fn peak_in(&self, [low, mut at, high]: [f64; 3]) -> Option<(f64, f64)> {
         let width = high - low;
         for _ in 0..8 {
             let [_, slope, bend] = self.transfer.steepness(at)?;

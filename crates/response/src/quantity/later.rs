@@ -5,12 +5,11 @@
 //! band, the motion is followed until it is less, or until it is seen outside.
 
 use eigentone_modes::{Modes, Motion, System};
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, c64};
 
 use super::extrema::{Band, was_outside};
-use super::persistence::{Parts, Sustained, pair, swing};
-use super::summary::sustained;
+use super::persistence::{Parts, Sustained, pair, sustained, swing};
 use crate::certified::follow::{Digits, Stretch, follow};
 use crate::problem::{MAX_STEPS, Problem, Source, rest};
 
@@ -61,7 +60,7 @@ pub(crate) fn stays(
         if time >= problem.last_change() {
             let left = Left::of(&longer, modes, time, (&x, &v));
             open.retain(|(i, band)| {
-                let stays = left.most(&source(*i)) <= band.half_width;
+                let stays = left.keeps(&source(*i), band.half_width);
                 if stays {
                     answers[*i] = Some(true);
                 }
@@ -103,70 +102,107 @@ fn band_of((i, band): (usize, &Option<Band>)) -> Option<(usize, Band)> {
 }
 
 /// What may still come of a motion under loads that do not change any more.
-struct Left<'a> {
-    system: &'a System,
+struct Left {
     /// Rates, and amplitudes of all coordinates with them: of modes, and of sinusoidal loads.
     swings: Option<Vec<(c64, Vec<c64>)>>,
-    /// Its energy in J, where that does not grow.
-    energy: Option<f64>,
+    energy: Option<Energy>,
 }
 
-impl Left<'_> {
-    fn of<'a>(
-        problem: &Problem<'a>,
-        modes: &Modes,
-        time: f64,
-        state: (&[f64], &[f64]),
-    ) -> Left<'a> {
+/// The energy of a motion about its rest, where it does not grow.
+struct Energy {
+    /// The square root of twice that, in √J.
+    size: f64,
+    damping: Mat<f64>,
+    stiffness: Mat<f64>,
+    factors_of_mass: PartialPivLu<f64>,
+    factors_of_stiffness: PartialPivLu<f64>,
+}
+
+impl Left {
+    fn of(problem: &Problem<'_>, modes: &Modes, time: f64, state: (&[f64], &[f64])) -> Left {
         let system = problem.system();
         let loads = sustained(problem, time);
         Left {
-            system,
             swings: swings(system, modes, state, &loads),
-            energy: energy(system, state, &loads),
+            energy: Energy::of(system, state, &loads),
         }
     }
 
-    /// The largest distance from its end that a sum can still come to.
-    fn most(&self, source: &Source) -> f64 {
-        let by_modes = self.swings.as_ref().map_or(f64::INFINITY, |swings| {
-            swings
-                .iter()
-                .map(|(rate, of)| along(source, *rate, of))
-                .sum()
+    /// Whether a sum stays so near its end.
+    fn keeps(&self, source: &Source, half_width: f64) -> bool {
+        let by_modes = self.swings.as_ref().is_some_and(|swings| {
+            let parts = swings.iter().map(|(rate, of)| along(source, *rate, of));
+            parts.sum::<f64>() <= half_width
         });
-        let by_energy = self
-            .energy
-            .and_then(|energy| self.by_energy(source, energy));
-        by_modes.min(by_energy.unwrap_or(f64::INFINITY))
+        let by_energy = || {
+            let energy = self.energy.as_ref();
+            energy.is_some_and(|energy| energy.reach(source) <= half_width)
+        };
+        by_modes || by_energy()
+    }
+}
+
+impl Energy {
+    /// ½dᵀKd + ½vᵀMv about the rest under constant loads, of a passive system that springs hold.
+    fn of(system: &System, (x, v): (&[f64], &[f64]), loads: &Sustained) -> Option<Energy> {
+        let structure = system.structure();
+        let decays = structure.is_passive() && structure.is_symmetric();
+        let is_held = structure.zero_roots() == Some(0);
+        let is_constant = loads.harmonics.is_empty() && loads.rate.iter().all(|rate| *rate == 0.0);
+        if !(decays && is_held && is_constant) {
+            return None;
+        }
+        let rest = match loads.force.iter().all(|force| *force == 0.0) {
+            true => vec![0.0; x.len()],
+            false => rest(system, &loads.force)?,
+        };
+        let distance = Mat::from_fn(x.len(), 1, |i, _| x[i] - rest[i]);
+        let velocity = Mat::from_fn(v.len(), 1, |i, _| v[i]);
+        let (mass, stiffness) = (system.mass_matrix(), system.stiffness_matrix());
+        let twice = form(&stiffness, &distance) + form(&mass, &velocity);
+        Some(Energy {
+            size: twice.sqrt(),
+            damping: system.damping_matrix(),
+            factors_of_mass: mass.partial_piv_lu(),
+            factors_of_stiffness: stiffness.partial_piv_lu(),
+            stiffness,
+        })
     }
 
-    /// By what the energy allows of displacements, velocities and, Ma = −Kd − Cv, accelerations.
-    fn by_energy(&self, source: &Source, energy: f64) -> Option<f64> {
-        let n = self.system.len();
+    /// How far it can still move a sum of displacements, of velocities and, Ma = −Kd − Cv, of accelerations. Infinite or NaN
+    /// where M does not resist.
+    fn reach(&self, source: &Source) -> f64 {
+        let n = self.stiffness.nrows();
         let [x, v, a] = [0, 1, 2].map(|order| {
             let mut row = Mat::<f64>::zeros(n, 1);
+            // Supports are at rest.
             let own = source.terms[order].iter().filter(|(i, _)| *i < n);
             own.for_each(|(i, [a, b])| row[(*i, 0)] += a * b);
             row
         });
-        let reach = |row: &Mat<f64>, matrix: &Mat<f64>| {
-            let image = matrix.partial_piv_lu().solve(row);
-            (row.transpose() * image)[(0, 0)].max(0.0).sqrt()
+        let through = |row: &Mat<f64>, factors: &PartialPivLu<f64>| {
+            (row.transpose() * factors.solve(row))[(0, 0)].abs().sqrt()
         };
-        let (stiffness, mass) = (self.system.stiffness_matrix(), self.system.mass_matrix());
-        let mut reaches = 0.0;
+        let mut reach = 0.0;
         if x.norm_max() > 0.0 {
-            reaches += reach(&x, &stiffness);
+            reach += through(&x, &self.factors_of_stiffness);
         }
-        if v.norm_max() > 0.0 || a.norm_max() > 0.0 {
-            let pushed = mass.partial_piv_lu().solve(&a);
-            let dragged = self.system.damping_matrix() * &pushed;
-            let pulled = (pushed.transpose() * &stiffness * &pushed)[(0, 0)];
-            reaches += pulled.max(0.0).sqrt() + reach(&v, &mass) + reach(&dragged, &mass);
+        if v.norm_max() > 0.0 {
+            reach += through(&v, &self.factors_of_mass);
         }
-        Some((2.0 * energy).sqrt() * reaches).filter(|most| most.is_finite())
+        if a.norm_max() > 0.0 {
+            let pushed = self.factors_of_mass.solve(&a);
+            let dragged = &self.damping * &pushed;
+            reach += form(&self.stiffness, &pushed).sqrt();
+            reach += through(&dragged, &self.factors_of_mass);
+        }
+        self.size * reach
     }
+}
+
+/// The quadratic form of a matrix that is not negative.
+fn form(matrix: &Mat<f64>, of: &Mat<f64>) -> f64 {
+    (of.transpose() * matrix * of)[(0, 0)].abs()
 }
 
 /// |Σ factor·rateᵏ·amplitude|, k the order of the derivative.
@@ -229,24 +265,4 @@ fn swings(
         swings.push((c64::new(0.0, load.1.frequency), of));
     }
     Some(swings)
-}
-
-/// ½dᵀKd + ½vᵀMv about the rest under constant loads, of a passive system that springs hold.
-fn energy(system: &System, (x, v): (&[f64], &[f64]), loads: &Sustained) -> Option<f64> {
-    let structure = system.structure();
-    let decays = structure.is_passive() && structure.is_symmetric();
-    let is_held = structure.zero_roots() == Some(0);
-    let is_constant = loads.harmonics.is_empty() && loads.rate.iter().all(|rate| *rate == 0.0);
-    if !(decays && is_held && is_constant) {
-        return None;
-    }
-    let rest = match loads.force.iter().all(|force| *force == 0.0) {
-        true => vec![0.0; x.len()],
-        false => rest(system, &loads.force)?,
-    };
-    let distance = Mat::from_fn(x.len(), 1, |i, _| x[i] - rest[i]);
-    let velocity = Mat::from_fn(v.len(), 1, |i, _| v[i]);
-    let form = |matrix: Mat<f64>, of: &Mat<f64>| (of.transpose() * matrix * of)[(0, 0)].max(0.0);
-    let twice = form(system.stiffness_matrix(), &distance) + form(system.mass_matrix(), &velocity);
-    Some(twice / 2.0).filter(|energy| energy.is_finite())
 }

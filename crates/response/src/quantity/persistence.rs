@@ -8,7 +8,7 @@ use eigentone_modes::{Mode, Modes, Motion, Structure, System};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 
-use crate::problem::Harmonic;
+use crate::problem::{Harmonic, Problem};
 
 /// Loads as they go on from an instant, in N, N/s and as sinusoids.
 #[derive(Clone, Debug)]
@@ -17,6 +17,33 @@ pub(crate) struct Sustained {
     pub(crate) force: Vec<f64>,
     pub(crate) rate: Vec<f64>,
     pub(crate) harmonics: Vec<(usize, Harmonic)>,
+}
+
+/// The loads as they are at time `t` and go on.
+pub(super) fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
+    let n = problem.system().len();
+    let pieces = problem.timeline().pieces();
+    let latest = pieces.iter().rposition(|piece| piece.start() <= t);
+    let latest = latest.unwrap_or(0);
+    let [mut force, mut rate] = problem.steady(latest, t, false);
+    let straight = pieces[latest].straight().iter();
+    for straight in straight.filter(|straight| straight.coordinate < n) {
+        let elapsed = t - pieces[latest].start();
+        force[straight.coordinate] += straight.value + straight.slope * elapsed;
+        rate[straight.coordinate] += straight.slope;
+    }
+    let turning = |load: &Harmonic| load.frequency != 0.0;
+    let sinusoids = problem.sinusoids().into_iter();
+    let (harmonics, still): (Vec<_>, Vec<_>) = sinusoids.partition(|(_, load)| turning(load));
+    for (coordinate, load) in still {
+        force[coordinate] += load.amplitude * load.phase.sin();
+    }
+    Sustained {
+        time: t,
+        force,
+        rate,
+        harmonics,
+    }
 }
 
 /// For each coordinate, the amplitude in m of what goes on for ever.

@@ -348,7 +348,7 @@ fn bad_scenes() -> Vec<Bad> {
         bad(r#"{"beams": []}"#, "1:1", "give at least one mass", ByBoth),
         bad(damped(r#""modal": 0.02"#, true), "damping.modal", "modal damping needs real undamped modes", ByReader),
         bad(damped(r#""modal": []"#, false), "damping.modal", "give at least one", ByBoth),
-        bad(damped(r#""modal": [0.1, 0.2]"#, false), "damping.modal", "2 ratios, more than there are modes (1)", ByReader),
+        bad(damped(r#""modal": [0.1, 0.2, 0.3]"#, false), "damping.modal", "3 ratios, more than there are modes (2)", ByReader),
         bad(damped(r#""modal": {"ratios": []}"#, false), "damping.modal.ratios", "give at least one", ByBoth),
         bad(damped(r#""rayleigh": {"mass": 1, "relative_to": "soul"}"#, false), "damping.rayleigh.relative_to", "did you mean \"soil\"?", ByReader),
         bad(damped(r#""modal": {"ratios": 0.1, "relative_to": "a"}"#, false), "damping.modal.relative_to", "is not the name of a support: known is \"soil\"", ByReader),

@@ -381,6 +381,8 @@ impl Limits {
     }
 }
 
+/// The most products that following a motion may take: seconds.
+pub(crate) const PRODUCTS: f64 = 4e9;
 /// Beside the range of a coordinate, a difference below this does not show.
 pub(crate) const INVISIBLE: f64 = 1e-9;
 /// Beside the range of all coordinates, a difference below this is rounding.
@@ -390,17 +392,15 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
 /// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
 /// coordinate and, where they are to be followed too, the largest size of the accelerations and of what sources the problem
-/// has, in this order. `None` where the motion asks
-/// for too many stretches, is one of too many states, or 32 digits do not suffice to set out.
+/// has, in this order. `None` where all stretches together would take more than so many `products`, where the motion is one of
+/// too many states, or 32 digits do not suffice to set out.
 pub(crate) fn follow(
     problem: &Problem<'_>,
     from: u64,
     range: Vec<f64>,
-    digits: Digits,
+    (digits, products): (Digits, f64),
     visit: &mut dyn FnMut(&mut Stretch<'_>),
 ) -> Option<()> {
-    /// The most products that all stretches together may take.
-    const MOST: f64 = 4e9;
     /// The most products that may be taken at the start.
     const MOST_AT_ONCE: f64 = 2e9;
     /// What the generator may lose of more digits.
@@ -423,7 +423,7 @@ pub(crate) fn follow(
     let displacements = problem.system().len();
     let outputs = Outputs::of(problem, &generator, range.len() > displacements, digits);
     let outputs = Arc::new(outputs);
-    let most = (MOST / costs / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
+    let most = (products / costs / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
     let mut limits = Limits {
         range,
         displacements,

@@ -15,6 +15,8 @@ use crate::problem::{MAX_STEPS, Problem, Source, rest};
 
 /// Along so many spans of time, each twice as long as the one before, a motion is followed.
 const SPANS: u32 = 10;
+/// So many products each span may take, a tenth of a second.
+const PRODUCTS: f64 = 5e7;
 /// Amplitudes are those of modes only where dividing by what distinguishes shapes costs no more than this.
 const CONDITION: f64 = 1e10;
 
@@ -29,6 +31,7 @@ pub(crate) fn stays(
     (ranges, digits): (&[f64], Digits),
     bands: &[Option<Band>],
 ) -> Vec<Option<bool>> {
+    let effort = (digits, PRODUCTS);
     let n = problem.system().len();
     let mut answers = vec![None; bands.len()];
     let mut open: Vec<(usize, Band)> = bands.iter().enumerate().flat_map(band_of).collect();
@@ -49,7 +52,7 @@ pub(crate) fn stays(
     if digits == Digits::Twice && !open.is_empty() {
         // Those given have a bound that is common to all coordinates.
         let ends = &mut |stretch: &mut Stretch<'_>| (x, v) = of(stretch);
-        if follow(&problem.until(step), step, ranges.to_vec(), digits, ends).is_none() {
+        if follow(&problem.until(step), step, ranges.to_vec(), effort, ends).is_none() {
             return answers;
         }
     }
@@ -77,7 +80,7 @@ pub(crate) fn stays(
         }
         let longer = problem.until(now);
         let mut ended = None;
-        let followed = follow(&longer, from, ranges.to_vec(), digits, &mut |stretch| {
+        let followed = follow(&longer, from, ranges.to_vec(), effort, &mut |stretch| {
             open.retain(|(i, band)| {
                 let outside = was_outside(stretch, *i, band).is_some();
                 if outside {

@@ -37,7 +37,7 @@ pub(super) struct Acting<'a> {
 }
 
 /// What else counts as taken.
-pub(super) const HELD: &str = "Of a stop that is pressed at the end, the energy stored in its spring is counted too.\nWhat dampers take at which a support jumps has no limit and is not given.";
+pub(super) const HELD: &str = "Of a stop that is pressed at the end, the energy stored in its spring is counted too.\nWhere a support jumps at a damper, the energy that this takes has no limit and is not given.";
 
 /// As many events as are read.
 const SHOWN: usize = 40;

@@ -13,11 +13,11 @@ const START: f64 = 0.375;
 fn chain(masses: usize) -> System {
     let mut builder = System::builder().support("s");
     for k in 0..masses {
-        builder = builder.mass(&format!("m{k}"), 1.0 + 0.5 * k as f64);
-        builder = builder.spring(GROUND, &format!("m{k}"), 16.0 + 7.0 * k as f64);
+        builder = builder.mass(format!("m{k}"), 1.0 + 0.5 * k as f64);
+        builder = builder.spring(GROUND, format!("m{k}"), 16.0 + 7.0 * k as f64);
     }
     for k in 1..masses {
-        builder = builder.damper(&format!("m{}", k - 1), &format!("m{k}"), 0.3);
+        builder = builder.damper(format!("m{}", k - 1), format!("m{k}"), 0.3);
     }
     builder.build().expect("a system")
 }
@@ -113,7 +113,7 @@ fn a_jump_passes_what_it_passes_without_switches() {
             _ => 0.0,
         };
         let pulled = ask(&system, &state, 1.0, None).load("m0", Step::of(pull));
-        let found = run(pulled, &[element.clone()]).expect("a motion");
+        let found = run(pulled, std::slice::from_ref(&element)).expect("a motion");
         let wanted = ask(&plain, &state, 1.0, None).run().expect("a motion");
         let off = distance(found.trajectory(), &wanted);
         assert!(off < 1e-14, "{element:?}: {off:e}");
@@ -230,8 +230,8 @@ proptest! {
         let system = chain(masses);
         let mut state = State::at_rest();
         if !rests {
-            for k in 0..masses {
-                state = state.push(format!("m{k}"), pushes[k]);
+            for (k, push) in pushes.iter().enumerate().take(masses) {
+                state = state.push(format!("m{k}"), *push);
             }
         }
         let known = |name: &str| name == "s" || (0..masses).any(|k| name == format!("m{k}"));

@@ -22,7 +22,7 @@ pub(crate) struct Taken<T> {
     dampers: Vec<(T, [Row<T>; 2])>,
     by_dampers: Vec<T>,
     by_switches: Vec<T>,
-    /// Which of the dampers and of the switches have taken more than any number.
+    /// Which of the dampers and of the switches have taken energy without limit.
     without_limit: [Vec<bool>; 2],
     /// 1/k.
     inverses: Vec<T>,

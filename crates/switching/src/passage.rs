@@ -92,7 +92,7 @@ impl<T: Real> March<'_, '_, T> {
         (dot(&row.entries, moved), off * SLACK)
     }
 
-    /// What dampers of the system take of a jump is beyond all numbers.
+    /// Dampers of the system take energy without limit from a jump.
     fn note_losses(&mut self, moved: &[T], added: f64) {
         if let Some(mut taken) = self.taken.take() {
             taken.jump(|row| {
@@ -132,7 +132,7 @@ impl<T: Real> March<'_, '_, T> {
                 let (body, body_off) = known(self, &Row::with_constant(body, T::ZERO));
                 let body_jumps = body.to_f64().abs() > body_off;
                 match damper.law {
-                    // The rate is beyond all speeds of the body.
+                    // Beside the infinite rate no speed of the body counts.
                     DamperLaw::ClippedSkyhook { .. } if !body_jumps => (Decided::Fixed, [low; 2]),
                     DamperLaw::ClippedSkyhook { sky } => {
                         let wanted = T::from(sky) * body / jump;

@@ -151,7 +151,7 @@ impl<'a> Law<'a> {
         self.placed.len()
     }
 
-    /// Why the motion is not followed: where a support jumps at what damps and switches, the rates are beyond all numbers.
+    /// Why the motion is not followed: where a support jumps at what damps and switches, the rates are infinite.
     pub(super) fn refuses(&self) -> Option<String> {
         let pieces = self.problem.timeline().pieces();
         let mut before = vec![[0.0; 3]; self.problem.system().supports().len()];

@@ -238,61 +238,56 @@ impl Extrema {
         // Displacement and velocity at the end of the stretch before.
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
         let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
-        follow(
-            problem,
-            0,
-            ranges.clone(),
-            (digits, PRODUCTS),
-            &mut |stretch| {
-                if !seen {
-                    // A node without mass does not begin at the initial values given.
-                    seen = true;
-                    for i in 0..n {
-                        let displacement = stretch.left.x(i);
-                        let start = Extremum {
-                            displacement,
-                            time: 0.0,
-                        };
-                        (extrema.highest[i], extrema.lowest[i]) = (start, start);
-                        extrema.fastest[i] = Fastest {
-                            velocity: stretch.left.v(i),
-                            time: 0.0,
-                        };
-                    }
-                    for (i, peaks) in (n..).zip(&mut beside) {
-                        let start = Reached {
-                            value: stretch.left.x(i),
-                            time: 0.0,
-                            bound: stretch.rounding(i),
-                        };
-                        (peaks.highest, peaks.lowest) = (start, start);
-                    }
+        let effort = (digits, PRODUCTS);
+        follow(problem, 0, ranges.clone(), effort, &mut |stretch| {
+            if !seen {
+                // A node without mass does not begin at the initial values given.
+                seen = true;
+                for i in 0..n {
+                    let displacement = stretch.left.x(i);
+                    let start = Extremum {
+                        displacement,
+                        time: 0.0,
+                    };
+                    (extrema.highest[i], extrema.lowest[i]) = (start, start);
+                    extrema.fastest[i] = Fastest {
+                        velocity: stretch.left.v(i),
+                        time: 0.0,
+                    };
                 }
-                if digits == Digits::Twice {
-                    for (i, rounding) in extrema.roundings.iter_mut().enumerate() {
-                        *rounding = rounding.max(stretch.rounding(i));
-                    }
+                for (i, peaks) in (n..).zip(&mut beside) {
+                    let start = Reached {
+                        value: stretch.left.x(i),
+                        time: 0.0,
+                        bound: stretch.rounding(i),
+                    };
+                    (peaks.highest, peaks.lowest) = (start, start);
                 }
-                for (i, range) in ranges.iter().enumerate().take(n) {
-                    raise(stretch, i, 1.0, *range, &mut extrema.highest[i]);
-                    raise(stretch, i, -1.0, *range, &mut extrema.lowest[i]);
-                    hasten(stretch, i, &mut extrema.fastest[i]);
+            }
+            if digits == Digits::Twice {
+                for (i, rounding) in extrema.roundings.iter_mut().enumerate() {
+                    *rounding = rounding.max(stretch.rounding(i));
                 }
-                for ((i, range), peaks) in ranges.iter().enumerate().skip(n).zip(&mut beside) {
-                    if let Some(value) = beside_before.get(i - n) {
-                        peaks.note_jump(*value, stretch, i);
-                    }
-                    peaks.widen(stretch, i, *range);
+            }
+            for (i, range) in ranges.iter().enumerate().take(n) {
+                raise(stretch, i, 1.0, *range, &mut extrema.highest[i]);
+                raise(stretch, i, -1.0, *range, &mut extrema.lowest[i]);
+                hasten(stretch, i, &mut extrema.fastest[i]);
+            }
+            for ((i, range), peaks) in ranges.iter().enumerate().skip(n).zip(&mut beside) {
+                if let Some(value) = beside_before.get(i - n) {
+                    peaks.note_jump(*value, stretch, i);
                 }
-                beside_before.clear();
-                beside_before.extend((n..ranges.len()).map(|i| stretch.right.x(i)));
-                if !before.is_empty() {
-                    extrema.note_jumps(&before, stretch);
-                }
-                before.clear();
-                before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
-            },
-        )?;
+                peaks.widen(stretch, i, *range);
+            }
+            beside_before.clear();
+            beside_before.extend((n..ranges.len()).map(|i| stretch.right.x(i)));
+            if !before.is_empty() {
+                extrema.note_jumps(&before, stretch);
+            }
+            before.clear();
+            before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
+        })?;
         if digits == Digits::Once {
             let size = |i: usize| extrema.peak(i).displacement.abs();
             let all = (0..n).map(size).fold(0.0, f64::max);
@@ -547,37 +542,32 @@ pub(crate) fn last_outside(
 ) -> Option<Vec<Option<f64>>> {
     let mut last = vec![Some(0.0); bands.len()];
     let followed = followed(problem, trajectory, bands.len());
-    follow(
-        problem,
-        from,
-        followed,
-        (digits, PRODUCTS),
-        &mut |stretch| {
-            for (i, band) in bands.iter().enumerate() {
-                let Some(band) = band else { continue };
-                let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));
-                let Some(mut out) = was_outside(stretch, i, band) else {
-                    continue;
-                };
-                if out == 1.0 {
-                    // Outside at the end of a stretch; what follows decides, but for the last one.
-                    last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
-                    continue;
-                }
-                // It comes in between this place and the next.
-                let mut inside = out + 1.0 / f64::from(PLACES);
-                for _ in 0..50 {
-                    let middle = 0.5 * (out + inside);
-                    if excludes(middle) {
-                        out = middle;
-                    } else {
-                        inside = middle;
-                    }
-                }
-                last[i] = Some(stretch.start + out * stretch.length);
+    let effort = (digits, PRODUCTS);
+    follow(problem, from, followed, effort, &mut |stretch| {
+        for (i, band) in bands.iter().enumerate() {
+            let Some(band) = band else { continue };
+            let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));
+            let Some(mut out) = was_outside(stretch, i, band) else {
+                continue;
+            };
+            if out == 1.0 {
+                // Outside at the end of a stretch; what follows decides, but for the last one.
+                last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
+                continue;
             }
-        },
-    )?;
+            // It comes in between this place and the next.
+            let mut inside = out + 1.0 / f64::from(PLACES);
+            for _ in 0..50 {
+                let middle = 0.5 * (out + inside);
+                if excludes(middle) {
+                    out = middle;
+                } else {
+                    inside = middle;
+                }
+            }
+            last[i] = Some(stretch.start + out * stretch.length);
+        }
+    })?;
     Some(last)
 }
 

@@ -992,6 +992,16 @@ mod tests {
         }
     }
 
+    /// The summary of the proven motion, and where combinations come to rest.
+    fn rests_of(problem: &Problem<'_>) -> (Summary, Vec<Option<CombinationRest>>) {
+        let modes = problem.system().modes().expect("modes");
+        let plan = crate::ResponsePlan::of(problem).expect("a plan");
+        let motion = plan.run(problem).expect("a response");
+        let summary = Summary::of(problem, &motion, &modes).expect("instants");
+        let rests = summary.combinations(problem, &motion, &modes);
+        (summary, rests.expect("they are followed"))
+    }
+
     /// When x″ + 0.8x′ + 16x = const from rest leaves 2 % about its end for the last time: of its way there it then lacks
     /// e^(−at)(cos wt + a/w·sin wt).
     fn settling_of_a_step() -> f64 {
@@ -1056,7 +1066,6 @@ mod tests {
             let pair = pair.spring(GROUND, "m", 16.0).damper(GROUND, "m", 0.8);
             let pair = pair.spring(GROUND, "b", 16.0).damper(GROUND, "b", 0.8);
             let system = pair.spring("m", "b", coupling).build().expect("a system");
-            let modes = system.modes().expect("modes");
             let problem = Response::of(&system)
                 .load("m", Step::of(16.0))
                 .load("b", Impulse::of(size))
@@ -1065,11 +1074,8 @@ mod tests {
                 .until(20.0)
                 .problem()
                 .expect("a problem");
-            let plan = crate::ResponsePlan::of(&problem).expect("a plan");
-            let motion = plan.run(&problem).expect("a response");
-            let summary = Summary::of(&problem, &motion, &modes).expect("instants");
-            let rests = summary.combinations(&problem, &motion, &modes);
-            let rest = rests.expect("they are followed")[0].expect("it rests");
+            let (summary, rests) = rests_of(&problem);
+            let rest = rests[0].expect("it rests");
             let [m, b] = [0, 1].map(|i| match summary.coordinates()[i].destination {
                 Destination::Rest { settled, .. } => settled.expect("it settles"),
                 other => panic!("{other:?}"),
@@ -1116,7 +1122,6 @@ mod tests {
         for (at, damping, settles) in [(20.0, 4.0, false), (0.0, 4.0, true), (0.0, 8.0, true)] {
             let system = one().damper(GROUND, "m", damping);
             let system = system.build().expect("a system");
-            let modes = system.modes().expect("modes");
             let problem = Response::of(&system)
                 .load("m", Impulse::of(1.0).at(at))
                 .sum("x", [(Quantity::Displacement, "m", 1.0)])
@@ -1126,11 +1131,8 @@ mod tests {
                 .until(20.0)
                 .problem()
                 .expect("a problem");
-            let plan = crate::ResponsePlan::of(&problem).expect("a plan");
-            let motion = plan.run(&problem).expect("a response");
-            let summary = Summary::of(&problem, &motion, &modes).expect("instants");
-            let rests = summary.combinations(&problem, &motion, &modes);
-            for rest in rests.expect("they are followed") {
+            let (_, rests) = rests_of(&problem);
+            for rest in rests {
                 let rest = rest.expect("it comes to rest");
                 assert_eq!(rest.settled.is_some(), settles, "{at}: {rest:?}");
             }

@@ -9,8 +9,10 @@ use pulp::Arch;
 
 use super::driven::Driven;
 use super::generator::Generator;
-use super::march::Walker;
+use super::march::{Step, Walker};
+use super::quintic::Quintic;
 use crate::enclosed::{Halves, Normed};
+use crate::exponential::by_taylor;
 use crate::problem::{Instant, Leg, Problem, Walk};
 
 /// With how many digits states and loads are taken from one place to the next.
@@ -22,12 +24,13 @@ pub(crate) enum Digits {
     Twice,
 }
 
-/// A moment of the motion, in doubles: what is followed with its first and second derivatives, then states and
-/// loads. What is followed are the displacements of all coordinates and, where asked for, what the problem asks for beside
-/// them: accelerations, combinations, forces.
+/// A moment of the motion, in doubles: what is followed, with its first and second derivatives. What is followed are the
+/// displacements of all coordinates and, where asked for, what the problem asks for beside them: accelerations,
+/// combinations, forces.
 #[derive(Clone, Debug)]
 pub(crate) struct Point {
     count: usize,
+    /// All quantities, then their first and their second derivatives, then states and loads.
     values: Vec<f64>,
     /// States and loads once more, where more digits are taken.
     more: Vec<DoubleDouble>,
@@ -49,10 +52,18 @@ impl Point {
         self.values[2 * self.count + i]
     }
 
-    fn zeta(&self) -> &[f64] {
-        &self.values[3 * self.count..]
+    /// A quantity and its derivatives.
+    fn knot(&self, i: usize) -> [f64; 3] {
+        [self.x(i), self.v(i), self.a(i)]
+    }
+
+    fn states(&self) -> States<'_> {
+        (&self.values[3 * self.count..], &self.more)
     }
 }
+
+/// States and loads, and the same where more digits are taken.
+type States<'a> = (&'a [f64], &'a [DoubleDouble]);
 
 /// A short stretch of time in which each quantity is a polynomial of degree five
 /// to about nine digits: that of its value and first two derivatives at both ends.
@@ -69,71 +80,48 @@ pub(crate) struct Stretch<'a> {
 }
 
 impl Stretch<'_> {
-    /// A quantity at the fraction `s` of the stretch, by the polynomial.
-    pub(crate) fn polynomial(&self, i: usize, s: f64) -> f64 {
-        let highest_first = self.coefficients(i).into_iter().rev();
-        highest_first.fold(0.0, |sum, coefficient| sum * s + coefficient)
-    }
-
-    /// The polynomial's value where its slope changes sign, as it does between the ends.
-    pub(crate) fn turning_value(&self, i: usize) -> f64 {
-        let coefficients = self.coefficients(i);
-        let slope = |s: f64| {
-            let powers = (1..6).rev();
-            powers.fold(0.0, |sum, k| sum * s + k as f64 * coefficients[k])
-        };
-        let (mut low, mut high) = (0.0, 1.0);
-        let rises = slope(low) > 0.0;
-        for _ in 0..30 {
-            let middle = 0.5 * (low + high);
-            if (slope(middle) > 0.0) == rises {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        self.polynomial(i, low)
-    }
-
-    /// Those of 1, s, s², … s⁵.
-    fn coefficients(&self, i: usize) -> [f64; 6] {
-        let (p, q, h) = (self.left, self.right, self.length);
-        let (v, a) = (h * p.v(i), h * h * p.a(i));
-        let rise = q.x(i) - p.x(i) - v - a / 2.0;
-        let slope = h * q.v(i) - v - a;
-        let bend = h * h * q.a(i) - a;
-        [
-            p.x(i),
-            v,
-            a / 2.0,
-            10.0 * rise - 4.0 * slope + bend / 2.0,
-            -15.0 * rise + 7.0 * slope - bend,
-            6.0 * rise - 3.0 * slope + bend / 2.0,
-        ]
+    /// A quantity by the fraction of the stretch.
+    pub(crate) fn polynomial(&self, i: usize) -> Quintic {
+        Quintic::between(self.left.knot(i), self.right.knot(i), self.length)
     }
 
     /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
     pub(crate) fn rounding(&self, i: usize) -> f64 {
-        self.way.rounding(self.left, i)
+        self.way.outputs.rounding(self.left, i)
     }
 
-    /// Time and point where `crossed` turns from false to true, as it does between the ends: found by
-    /// bisection, each point of which is exact.
-    pub(crate) fn bisect(&mut self, mut crossed: impl FnMut(&Point) -> bool) -> (f64, Point) {
-        /// A stretch is divided no further than doubles distinguish its times.
-        const HALVINGS: usize = 48;
+    /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
+    /// its first derivative there, which is largest or smallest.
+    pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64) {
+        /// After so many halvings, each of which is exact, the polynomial is exact in doubles.
+        const HALVINGS: usize = 5;
         self.way.halvings += HALVINGS as u64;
-        let mut at = self.left.clone();
-        let (mut time, mut length) = (self.start, self.length);
+        let (mut left, mut right) = (self.left.knot(i), self.right.knot(i));
+        let rises = left[derivative] < 0.0;
+        let (states, more) = self.left.states();
+        let (mut states, mut more) = (states.to_vec(), more.to_vec());
+        let mut later = states.clone();
+        let (mut start, mut length) = (self.start, self.length);
         for depth in self.depth + 1..=self.depth + HALVINGS {
             length /= 2.0;
-            let next = self.way.advance(&at, depth);
-            if !crossed(&next) {
-                time += length;
-                at = next;
+            let later_more = self.way.advance((&states, &more), depth, &mut later);
+            let middle = self.way.outputs.knot((&later, &later_more), i);
+            if (middle[derivative] > 0.0) == rises {
+                right = middle;
+            } else {
+                left = middle;
+                std::mem::swap(&mut states, &mut later);
+                more = later_more;
+                start += length;
             }
         }
-        (time, at)
+        let polynomial = Quintic::between(left, right, length);
+        let (s, value) = match derivative {
+            1 => polynomial.turn(),
+            _ => polynomial.slope().turn(),
+        };
+        let scale = length.powi(derivative as i32 - 1);
+        (start + s * length, value / scale)
     }
 }
 
@@ -144,10 +132,12 @@ struct Way {
     halves: Vec<Vec<f64>>,
     /// The same, where more digits are taken.
     more: Vec<Vec<DoubleDouble>>,
-    /// How often bisections have halved it.
+    /// How often searches for turns have halved it.
     halvings: u64,
     /// Makes them; `None` for a way of no length.
     make: Option<Halves<DoubleDouble>>,
+    /// The whole way, for the march; `None` until it is made.
+    whole: Option<Step<DoubleDouble>>,
 }
 
 /// What is followed, from states and loads.
@@ -202,6 +192,48 @@ impl Outputs {
             rounding,
         }
     }
+
+    /// With room for states and loads after the quantities, and those with more digits where they are taken.
+    fn read(&self, mut values: Vec<f64>, more: Vec<DoubleDouble>) -> Point {
+        let (quantities, states) = values.split_at_mut(3 * self.count);
+        if more.is_empty() {
+            multiply(&self.rows, states, quantities);
+        } else {
+            multiply_more(&self.more, &more, |i, value| quantities[i] = value.to_f64());
+        }
+        Point {
+            count: self.count,
+            values,
+            more,
+        }
+    }
+
+    /// One quantity alone, with its derivatives.
+    fn knot(&self, (states, more): States<'_>, i: usize) -> [f64; 3] {
+        let size = states.len();
+        [0, 1, 2].map(|derivative| {
+            let row = (derivative * self.count + i) * size..;
+            let mut value = [0.0];
+            if more.is_empty() {
+                multiply(&self.rows[row][..size], states, &mut value);
+            } else {
+                multiply_more(&self.more[row][..size], more, |_, entry| {
+                    value[0] = entry.to_f64();
+                });
+            }
+            value[0]
+        })
+    }
+
+    /// What rounding makes of a quantity along some fifty halvings, about.
+    fn rounding(&self, point: &Point, i: usize) -> f64 {
+        let (states, _) = point.states();
+        let row = &self.rows[i * states.len()..][..states.len()];
+        let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (of_states, of_loads) = row.split_at(self.states);
+        let (own, driven) = states.split_at(self.states);
+        self.rounding * (length(of_states) * length(own) + length(of_loads) * length(driven))
+    }
 }
 
 /// The rate of a row: (cᵀζ)′ = cᵀWζ.
@@ -220,60 +252,33 @@ fn derivative(row: &[DoubleDouble], w: &Normed<DoubleDouble>) -> Vec<DoubleDoubl
 }
 
 impl Way {
-    fn point(&self, zeta: &[f64]) -> Point {
-        let count = self.outputs.count;
-        let mut values = vec![0.0; 3 * count + zeta.len()];
-        let (outputs, states) = values.split_at_mut(3 * count);
-        states.copy_from_slice(zeta);
-        multiply(&self.outputs.rows, states, outputs);
-        Point {
-            count,
-            values,
-            more: Vec::new(),
-        }
-    }
-
-    /// With more digits.
-    fn point_of_more(&self, zeta: Vec<DoubleDouble>) -> Point {
-        let values = multiply_more(&self.outputs.more, &zeta);
-        let values = values.iter().chain(&zeta).map(|value| value.to_f64());
-        Point {
-            count: self.outputs.count,
-            values: values.collect(),
-            more: zeta,
-        }
-    }
-
-    /// Where the march is.
-    fn here(&self, walker: &Walker<'_, '_, DoubleDouble>) -> Point {
-        match self.outputs.more.is_empty() {
-            true => self.point(&walker.rounded()),
-            false => self.point_of_more(walker.exact().to_vec()),
-        }
-    }
-
-    /// What rounding makes of a quantity along some fifty halvings, about.
-    fn rounding(&self, point: &Point, i: usize) -> f64 {
-        let zeta = point.zeta();
-        let row = &self.outputs.rows[i * zeta.len()..][..zeta.len()];
-        let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (states, loads) = row.split_at(self.outputs.states);
-        let (own, driven) = zeta.split_at(self.outputs.states);
-        self.outputs.rounding * (length(states) * length(own) + length(loads) * length(driven))
-    }
-
-    /// The point 2^-depth of the way later.
-    fn advance(&mut self, from: &Point, depth: usize) -> Point {
-        let zeta = from.zeta();
+    /// The states 2^-depth of the way later, and those with more digits.
+    fn advance(
+        &mut self,
+        (states, more): States<'_>,
+        depth: usize,
+        later: &mut [f64],
+    ) -> Vec<DoubleDouble> {
         if self.halves.len() <= depth {
-            self.halve(depth, zeta.len());
+            self.halve(depth, states.len());
         }
+        let mut later_more = Vec::with_capacity(more.len());
         if let Some(half) = self.more.get(depth) {
-            return self.point_of_more(multiply_more(half, &from.more));
+            multiply_more(half, more, |i, entry| {
+                later[i] = entry.to_f64();
+                later_more.push(entry);
+            });
+        } else {
+            multiply(&self.halves[depth], states, later);
         }
-        let mut later = vec![0.0; zeta.len()];
-        multiply(&self.halves[depth], zeta, &mut later);
-        self.point(&later)
+        later_more
+    }
+
+    /// What is followed, so much later.
+    fn point(&mut self, from: &Point, depth: usize) -> Point {
+        let mut values = vec![0.0; from.values.len()];
+        let more = self.advance(from.states(), depth, &mut values[3 * from.count..]);
+        self.outputs.read(values, more)
     }
 
     /// As far as the depth.
@@ -288,31 +293,45 @@ impl Way {
                 let next = power.times(&power);
                 powers.push(std::mem::replace(&mut power, next));
             }
+            self.whole = Some(Step::of(power.clone()));
             powers.push(power);
             powers.reverse();
         }
-        for depth in self.halves.len() + powers.len()..=depth {
-            powers.push(make.at(depth));
-        }
-        for power in &powers {
-            let entries = power.entries().iter();
-            self.halves
-                .push(entries.map(|entry| entry.to_f64()).collect());
-            if !self.outputs.more.is_empty() {
-                self.more.push(power.entries().to_vec());
+        powers.iter().for_each(|power| self.know(power));
+        for depth in self.halves.len()..=depth {
+            let Some(make) = &self.make else { return };
+            if self.outputs.more.is_empty() {
+                let (half, _) = by_taylor(make.exponent(depth).as_ref());
+                let entries = (0..size * size).map(|entry| half[(entry / size, entry % size)]);
+                self.halves.push(entries.collect());
+            } else {
+                self.know(&make.at(depth));
             }
+        }
+    }
+
+    /// Adds the next half.
+    fn know(&mut self, power: &Normed<DoubleDouble>) {
+        let entries = power.entries();
+        self.halves
+            .push(entries.iter().map(|entry| entry.to_f64()).collect());
+        if !self.outputs.more.is_empty() {
+            self.more.push(entries.to_vec());
         }
     }
 }
 
-/// The product of a matrix, by rows, and a vector, with more digits.
-fn multiply_more(matrix: &[DoubleDouble], vector: &[DoubleDouble]) -> Vec<DoubleDouble> {
+/// The product of a matrix, by rows, and a vector, with more digits: `take` gets each entry with its place.
+fn multiply_more(
+    matrix: &[DoubleDouble],
+    vector: &[DoubleDouble],
+    mut take: impl FnMut(usize, DoubleDouble),
+) {
     let rows = matrix.chunks_exact(vector.len().max(1));
-    let product = |row: &[DoubleDouble]| {
+    for (i, row) in rows.enumerate() {
         let terms = row.iter().zip(vector).map(|(a, b)| *a * *b);
-        terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
-    };
-    rows.map(product).collect()
+        take(i, terms.fold(DoubleDouble::ZERO, |sum, term| sum + term));
+    }
 }
 
 /// The product of a matrix, by rows, and a vector.
@@ -403,6 +422,8 @@ pub(crate) fn follow(
 ) -> Option<()> {
     /// The most products that may be taken at the start.
     const MOST_AT_ONCE: f64 = 2e9;
+    /// So many ways of unlike lengths are kept.
+    const MOST_KNOWN: usize = 64;
     /// What the generator may lose of more digits.
     const LEAST: f64 = 1e-26;
     let grid = problem.grid();
@@ -439,8 +460,19 @@ pub(crate) fn follow(
         more: Vec::new(),
         halvings: 0,
         make,
+        whole: None,
     };
-    let mut known: HashMap<u64, Way> = HashMap::new();
+    let here = |walker: &Walker<'_, '_, DoubleDouble>| {
+        let exact = walker.exact();
+        let mut values = vec![0.0; 3 * outputs.count];
+        values.extend(exact.iter().map(|entry| entry.to_f64()));
+        let more = match digits {
+            Digits::Once => Vec::new(),
+            Digits::Twice => exact.to_vec(),
+        };
+        outputs.read(values, more)
+    };
+    let mut known: HashMap<[u64; 2], Way> = HashMap::new();
     let mut walk = Walk::of(problem);
     walker.begin(0);
     let mut index = from.min(grid.last());
@@ -452,36 +484,42 @@ pub(crate) fn follow(
                 continue;
             };
             let (start, finish) = (walker.moment(&now), walker.moment(&to));
-            if index > from {
-                let (length, error) = walker.seconds(start, finish);
-                let way = match known.entry(length.to_f64().to_bits()) {
-                    Entry::Occupied(known) => known.into_mut(),
-                    Entry::Vacant(free) => {
-                        let halves = Halves::of(&w, length, error / length.magnitude())?;
-                        free.insert(way(Some(halves)))
-                    }
-                };
-                let left = way.here(&walker);
-                let right = way.advance(&left, 0);
-                let mut stretch = Stretch {
-                    start: now.time().to_f64(),
-                    length: length.to_f64(),
-                    left: &left,
-                    right: &right,
-                    way,
-                    depth: 0,
-                };
-                divide(&mut stretch, &mut limits, visit)?;
-                if known.len() > 64 {
-                    known.clear();
-                }
+            if index <= from {
+                walker.go(start, finish);
+                continue;
             }
-            walker.go(start, finish);
+            let (length, error) = walker.seconds(start, finish);
+            if known.len() > MOST_KNOWN {
+                known.clear();
+            }
+            let rounded = length.to_f64();
+            let rest = (length - DoubleDouble::from(rounded)).to_f64();
+            let way = match known.entry([rounded, rest].map(f64::to_bits)) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(free) => {
+                    let halves = Halves::of(&w, length, error / length.magnitude())?;
+                    free.insert(way(Some(halves)))
+                }
+            };
+            let left = here(&walker);
+            let right = way.point(&left, 0);
+            let mut stretch = Stretch {
+                start: now.time().to_f64(),
+                length: rounded,
+                left: &left,
+                right: &right,
+                way,
+                depth: 0,
+            };
+            divide(&mut stretch, &mut limits, visit)?;
+            if let Some(whole) = &way.whole {
+                walker.hop(whole, finish);
+            }
         }
         if index == grid.last() {
             // What the loads make of the end itself.
             let mut way = way(None);
-            let here = way.here(&walker);
+            let here = here(&walker);
             visit(&mut Stretch {
                 start: target.time().to_f64(),
                 length: 0.0,
@@ -505,7 +543,7 @@ fn divide(
     const DEEPEST: usize = 40;
     limits.count(stretch.start)?;
     let depth = stretch.depth + 1;
-    let middle = stretch.way.advance(stretch.left, depth);
+    let middle = stretch.way.point(stretch.left, depth);
     limits.see(&middle);
     let displacements = &limits.range[..limits.displacements];
     let all = displacements.iter().copied().fold(0.0, f64::max);
@@ -513,7 +551,7 @@ fn divide(
     let meets = (0..limits.range.len()).all(|i| {
         let speed = 1.875 * (q.x(i) - p.x(i)) - 0.4375 * h * (p.v(i) + q.v(i))
             + 0.03125 * h * h * (q.a(i) - p.a(i));
-        let off = (middle.x(i) - stretch.polynomial(i, 0.5)).abs();
+        let off = (middle.x(i) - stretch.polynomial(i).at(0.5)).abs();
         let turn = (h * middle.v(i) - speed).abs();
         let off = off.max(turn / 8.0);
         let hidden = || match i < limits.displacements && p.more.is_empty() {

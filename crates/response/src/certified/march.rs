@@ -118,11 +118,6 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         Ok(Attempt::Found(Box::new(trajectory)))
     }
 
-    /// The state and the loads, in doubles.
-    pub(super) fn rounded(&self) -> Vec<f64> {
-        self.zeta.iter().map(|entry| entry.to_f64()).collect()
-    }
-
     /// The state and the loads.
     pub(super) fn exact(&self) -> &[T] {
         &self.zeta
@@ -168,8 +163,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         if now == end {
             return;
         }
-        self.fresh = None;
         if let (Moment::Units(from), Moment::Units(to)) = (now, end) {
+            self.fresh = None;
             let mut at = from;
             while at < to {
                 let j = (to - at).ilog2() as usize;
@@ -190,18 +185,24 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             let (time, error) = self.driven.clock.seconds::<T>(now, end);
             let relative = (error + error) / time.magnitude();
             let hop = Step::of(self.exponential(time, relative));
-            self.operations.steps += 1;
-            let error = apply(
-                &hop,
-                &self.driven.generator,
-                &mut self.zeta,
-                &mut self.next,
-                self.straight_error,
-            );
-            let total = hop.power.true_norm() * self.drift.total() + error;
-            self.drift.restart(total);
-            self.follow_slopes(end);
+            self.hop(&hop, end);
         }
+    }
+
+    /// By a step to the moment to which it leads.
+    pub(super) fn hop(&mut self, step: &Step<T>, end: Moment) {
+        self.fresh = None;
+        self.operations.steps += 1;
+        let error = apply(
+            step,
+            &self.driven.generator,
+            &mut self.zeta,
+            &mut self.next,
+            self.straight_error,
+        );
+        let total = step.power.true_norm() * self.drift.total() + error;
+        self.drift.restart(total);
+        self.follow_slopes(end);
     }
 
     fn follow_slopes(&mut self, now: Moment) {
@@ -420,13 +421,13 @@ impl<T: Real> Columns<T> {
 }
 
 /// Φ^{2^j}, or that of any other time.
-struct Step<T> {
+pub(super) struct Step<T> {
     power: Normed<T>,
     columns: Columns<T>,
 }
 
 impl<T: Real> Step<T> {
-    fn of(power: Normed<T>) -> Step<T> {
+    pub(super) fn of(power: Normed<T>) -> Step<T> {
         let n = power.len();
         Step {
             columns: Columns::of(n, n, |i, j| power.row(i)[j]),

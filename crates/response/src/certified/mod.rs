@@ -1,4 +1,4 @@
-//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for. It knows `problem`,
+//! The exact response with proven bounds: the exponential in as many digits as the bounds ask for. It knows `exponential`, `problem`,
 //! `answer` and `enclosed`.
 
 #[cfg(test)]
@@ -11,6 +11,7 @@ pub(crate) mod follow;
 mod generator;
 mod judge;
 mod march;
+mod quintic;
 mod work;
 
 use eigentone_digits::{DoubleDouble, Wide, decimal_digits};

@@ -4,6 +4,7 @@
 use std::sync::LazyLock;
 
 use eigentone_digits::{Magnitude, Real};
+use faer::Mat;
 
 use super::normed::{Normed, growth};
 
@@ -135,6 +136,13 @@ impl<T: Real> Halves<T> {
             ..self.plan
         };
         of_small_powers(&x, &powers, &plan)
+    }
+
+    /// τW/2^depth, in doubles.
+    pub(crate) fn exponent(&self, depth: usize) -> Mat<f64> {
+        let x = &self.powers[1];
+        let factor = ((self.plan.squarings - depth as i64) as f64).exp2();
+        Mat::from_fn(x.len(), x.len(), |i, j| factor * x.row(i)[j].to_f64())
     }
 }
 
@@ -426,6 +434,9 @@ mod tests {
         assert!(halves.ground() > 5);
         for depth in halves.ground()..halves.ground() + 9 {
             let found = halves.at(depth);
+            let exponent = halves.exponent(depth)[(1, 0)];
+            let wanted = -1.2e3 * 0.7 * (-(depth as f64)).exp2();
+            assert!((exponent / wanted - 1.0).abs() < 1e-15, "{exponent:e}");
             let step = DoubleDouble::from(0.7).scale(-(depth as i64));
             let known = exponential(&w, step, Magnitude::ZERO);
             for (found, known) in found.entries().iter().zip(known.entries()) {

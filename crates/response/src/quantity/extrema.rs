@@ -4,7 +4,7 @@ use eigentone_modes::ElementKind;
 
 use crate::answer::Trajectory;
 use crate::certified::ByCertifiedExponential;
-use crate::certified::follow::{Digits, INVISIBLE, PRODUCTS, Point, ROUNDING, Stretch, follow};
+use crate::certified::follow::{Digits, INVISIBLE, PRODUCTS, ROUNDING, Stretch, follow};
 use crate::problem::{Piece, Problem};
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
@@ -93,15 +93,13 @@ impl Peaks {
     /// The one of larger size, the first one on ties.
     pub fn largest(&self) -> Reached {
         let (high, low) = (self.highest, self.lowest);
-        let (up, down) = (high.value.abs(), low.value.abs());
-        if up > down || up == down && high.time <= low.time {
-            high
-        } else {
-            low
+        match is_first([high.value, low.value], [high.time, low.time]) {
+            true => high,
+            false => low,
         }
     }
 
-    /// Takes what a stretch has of a quantity. Values as near as 1e-12 are not distinguished from each other.
+    /// Takes what a stretch has of a quantity. Values that are equal but for rounding are not distinguished.
     fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64) {
         for (sign, best) in [(1.0, &mut self.highest), (-1.0, &mut self.lowest)] {
             let mut found = Extremum {
@@ -112,7 +110,7 @@ impl Peaks {
                 *best = Reached {
                     value: found.displacement,
                     time: found.time,
-                    bound: stretch.rounding(i) + 1e-12 * found.displacement.abs(),
+                    bound: stretch.rounding(i) + EQUAL * found.displacement.abs(),
                 };
             }
         }
@@ -167,7 +165,7 @@ pub struct Jump {
 impl Fastest {
     /// Takes another velocity where it is larger, by more than rounding.
     fn compare(&mut self, velocity: f64, time: f64) {
-        if velocity.abs() > self.velocity.abs() * (1.0 + 1e-12) {
+        if velocity.abs() > self.velocity.abs() * (1.0 + EQUAL) {
             *self = Fastest { velocity, time };
         }
     }
@@ -416,12 +414,24 @@ impl Extrema {
     /// The extremum of larger size, the first one on ties, of each coordinate.
     pub fn peak(&self, coordinate: usize) -> Extremum {
         let (high, low) = (self.highest[coordinate], self.lowest[coordinate]);
-        let (up, down) = (high.displacement.abs(), low.displacement.abs());
-        if up > down || up == down && high.time <= low.time {
-            high
-        } else {
-            low
+        let sizes = [high.displacement, low.displacement];
+        match is_first(sizes, [high.time, low.time]) {
+            true => high,
+            false => low,
         }
+    }
+}
+
+/// Values nearer to each other than this, in parts of them, are equal but for rounding.
+const EQUAL: f64 = 1e-12;
+
+/// Whether the first of two values has the larger size; of equal ones, whether it is reached first.
+fn is_first(values: [f64; 2], times: [f64; 2]) -> bool {
+    let [first, second] = values.map(f64::abs);
+    if (first - second).abs() <= EQUAL * first.max(second) {
+        times[0] <= times[1]
+    } else {
+        first > second
     }
 }
 
@@ -452,7 +462,7 @@ fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
 fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, range: f64, best: &mut Extremum) -> bool {
     let mut beaten = false;
     // What is equal but for rounding is reached first where it is reached first.
-    let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > 1e-12 * x.abs();
+    let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > EQUAL * x.abs();
     let (left, right) = (stretch.left, stretch.right);
     // The left end may be beside a jump.
     for (point, time) in [
@@ -470,16 +480,14 @@ fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, range: f64, best: &mut 
     if !turns {
         return beaten;
     }
-    let about = stretch.turning_value(i);
-    if sign * (about - best.displacement) < -INVISIBLE * range {
+    let polynomial = stretch.polynomial(i);
+    let is_below = |value: f64| sign * (value - best.displacement) < -INVISIBLE * range;
+    if is_below(polynomial.limit(sign)) || is_below(polynomial.turn().1) {
         return beaten;
     }
-    let (time, point) = stretch.bisect(|point: &Point| sign * point.v(i) <= 0.0);
-    if beats(point.x(i), best) {
-        *best = Extremum {
-            displacement: point.x(i),
-            time,
-        };
+    let (time, displacement) = stretch.turn(i, 1);
+    if beats(displacement, best) {
+        *best = Extremum { displacement, time };
         beaten = true;
     }
     beaten
@@ -494,8 +502,8 @@ fn hasten(stretch: &mut Stretch<'_>, i: usize, best: &mut Fastest) {
     let rise = stretch.length * before.abs().max(after.abs());
     let turns = before > 0.0 && after < 0.0 || before < 0.0 && after > 0.0;
     if turns && left.v(i).abs().max(right.v(i).abs()) + rise > best.velocity.abs() {
-        let (time, point) = stretch.bisect(|point: &Point| point.a(i) * before <= 0.0);
-        best.compare(point.v(i), time);
+        let (time, velocity) = stretch.turn(i, 2);
+        best.compare(velocity, time);
     }
 }
 
@@ -518,7 +526,8 @@ const PLACES: u32 = 32;
 /// The last of these places of a stretch, as a part of it, that the band excludes.
 pub(crate) fn was_outside(stretch: &Stretch<'_>, i: usize, band: &Band) -> Option<f64> {
     let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
-    places.find(|s| band.excludes(stretch.polynomial(i, *s)))
+    let polynomial = stretch.polynomial(i);
+    places.find(|s| band.excludes(polynomial.at(*s)))
 }
 
 /// The ranges of so many quantities that are followed: of displacements, or of what is asked for beside them too.
@@ -546,7 +555,8 @@ pub(crate) fn last_outside(
     follow(problem, from, followed, effort, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {
             let Some(band) = band else { continue };
-            let excludes = |s: f64| band.excludes(stretch.polynomial(i, s));
+            let polynomial = stretch.polynomial(i);
+            let excludes = |s: f64| band.excludes(polynomial.at(s));
             let Some(mut out) = was_outside(stretch, i, band) else {
                 continue;
             };
@@ -610,6 +620,23 @@ mod tests {
             let time = std::f64::consts::PI / (omega * root);
             assert!((peak.time - time).abs() < 1e-6, "{zeta}: {peak:?} {time}");
             assert!(found.lowest()[0].displacement.abs() < 1e-12);
+        }
+    }
+
+    /// An undamped mass that moves off upwards is as far down half a period after it is up.
+    #[test]
+    fn the_first_of_equal_peaks_is_named() {
+        let omega = 4.123;
+        for velocity in 1..20 {
+            let velocity = f64::from(velocity);
+            let from = State::at_rest().displace("m", 1.0).push("m", velocity);
+            let found = extrema(&oscillator(omega, 0.0), |r| {
+                r.from(from.clone()).every(0.1).until(20.0)
+            });
+            let wanted = (velocity / omega).atan() / omega;
+            let peak = found.peak(0);
+            assert!(peak.displacement > 0.0, "{velocity}: {peak:?}");
+            assert!((peak.time - wanted).abs() < 1e-6, "{velocity}: {peak:?}");
         }
     }
 

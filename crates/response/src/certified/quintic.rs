@@ -1,0 +1,91 @@
+//! The polynomial of degree five that has a motion's value and first two derivatives at both ends of a stretch.
+
+/// Its coefficients: of 1, s, s², … s⁵, for s from 0 to 1 along the stretch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quintic([f64; 6]);
+
+impl Quintic {
+    /// From value and derivatives by time at both ends of a stretch of so many seconds.
+    pub(super) fn between([x, v, a]: [f64; 3], right: [f64; 3], length: f64) -> Quintic {
+        let (v, a) = (length * v, length * length * a);
+        let rise = right[0] - x - v - a / 2.0;
+        let slope = length * right[1] - v - a;
+        let bend = length * length * right[2] - a;
+        Quintic([
+            x,
+            v,
+            a / 2.0,
+            10.0 * rise - 4.0 * slope + bend / 2.0,
+            -15.0 * rise + 7.0 * slope - bend,
+            6.0 * rise - 3.0 * slope + bend / 2.0,
+        ])
+    }
+
+    /// Its value at s.
+    pub(crate) fn at(&self, s: f64) -> f64 {
+        let highest_first = self.0.iter().rev();
+        highest_first.fold(0.0, |sum, coefficient| sum * s + coefficient)
+    }
+
+    /// What it does not exceed between 0 and 1; for `sign` −1 what it does not fall below.
+    pub(crate) fn limit(&self, sign: f64) -> f64 {
+        let rises = self.0[1..]
+            .iter()
+            .map(|coefficient| (sign * coefficient).max(0.0));
+        self.0[0] + sign * rises.sum::<f64>()
+    }
+
+    /// Its derivative by s.
+    pub(super) fn slope(&self) -> Quintic {
+        let mut slope = [0.0; 6];
+        for k in 1..6 {
+            slope[k - 1] = k as f64 * self.0[k];
+        }
+        Quintic(slope)
+    }
+
+    /// Where its slope changes sign, as it does between 0 and 1, and its value there.
+    pub(crate) fn turn(&self) -> (f64, f64) {
+        let slope = self.slope();
+        let (mut low, mut high) = (0.0, 1.0);
+        let rises = slope.at(low) > 0.0;
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (low + high);
+            if (slope.at(middle) > 0.0) == rises {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        (low, self.at(low))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// t⁵/5 − t⁴/2 + t about t = 1, where its slope t⁴ − 2t³ + 1 changes sign.
+    #[test]
+    fn a_polynomial_of_degree_five_is_itself() {
+        let knot = |t: f64| {
+            let value = t.powi(5) / 5.0 - t.powi(4) / 2.0 + t;
+            let slope = t.powi(4) - 2.0 * t.powi(3) + 1.0;
+            [value, slope, 4.0 * t.powi(3) - 6.0 * t.powi(2)]
+        };
+        let quintic = Quintic::between(knot(0.5), knot(1.5), 1.0);
+        for s in [0.0, 0.3, 0.8, 1.0] {
+            let [value, slope, _] = knot(0.5 + s);
+            assert!((quintic.at(s) - value).abs() < 1e-14, "{s}");
+            assert!((quintic.slope().at(s) - slope).abs() < 1e-13, "{s}");
+        }
+        assert!(quintic.limit(1.0) >= 0.7 && quintic.limit(-1.0) <= quintic.at(1.0));
+        let (at, value) = quintic.turn();
+        assert!((at - 0.5).abs() < 1e-13, "{at}");
+        assert!((value - 0.7).abs() < 1e-14, "{value}");
+        // The slope is least where t = 3/2.
+        let (at, value) = Quintic::between(knot(1.2), knot(1.7), 0.5).slope().turn();
+        assert!((at - 0.6).abs() < 1e-10, "{at}");
+        assert!((value / 0.5 + 0.6875).abs() < 1e-13, "{value}");
+    }
+}

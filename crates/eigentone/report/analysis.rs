@@ -367,6 +367,7 @@ impl Answer<'_> {
                 Destination::Oscillation => "keeps oscillating".to_owned(),
                 Destination::Drift => "drifts".to_owned(),
                 Destination::Growth => "grows".to_owned(),
+                Destination::Unknown => "not known".to_owned(),
                 _ => number,
             });
         let settled = |destination| match destination {
@@ -423,15 +424,25 @@ impl Answer<'_> {
              Settled after: the last sample farther from that end than 2 % of the largest distance; it is shown to stay nearer\n\
              after the last sample of all.\n"
         };
-        let is_open = (0..self.summary.coordinates().len()).any(|i| self.summary.is_open(i));
-        match is_open {
-            true => format!("{explained}{OPEN}"),
-            false => explained.to_owned(),
+        let mut explained = explained.to_owned();
+        let all = self.summary.coordinates();
+        if all
+            .iter()
+            .any(|one| one.destination == Destination::Unknown)
+        {
+            explained += UNKNOWN;
         }
+        if (0..all.len()).any(|i| self.summary.is_open(i)) {
+            explained += OPEN;
+        }
+        explained
     }
 }
 
-/// What *not known* means.
+/// What an end that is *not known* means.
+const UNKNOWN: &str = "Not known: a load changes so late that following the motion until then takes too long; end later than that.\n";
+
+/// What a time that is *not known* means.
 const OPEN: &str =
     "Not known: it is that near at the last sample, and it is not shown that it stays so.\n";
 

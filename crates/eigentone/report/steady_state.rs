@@ -43,7 +43,10 @@ impl SteadyStateReport<'_> {
             }
         }
         .to_owned();
-        if (0..self.names.len()).any(|i| self.summary.mean(i).is_none()) {
+        let goes_away =
+            |destination| matches!(destination, Destination::Drift | Destination::Growth);
+        let mut coordinates = self.summary.coordinates().iter();
+        if coordinates.any(|one| goes_away(one.destination)) {
             text += " That a mass drifts or grows is no part of that sum.";
         }
         let lasts = |mode: &Mode| mode.motion() != Motion::Rigid && mode.time_constant().is_none();
@@ -101,6 +104,7 @@ impl SteadyStateReport<'_> {
                 let about = about.map(|(one, mean)| match one.destination {
                     Destination::Drift => "drifts".to_owned(),
                     Destination::Growth => "grows".to_owned(),
+                    Destination::Unknown => "not known".to_owned(),
                     _ => mean,
                 });
                 // Once, and not with each frequency.

@@ -22,7 +22,8 @@ use crate::problem::{Problem, ResponseError};
 use attempt::Attempt;
 pub use driven::{Driven, KnownVector};
 use march::march;
-use work::{MOST_MORE, MOST_WORK, work};
+pub(crate) use work::work;
+use work::{MOST_MORE, MOST_WORK};
 
 /// z(t + h) = e^{Wh} z(t) for state and loads together, with a proven bound at every instant.
 ///

@@ -14,7 +14,7 @@ pub(super) const MOST_MORE: f64 = 2e9;
 
 /// About how many operations it takes with so many limbs, and so many for the generator, in units of one with 32 digits. The
 /// exponential of a step that is not very stiff takes some 60 products, `squarings` included; stiffer ones more.
-pub(super) fn work(
+pub(crate) fn work(
     problem: &Problem<'_>,
     wanted: &Wanted<'_>,
     [limbs, prepared]: [usize; 2],

@@ -1,9 +1,12 @@
 //! What becomes of each coordinate: its peak, where it ends up, and when it has settled there.
 
+use std::borrow::Cow;
+
 use eigentone_modes::{Bounds, Modes, Motion, System};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use super::afterwards::{Afterwards, afterwards};
 use super::extrema::{Band, Extrema, Extremum, Fastest, followed, last_outside};
 use super::later::stays;
 use super::persistence::{Persistence, Sustained, sustained};
@@ -76,7 +79,7 @@ pub struct CoordinateSummary {
     pub destination: Destination,
 }
 
-/// Where a coordinate ends up if the loads go on as they are at the end.
+/// Where a coordinate ends up under all loads, those to come after the last instant too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Destination {
@@ -99,9 +102,11 @@ pub enum Destination {
     Drift,
     /// It grows without limit: the system is unstable, or driven in resonance without damping.
     Growth,
+    /// It is not known: a load changes so late that following the motion until then takes too long.
+    Unknown,
 }
 
-/// Where a combination comes to rest if the loads go on as they are at the end.
+/// Where a combination comes to rest under all loads, those to come after the last instant too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CombinationRest {
     /// At this value, in the unit of the combination.
@@ -127,26 +132,43 @@ impl Summary {
         let n = system.len();
         let (x, v) = (trajectory.displacement(), trajectory.velocity());
         let latest = (0..trajectory.steps().len()).max_by_key(|&k| trajectory.steps()[k])?;
-        let now = sustained(problem, trajectory.times()[latest]);
         let last = Last {
+            time: trajectory.times()[latest],
             x: (0..n).map(|i| x[(i, latest)]).collect(),
             v: (0..n).map(|i| v[(i, latest)]).collect(),
             speed: v.norm_max(),
         };
+        // What loads to come make of the motion they make after the last instant.
+        let changes = problem.last_change() > last.time;
+        let later = changes.then(|| afterwards(problem)).flatten();
+        let is_known = !changes || later.is_some();
+        let (lasting_problem, late) = match later {
+            Some(Afterwards {
+                problem,
+                time,
+                x,
+                v,
+            }) => {
+                let speed = v.iter().fold(last.speed, |top, v| top.max(v.abs()));
+                (Cow::Owned(problem), Last { time, x, v, speed })
+            }
+            None => (Cow::Borrowed(problem), last.clone()),
+        };
+        let now = sustained(&lasting_problem, late.time);
         let structure = system.structure();
         let rigid = modes.iter().any(|mode| mode.motion() == Motion::Rigid);
         let floating = Floating::of(system, structure, rigid);
-        let state = (last.x.as_slice(), last.v.as_slice());
+        let state = (late.x.as_slice(), late.v.as_slice());
         let persistence = Persistence::of(system, structure, modes, state, &now);
         let resisted = Resisted::of(system, &floating);
-        let (mut force, rate) = finally(problem);
+        let (mut force, rate) = finally(&lasting_problem);
         let follows = equilibrium(system, &floating, &rate);
         let driven = resisted.moved_by(&net(&floating, &rate));
         // A steady motion meets the dampers.
         let speed = Mat::from_fn(n, 1, |i, _| follows[i]);
         let drag = system.damping_matrix() * speed;
         (0..n).for_each(|i| force[i] -= drag[(i, 0)]);
-        let rest = come_to_rest(system, &floating, &resisted, &force, &last, &now);
+        let rest = come_to_rest(system, &floating, &resisted, &force, &late, &now);
 
         let all = x.norm_max();
         let end = problem.grid().time(problem.grid().last());
@@ -160,7 +182,9 @@ impl Summary {
         let course = |i: usize| {
             let seen = seen(i);
             let moved = follows[i].abs() * horizon > seen || driven[i];
-            if persistence.growth[i] > seen {
+            if !is_known {
+                Destination::Unknown
+            } else if persistence.growth[i] > seen {
                 Destination::Growth
             } else if rest.drifts[i] || moved {
                 Destination::Drift
@@ -181,7 +205,7 @@ impl Summary {
             _ => None,
         };
         let ends: Vec<Option<f64>> = destinations.iter().copied().map(end_of).collect();
-        let about = rest.rounding(system, &floating, &force, &last);
+        let about = rest.rounding(system, &floating, &force, &late);
         // How far the distance of a coordinate from its end may be off.
         let noise = |between: Option<&Extrema>, i: usize| {
             let of_motion = match between {
@@ -225,7 +249,7 @@ impl Summary {
             }
         }
         let mean = |i: usize| match destinations[i] {
-            Destination::Drift | Destination::Growth => None,
+            Destination::Drift | Destination::Growth | Destination::Unknown => None,
             _ if rest.displacement[i].abs()
                 <= noise(between.as_ref(), i).max(VISIBLE * ranges[i].peak.displacement.abs()) =>
             {
@@ -312,7 +336,7 @@ impl Summary {
 
     /// The displacement in m about which a coordinate moves once what decays has died out: the equilibrium under the loads
     /// that last, apart from what swings, that the motion leads to. 0 where it could not be seen. `None` where the coordinate
-    /// drifts or grows.
+    /// drifts or grows, and where that is not known.
     pub fn mean(&self, coordinate: usize) -> Option<f64> {
         self.means[coordinate]
     }
@@ -444,8 +468,10 @@ fn inside((band, settled): (Option<Band>, &Option<f64>)) -> Option<Band> {
     band.filter(|_| settled.is_some())
 }
 
-/// The latest state, and the largest velocity of all.
+/// The latest state, when that is in s, and the largest velocity of all.
+#[derive(Clone, Debug)]
 struct Last {
+    time: f64,
     x: Vec<f64>,
     v: Vec<f64>,
     speed: f64,

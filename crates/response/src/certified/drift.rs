@@ -34,9 +34,11 @@ impl Drift {
     }
 
     /// A bound of ‖Φ^steps‖.
-    fn norm(&mut self, steps: u64) -> Magnitude {
+    fn norm(&mut self, mut steps: u64) -> Magnitude {
         let mut product = Magnitude::from(1.0);
-        for j in (0..64).filter(|j| steps >> j & 1 == 1) {
+        while steps > 0 {
+            let j = steps.trailing_zeros() as usize;
+            steps &= steps - 1;
             while self.norms.len() <= j {
                 let last = *self.norms.last().unwrap_or(&Magnitude::INFINITY);
                 self.norms.push(last * last);

@@ -193,16 +193,22 @@ impl Outputs {
         }
     }
 
-    /// With room for states and loads after the quantities, and those with more digits where they are taken.
-    fn read(&self, mut values: Vec<f64>, more: Vec<DoubleDouble>) -> Point {
-        let (quantities, states) = values.split_at_mut(3 * self.count);
-        if more.is_empty() {
-            multiply(&self.rows, states, quantities);
-        } else {
-            multiply_more(&self.more, &more, |i, value| quantities[i] = value.to_f64());
+    /// So many quantities, from room for them and their derivatives, then states and loads, and those with more digits
+    /// where they are taken.
+    fn read(&self, count: usize, mut values: Vec<f64>, more: Vec<DoubleDouble>) -> Point {
+        let (quantities, states) = values.split_at_mut(3 * count);
+        for derivative in 0..3 {
+            let rows = derivative * self.count * states.len()..;
+            let quantities = &mut quantities[derivative * count..][..count];
+            if more.is_empty() {
+                multiply(&self.rows[rows], states, quantities);
+            } else {
+                let rows = &self.more[rows][..count * states.len()];
+                multiply_more(rows, &more, |i, value| quantities[i] = value.to_f64());
+            }
         }
         Point {
-            count: self.count,
+            count,
             values,
             more,
         }
@@ -252,6 +258,17 @@ fn derivative(row: &[DoubleDouble], w: &Normed<DoubleDouble>) -> Vec<DoubleDoubl
 }
 
 impl Way {
+    fn of(outputs: &Arc<Outputs>, make: Option<Halves<DoubleDouble>>) -> Way {
+        Way {
+            outputs: Arc::clone(outputs),
+            halves: Vec::new(),
+            more: Vec::new(),
+            halvings: 0,
+            make,
+            whole: None,
+        }
+    }
+
     /// The states 2^-depth of the way later, and those with more digits.
     fn advance(
         &mut self,
@@ -278,7 +295,7 @@ impl Way {
     fn point(&mut self, from: &Point, depth: usize) -> Point {
         let mut values = vec![0.0; from.values.len()];
         let more = self.advance(from.states(), depth, &mut values[3 * from.count..]);
-        self.outputs.read(values, more)
+        self.outputs.read(from.count, values, more)
     }
 
     /// As far as the depth.
@@ -401,136 +418,231 @@ impl Limits {
 }
 
 /// The most products that following a motion may take: seconds.
-pub(crate) const PRODUCTS: f64 = 4e9;
+pub(crate) const PRODUCTS: f64 = 6e9;
 /// Beside the range of a coordinate, a difference below this does not show.
 pub(crate) const INVISIBLE: f64 = 1e-9;
 /// Beside the range of all coordinates, a difference below this is rounding.
 pub(crate) const ROUNDING: f64 = 1e-13;
 
-/// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
-/// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
-/// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
-/// coordinate and, where they are to be followed too, the largest size of the accelerations and of what sources the problem
-/// has, in this order. `None` where all stretches together would take more than so many `products`, where the motion is one of
-/// too many states, or 32 digits do not suffice to set out.
-pub(crate) fn follow(
-    problem: &Problem<'_>,
-    from: u64,
-    range: Vec<f64>,
-    (digits, products): (Digits, f64),
-    visit: &mut dyn FnMut(&mut Stretch<'_>),
-) -> Option<()> {
-    /// The most products that may be taken at the start.
-    const MOST_AT_ONCE: f64 = 2e9;
-    /// So many ways of unlike lengths are kept.
-    const MOST_KNOWN: usize = 64;
-    /// What the generator may lose of more digits.
-    const LEAST: f64 = 1e-26;
-    let grid = problem.grid();
-    let end = grid.time(grid.last());
-    let states = 2.0 * problem.system().len() as f64;
-    if 64.0 * states.powi(3) > MOST_AT_ONCE {
-        return None;
+/// Follows the motion of a problem, as often as it is asked for.
+pub(crate) struct Follower<'a, 'b> {
+    problem: &'a Problem<'b>,
+    prepared: Vec<Prepared<'a, 'b>>,
+}
+
+/// What it takes to follow a motion with so many digits, and what is known of it so far.
+struct Prepared<'a, 'b> {
+    digits: Digits,
+    /// Whether the quantities beside displacements are among the outputs.
+    beside: bool,
+    walker: Walker<'a, 'b, DoubleDouble>,
+    ways: Ways,
+    /// States and loads at every so many instants.
+    marks: Vec<Vec<DoubleDouble>>,
+}
+
+impl<'a, 'b> Follower<'a, 'b> {
+    pub(crate) fn of(problem: &'a Problem<'b>) -> Follower<'a, 'b> {
+        Follower {
+            problem,
+            prepared: Vec::new(),
+        }
     }
-    let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem, &[])?;
-    let (lost, costs) = match digits {
-        Digits::Once => (ROUNDING, 1.0),
-        Digits::Twice => (LEAST, 32.0),
-    };
-    if (generator.w.error() * Magnitude::from(end)).to_f64() > lost {
-        generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem, &[])?;
+
+    /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
+    /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
+    /// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
+    /// coordinate and, where they are to be followed too, the largest size of the accelerations and of what sources the problem
+    /// has, in this order. `None` where all stretches together would take more than so many `products`, where the motion is one
+    /// of too many states, or 32 digits do not suffice to set out.
+    pub(crate) fn follow(
+        &mut self,
+        from: u64,
+        range: Vec<f64>,
+        (digits, products): (Digits, f64),
+        visit: &mut dyn FnMut(&mut Stretch<'_>),
+    ) -> Option<()> {
+        let beside = range.len() > self.problem.system().len();
+        let serves = |one: &Prepared<'_, '_>| one.digits == digits && one.beside >= beside;
+        let at = match self.prepared.iter().position(serves) {
+            Some(at) => at,
+            None => {
+                self.prepared
+                    .push(Prepared::of(self.problem, beside, digits)?);
+                self.prepared.len() - 1
+            }
+        };
+        self.prepared[at].follow(self.problem, from, range, products, visit)
     }
-    let w = generator.w.clone();
-    let displacements = problem.system().len();
-    let outputs = Outputs::of(problem, &generator, range.len() > displacements, digits);
-    let outputs = Arc::new(outputs);
-    let most = (products / costs / (w.len() * (w.len() + 3 * outputs.count)) as f64) as u64;
-    let mut limits = Limits {
-        range,
-        displacements,
-        most,
-        halvings: most.saturating_mul(2),
-        seen: 0,
-        end,
-    };
-    let mut walker = Walker::new(Driven::new(problem, generator, 0));
-    let way = |make| Way {
-        outputs: Arc::clone(&outputs),
-        halves: Vec::new(),
-        more: Vec::new(),
-        halvings: 0,
-        make,
-        whole: None,
-    };
-    let here = |walker: &Walker<'_, '_, DoubleDouble>| {
-        let exact = walker.exact();
-        let mut values = vec![0.0; 3 * outputs.count];
+}
+
+impl<'a, 'b> Prepared<'a, 'b> {
+    fn of(problem: &'a Problem<'b>, beside: bool, digits: Digits) -> Option<Prepared<'a, 'b>> {
+        /// The most products that may be taken at the start.
+        const MOST_AT_ONCE: f64 = 2e9;
+        /// What the generator may lose of more digits.
+        const LEAST: f64 = 1e-26;
+        let states = 2.0 * problem.system().len() as f64;
+        if 64.0 * states.powi(3) > MOST_AT_ONCE {
+            return None;
+        }
+        let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem, &[])?;
+        let lost = match digits {
+            Digits::Once => ROUNDING,
+            Digits::Twice => LEAST,
+        };
+        let end = Magnitude::from(problem.grid().time(problem.grid().last()));
+        if (generator.w.error() * end).to_f64() > lost {
+            generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem, &[])?;
+        }
+        Some(Prepared {
+            digits,
+            beside,
+            ways: Ways {
+                w: generator.w.clone(),
+                outputs: Arc::new(Outputs::of(problem, &generator, beside, digits)),
+                known: HashMap::new(),
+            },
+            walker: Walker::new(Driven::new(problem, generator, 0)),
+            marks: Vec::new(),
+        })
+    }
+
+    fn follow(
+        &mut self,
+        problem: &Problem<'_>,
+        from: u64,
+        range: Vec<f64>,
+        products: f64,
+        visit: &mut dyn FnMut(&mut Stretch<'_>),
+    ) -> Option<()> {
+        /// What a stretch takes beside its products, in products.
+        const STRETCH: f64 = 100.0;
+        /// So many marks at most, and one.
+        const MARKS: u64 = 256;
+        let grid = problem.grid();
+        let (last, count, size) = (grid.last(), range.len(), self.ways.w.len());
+        let costs = match self.digits {
+            Digits::Once => 1.0,
+            Digits::Twice => 32.0,
+        };
+        let each = costs * (size * (size + 3 * count)) as f64;
+        let most = (products / (each + STRETCH)) as u64;
+        let mut limits = Limits {
+            range,
+            displacements: problem.system().len(),
+            most,
+            halvings: most.saturating_mul(2),
+            seen: 0,
+            end: grid.time(last),
+        };
+        let from = from.min(last);
+        // From the last mark on; without marks at once to where something is to be seen.
+        let apart = last.div_ceil(MARKS).max(1);
+        let marks = self.marks.len() as u64;
+        let mark = marks.checked_sub(1).map(|top| top.min(from / apart));
+        let mut index = mark.map_or(from, |mark| mark * apart);
+        let mut walk = Walk::of(problem);
+        self.walker.restart();
+        self.walker.begin(0);
+        if let Some(mark) = mark {
+            let target = Instant::on_grid(grid, index);
+            while let Some(leg) = walk.towards(&target) {
+                if let Leg::Begin = leg {
+                    self.walker.begin(walk.index());
+                }
+            }
+            self.walker.put(&self.marks[mark as usize]);
+        }
+        loop {
+            let target = Instant::on_grid(grid, index);
+            while let Some(leg) = walk.towards(&target) {
+                let Leg::Pass { from: now, to } = leg else {
+                    self.walker.begin(walk.index());
+                    continue;
+                };
+                let (start, finish) = (self.walker.moment(&now), self.walker.moment(&to));
+                if mark.is_none() && index <= from {
+                    self.walker.go(start, finish);
+                    continue;
+                }
+                let (length, error) = self.walker.seconds(start, finish);
+                let left = self.here(count);
+                let way = self.ways.of(length, error)?;
+                let right = way.point(&left, 0);
+                if index > from {
+                    let mut stretch = Stretch {
+                        start: now.time().to_f64(),
+                        length: length.to_f64(),
+                        left: &left,
+                        right: &right,
+                        way,
+                        depth: 0,
+                    };
+                    divide(&mut stretch, &mut limits, visit)?;
+                }
+                if let Some(whole) = &way.whole {
+                    self.walker.hop(whole, finish);
+                }
+            }
+            if index == self.marks.len() as u64 * apart {
+                self.marks.push(self.walker.exact().to_vec());
+            }
+            if index == last {
+                // What the loads make of the end itself.
+                let here = self.here(count);
+                visit(&mut Stretch {
+                    start: target.time().to_f64(),
+                    length: 0.0,
+                    left: &here,
+                    right: &here,
+                    way: &mut Way::of(&self.ways.outputs, None),
+                    depth: 0,
+                });
+                return Some(());
+            }
+            index += 1;
+        }
+    }
+
+    /// Where the march is.
+    fn here(&self, count: usize) -> Point {
+        let exact = self.walker.exact();
+        let mut values = vec![0.0; 3 * count];
         values.extend(exact.iter().map(|entry| entry.to_f64()));
-        let more = match digits {
+        let more = match self.digits {
             Digits::Once => Vec::new(),
             Digits::Twice => exact.to_vec(),
         };
-        outputs.read(values, more)
-    };
-    let mut known: HashMap<[u64; 2], Way> = HashMap::new();
-    let mut walk = Walk::of(problem);
-    walker.begin(0);
-    let mut index = from.min(grid.last());
-    loop {
-        let target = Instant::on_grid(grid, index);
-        while let Some(leg) = walk.towards(&target) {
-            let Leg::Pass { from: now, to } = leg else {
-                walker.begin(walk.index());
-                continue;
-            };
-            let (start, finish) = (walker.moment(&now), walker.moment(&to));
-            if index <= from {
-                walker.go(start, finish);
-                continue;
-            }
-            let (length, error) = walker.seconds(start, finish);
-            if known.len() > MOST_KNOWN {
-                known.clear();
-            }
-            let rounded = length.to_f64();
-            let rest = (length - DoubleDouble::from(rounded)).to_f64();
-            let way = match known.entry([rounded, rest].map(f64::to_bits)) {
-                Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(free) => {
-                    let halves = Halves::of(&w, length, error / length.magnitude())?;
-                    free.insert(way(Some(halves)))
-                }
-            };
-            let left = here(&walker);
-            let right = way.point(&left, 0);
-            let mut stretch = Stretch {
-                start: now.time().to_f64(),
-                length: rounded,
-                left: &left,
-                right: &right,
-                way,
-                depth: 0,
-            };
-            divide(&mut stretch, &mut limits, visit)?;
-            if let Some(whole) = &way.whole {
-                walker.hop(whole, finish);
-            }
+        self.ways.outputs.read(count, values, more)
+    }
+}
+
+/// The ways that are known.
+struct Ways {
+    w: Normed<DoubleDouble>,
+    outputs: Arc<Outputs>,
+    /// By their lengths in s.
+    known: HashMap<[u64; 2], Way>,
+}
+
+impl Ways {
+    /// One so many seconds long, which are known to an error. `None` beyond the range of doubles.
+    fn of(&mut self, length: DoubleDouble, error: Magnitude) -> Option<&mut Way> {
+        /// So many of unlike lengths are kept.
+        const MOST: usize = 64;
+        if self.known.len() > MOST {
+            self.known.clear();
         }
-        if index == grid.last() {
-            // What the loads make of the end itself.
-            let mut way = way(None);
-            let here = here(&walker);
-            visit(&mut Stretch {
-                start: target.time().to_f64(),
-                length: 0.0,
-                left: &here,
-                right: &here,
-                way: &mut way,
-                depth: 0,
-            });
-            return Some(());
-        }
-        index += 1;
+        let rounded = length.to_f64();
+        let rest = (length - DoubleDouble::from(rounded)).to_f64();
+        Some(match self.known.entry([rounded, rest].map(f64::to_bits)) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(free) => {
+                let halves = Halves::of(&self.w, length, error / length.magnitude())?;
+                free.insert(Way::of(&self.outputs, Some(halves)))
+            }
+        })
     }
 }
 

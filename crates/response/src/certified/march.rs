@@ -12,7 +12,7 @@ use super::generator::{Generator, Output};
 use super::judge::Judge;
 use crate::answer::{Collector, Operations, Wanted};
 use crate::enclosed::{Normed, counted, growth, squarings};
-use crate::problem::{Instant, Leg, Problem, ResponseError, Walk};
+use crate::problem::{Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
 
 /// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in
 /// that of G. Unless this is the `last` attempt, it ends at the first instant that misses the tolerance, or at once where
@@ -116,6 +116,22 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
         let trajectory = collector.finish(method).after(self.operations);
         Ok(Attempt::Found(Box::new(trajectory)))
+    }
+
+    /// Back to t = 0, with all steps that are known.
+    pub(super) fn restart(&mut self) {
+        let (zeta, error) = self.driven.start();
+        self.zeta = zeta;
+        self.drift.restart(error);
+        self.straight_error = Magnitude::ZERO;
+        self.fresh = Some(self.driven.generator.given(self.driven.problem));
+        self.driven.straight = StraightLoads::of(self.driven.problem.drives());
+    }
+
+    /// To states and loads that it had at the same instant.
+    pub(super) fn put(&mut self, zeta: &[T]) {
+        self.fresh = None;
+        self.zeta.copy_from_slice(zeta);
     }
 
     /// The state and the loads.

@@ -4,7 +4,7 @@ use eigentone_modes::ElementKind;
 
 use crate::answer::Trajectory;
 use crate::certified::ByCertifiedExponential;
-use crate::certified::follow::{Digits, INVISIBLE, PRODUCTS, ROUNDING, Stretch, follow};
+use crate::certified::follow::{Digits, Follower, INVISIBLE, PRODUCTS, ROUNDING, Stretch};
 use crate::problem::{Piece, Problem};
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
@@ -176,11 +176,17 @@ impl Extrema {
     /// too many points in between, such as a motion of very many oscillations from one instant to the
     /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
-        Extrema::with(Digits::Once, problem, trajectory)
+        Extrema::with(
+            &mut Follower::of(problem),
+            Digits::Once,
+            problem,
+            trajectory,
+        )
     }
 
-    /// The same, followed with so many digits.
+    /// The same, followed with so many digits by a follower of the problem.
     pub(super) fn with(
+        follower: &mut Follower<'_, '_>,
         digits: Digits,
         problem: &Problem<'_>,
         trajectory: &Trajectory,
@@ -192,17 +198,22 @@ impl Extrema {
         let displacements = all.len();
         all.extend(ranges_beside(problem, trajectory));
         // What is asked for beside the displacements may be harder to follow than they are.
-        let found = Extrema::follow(problem, all.clone(), digits);
+        let found = Extrema::follow(follower, problem, all.clone(), digits);
         let more = all.len() > displacements;
         all.truncate(displacements);
         found.or_else(|| {
-            more.then(|| Extrema::follow(problem, all, digits))
+            more.then(|| Extrema::follow(follower, problem, all, digits))
                 .flatten()
         })
     }
 
     /// Of the displacements and, with ranges of it, of what is asked for beside them.
-    fn follow(problem: &Problem<'_>, ranges: Vec<f64>, digits: Digits) -> Option<Extrema> {
+    fn follow(
+        follower: &mut Follower<'_, '_>,
+        problem: &Problem<'_>,
+        ranges: Vec<f64>,
+        digits: Digits,
+    ) -> Option<Extrema> {
         let n = problem.system().len();
         let first = |i: usize| Extremum {
             displacement: problem.initial_displacement()[i],
@@ -237,7 +248,7 @@ impl Extrema {
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
         let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
         let effort = (digits, PRODUCTS);
-        follow(problem, 0, ranges.clone(), effort, &mut |stretch| {
+        follower.follow(0, ranges.clone(), effort, &mut |stretch| {
             if !seen {
                 // A node without mass does not begin at the initial values given.
                 seen = true;
@@ -543,6 +554,7 @@ pub(crate) fn followed(problem: &Problem<'_>, trajectory: &Trajectory, count: us
 /// `from` of the grid on: 0 if it never was, `None` if it is at the very end; with more bands so of what the problem asks for
 /// beside them, in the order of what is followed. `None` in place of all where the motion cannot be followed.
 pub(crate) fn last_outside(
+    follower: &mut Follower<'_, '_>,
     problem: &Problem<'_>,
     trajectory: &Trajectory,
     from: u64,
@@ -552,7 +564,7 @@ pub(crate) fn last_outside(
     let mut last = vec![Some(0.0); bands.len()];
     let followed = followed(problem, trajectory, bands.len());
     let effort = (digits, PRODUCTS);
-    follow(problem, from, followed, effort, &mut |stretch| {
+    follower.follow(from, followed, effort, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {
             let Some(band) = band else { continue };
             let polynomial = stretch.polynomial(i);

@@ -10,7 +10,7 @@ use faer::{Mat, c64};
 
 use super::extrema::{Band, was_outside};
 use super::persistence::{Parts, Sustained, pair, sustained, swing};
-use crate::certified::follow::{Digits, Stretch, follow};
+use crate::certified::follow::{Digits, Follower, Stretch};
 use crate::problem::{MAX_STEPS, Problem, Source, rest};
 
 /// Along so many spans of time, each twice as long as the one before, a motion is followed.
@@ -52,7 +52,12 @@ pub(crate) fn stays(
     if digits == Digits::Twice && !open.is_empty() {
         // Those given have a bound that is common to all coordinates.
         let ends = &mut |stretch: &mut Stretch<'_>| (x, v) = of(stretch);
-        if follow(&problem.until(step), step, ranges.to_vec(), effort, ends).is_none() {
+        let until = problem.until(step);
+        let mut follower = Follower::of(&until);
+        if follower
+            .follow(step, ranges.to_vec(), effort, ends)
+            .is_none()
+        {
             return answers;
         }
     }
@@ -80,7 +85,8 @@ pub(crate) fn stays(
         }
         let longer = problem.until(now);
         let mut ended = None;
-        let followed = follow(&longer, from, ranges.to_vec(), effort, &mut |stretch| {
+        let mut follower = Follower::of(&longer);
+        let followed = follower.follow(from, ranges.to_vec(), effort, &mut |stretch| {
             open.retain(|(i, band)| {
                 let outside = was_outside(stretch, *i, band).is_some();
                 if outside {

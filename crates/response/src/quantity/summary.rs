@@ -11,7 +11,7 @@ use super::extrema::{Band, Extrema, Extremum, Fastest, followed, last_outside};
 use super::later::stays;
 use super::persistence::{Persistence, Sustained, sustained};
 use crate::answer::Trajectory;
-use crate::certified::follow::Digits;
+use crate::certified::follow::{Digits, Follower};
 use crate::problem::{Floating, Load, Problem, equilibrium, equilibrium_rounding};
 
 /// Beside the largest displacement of the coordinate, a motion below this cannot be seen in a table
@@ -174,8 +174,9 @@ impl Summary {
         let end = problem.grid().time(problem.grid().last());
         let horizon = if end > 0.0 { end } else { 1.0 };
         let whole = trajectory.steps()[latest] == problem.grid().last();
+        let mut follower = Follower::of(problem);
         let mut between = (whole && trajectory.bounds() == Bounds::Proven)
-            .then(|| Extrema::of(problem, trajectory))
+            .then(|| Extrema::with(&mut follower, Digits::Once, problem, trajectory))
             .flatten();
         let mut ranges = Range::all(between.as_ref(), trajectory);
         let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
@@ -232,7 +233,7 @@ impl Summary {
         if let Some(closer) = between
             .as_ref()
             .filter(|_| is_hard)
-            .and_then(|_| Extrema::with(Digits::Twice, problem, trajectory))
+            .and_then(|_| Extrema::with(&mut follower, Digits::Twice, problem, trajectory))
         {
             ranges = Range::all(Some(&closer), trajectory);
             between = Some(closer);
@@ -276,7 +277,7 @@ impl Summary {
             // The step before is still outside, or the first. Samples have a bound that is common to all.
             let from = seen.min()?;
             let from = if digits == Digits::Once { from } else { 0 };
-            last_outside(problem, trajectory, from, digits, &bands)
+            last_outside(&mut follower, problem, trajectory, from, digits, &bands)
         });
         let step = trajectory.steps()[latest];
         let mut settled: Vec<Option<f64>> = vec![None; n];
@@ -411,8 +412,9 @@ impl Summary {
             };
             width.is_some_and(|width| width.is_hard()) && moves()
         });
+        let mut follower = Follower::of(problem);
         let closer = (is_hard && extrema.digits() == Digits::Once)
-            .then(|| Extrema::with(Digits::Twice, problem, trajectory))
+            .then(|| Extrema::with(&mut follower, Digits::Twice, problem, trajectory))
             .flatten();
         let extrema = closer.as_ref().unwrap_or(extrema);
         let digits = extrema.digits();
@@ -442,7 +444,7 @@ impl Summary {
             return Some(asked().map(|(_, centre)| rest(centre)).collect());
         };
         let from = if digits == Digits::Once { from } else { 0 };
-        let last = last_outside(problem, trajectory, from, digits, &bands)?;
+        let last = last_outside(&mut follower, problem, trajectory, from, digits, &bands)?;
         let is_within = |i: usize| digits == Digits::Twice || !is_outside(i, latest);
         let settled: Vec<Option<f64>> = (0..bands.len())
             .map(|i| last[i].filter(|_| outputs.contains(&i) && is_within(i)))

@@ -697,3 +697,54 @@ fn divide(
     }
     Some(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Harmonic, Hold, Impulse, Ramp, Response, Samples};
+    use eigentone_modes::{GROUND, System};
+
+    /// From where marks lead as from the start, under loads that are in the midst of their laws there.
+    #[test]
+    fn what_is_followed_again_is_the_same() {
+        let system = System::builder().mass("a", 1.0).mass("b", 2.0);
+        let system = system.spring(GROUND, "a", 30.0).spring("a", "b", 20.0);
+        let system = system.damper("a", "b", 0.3).build().expect("a system");
+        let samples = Samples {
+            step: 0.07,
+            values: (0..40).map(|k| f64::from(k % 7) - 2.5).collect(),
+            hold: Hold::First,
+        };
+        let ask = Response::of(&system).load("a", samples);
+        let ask = ask.load("b", Ramp::of(0.7).starting_at(0.33));
+        let ask = ask.load("a", Harmonic::of(2.0, 5.0));
+        let ask = ask.load("b", Impulse::of(1.5).at(1.25));
+        let problem = ask.every(0.01).until(4.0).problem().expect("a problem");
+        for digits in [Digits::Once, Digits::Twice] {
+            let ends = |follower: &mut Follower<'_, '_>, from: u64| {
+                let mut ends = Vec::new();
+                let found = follower.follow(from, vec![1.0; 2], (digits, 1e9), &mut |stretch| {
+                    ends.push([stretch.start, stretch.right.x(0), stretch.right.v(1)]);
+                });
+                found.expect("it can be followed");
+                ends
+            };
+            let mut again = Follower::of(&problem);
+            let all = ends(&mut again, 0);
+            for from in [1, 57, 126, 333, 400] {
+                let (marked, anew) = (
+                    ends(&mut again, from),
+                    ends(&mut Follower::of(&problem), from),
+                );
+                assert_eq!(marked.len(), anew.len());
+                let end = &all[all.len() - anew.len()..];
+                for ((marked, anew), all) in marked.iter().zip(&anew).zip(end) {
+                    for ((marked, anew), all) in marked.iter().zip(anew).zip(all) {
+                        assert!((marked - anew).abs() < 1e-13, "{from}: {marked} {anew}");
+                        assert!((marked - all).abs() < 1e-13, "{from}: {marked} {all}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -21,6 +21,9 @@ const CUTS: usize = 100;
 /// Shapes whose gyroscopic forces cancel to less than this part whirl in no sense that rounding leaves.
 const PLANE: f64 = 1e-9;
 
+/// How far the components of a shape without proven bounds may be off, beside the largest one.
+const UNPROVEN: f64 = 64.0 * f64::EPSILON;
+
 /// What is asked of a rotor: modes against speed, and critical speeds.
 ///
 /// ```
@@ -578,13 +581,19 @@ impl Station {
             _ => return None,
         };
         let shape = mode.shape();
-        let (mut work, mut size) = (0.0f64, 0.0f64);
+        let largest = shape.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        let bounds = mode.shape_bound();
+        let bound = |at: usize| bounds.map_or(UNPROVEN * largest, |bounds| bounds[at]);
+        let (mut work, mut size, mut error) = (0.0f64, 0.0f64, 0.0f64);
         for term in gyroscopic {
             let (x, y) = (shape[term.row], shape[term.column]);
+            let (off_x, off_y) = (bound(term.row), bound(term.column));
             work -= sign * term.value * (x.conj() * y).im;
             size += (x.norm() * y.norm() * term.value).abs();
+            let off = off_x * y.norm() + off_y * x.norm() + off_x * off_y;
+            error += off * term.value.abs();
         }
-        match self.ratio > 0.0 && work.abs() > PLANE * size {
+        match self.ratio > 0.0 && work.abs() > (PLANE * size).max(error) {
             true if work > 0.0 => Some(Whirl::Forward),
             true => Some(Whirl::Backward),
             false => None,

@@ -193,6 +193,60 @@ fn a_damped_shaft_is_critical_at_its_damped_frequency() {
     assert!(!diagram.is_complete());
 }
 
+/// A shaft of two Hermite elements in each plane, pinned at both ends, m = EI = h = 1, with a gyroscopic coupling of its
+/// middle. Where the middle stays at rest, 4(1 − s) = ±(2 + 3s) for ω² = 420s at every speed: ω² = 120 and 2520.
+#[test]
+fn modes_with_a_node_at_the_disc_whirl_in_no_sense() {
+    let stiffness = [
+        [4.0, -6.0, 2.0, 0.0],
+        [-6.0, 24.0, 0.0, 6.0],
+        [2.0, 0.0, 8.0, 2.0],
+        [0.0, 6.0, 2.0, 4.0],
+    ];
+    let mass = [
+        [4.0, 13.0, -3.0, 0.0],
+        [13.0, 312.0, 0.0, -13.0],
+        [-3.0, 0.0, 8.0, -3.0],
+        [0.0, -13.0, -3.0, 4.0],
+    ];
+    let of_planes = |plane: [[f64; 4]; 4], unit: f64| {
+        Mat::from_fn(8, 8, |i, j| match i / 4 == j / 4 {
+            true => plane[i % 4][j % 4] / unit,
+            false => 0.0,
+        })
+    };
+    let (mass, stiffness) = (of_planes(mass, 420.0), of_planes(stiffness, 1.0));
+    let mut gyroscopic = Mat::zeros(8, 8);
+    gyroscopic[(1, 5)] = 0.1;
+    gyroscopic[(5, 1)] = -0.1;
+    let rotor = System::from_matrices(mass.as_ref(), gyroscopic.as_ref(), stiffness.as_ref());
+    let rotor = rotor.expect("a rotor");
+    let diagram = Campbell::of(&rotor)
+        .over(&grid(50.0, 2))
+        .expect("a diagram");
+    let still = [120.0f64.sqrt(), 2520.0f64.sqrt()];
+    let rests = |omega: f64| {
+        still
+            .iter()
+            .any(|still| (omega / still - 1.0).abs() < 1e-12)
+    };
+    let (mut resting, mut whirling) = (0, 0);
+    for Branch { roots, whirl } in diagram.branches() {
+        for (root, sense) in roots.iter().zip(whirl).skip(1) {
+            assert_eq!(sense.is_none(), rests(root.im), "{root}: {sense:?}");
+            *if sense.is_none() {
+                &mut resting
+            } else {
+                &mut whirling
+            } += 1;
+        }
+    }
+    assert_eq!([resting, whirling], [8, 8]);
+    for critical in diagram.critical_speeds() {
+        assert_eq!(critical.whirl.is_none(), rests(critical.speed));
+    }
+}
+
 /// A node without mass between spring and bearing changes nothing but the stiffness, 1/(1/8 + 1/8); with gyroscopic forces
 /// on it roots would come from infinity.
 #[test]

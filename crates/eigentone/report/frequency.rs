@@ -143,13 +143,23 @@ impl<'a> FrequencyReport<'a> {
                 bounds,
             )
             .text();
-        let has = |one: FrequencyValue| rows.iter().any(|(.., value)| *value == one);
-        if has(FrequencyValue::Pole) {
+        let has = |one: FrequencyValue, at_0: bool| {
+            let mut own = rows.iter().filter(|(.., value)| *value == one);
+            own.any(|(frequency, ..)| (*frequency == 0.0) == at_0)
+        };
+        if has(FrequencyValue::Pole, false) {
             text += "pole: a natural frequency without damping, by proof; no steady motion exists there\n";
         }
-        if has(FrequencyValue::Undecided) {
+        if has(FrequencyValue::Pole, true) {
+            text += "pole at 0: infinite for Ω → 0, by proof\n";
+        }
+        if has(FrequencyValue::Undecided, false) {
             text +=
                 "?: too near to a natural frequency without damping to decide whether it is one\n";
+        }
+        if has(FrequencyValue::Undecided, true) {
+            text +=
+                "? at 0: free to move, or nearly; not decided whether there is a limit for Ω → 0\n";
         }
         text
     }

@@ -192,6 +192,89 @@ fn undamped_peaks_are_poles_and_dips_are_zeros() {
     );
 }
 
+/// Where no spring reaches the ground, the equations are singular at 0, and yet what does not run away has a value there.
+#[test]
+fn functions_that_are_finite_at_0_have_values_there() {
+    let moves = |name: &str, by: f64| (Quantity::Displacement, name.to_owned(), by);
+    let relative = |a: &str, b: &str| Combination {
+        name: "relative".to_owned(),
+        of: Sum::Motions(vec![moves(a, 1.0), moves(b, -1.0)]),
+    };
+    let pull = |element: &str| Combination {
+        name: "pull".to_owned(),
+        of: Sum::Pull(element.to_owned()),
+    };
+    let at_0 = |asked: FrequencyResponse<'_>| -> Vec<FrequencyValue> {
+        let found = asked.at(&[0.0]).expect("in range");
+        assert_eq!(found.bounds(), Bounds::Proven);
+        let values = found.functions().iter();
+        values.map(|function| function.values()[0]).collect()
+    };
+    let is = |value: FrequencyValue, truth: Complex<f64>| {
+        let (value, bound) = value.known().expect("it is finite");
+        let bound = bound.expect("it is proven");
+        let off = (value - truth).norm();
+        assert!(
+            off <= 2.0 * f64::EPSILON * truth.norm() && bound <= f64::EPSILON * truth.norm(),
+            "{value} ± {bound:e} is not {truth}"
+        );
+    };
+    let real = |re: f64| Complex::new(re, 0.0);
+    let joined = |builder: SystemBuilder| {
+        let builder = builder.mass("a", 0.3).mass("b", 0.7);
+        builder.spring("a", "b", 2.1).damper("a", "b", 0.9)
+    };
+    // A steady force drags both at F/c, without a force between them.
+    let dragged = joined(System::builder())
+        .damper(GROUND, "a", 1.7)
+        .named("drag");
+    let dragged = dragged.build().expect("a system");
+    let asked = |quantity: Quantity| {
+        let asked = FrequencyResponse::of(&dragged).from("a").quantity(quantity);
+        asked
+            .to("a")
+            .to("b")
+            .output(relative("a", "b"))
+            .output(pull("drag"))
+    };
+    let velocities = at_0(asked(Quantity::Velocity));
+    is(velocities[0], real(1.0 / 1.7));
+    is(velocities[1], real(1.0 / 1.7));
+    is(velocities[2], real(0.0));
+    is(velocities[3], real(1.0));
+    let displacements = at_0(asked(Quantity::Displacement));
+    assert_eq!(displacements[..2], [FrequencyValue::Pole; 2]);
+    at_0(asked(Quantity::Acceleration))[..2]
+        .iter()
+        .for_each(|value| is(*value, real(0.0)));
+    // In free flight both accelerate by F/(m_a + m_b), and b takes its share of the force through the spring.
+    let free = joined(System::builder()).build().expect("a system");
+    for loss in [0.0, 0.25] {
+        let asked = |quantity: Quantity| {
+            let asked = FrequencyResponse::of(&free).from("a").quantity(quantity);
+            asked
+                .to("a")
+                .to("b")
+                .output(relative("a", "b"))
+                .loss_factors([loss])
+        };
+        let accelerations = at_0(asked(Quantity::Acceleration));
+        is(accelerations[0], real(1.0));
+        is(accelerations[1], real(1.0));
+        is(
+            accelerations[2],
+            real(0.7) / (Complex::new(1.0, loss) * 2.1),
+        );
+        let velocities = at_0(asked(Quantity::Velocity));
+        assert_eq!(velocities[..2], [FrequencyValue::Pole; 2]);
+    }
+    // What a damper alone joins to a support goes with it.
+    let carried = joined(System::builder().support("road")).damper("road", "b", 0.1);
+    let carried = carried.build().expect("a system");
+    let followed = at_0(FrequencyResponse::of(&carried).from("road"));
+    followed.iter().for_each(|value| is(*value, real(1.0)));
+}
+
 /// A full system: every coordinate is joined to every other.
 fn full(n: usize, damped: bool) -> System {
     let mut builder = System::builder();
@@ -426,6 +509,16 @@ fn the_largest_gain_may_be_at_an_end() {
     // |iΩ/(8 − 2Ω² + icΩ)| is largest at Ω = 2, and 1/c there.
     let (frequency, value, bound) = finite(gain(40.0, Quantity::Velocity));
     assert!((frequency - 2.0).abs() < 1e-15 && (value - 0.025).abs() <= bound);
+    // |1/(2iΩ + c)| of a mass that no spring holds.
+    let system = System::builder().mass("m", 2.0).damper(GROUND, "m", 40.0);
+    let system = system.build().expect("a system");
+    let asked = FrequencyResponse::of(&system).from("m").to("m");
+    let found = asked
+        .quantity(Quantity::Velocity)
+        .features(&[1.0])
+        .expect("features");
+    let (frequency, value, bound) = finite(found[0].largest_gain().expect("proven"));
+    assert!(frequency == 0.0 && (value - 0.025).abs() <= bound && bound < 1e-17);
     let unbounded = gain(0.0, Quantity::Displacement);
     let LargestGain::Unbounded { frequency } = unbounded else {
         panic!("{unbounded:?}")

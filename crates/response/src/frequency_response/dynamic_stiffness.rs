@@ -14,6 +14,8 @@ use super::elimination::{Row, scaled};
 pub(super) struct Frequency {
     pub(super) middle: DoubleDouble,
     pub(super) radius: f64,
+    /// The power of two that both are multiplied by.
+    pub(super) scale: i64,
 }
 
 impl From<f64> for Frequency {
@@ -21,11 +23,24 @@ impl From<f64> for Frequency {
         Frequency {
             middle: frequency.into(),
             radius: 0.0,
+            scale: 0,
         }
     }
 }
 
 impl Frequency {
+    /// 2^−k, which may be less than any double.
+    pub(super) fn small(k: i64) -> Frequency {
+        Frequency {
+            scale: -k,
+            ..1.0.into()
+        }
+    }
+
+    pub(super) fn is_zero(self) -> bool {
+        self.middle == DoubleDouble::ZERO && self.radius == 0.0
+    }
+
     fn ball<T: Real>(self) -> Ball<T> {
         let (high, low) = (self.middle.high(), self.middle.low());
         let middle = T::from(high) + T::from(low);
@@ -45,7 +60,10 @@ impl Frequency {
             true => real(self.middle.high()),
             false => self.ball(),
         };
-        let unit = turned(unit, 1);
+        let unit = match self.scale {
+            0 => turned(unit, 1),
+            scale => scaled(turned(unit, 1), scale),
+        };
         let product = (0..power.unsigned_abs()).fold(real(1.0), |product, _| product * unit);
         match power {
             0.. => product,
@@ -59,7 +77,7 @@ impl Frequency {
     fn last_bit(self) -> Option<i64> {
         let parts = [self.middle.high(), self.middle.low()];
         let parts = parts.into_iter().filter(|part| *part != 0.0);
-        (self.radius == 0.0).then(|| parts.map(last_bit).min().unwrap_or(0))
+        (self.radius == 0.0).then(|| parts.map(last_bit).min().unwrap_or(0) + self.scale)
     }
 }
 
@@ -134,6 +152,38 @@ impl Part {
         let factors = self.factors.iter().filter(|factor| **factor != 1.0);
         let product = factors.fold(real::<T>(1.0), |product, factor| product * *factor);
         turned(product, self.turns) * frequency.power(self.power)
+    }
+}
+
+/// How large the entries of a row are, as polynomials in Ω.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RowSize {
+    /// The sum of the sizes of all coefficients, or more.
+    pub(super) size: Magnitude,
+    /// k such that each coefficient is a Gaussian integer times 2^k; `None` for an empty row.
+    pub(super) last_bit: Option<i64>,
+}
+
+impl Default for RowSize {
+    fn default() -> RowSize {
+        RowSize {
+            size: Magnitude::ZERO,
+            last_bit: None,
+        }
+    }
+}
+
+impl RowSize {
+    /// Another entry, or another term of one.
+    pub(super) fn add(&mut self, part: &Part) {
+        self.add_product(&part.factors);
+    }
+
+    fn add_product(&mut self, factors: &[f64]) {
+        let sizes = factors.iter().map(|factor| Magnitude::from(*factor));
+        self.size = self.size + sizes.fold(Magnitude::from(1.0), |product, size| product * size);
+        let bit = factors.iter().map(|factor| last_bit(*factor)).sum();
+        self.last_bit = Some(self.last_bit.map_or(bit, |least| least.min(bit)));
     }
 }
 
@@ -386,6 +436,18 @@ impl Block {
             }
         }
         product
+    }
+
+    /// Of each row.
+    pub(super) fn row_sizes(&self) -> Vec<RowSize> {
+        let mut rows = vec![RowSize::default(); self.coordinates.len()];
+        for ((row, _), terms) in &self.entries {
+            let sums = terms.sums.iter().flatten();
+            sums.for_each(|term| rows[*row].add_product(&[*term]));
+            let losses = terms.losses.iter();
+            losses.for_each(|factors| rows[*row].add_product(factors));
+        }
+        rows
     }
 
     /// k such that the determinant, unless it is 0, is at least 2^k: every entry of a row is a

@@ -85,7 +85,7 @@ const LADDER: [(usize, Attempt); 6] = [
 ];
 
 /// Limbwise products that a rung beyond the first may take.
-const MOST_WORK: u64 = 1_000_000_000;
+pub(super) const MOST_WORK: u64 = 1_000_000_000;
 
 /// What one precision gives.
 enum Answer {
@@ -172,7 +172,7 @@ fn answer<T: Real>(question: &Question<'_>) -> (Answer, u64) {
 }
 
 /// The solution by that of scaled rows.
-fn by_scaled<T: Real>(
+pub(super) fn by_scaled<T: Real>(
     exponents: &[i64],
     right: Vec<Ball<T>>,
     solve: impl Fn(Vec<Ball<T>>) -> Option<Vec<Ball<T>>>,
@@ -298,7 +298,7 @@ fn is_good<T: Real>(x: Ball<T>, size: Magnitude, range: bool) -> bool {
 
 /// The double nearest to a ball's middle, each part 0 if it cannot be distinguished from 0, and how far the
 /// ball reaches from that.
-fn rounded<T: Real>(x: Ball<T>) -> (Complex<f64>, f64) {
+pub(super) fn rounded<T: Real>(x: Ball<T>) -> (Complex<f64>, f64) {
     let middle = x.middle();
     let part = |part: T| {
         if part.magnitude() <= x.radius() {

@@ -353,6 +353,7 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let (mut low, mut high, mut before, mut after) = (low, high, before, after);
     let at = |middle: DoubleDouble| {
         let frequency = Frequency {
+            scale: 0,
             middle,
             radius: 0.0,
         };
@@ -416,7 +417,15 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     let radius = radius * (1.0 + f64::EPSILON);
     let frequency = middle.to_f64();
     let off = (middle - DoubleDouble::from(frequency)).to_f64().abs() + radius;
-    let gain = look(Frequency { middle, radius }, Asked::Value).map(|value| {
+    let gain = look(
+        Frequency {
+            middle,
+            radius,
+            scale: 0,
+        },
+        Asked::Value,
+    )
+    .map(|value| {
         let size = value.value.norm();
         (size, value.bound + size * f64::EPSILON)
     });

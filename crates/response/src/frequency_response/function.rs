@@ -17,9 +17,11 @@ pub enum FrequencyValue {
         /// How far it may be from the exact value; `None` where nothing is known of that.
         bound: Option<f64>,
     },
-    /// It is proved that the frequency is a natural one without damping: there the motion grows, or is not determined.
+    /// It is proved that the frequency is a natural one without damping: there the motion grows, or is not determined. At
+    /// 0, a function that has a limit for Ω → 0 has that as its value, and it is proved that this one has none.
     Pole,
-    /// The frequency cannot be distinguished from a natural one without damping, even with many digits.
+    /// The frequency cannot be distinguished from a natural one without damping, even with many digits; or it is 0, a natural
+    /// one, and many digits do not decide whether the function has a limit.
     Undecided,
 }
 

@@ -13,6 +13,7 @@ mod hessenberg;
 mod in_doubles;
 mod inverse;
 mod level_set;
+mod limit;
 mod modal_series;
 mod modal_sum;
 mod orders;

@@ -13,6 +13,7 @@ use super::features::{Features, Glance};
 use super::function::{FrequencyFunction, FrequencyFunctions, FrequencyMethod, FrequencyValue};
 use super::hessenberg::Hessenberg;
 use super::in_doubles::{self, InDoubles, Ports};
+use super::limit::{Limit, limits};
 use super::modal_sum::ModalSum;
 use super::phasor::Phase;
 use super::sparse_factor;
@@ -291,15 +292,27 @@ impl<'a> FrequencyResponse<'a> {
                 {
                     methods[index] = method;
                 }
+                let at_zero = match &found {
+                    Enclosed::Singular | Enclosed::Undecided(_) if frequency == 0.0 => {
+                        Some(limits(block, &asked))
+                    }
+                    _ => None,
+                };
                 for (k, column) in own().enumerate() {
                     let functions = &mut functions[column * names.len()..][..names.len()];
                     for (at, function) in functions.iter_mut().enumerate() {
-                        let value = match &found {
-                            Enclosed::Values(values, _) => {
+                        let limit = at_zero.as_ref().map(|limits| limits[k][at]);
+                        let value = match (&found, limit) {
+                            (Enclosed::Values(values, _), _) => {
                                 known(values[k][at], function, frequency)?
                             }
-                            Enclosed::Singular => FrequencyValue::Pole,
-                            Enclosed::Undecided(_) => FrequencyValue::Undecided,
+                            (_, Some(Limit::Finite(value))) => known(value, function, frequency)?,
+                            (_, Some(Limit::Infinite)) | (Enclosed::Singular, None) => {
+                                FrequencyValue::Pole
+                            }
+                            (_, Some(Limit::Unknown)) | (Enclosed::Undecided(_), None) => {
+                                FrequencyValue::Undecided
+                            }
                         };
                         function.push(value);
                     }
@@ -393,6 +406,12 @@ impl<'a> FrequencyResponse<'a> {
                     });
                     match found {
                         Enclosed::Values(values, _) => Some(values[0][0]),
+                        _ if frequency.is_zero() => {
+                            match limits(&blocks[column.block], &[asked])[0][0] {
+                                Limit::Finite(value) => Some(value),
+                                Limit::Infinite | Limit::Unknown => None,
+                            }
+                        }
                         _ => None,
                     }
                 };

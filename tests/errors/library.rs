@@ -585,9 +585,9 @@ fn response_errors(listing: &mut Listing) {
         },
         Ok(_) => Ok(()),
     };
-    let steady = Load::from(Harmonic::of(1.0, 0.0));
+    let steady = Load::from(Harmonic::of(1.0, 0.0).with_phase(1.0));
     let drifts = of(&quarter)
-        .motion("road", Quantity::Velocity, steady)
+        .motion("road", Quantity::Acceleration, steady)
         .problem();
     let drifts = drifts.expect("a problem");
     let frf = || FrequencyResponse::of(&quarter).from("road");

@@ -1,10 +1,14 @@
 //! Steady states against answers with 32 digits, computed from the exact systems with mpmath.
 
+use std::f64::consts::FRAC_PI_6;
+
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
-    Extrema, Harmonic, HarmonicMotion, Response, SteadyState, SteadyStateError, Summary, receptance,
+    Extrema, Harmonic, HarmonicMotion, Quantity, Response, SteadyState, SteadyStateError, Summary,
+    receptance,
 };
 use faer::mat;
+use num_complex::Complex;
 use proptest::prelude::*;
 
 /// Real and imaginary part, each as the sum of two doubles.
@@ -312,6 +316,69 @@ fn what_nothing_holds_has_no_equilibrium() {
     let error = steady(&free, &[("m1", load)]).expect_err("nothing holds it");
     assert_eq!(error, SteadyStateError::Unsupported);
     assert!(receptance(&free, "m1", 1e-150).is_ok());
+}
+
+/// What is constant is a load that lasts, and no reason to have no steady state, unless a support takes a spring along.
+#[test]
+fn what_is_constant_leaves_a_steady_state() {
+    let still = Harmonic::of(2.0, 0.0).with_phase(FRAC_PI_6);
+    let amplitudes = |system: &System, ask: &dyn Fn(Response<'_>) -> Response<'_>| {
+        let response = Response::of(system).load("m", Harmonic::of(5.0, 2.0));
+        let problem = ask(response.every(1.0).until(1.0))
+            .problem()
+            .expect("a problem");
+        let steady = SteadyState::of(&problem)?;
+        let motions = steady.motions().iter();
+        Ok(motions
+            .map(|motion| (motion.frequency(), motion.displacement()[0]))
+            .collect())
+    };
+    let near = |found: Result<Vec<(f64, Complex<f64>)>, SteadyStateError>,
+                wanted: &[(f64, Complex<f64>)]| {
+        let found = found.expect("a steady state");
+        assert_eq!(found.len(), wanted.len(), "{found:?}");
+        for ((frequency, x), (at, truth)) in found.iter().zip(wanted) {
+            assert!(frequency == at && (x - truth).norm() < 1e-15, "{found:?}");
+        }
+    };
+    let mass = || System::builder().mass("m", 1.0).support("road");
+    // 5/(−4 + 2i) on a dashpot, which a steady force drags along.
+    let dashpot = mass().damper(GROUND, "m", 1.0).build().expect("a system");
+    let free = (2.0, 5.0 / Complex::new(-4.0, 2.0));
+    near(
+        amplitudes(&dashpot, &|response| response.load("m", still)),
+        &[free],
+    );
+    // Nothing touches the road.
+    let held = mass().damper(GROUND, "m", 1.0).spring(GROUND, "m", 8.0);
+    let held = held.build().expect("a system");
+    let own = (2.0, 5.0 / Complex::new(4.0, 2.0));
+    for quantity in [Quantity::Velocity, Quantity::Acceleration] {
+        let moved = amplitudes(&held, &|response| response.motion("road", quantity, still));
+        near(moved, &[own, (0.0, Complex::ZERO)]);
+    }
+    // A damper pulls with c·v = 2·sin(π/6), and sees an acceleration grow.
+    let pulled = mass().damper("road", "m", 1.0).spring(GROUND, "m", 8.0);
+    let pulled = pulled.build().expect("a system");
+    let by = |quantity: Quantity| {
+        amplitudes(&pulled, &|response| {
+            response.motion("road", quantity, still)
+        })
+    };
+    near(
+        by(Quantity::Velocity),
+        &[own, (0.0, Complex::new(0.0, 0.125))],
+    );
+    assert_eq!(by(Quantity::Acceleration), Err(SteadyStateError::Drift));
+    // A spring, and what nothing else holds, follow.
+    let sprung = mass().damper(GROUND, "m", 1.0).spring("road", "m", 8.0);
+    let towed = mass().damper("road", "m", 1.0);
+    for system in [sprung, towed].map(|system| system.build().expect("a system")) {
+        let moved = amplitudes(&system, &|response| {
+            response.motion("road", Quantity::Velocity, still)
+        });
+        assert_eq!(moved, Err(SteadyStateError::Drift));
+    }
 }
 
 #[test]

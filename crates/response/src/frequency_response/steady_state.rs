@@ -17,11 +17,13 @@ use crate::problem::{Load, Problem};
 /// −∞ on; others under them approach it where every free motion decays. Where there are roots at 0, a constant distance or a
 /// steady course may remain between them, and other loads that last move all by what they do by themselves: about what each
 /// coordinate moves says [`Summary::mean`](crate::Summary::mean). A load of frequency 0 is the constant
-/// force amplitude·sin(phase): then X is i times the static displacement. A negative frequency
+/// force amplitude·sin(phase): then X is i times the static displacement; where no springs hold what it acts on, it adds
+/// nothing beside loads of other frequencies, as any load that lasts. A negative frequency
 /// counts as the positive one with the phase that makes it the same force.
 ///
 /// Supports that move by a sinusoid count as loads do. What is given as a velocity or an acceleration swings about a
-/// place, or along a straight course, that follows from rest at t = 0: it is no part of the steady state either.
+/// place, or along a straight course, that follows from rest at t = 0: it is no part of the steady state either. With a
+/// frequency of 0 it takes the support ever further, and with it what springs join to it: then there is no steady state.
 ///
 /// The equations are solved in ball arithmetic, from the elements, with as many digits as it takes:
 /// every amplitude comes with a proven bound.
@@ -61,6 +63,7 @@ impl SteadyState {
     pub fn of(problem: &Problem<'_>) -> Result<SteadyState, SteadyStateError> {
         let n = problem.system().len();
         let mut frequencies: Vec<(f64, Vec<Push>)> = Vec::new();
+        let mut travels = false;
         for applied in problem.drives() {
             let Load::Harmonic(load) = &applied.load else {
                 continue;
@@ -90,8 +93,16 @@ impl SteadyState {
                 continue;
             };
             let channel = &problem.channels()[channel];
-            if frequency == 0.0 && channel.integrals > 0 {
-                return Err(SteadyStateError::Drift);
+            if frequency == 0.0 {
+                if load.phase == 0.0 {
+                    continue;
+                }
+                // Springs follow its place; dampers, or mass, may meet no more than what is constant.
+                let mut growing = channel.directions.iter().take(channel.integrals);
+                if growing.any(|direction| !direction.is_empty()) {
+                    return Err(SteadyStateError::Drift);
+                }
+                travels |= channel.integrals > 0;
             }
             for (order, direction) in channel.directions.iter().enumerate() {
                 let power = order as i32 - channel.integrals as i32;
@@ -104,12 +115,18 @@ impl SteadyState {
                     }));
             }
         }
-        let motions = frequencies
-            .into_iter()
-            .map(|(frequency, pushes)| motion(problem.system(), frequency, &pushes));
-        Ok(SteadyState {
-            motions: motions.collect::<Result<_, _>>()?,
-        })
+        let several = frequencies.len() > 1;
+        let mut motions = Vec::with_capacity(frequencies.len());
+        for (frequency, pushes) in frequencies {
+            match motion(problem.system(), frequency, &pushes) {
+                Err(SteadyStateError::Unsupported) if travels => {
+                    return Err(SteadyStateError::Drift);
+                }
+                Err(SteadyStateError::Unsupported) if several => {}
+                motion => motions.push(motion?),
+            }
+        }
+        Ok(SteadyState { motions })
     }
 
     /// One motion for each frequency, in the order in which the loads name them.

@@ -2466,6 +2466,23 @@ fn the_cycle_of_a_block_on_a_belt_repeats_itself() {
     assert!(error.contains("do not repeat themselves"), "{error}");
 }
 
+/// What is said of switches that an answer leaves out is no second message beside an error.
+#[test]
+fn noise_that_is_missing_is_one_message() {
+    let text = r#"{"masses": [{"name": "m", "mass": 1}], "springs": [{"between": ["ground", "m"], "stiffness": 4}],
+        "dampers": [{"between": ["ground", "m"], "damping": 1}], "frictions": [{"between": ["ground", "m"], "force": 2}]"#;
+    let file = fresh("no-noise").with_extension("json");
+    fs::write(&file, format!("{text}}}")).expect("it can be written");
+    let path = file.to_str().expect("UTF-8");
+    let error = refused(&["random", path], 2);
+    assert_eq!(error.lines().count(), 1, "{error}");
+    let noise = r#", "noise": [{"on": "m", "force": 1}]}"#;
+    fs::write(&file, format!("{text}{noise}")).expect("it can be written");
+    let output = eigentone(&["random", path]);
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).starts_with("note: "));
+}
+
 /// 1e5 designs in eight parts, of which two are killed and go on: the whole is that of one run, to the byte.
 #[test]
 fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {

@@ -29,7 +29,6 @@ pub struct Random {
 impl Random {
     pub fn run(self) -> Result<(), Failure> {
         let scene = self.question.scene()?;
-        report_switches(&self.question.scene, &scene);
         let file = &self.question.scene;
         if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
             let scene = file.clone();
@@ -45,6 +44,8 @@ impl Random {
             scene: file.clone(),
             error,
         })?;
+        // Beside an error there is no note.
+        report_switches(file, &scene);
         let name = self.question.name();
         let report = RandomReport {
             title: scene.title().unwrap_or(&name),

@@ -313,6 +313,10 @@ fn switching_errors(listing: &mut Listing) {
         let switching = Switching::new(problem, Vec::new())?;
         switching.limit_cycle(period)
     };
+    let rubbing = |problem: &Problem<'_>, period: Period| {
+        let switching = Switching::new(problem, vec![friction(GROUND, "m0", 1.0)])?;
+        switching.limit_cycle(period)
+    };
     let damped = single(1.0, 0.5, 4.0);
     let pushed = to_a_hundred_seconds(Response::of(&damped).load("m0", Harmonic::of(1.0, 3.0)));
     let free = System::builder().mass("m0", 1.0).build().expect("a system");
@@ -327,6 +331,7 @@ fn switching_errors(listing: &mut Listing) {
         cycle(&pushed, Period::Seconds(0.0));
         cycle(&pushed, Period::Seconds(2.0));
         cycle(&pushed, Period::Free);
+        rubbing(&unheld, Period::Free);
         cycle(&unheld, Period::Cycles(1));
         cycle(&unheld, Period::Seconds(2.0));
     }

@@ -44,12 +44,14 @@ impl Cycle {
         };
         let problem = scene.problem().ok_or_else(no_time)?;
         let problem = problem.map_err(Failure::response(file))?;
-        let harmonics = problem.timeline().harmonics();
+        let mut harmonics = problem.timeline().harmonics().iter();
+        // One of frequency 0 is constant.
+        let has_cycles = harmonics.any(|(_, harmonic)| harmonic.frequency != 0.0);
         let period = match (self.period, self.cycles) {
             (Some(seconds), _) => Period::Seconds(seconds),
             (None, Some(count)) => Period::Cycles(count),
-            (None, None) if harmonics.is_empty() => Period::Free,
-            (None, None) => Period::Cycles(1),
+            (None, None) if has_cycles => Period::Cycles(1),
+            (None, None) => Period::Free,
         };
         let switches = scene.switch_places();
         let failure = |error| match error {

@@ -183,6 +183,9 @@ impl Search<'_, '_, '_> {
         let problem = self.question.problem;
         let end = problem.grid().time(problem.grid().last());
         let seconds = match period {
+            Period::Free if self.question.switches.is_empty() => {
+                return Err(CycleError::NothingSwitches);
+            }
             Period::Free => {
                 let pass = self.transient(Digits::from(end))?;
                 let (start, period) =

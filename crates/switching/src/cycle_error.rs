@@ -23,6 +23,11 @@ pub enum CycleError {
         "no load is harmonic, so that there are no cycles to count: give the period in seconds, or leave it free"
     )]
     NoHarmonic,
+    /// Nothing switches, and the period is left free.
+    #[error(
+        "nothing switches, so that no events show a period: a free one takes a friction, a stop, an impact or a controlled damper; loads that repeat themselves set one, to be given in seconds or, of harmonic loads, in cycles"
+    )]
+    NothingSwitches,
     /// The free motion shows no period.
     #[error(
         "up to t = {end:?} s the events do not repeat themselves three times: give more time, a start nearer to the periodic motion, or the period"

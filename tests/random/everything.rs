@@ -71,7 +71,9 @@ pub fn every_quick_command(scene: &Scene) {
 }
 
 fn tabled(scene: &Scene) {
-    match SceneTables::of("a scene", scene, None) {
+    /// Some seconds: more are refused.
+    const MULTIPLICATIONS: f64 = 1e7;
+    match SceneTables::within(MULTIPLICATIONS, "a scene", scene, None) {
         Ok(tables) => {
             for text in [tables.markdown(), tables.latex(), tables.shapes_csv()] {
                 clean(&text);

@@ -6,7 +6,7 @@ use eigentone_check::{Ball, ReferenceEigenvalue, ReferenceError, Shape, ShapeCom
 use eigentone_modes::{Motion, System};
 
 use super::error::TableError;
-use super::settle::{Attempt, settled};
+use super::settle::{Attempt, MOST_WORK, settled};
 use super::sheet::{Cell, Column, Sheet};
 use super::value::Value;
 
@@ -51,7 +51,16 @@ impl ModeTable {
     /// # Errors
     /// [`TableError`] where the reference refuses, or a digit stays open.
     pub fn of(system: &System) -> Result<ModeTable, TableError> {
-        settled(|attempt| {
+        ModeTable::within(MOST_WORK, system)
+    }
+
+    /// The same, where no step of the reference takes more than so many multiplications of whole numbers, of which a core does
+    /// some ten million in a second: 1e9 for [`of`](Self::of).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn within(multiplications: f64, system: &System) -> Result<ModeTable, TableError> {
+        settled(multiplications, |attempt| {
             let modes = attempt.reference.modes(system)?;
             let shapes = attempt.reference.shapes(system, &modes)?;
             let mut found: Vec<(&ReferenceEigenvalue, Shape)> =

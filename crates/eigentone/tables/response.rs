@@ -7,7 +7,7 @@ use eigentone_modes::CoordinateKind;
 use eigentone_response::{Problem, Quantity};
 
 use super::error::TableError;
-use super::settle::settled;
+use super::settle::{MOST_WORK, settled};
 use super::sheet::{Cell, Column, Sheet};
 use super::value::Value;
 use crate::report::unit;
@@ -41,9 +41,21 @@ impl ResponseTable {
     /// # Errors
     /// [`TableError`] where the reference refuses, or a digit stays open.
     pub fn of(problem: &Problem<'_>) -> Result<ResponseTable, TableError> {
+        ResponseTable::within(MOST_WORK, problem)
+    }
+
+    /// The same, where no step of the reference takes more than so many multiplications of whole numbers, of which a core does
+    /// some ten million in a second: 1e9 for [`of`](Self::of).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn within(
+        multiplications: f64,
+        problem: &Problem<'_>,
+    ) -> Result<ResponseTable, TableError> {
         let system = problem.system();
         let names = system.names();
-        settled(|attempt| {
+        settled(multiplications, |attempt| {
             let response = attempt.reference.response(problem)?;
             let reference = attempt.reference;
             let resting = LazyCell::new(|| reference.at_rest(problem).unwrap_or_default());

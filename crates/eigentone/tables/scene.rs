@@ -4,6 +4,7 @@ use super::DIGITS;
 use super::error::TableError;
 use super::modes::ModeTable;
 use super::response::ResponseTable;
+use super::settle::MOST_WORK;
 use super::sheet::{json_text, latex_text};
 use crate::report::table::markdown_text;
 use crate::scene::Scene;
@@ -39,6 +40,20 @@ impl SceneTables {
         scene: &Scene,
         steps: Option<&[u64]>,
     ) -> Result<SceneTables, TableError> {
+        SceneTables::within(MOST_WORK, title, scene, steps)
+    }
+
+    /// The same, where no step of the reference takes more than so many multiplications of whole numbers, of which a core does
+    /// some ten million in a second: 1e9 for [`of`](Self::of).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn within(
+        multiplications: f64,
+        title: &str,
+        scene: &Scene,
+        steps: Option<&[u64]>,
+    ) -> Result<SceneTables, TableError> {
         let response = match scene.problem().transpose()? {
             None => None,
             Some(problem) => {
@@ -47,12 +62,12 @@ impl SceneTables {
                 let mut spread: Vec<u64> = (0..=PARTS).map(part).collect();
                 spread.dedup();
                 let problem = problem.at(steps.unwrap_or(&spread))?;
-                Some(ResponseTable::of(&problem))
+                Some(ResponseTable::within(multiplications, &problem))
             }
         };
         Ok(SceneTables {
             title: title.to_owned(),
-            modes: ModeTable::of(scene.system())?,
+            modes: ModeTable::within(multiplications, scene.system())?,
             response,
         })
     }

@@ -11,6 +11,9 @@ const FIRST: u32 = 40;
 /// The digits of the last attempt. A number that is not distinguished from 0 by then is given by a bound.
 const LAST: u32 = 320;
 
+/// The multiplications that each of the reference's steps may take if nobody says how many: a minute or two.
+pub(super) const MOST_WORK: f64 = 1e9;
+
 /// One attempt: turns enclosures into decided numbers, and remembers whether one was left open.
 pub(super) struct Attempt {
     pub(super) reference: Reference,
@@ -39,17 +42,18 @@ impl Attempt {
     }
 }
 
-/// What `of` finds with enough digits.
+/// What `of` finds with enough digits, where no step of the reference takes more than so many multiplications.
 ///
 /// # Errors
 /// [`TableError`] of the reference, or naming a number at a rounding boundary.
 pub(super) fn settled<T>(
+    work: f64,
     mut of: impl FnMut(&mut Attempt) -> Result<T, ReferenceError>,
 ) -> Result<T, TableError> {
     let mut digits = FIRST;
     loop {
         let mut attempt = Attempt {
-            reference: Reference::with_digits(digits),
+            reference: Reference::with_digits(digits).within(work),
             digits,
             open: false,
             undecided: None,

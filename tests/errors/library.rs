@@ -154,7 +154,7 @@ const LEFT_OUT: [(&str, &str); 29] = [
     ),
     (
         "SparseError::NoConvergence",
-        "no system is known whose iteration does not converge",
+        "takes modes that lie close together beside their distance from the frequency to look near",
     ),
     (
         "SparseError::OutOfRange",

@@ -61,9 +61,9 @@ pub enum SparseError {
     /// The equation projected on the shapes was not solved.
     #[error("on the shapes found: {0}")]
     Projected(#[from] ModesError),
-    /// Lanczos' method did not converge.
+    /// The iteration for the modes did not converge.
     #[error(
-        "Lanczos' method did not converge: ask for fewer modes, or for those near another frequency"
+        "the iteration did not converge: the modes lie too close together beside their distance from the frequency to look near; look near one closer to them, or ask for fewer"
     )]
     NoConvergence,
     /// The factor of K − σM leaves the range of doubles, or no shift makes it regular.

@@ -35,10 +35,14 @@ impl Wanted<'_> {
         (square.abs().sqrt() - self.target).abs()
     }
 
-    /// How far from the shift an eigenvalue can lie whose natural frequency is so near to the target.
-    fn reach(&self, apart: f64, shift: f64) -> f64 {
+    /// How far from the shift an eigenvalue can lie whose natural frequency is so near to the target, where
+    /// none lies above the shift or some may.
+    fn reach(&self, apart: f64, shift: f64, none_above: bool) -> f64 {
         let (low, high) = ((self.target - apart).max(0.0), self.target + apart);
-        let above = high * high - shift;
+        let above = match none_above {
+            true => 0.0,
+            false => high * high - shift,
+        };
         let below = match self.semidefinite {
             true => shift - low * low,
             false => shift + high * high,
@@ -101,31 +105,60 @@ const TOLERANCE: f64 = 1e-12;
 /// count.
 const APART: f64 = 1e-6;
 
+/// Where a search starts.
+struct Start<'a> {
+    /// Of K − σM.
+    factor: Factor<'a>,
+    shift: f64,
+    /// How many factors it took.
+    factorised: usize,
+    /// Up to here no eigenvalue lies above the shift, and what lies beyond is not wanted.
+    empty_to: Option<f64>,
+}
+
+impl<'a> Start<'a> {
+    fn at(shift: f64, factor: Factor<'a>, factorised: usize) -> Start<'a> {
+        Start {
+            factor,
+            shift,
+            factorised,
+            empty_to: None,
+        }
+    }
+}
+
 /// The eigenvalues of smallest size.
 pub(crate) fn lowest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
     let factor = Factor::of(wanted.pencil, 0.0);
     match is_regular(wanted, &factor) {
-        true => about(wanted, factor, 0.0, 1),
+        true => about(wanted, Start::at(0.0, factor, 1)),
         false => below_zero(wanted),
     }
 }
 
 /// Whether a factor of K serves, but for parts that nothing holds; one with more digits, where doubles lose too many.
 fn is_regular(wanted: &Wanted<'_>, factor: &Factor<'_>) -> bool {
+    let zeros = wanted.floating.len() + wanted.idle.len();
+    let exact = wanted.pencil.stiffness.is_non_negative() && factor.zeros == zeros;
+    let held = || wanted.floating.is_empty();
+    exact || (held() && (is_firm(wanted, factor) || is_firm_long(wanted, factor, 0.0)))
+}
+
+/// Whether no pivot of a factor in doubles is 0 or nearly so, but those of parts without mass that nothing holds.
+fn is_firm(wanted: &Wanted<'_>, factor: &Factor<'_>) -> bool {
+    factor.zeros == wanted.idle.len() && factor.least > FIRM
+}
+
+/// The same of a factor with more digits than this one in doubles, where it is not too large for that.
+fn is_firm_long(wanted: &Wanted<'_>, factor: &Factor<'_>, shift: f64) -> bool {
     /// So many multiplications for each entry of the factor cost no more in double-double than some solves in doubles.
     const CHEAP: f64 = 16.0;
-    let idle = wanted.idle.len();
-    let zeros = wanted.floating.len() + idle;
-    let exact = wanted.pencil.stiffness.is_non_negative() && factor.zeros == zeros;
-    if exact || (zeros == idle && factor.zeros == zeros && factor.least > FIRM) {
-        return true;
-    }
     let ordering = &wanted.pencil.ordering;
-    if zeros > idle || ordering.work() > CHEAP * ordering.rows.len() as f64 {
+    if !factor.is_finite() || ordering.work() > CHEAP * ordering.rows.len() as f64 {
         return false;
     }
-    let long = Factor::<DoubleDouble>::sum(wanted.pencil, Sum::shifted(0.0), &[]);
-    factor.is_finite() && long.zeros == zeros && long.least > FIRM * f64::EPSILON
+    let long = Factor::<DoubleDouble>::sum(wanted.pencil, Sum::shifted(shift), &[]);
+    long.zeros == wanted.idle.len() && long.least > FIRM * f64::EPSILON
 }
 
 /// Pivots that are smaller in proportion to their terms make K as good as singular.
@@ -163,7 +196,7 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
         let largest = values.fold(0.0, f64::max);
         let fits = largest == 0.0 || (0.01..=1.0).contains(&(-shift / largest));
         if fits {
-            return about(wanted, factor, shift, factorised);
+            return about(wanted, Start::at(shift, factor, factorised));
         }
         shift = -0.1 * largest;
     }
@@ -172,24 +205,106 @@ fn below_zero<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
 
 /// The eigenvalues nearest to that of the target.
 pub(crate) fn nearest<'a>(wanted: &Wanted<'a>) -> Result<Answer<'a>, SparseError> {
-    let (factor, shift, factorised) = beside(wanted)?;
-    about(wanted, factor, shift, factorised)
+    about(wanted, beside(wanted)?)
 }
 
-/// A factor at the target, or beside it where K − σM is singular or a leading part of it is; its shift, and how many it took.
-fn beside<'a>(wanted: &Wanted<'a>) -> Result<(Factor<'a>, f64, usize), SparseError> {
+/// A start at the target, or beside it where K − σM is singular or a leading part of it is; or just above the
+/// eigenvalues below the target, where none above it is wanted.
+fn beside<'a>(wanted: &Wanted<'a>) -> Result<Start<'a>, SparseError> {
     const MOVES: [f64; 10] = [
         0.0, 1e-9, -1e-8, 1e-7, 1e-6, -1e-5, 1e-4, -3e-4, 1e-3, -3e-3,
     ];
     let shift = wanted.target * wanted.target;
-    for (tried, part) in MOVES.iter().enumerate() {
-        let moved = shift * (1.0 + part);
+    let shifts = MOVES.map(|part| shift * (1.0 + part));
+    let mut factorised = 0;
+    for moved in shifts {
         let factor = Factor::of(wanted.pencil, moved);
-        if factor.zeros == wanted.idle.len() && factor.least > FIRM {
-            return Ok((factor, moved, tried + 1));
+        factorised += 1;
+        if is_firm(wanted, &factor) {
+            let negative = factor.negative;
+            let start = Start::at(moved, factor, factorised);
+            return Ok(match lowered(wanted, negative) {
+                Some(lowered) => Start {
+                    factorised: factorised + lowered.factorised,
+                    ..lowered
+                },
+                None => start,
+            });
+        }
+    }
+    for moved in shifts {
+        let factor = Factor::of(wanted.pencil, moved);
+        factorised += 2;
+        if is_firm_long(wanted, &factor, moved) {
+            return Ok(Start::at(moved, factor, factorised));
         }
     }
     Err(SparseError::OutOfRange)
+}
+
+/// A start just above the highest eigenvalue below the target, of which so many are expected, where they are enough and
+/// none lies between the target and twice the target, beyond which all are farther than what lies below.
+///
+/// From a target far above them all 1/(λ − σ) are nearly alike, and Lanczos' method does not part them.
+fn lowered<'a>(wanted: &Wanted<'a>, expected: usize) -> Option<Start<'a>> {
+    /// Nearer to the highest one doubles do not come.
+    const NARROW: f64 = 1e-10;
+    const STEPS: usize = 200;
+    let target = wanted.target * wanted.target;
+    let empty_to = 4.0 * target;
+    if !wanted.semidefinite || expected < wanted.count || !empty_to.is_finite() {
+        return None;
+    }
+    let inertia = Inertia::new(wanted.pencil, wanted.idle);
+    let mut factorised = 2;
+    let most = inertia.below::<f64>(empty_to, Side::AtMost)?;
+    if most != expected || inertia.below::<f64>(target, Side::AtLeast)? != most {
+        return None;
+    }
+    let (mut low, mut high) = (0.0f64, target);
+    let mut above = most;
+    let mut ratio: f64 = 0.25;
+    let mut further = 0;
+    for _ in 0..STEPS {
+        if further == 2 || high - low <= NARROW * high {
+            break;
+        }
+        let middle = if low == 0.0 {
+            ratio *= ratio;
+            high * ratio
+        } else if high > 4.0 * low {
+            low.sqrt() * high.sqrt()
+        } else {
+            f64::midpoint(low, high)
+        };
+        if !middle.is_normal() {
+            return None;
+        }
+        factorised += 1;
+        match inertia.below::<f64>(middle, Side::AtLeast) {
+            Some(below) if below >= most => high = middle,
+            below => {
+                low = middle;
+                above = below.map_or(above, |below| most - below);
+            }
+        }
+        further += usize::from(above <= wanted.count && high <= 4.0 * low);
+    }
+    let mut moved = high;
+    let mut step = high - low;
+    while moved < target {
+        let factor = Factor::of(wanted.pencil, moved);
+        factorised += 1;
+        if is_firm(wanted, &factor) {
+            return Some(Start {
+                empty_to: Some(empty_to),
+                ..Start::at(moved, factor, factorised)
+            });
+        }
+        moved += step;
+        step *= 4.0;
+    }
+    None
 }
 
 /// A search with nothing found yet, for eigenvalues of about such a size where the lowest are wanted.
@@ -197,17 +312,18 @@ pub(crate) fn begin<'a, 'w>(
     wanted: &'w Wanted<'a>,
     size: f64,
 ) -> Result<Search<'a, 'w>, SparseError> {
-    let (factor, shift, factorised) = match wanted.target {
+    let start = match wanted.target {
         0.0 => {
             let factor = Factor::of(wanted.pencil, 0.0);
+            let below = -0.1 * size;
             match is_regular(wanted, &factor) {
-                true => (factor, 0.0, 1),
-                false => (Factor::of(wanted.pencil, -0.1 * size), -0.1 * size, 2),
+                true => Start::at(0.0, factor, 1),
+                false => Start::at(below, Factor::of(wanted.pencil, below), 2),
             }
         }
         _ => beside(wanted)?,
     };
-    Search::new(wanted, factor, shift, factorised)
+    Search::new(wanted, start)
 }
 
 fn operator<'a>(
@@ -227,13 +343,9 @@ fn operator<'a>(
     operator.accurate().ok_or(SparseError::OutOfRange)
 }
 
-fn about<'a>(
-    wanted: &Wanted<'a>,
-    factor: Factor<'a>,
-    shift: f64,
-    factorised: usize,
-) -> Result<Answer<'a>, SparseError> {
-    let mut search = Search::new(wanted, factor, shift, factorised)?;
+fn about<'a>(wanted: &Wanted<'a>, start: Start<'a>) -> Result<Answer<'a>, SparseError> {
+    let shift = start.shift;
+    let mut search = Search::new(wanted, start)?;
     // Of rigid motions as many as there are come for nothing.
     let rigid = wanted.floating.len();
     let besides = if shift <= 0.0 {
@@ -249,6 +361,9 @@ fn about<'a>(
         0 => (shift == 0.0 && wanted.semidefinite).then_some([0.0; 2]),
         _ => search.complete()?,
     };
+    if search.lacks_some() {
+        return Err(SparseError::NoConvergence);
+    }
     Ok(search.answer(counted))
 }
 
@@ -262,6 +377,8 @@ pub(crate) struct Search<'a, 'w> {
     inertia: Inertia<'a>,
     shapes: Vec<Vec<f64>>,
     inverses: Vec<f64>,
+    /// Up to here no eigenvalue lies above the shift, and what lies beyond is not wanted.
+    empty_to: Option<f64>,
     /// The largest inverse seen, in size, that was not found.
     next: f64,
     exhausted: bool,
@@ -277,12 +394,13 @@ enum Missing {
 }
 
 impl<'a, 'w> Search<'a, 'w> {
-    fn new(
-        wanted: &'w Wanted<'a>,
-        factor: Factor<'a>,
-        shift: f64,
-        factorised: usize,
-    ) -> Result<Search<'a, 'w>, SparseError> {
+    fn new(wanted: &'w Wanted<'a>, start: Start<'a>) -> Result<Search<'a, 'w>, SparseError> {
+        let Start {
+            factor,
+            shift,
+            factorised,
+            empty_to,
+        } = start;
         if !factor.is_finite() {
             return Err(SparseError::OutOfRange);
         }
@@ -292,6 +410,7 @@ impl<'a, 'w> Search<'a, 'w> {
             inertia: Inertia::new(wanted.pencil, wanted.idle),
             shapes: Vec::new(),
             inverses: Vec::new(),
+            empty_to,
             next: 0.0,
             exhausted: false,
             applied: 0,
@@ -332,9 +451,9 @@ impl<'a, 'w> Search<'a, 'w> {
             self.shapes.push(shape);
         }
         let counted = self.complete()?;
-        if let (true, Some([low, high])) = (self.shapes.len() == known, counted) {
+        if let (true, Some([low, _])) = (self.shapes.len() == known, counted) {
             // Beyond what was counted there may be others.
-            self.next = 2.0 / (high - low);
+            self.next = 1.0 / (shift - low);
         }
         Ok(self.answer(counted))
     }
@@ -349,6 +468,19 @@ impl<'a, 'w> Search<'a, 'w> {
             }
         }
         Ok(None)
+    }
+
+    /// Whether fewer were found than are wanted although there are more, or none at all.
+    fn lacks_some(&self) -> bool {
+        let known = self.inverses.len() + self.wanted.floating.len();
+        if known == 0 || known >= self.wanted.count {
+            return known == 0;
+        }
+        let shift = self.operator.shift;
+        let found = self.inverses.iter().map(|inverse| shift + 1.0 / inverse);
+        let largest = found.fold(shift.abs(), |size, square| size.max(square.abs()));
+        let least = self.inertia.below_either(4.0 * largest, Side::AtLeast);
+        least.is_some_and(|least| least > known)
     }
 
     /// How many eigenvalues are missing among those that are wanted.
@@ -367,7 +499,9 @@ impl<'a, 'w> Search<'a, 'w> {
         let mut apart: Vec<f64> = squares.iter().map(|square| wanted.apart(*square)).collect();
         apart.sort_by(f64::total_cmp);
         let last = apart.get(wanted.count.min(known).saturating_sub(1));
-        let reach = last.map_or(0.0, |last| wanted.reach(*last, shift));
+        let reach = last.map_or(0.0, |last| {
+            wanted.reach(*last, shift, self.empty_to.is_some())
+        });
         let mut distances: Vec<f64> = squares.iter().map(|s| (s - shift).abs()).collect();
         distances.sort_by(f64::total_cmp);
         distances.retain(|distance| *distance <= edge);
@@ -392,7 +526,8 @@ impl<'a, 'w> Search<'a, 'w> {
             let room = part.min(1.0 - part) * (above - below);
             match self.count(shift, radius, expected, room) {
                 Some([least, most]) if least == expected && most == expected => {
-                    return Missing::None([shift - radius, shift + radius]);
+                    let high = (shift + radius).max(self.empty_to.unwrap_or(0.0));
+                    return Missing::None([shift - radius, high]);
                 }
                 Some([_, most]) if most > expected => return Missing::Some(most - expected),
                 _ => {}

@@ -193,3 +193,114 @@ fn a_sparse_matrix_makes_the_system_that_a_dense_one_makes() {
         dense.structure().to_string()
     );
 }
+
+/// Modes near a target above all of them: the highest ones.
+fn assert_highest(system: &System, squares: &[f64], target: f64, count: usize, what: &str) {
+    let modes = SparseModes::nearest(system, Frequency::from_radians_per_second(target), count);
+    let what = format!("{what}, {count} near {target}");
+    let modes = modes.unwrap_or_else(|error| panic!("{what}: {error}"));
+    let highest = &squares[squares.len().saturating_sub(count)..];
+    assert_squares(&modes, highest, &what);
+}
+
+#[test]
+fn targets_above_the_highest_frequency() {
+    for (ends, n) in [
+        (Ends::Both, 1),
+        (Ends::Both, 4),
+        (Ends::First, 60),
+        (Ends::Free, 402),
+        (Ends::Both, 402),
+        (Ends::First, 5000),
+    ] {
+        let system = chain(ends, n);
+        let squares: Vec<f64> = (1..=n).map(|j| square(ends, n, j)).collect();
+        let top = squares[n - 1].sqrt();
+        if top == 0.0 {
+            continue;
+        }
+        for factor in [1.000_01, 1.1, 1.5, 5.0, 100.0, 1e9] {
+            for count in [1, 2, 5, 20] {
+                let what = format!("{ends:?}, n = {n}, {factor} times the highest");
+                assert_highest(&system, &squares, factor * top, count, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn massless_nodes_below_a_target_above_all() {
+    // Each spring is `parts` of so many times its stiffness in series.
+    for (n, parts) in [(201, 2), (134, 3), (100, 10), (500, 10)] {
+        let nodes = parts * (n + 1) - 1;
+        let masses = (1..=nodes).map(|i| if i % parts == 0 { M } else { 0.0 });
+        let springs = (0..=nodes).map(|i| (i, (i + 1) % (nodes + 1), parts as f64 * K));
+        let system = network(masses, springs);
+        let squares: Vec<f64> = (1..=n).map(|j| square(Ends::Both, n, j)).collect();
+        let top = squares[n - 1].sqrt();
+        for factor in [1.1, 1.5, 5.0, 100.0] {
+            for count in [1, 2, 5, 20] {
+                let what = format!("{n} masses, {parts} springs each");
+                assert_highest(&system, &squares, factor * top, count, &what);
+            }
+        }
+    }
+}
+
+#[test]
+fn modes_between_two_bands_are_the_highest_of_the_lower_one() {
+    // Two chains, one of springs 1e6 times as stiff: its lowest frequency is far above the other's highest one.
+    let n = 300;
+    let both = |scale: f64, from: usize| {
+        let node = move |i: usize| if i == 0 || i == n + 1 { 0 } else { from + i };
+        (0..=n).map(move |i| (node(i), node(i + 1), scale * K))
+    };
+    let grounded = (n + 1..=2 * n).map(|i| (i, 0, 1e6 * K));
+    let system = network(
+        vec![M; 2 * n],
+        both(1.0, 0).chain(both(1e6, n)).chain(grounded),
+    );
+    let squares: Vec<f64> = (1..=n).map(|j| square(Ends::Both, n, j)).collect();
+    let top = squares[n - 1].sqrt();
+    for factor in [1.2, 10.0, 200.0] {
+        for count in [1, 3, 20] {
+            assert_highest(&system, &squares, factor * top, count, "two bands");
+        }
+    }
+}
+
+#[test]
+fn proportional_damping_below_a_target_above_all() {
+    let (n, alpha, beta) = (5000, 0.125, 1.0 / 16384.0);
+    let name = crate::networks::name;
+    let mut builder = System::builder();
+    for i in 1..=n {
+        builder = builder.mass(name(i), M).damper(name(0), name(i), alpha * M);
+    }
+    for i in 0..n {
+        builder = builder.spring(name(i), name(i + 1), K);
+        builder = builder.damper(name(i), name(i + 1), beta * K);
+    }
+    let system = builder.build().unwrap();
+    let top = square(Ends::First, n, n).sqrt();
+    for factor in [1.5, 100.0] {
+        for count in [1, 5, 20] {
+            let target = Frequency::from_radians_per_second(factor * top);
+            let modes = SparseModes::nearest(&system, target, count).unwrap();
+            let modes = modes.modes().unwrap();
+            assert!(modes.is_complete(), "{factor}, {count}");
+            assert_eq!(modes.len(), count);
+            let mut found: Vec<f64> = modes
+                .iter()
+                .map(|mode| mode.eigenvalue().value.im)
+                .collect();
+            found.sort_by(f64::total_cmp);
+            for (im, j) in found.iter().zip(n + 1 - count..) {
+                let square = square(Ends::First, n, j);
+                let half = (alpha + beta * square) / 2.0;
+                let exact = (square - half * half).sqrt();
+                assert!((im / exact - 1.0).abs() < 1e-12, "{im} {exact}");
+            }
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Undamped finite elements against counts in 384 bits.
 
-use eigentone_modes::SparseModes;
+use eigentone_modes::{Frequency, SparseModes};
 
 use crate::elements::{Ends, Model, beam, frame, membrane, rod, truss};
 use crate::inertia::assert_lowest;
@@ -18,6 +18,24 @@ fn beams_of_any_ends() {
             let model = beam(ends, elements, 2.0, 1500.0, 3.1);
             let what = format!("{ends:?} beam of {elements} elements");
             check(&what, &model, 8, 1e-15);
+        }
+    }
+}
+
+#[test]
+fn beams_near_targets_below_all_of_their_frequencies() {
+    for elements in [300, 1000] {
+        for ends in [Ends::Clamped, Ends::Cantilever] {
+            let model = beam(ends, elements, 2.0, 1500.0, 3.1);
+            let system = model.system();
+            let lowest = SparseModes::lowest(&system, 1).expect("the lowest mode");
+            let lowest = lowest.frequencies()[0].radians_per_second();
+            for factor in [0.5, 1e-4] {
+                let target = Frequency::from_radians_per_second(factor * lowest);
+                let modes = SparseModes::nearest(&system, target, 6).expect("modes");
+                let what = format!("{ends:?} beam of {elements} elements, {factor}");
+                assert_lowest(&model, &modes, 1e-14, &what);
+            }
         }
     }
 }

@@ -48,9 +48,11 @@ pub(crate) fn coupled(
     let zeros = zeros(found, damping);
     // Motions that rounding alone holds are no measure.
     const HELD: f64 = 1e-4;
+    /// So far from the target, in proportion to it, undamped modes have a shift of their own.
+    const FAR: f64 = 0.1;
     let own = found.squares.iter().map(|square| square.abs().sqrt());
     let largest = own.clone().fold(0.0, f64::max);
-    let held = own.filter(|rate| *rate > HELD * largest);
+    let held = own.clone().filter(|rate| *rate > HELD * largest);
     let rate = match facts.target {
         0.0 => held.fold(f64::INFINITY, f64::min),
         target => target,
@@ -58,13 +60,32 @@ pub(crate) fn coupled(
     let rate = if rate.is_finite() { rate } else { 1.0 };
     let shifts = match facts.target {
         0.0 => vec![Complex::from(0.1 * rate)],
-        target => [
-            Complex::new(-1e-3, 1.0),
-            Complex::new(-0.7, 0.7),
-            Complex::new(-1.0, 0.0),
-        ]
-        .map(|direction| direction * target * (1.0 + 1e-4))
-        .to_vec(),
+        target => {
+            const BESIDE: f64 = 1.0 + 1e-4;
+            let oscillating = Complex::new(-1e-3, 1.0);
+            let directions = [
+                oscillating,
+                Complex::new(-0.7, 0.7),
+                Complex::new(-1.0, 0.0),
+            ];
+            let mut shifts = directions
+                .map(|direction| direction * target * BESIDE)
+                .to_vec();
+            // From a target far from all modes they lie too close together to be parted.
+            let apart = |rate: f64| (rate - target).abs();
+            let rates = own.enumerate();
+            let nearest = rates.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)));
+            if let Some((at, rate)) = nearest
+                && rate > 0.0
+                && apart(rate) > FAR * target
+            {
+                let shape: Vec<f64> = found.shapes.col(at).iter().copied().collect();
+                let half = Complex::from(0.5 * damping.quadratic(&shape));
+                let root = (half * half - rate * rate).sqrt() - half;
+                shifts.push(root * (1.0 + 1e-5));
+            }
+            shifts
+        }
     };
     let wanted = match facts.target {
         0.0 => 2 * facts.count + zeros.roots + 6,
@@ -109,6 +130,12 @@ pub(crate) fn coupled(
         }
         break (groups, count);
     };
+    let entries = groups.iter().map(Vec::len).sum::<usize>() + zeros.roots;
+    let known = groups.iter().flatten().map(pairs).sum::<usize>() + zeros.roots;
+    let are_more = facts.finite.map_or(entries == 0, |finite| known < finite);
+    if count.is_err() && entries < facts.count && are_more {
+        return Err(SparseError::NoConvergence);
+    }
     let mut roots: Vec<(usize, Root)> = zeros.entries().into_iter().map(|root| (0, root)).collect();
     let mut listed = roots.len();
     let still = if facts.target == 0.0 { 0 } else { listed };

@@ -1,6 +1,7 @@
 //! Damped modes against the dense solvers, and against counts of roots in small discs in 384 bits.
 
-use eigentone_modes::{Frequency, Modes, Motion, SparseModes, System};
+use eigentone_modes::{Frequency, MatrixKind, Modes, Motion, SparseModes, System};
+use faer::sparse::{SparseColMat, Triplet};
 use num_complex::Complex;
 
 use crate::elements::{Ends, Model, beam, frame, membrane};
@@ -57,6 +58,49 @@ fn assert_inside(model: &Model, modes: &Modes, what: &str) {
         let radius = if mates > 1 { 4.0 * bound } else { 1.01 * bound };
         let found = inside(model, root.value, radius);
         assert_eq!(found, mates, "{what}: {root:?}");
+    }
+}
+
+/// K = tridiag(−1, 2, −1), M = 1 and C = K²/100: λ² + s²λ/100 + s = 0 for each eigenvalue s of K, though C is no sum of both.
+#[test]
+fn coupling_dampers_below_a_target_above_all() {
+    let n = 1000usize;
+    let matrix = |diagonal: f64, corner: f64, beside: f64, next: f64| {
+        let mut entries = Vec::new();
+        for i in 0..n {
+            let is_end = i == 0 || i + 1 == n;
+            entries.push(Triplet::new(i, i, if is_end { corner } else { diagonal }));
+            for (to, value) in [(i + 1, beside), (i + 2, next)] {
+                if to < n && value != 0.0 {
+                    entries.push(Triplet::new(i, to, value));
+                    entries.push(Triplet::new(to, i, value));
+                }
+            }
+        }
+        SparseColMat::try_new_from_triplets(n, n, &entries).unwrap()
+    };
+    let system = System::builder()
+        .sparse_matrix(MatrixKind::Mass, matrix(1.0, 1.0, 0.0, 0.0))
+        .sparse_matrix(MatrixKind::Damping, matrix(0.06, 0.05, -0.04, 0.01))
+        .sparse_matrix(MatrixKind::Stiffness, matrix(2.0, 2.0, -1.0, 0.0))
+        .build()
+        .unwrap();
+    for factor in [1.5, 10.0] {
+        for count in [1, 3] {
+            let target = Frequency::from_radians_per_second(2.0 * factor);
+            let modes = SparseModes::nearest(&system, target, count).unwrap();
+            let modes = modes.modes().unwrap();
+            let what = format!("{count} near {factor} times the highest");
+            assert_eq!(modes.len(), count, "{what}");
+            for (mode, j) in modes.iter().zip(n + 1 - count..) {
+                let angle = j as f64 * std::f64::consts::PI / (n as f64 + 1.0);
+                let square = 4.0 * (angle / 2.0).sin().powi(2);
+                let half = square * square / 200.0;
+                let exact = Complex::new(-half, (square - half * half).sqrt());
+                let root = mode.eigenvalue().value;
+                assert!((root - exact).norm() <= 1e-12, "{what}: {root} {exact}");
+            }
+        }
     }
 }
 

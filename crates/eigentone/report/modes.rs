@@ -101,7 +101,7 @@ impl<'a> ModeReport<'a> {
     /// # Errors
     /// Those of `out`.
     pub fn json(&self, mut out: impl Write) -> io::Result<()> {
-        serde_json::to_writer(&mut out, &Json::of(self.modes, self.selected))?;
+        serde_json::to_writer(&mut out, &Json::of(self))?;
         out.write_all(b"\n")
     }
 
@@ -359,15 +359,20 @@ struct SelectedJson {
     counted: bool,
 }
 
-impl Json<'_> {
-    fn of(modes: &Modes, selected: Option<bool>) -> Json<'_> {
+impl<'a> Json<'a> {
+    fn of(report: &ModeReport<'a>) -> Json<'a> {
+        let ModeReport {
+            modes,
+            names,
+            selected,
+        } = *report;
         Json {
             bounds: modes.bounds(),
             eigenvalues: modes.eigenvalues(),
             infinite: modes.infinite(),
             complete: selected.unwrap_or(modes.is_complete()),
             selected: selected.map(|counted| SelectedJson {
-                of: 2 * modes.coordinates() - modes.infinite(),
+                of: 2 * names.len() - modes.infinite(),
                 counted,
             }),
             modes: modes.as_slice(),
@@ -377,7 +382,25 @@ impl Json<'_> {
 
 #[cfg(test)]
 mod tests {
+    use eigentone_modes::{GROUND, System};
+
     use super::*;
+
+    #[test]
+    fn no_mode_is_some_of_none() {
+        let massless = System::builder()
+            .mass("m", 0.0)
+            .spring(GROUND, "m", 1.0)
+            .build();
+        let massless = massless.unwrap();
+        let modes = massless.modes().unwrap();
+        let mut json = Vec::new();
+        let report = ModeReport::new(&modes, massless.names()).selected(true);
+        report.json(&mut json).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        assert_eq!(json["modes"], serde_json::json!([]));
+        assert_eq!(json["selected"]["of"], 0);
+    }
 
     #[test]
     fn entries_show_the_digits_that_are_known() {

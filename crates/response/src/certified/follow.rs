@@ -74,6 +74,8 @@ pub(crate) struct Stretch<'a> {
     pub(crate) length: f64,
     pub(crate) left: &'a Point,
     pub(crate) right: &'a Point,
+    /// By how much the polynomials missed what they were tried at.
+    missed: &'a [f64],
     way: &'a mut Way,
     /// It is the way halved so many times.
     depth: usize,
@@ -83,6 +85,37 @@ impl Stretch<'_> {
     /// A quantity by the fraction of the stretch.
     pub(crate) fn polynomial(&self, i: usize) -> Quintic {
         Quintic::between(self.left.knot(i), self.right.knot(i), self.length)
+    }
+
+    /// What this polynomial does not fall below, and what it does not exceed.
+    pub(crate) fn limits(&self, i: usize) -> [f64; 2] {
+        Quintic::limits(self.left.knot(i), self.right.knot(i), self.length)
+    }
+
+    /// How far a quantity may be from its polynomial, as far as a place between the ends has shown: an estimate.
+    pub(crate) fn off(&self, i: usize) -> f64 {
+        self.missed.get(i).copied().unwrap_or(0.0) + self.rounding(i)
+    }
+
+    /// Shows both halves, one after the other.
+    pub(crate) fn halves(&mut self, visit: &mut dyn FnMut(&mut Stretch<'_>)) {
+        let (depth, length) = (self.depth + 1, self.length / 2.0);
+        self.way.halvings += 1;
+        let middle = self.way.point(self.left, depth);
+        for (start, left, right) in [
+            (self.start, self.left, &middle),
+            (self.start + length, &middle, self.right),
+        ] {
+            visit(&mut Stretch {
+                start,
+                length,
+                left,
+                right,
+                missed: self.missed,
+                way: &mut *self.way,
+                depth,
+            });
+        }
     }
 
     /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
@@ -576,6 +609,7 @@ impl<'a, 'b> Prepared<'a, 'b> {
                         length: length.to_f64(),
                         left: &left,
                         right: &right,
+                        missed: &[],
                         way,
                         depth: 0,
                     };
@@ -596,6 +630,7 @@ impl<'a, 'b> Prepared<'a, 'b> {
                     length: 0.0,
                     left: &here,
                     right: &here,
+                    missed: &[],
                     way: &mut Way::of(&self.ways.outputs, None),
                     depth: 0,
                 });
@@ -660,12 +695,14 @@ fn divide(
     let displacements = &limits.range[..limits.displacements];
     let all = displacements.iter().copied().fold(0.0, f64::max);
     let (p, q, h) = (stretch.left, stretch.right, stretch.length);
+    let mut missed = Vec::with_capacity(limits.range.len());
     let meets = (0..limits.range.len()).all(|i| {
         let speed = 1.875 * (q.x(i) - p.x(i)) - 0.4375 * h * (p.v(i) + q.v(i))
             + 0.03125 * h * h * (q.a(i) - p.a(i));
         let off = (middle.x(i) - stretch.polynomial(i).at(0.5)).abs();
         let turn = (h * middle.v(i) - speed).abs();
         let off = off.max(turn / 8.0);
+        missed.push(off);
         let hidden = || match i < limits.displacements && p.more.is_empty() {
             true => ROUNDING * all,
             // Of whatever unit, or size beside the others.
@@ -683,6 +720,7 @@ fn divide(
             length: half,
             left,
             right,
+            missed: &missed,
             way: &mut *stretch.way,
             depth,
         };

@@ -27,12 +27,36 @@ impl Quintic {
         highest_first.fold(0.0, |sum, coefficient| sum * s + coefficient)
     }
 
-    /// What it does not exceed between 0 and 1; for `sign` −1 what it does not fall below.
-    pub(crate) fn limit(&self, sign: f64) -> f64 {
-        let rises = self.0[1..]
-            .iter()
-            .map(|coefficient| (sign * coefficient).max(0.0));
-        self.0[0] + sign * rises.sum::<f64>()
+    /// What the polynomial between two ends does not fall below, and what it does not exceed: its coefficients in
+    /// Bernstein's polynomials, of which it is a mean at each s.
+    pub(super) fn limits([x, v, a]: [f64; 3], [y, w, b]: [f64; 3], length: f64) -> [f64; 2] {
+        let (v, w) = (0.2 * length * v, 0.2 * length * w);
+        let (a, b) = (0.05 * length * length * a, 0.05 * length * length * b);
+        let all = [x, x + v, x + 2.0 * v + a, y - 2.0 * w + b, y - w, y];
+        [f64::min, f64::max].map(|further| all.into_iter().fold(x, further))
+    }
+
+    /// As often as its slope changes sign between 0 and 1, or an even number more often (Descartes).
+    pub(crate) fn turns(&self) -> usize {
+        let slopes = self.slope().bernstein().into_iter();
+        let signs: Vec<bool> = slopes
+            .filter(|slope| *slope != 0.0)
+            .map(|slope| slope > 0.0)
+            .collect();
+        signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
+    }
+
+    /// Its coefficients in Bernstein's polynomials.
+    fn bernstein(&self) -> [f64; 6] {
+        // (j over k)/(5 over k).
+        let mut shares = [[0.0; 6]; 6];
+        for (j, shares) in shares.iter_mut().enumerate() {
+            shares[0] = 1.0;
+            for k in 1..=j {
+                shares[k] = shares[k - 1] * (j + 1 - k) as f64 / (6 - k) as f64;
+            }
+        }
+        shares.map(|shares| shares.iter().zip(&self.0).map(|(a, b)| a * b).sum())
     }
 
     /// Its derivative by s.
@@ -79,7 +103,13 @@ mod tests {
             assert!((quintic.at(s) - value).abs() < 1e-14, "{s}");
             assert!((quintic.slope().at(s) - slope).abs() < 1e-13, "{s}");
         }
-        assert!(quintic.limit(1.0) >= 0.7 && quintic.limit(-1.0) <= quintic.at(1.0));
+        let all = quintic.bernstein();
+        let wanted = [f64::min, f64::max].map(|further| all.into_iter().fold(all[0], further));
+        let limits = Quintic::limits(knot(0.5), knot(1.5), 1.0);
+        for (limit, wanted) in limits.into_iter().zip(wanted) {
+            assert!((limit - wanted).abs() < 1e-14, "{limit} {wanted}");
+        }
+        assert!(limits[1] >= 0.7 && limits[0] <= quintic.at(1.0) && quintic.turns() == 1);
         let (at, value) = quintic.turn();
         assert!((at - 0.5).abs() < 1e-13, "{at}");
         assert!((value - 0.7).abs() < 1e-14, "{value}");

@@ -85,7 +85,9 @@ pub struct Reached {
     /// In s; the first time, where it is reached more than once.
     pub time: f64,
     /// How far the value may be off: an estimate of what rounding makes of it, which is much where a stiff element or a sum
-    /// cancels.
+    /// cancels, and of what may be hidden. Nothing is where the polynomials between the instants rise or fall all along, or
+    /// turn once, for turns are found in the exact motion. Where one is as good as level, or turns several times, by no more than it is off, the
+    /// motion may go further than the value by that: up to 1e-9 of the range, as where a quantity stays at 0 for some time.
     pub bound: f64,
 }
 
@@ -99,20 +101,40 @@ impl Peaks {
         }
     }
 
-    /// Takes what a stretch has of a quantity. Values that are equal but for rounding are not distinguished.
-    fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64) {
-        for (sign, best) in [(1.0, &mut self.highest), (-1.0, &mut self.lowest)] {
-            let mut found = Extremum {
-                displacement: best.value,
-                time: best.time,
+    /// Takes what a stretch has of a quantity, and how far it may go beyond. Values that are equal but for rounding are not
+    /// distinguished.
+    fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64, hidden: &mut [f64; 2]) {
+        let both = [(1.0, &mut self.highest), (-1.0, &mut self.lowest)];
+        for ((sign, best), hidden) in both.into_iter().zip(hidden) {
+            let mut climb = Climb {
+                i,
+                sign,
+                range,
+                best: Extremum {
+                    displacement: best.value,
+                    time: best.time,
+                },
+                beaten: false,
+                hidden: *hidden,
             };
-            if raise(stretch, i, sign, range, &mut found) {
+            climb.raise(stretch, DEPTH);
+            *hidden = climb.hidden;
+            if climb.beaten {
+                let found = climb.best;
                 *best = Reached {
                     value: found.displacement,
                     time: found.time,
                     bound: stretch.rounding(i) + EQUAL * found.displacement.abs(),
                 };
             }
+        }
+    }
+
+    /// Adds what may be hidden beyond the values to their bounds.
+    fn leave(&mut self, hidden: [f64; 2]) {
+        let both = [(1.0, &mut self.highest), (-1.0, &mut self.lowest)];
+        for ((sign, best), hidden) in both.into_iter().zip(hidden) {
+            best.bound += (hidden - sign * best.value).max(0.0);
         }
     }
 
@@ -243,6 +265,7 @@ impl Extrema {
             jumps: Vec::new(),
         };
         let mut beside = vec![nothing; ranges.len() - n];
+        let mut hidden = vec![[f64::NEG_INFINITY; 2]; beside.len()];
         let mut seen = false;
         // Displacement and velocity at the end of the stretch before.
         let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
@@ -279,15 +302,26 @@ impl Extrema {
                 }
             }
             for (i, range) in ranges.iter().enumerate().take(n) {
-                raise(stretch, i, 1.0, *range, &mut extrema.highest[i]);
-                raise(stretch, i, -1.0, *range, &mut extrema.lowest[i]);
+                for (sign, all) in [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)] {
+                    let mut climb = Climb {
+                        i,
+                        sign,
+                        range: *range,
+                        best: all[i],
+                        beaten: false,
+                        hidden: f64::NEG_INFINITY,
+                    };
+                    climb.raise(stretch, DEPTH);
+                    all[i] = climb.best;
+                }
                 hasten(stretch, i, &mut extrema.fastest[i]);
             }
-            for ((i, range), peaks) in ranges.iter().enumerate().skip(n).zip(&mut beside) {
+            let each = beside.iter_mut().zip(&mut hidden);
+            for ((i, range), (peaks, hidden)) in ranges.iter().enumerate().skip(n).zip(each) {
                 if let Some(value) = beside_before.get(i - n) {
                     peaks.note_jump(*value, stretch, i);
                 }
-                peaks.widen(stretch, i, *range);
+                peaks.widen(stretch, i, *range, hidden);
             }
             beside_before.clear();
             beside_before.extend((n..ranges.len()).map(|i| stretch.right.x(i)));
@@ -297,6 +331,9 @@ impl Extrema {
             before.clear();
             before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
         })?;
+        for (peaks, hidden) in beside.iter_mut().zip(hidden) {
+            peaks.leave(hidden);
+        }
         if digits == Digits::Once {
             let size = |i: usize| extrema.peak(i).displacement.abs();
             let all = (0..n).map(size).fold(0.0, f64::max);
@@ -468,40 +505,63 @@ fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
     values.fold(0.0, |top, value| top.max(value.abs()))
 }
 
-/// Takes the highest (`sign` 1) or lowest (−1) displacement, or other quantity, of a stretch if it beats the best, and says
-/// whether it does. Of that the whole motion reaches `range` at least.
-fn raise(stretch: &mut Stretch<'_>, i: usize, sign: f64, range: f64, best: &mut Extremum) -> bool {
-    let mut beaten = false;
-    // What is equal but for rounding is reached first where it is reached first.
-    let beats = |x: f64, best: &Extremum| sign * (x - best.displacement) > EQUAL * x.abs();
-    let (left, right) = (stretch.left, stretch.right);
-    // The left end may be beside a jump.
-    for (point, time) in [
-        (left, stretch.start),
-        (right, stretch.start + stretch.length),
-    ] {
-        let displacement = point.x(i);
-        if beats(displacement, best) {
-            *best = Extremum { displacement, time };
-            beaten = true;
+/// A stretch whose polynomial may turn where the slopes at its ends do not show it is halved so often.
+const DEPTH: usize = 8;
+
+/// The search for the highest (`sign` 1) or lowest (−1) value of a quantity.
+struct Climb {
+    i: usize,
+    sign: f64,
+    /// The whole motion reaches it at least.
+    range: f64,
+    best: Extremum,
+    /// Whether the best is another than at first.
+    beaten: bool,
+    /// Times `sign`, the farthest that the motion may go unseen.
+    hidden: f64,
+}
+
+impl Climb {
+    /// Takes what a stretch has, which may be halved so often.
+    fn raise(&mut self, stretch: &mut Stretch<'_>, depth: usize) {
+        let (i, sign) = (self.i, self.sign);
+        let (left, right) = (stretch.left, stretch.right);
+        // The left end may be beside a jump.
+        self.compare(left.x(i), stretch.start);
+        self.compare(right.x(i), stretch.start + stretch.length);
+        let range = self.range.max(left.x(i).abs()).max(right.x(i).abs());
+        let [low, high] = stretch.limits(i);
+        let limit = if sign > 0.0 { high } else { low };
+        let is_below = |value: f64, best: f64| sign * (value - best) < -INVISIBLE * range;
+        if is_below(limit, self.best.displacement) {
+            return;
+        }
+        let polynomial = stretch.polynomial(i);
+        let off = stretch.off(i);
+        let [before, after] = [left, right].map(|end| sign * end.v(i));
+        let turns = usize::from(before > 0.0 && after < 0.0 || before < 0.0 && after > 0.0);
+        let is_open = polynomial.turns() > turns;
+        if is_open && depth > 0 && sign * (limit - self.best.displacement) > off {
+            return stretch.halves(&mut |half| self.raise(half, depth - 1));
+        }
+        /// What changes by no more than so many times its error may turn anywhere.
+        const LEVEL: f64 = 8.0;
+        if is_open || high - low <= LEVEL * off {
+            self.hidden = self.hidden.max(sign * limit + off);
+        }
+        if before > 0.0 && after < 0.0 && !is_below(polynomial.turn().1, self.best.displacement) {
+            let (time, displacement) = stretch.turn(i, 1);
+            self.compare(displacement, time);
         }
     }
-    let range = range.max(left.x(i).abs()).max(right.x(i).abs());
-    let turns = sign * left.v(i) > 0.0 && sign * right.v(i) < 0.0;
-    if !turns {
-        return beaten;
+
+    /// Takes a value that beats the best. What is equal but for rounding is reached first where it is reached first.
+    fn compare(&mut self, displacement: f64, time: f64) {
+        if self.sign * (displacement - self.best.displacement) > EQUAL * displacement.abs() {
+            self.best = Extremum { displacement, time };
+            self.beaten = true;
+        }
     }
-    let polynomial = stretch.polynomial(i);
-    let is_below = |value: f64| sign * (value - best.displacement) < -INVISIBLE * range;
-    if is_below(polynomial.limit(sign)) || is_below(polynomial.turn().1) {
-        return beaten;
-    }
-    let (time, displacement) = stretch.turn(i, 1);
-    if beats(displacement, best) {
-        *best = Extremum { displacement, time };
-        beaten = true;
-    }
-    beaten
 }
 
 /// Takes the largest velocity of a stretch if it beats the best. Either end may be beside a jump.
@@ -596,7 +656,7 @@ pub(crate) fn last_outside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Impulse, Quantity, Response, ResponsePlan, State, Step};
+    use crate::{Impulse, Polynomial, Quantity, Response, ResponsePlan, State, Step};
     use eigentone_modes::{GROUND, System};
 
     fn extrema(system: &System, ask: impl Fn(Response<'_>) -> Response<'_>) -> Extrema {
@@ -665,6 +725,52 @@ mod tests {
         assert!((found.highest()[0].displacement - 1.0).abs() < 1e-12);
         assert!((found.highest()[0].time - std::f64::consts::FRAC_PI_2).abs() < 1e-6);
         assert!((found.lowest()[0].displacement + 1.0).abs() < 1e-12);
+    }
+
+    /// A mass with the velocity (t − 0.2)(t − 1.9)(3 − t) is highest at 0.2 s, which no instant and no middle shows.
+    #[test]
+    fn turns_between_places_of_equal_slopes_are_seen() {
+        let system = System::builder().mass("m", 1.0).build().expect("a system");
+        let found = extrema(&system, |response| {
+            response
+                .from(State::at_rest().push("m", 1.14))
+                .load("m", Polynomial::of([-6.68, 10.2, -3.0]))
+                .sum("x", [(Quantity::Displacement, "m", 1.0)])
+                .every(4.0)
+                .until(4.0)
+        });
+        let place = |t: f64| t * (1.14 + t * (-3.34 + t * (1.7 - 0.25 * t)));
+        let (top, same) = (
+            found.highest()[0],
+            found.output(0).expect("asked for").highest,
+        );
+        for (value, time) in [(top.displacement, top.time), (same.value, same.time)] {
+            assert!((value - place(0.2)).abs() < 1e-12, "{value}");
+            assert!((time - 0.2).abs() < 1e-6, "{time}");
+        }
+        assert!(same.bound < 1e-10, "{same:?}");
+    }
+
+    /// An acceleration t²(t − ε) goes down to −4ε³/27, and one that waits goes nowhere: bounds hold what is not seen, and
+    /// no more.
+    #[test]
+    fn what_is_as_good_as_level_is_within_its_bound() {
+        let system = System::builder().mass("m", 1.0).build().expect("a system");
+        for dip in [1e-2, 1e-3, 1e-4] {
+            let found = extrema(&system, |response| {
+                response
+                    .load("m", Polynomial::of([0.0, 0.0, -dip, 1.0]))
+                    .with_acceleration()
+                    .every(1.0)
+                    .until(1.0)
+            });
+            let peaks = found.acceleration(0).expect("asked for");
+            let truth = -4.0 * dip.powi(3) / 27.0;
+            let Reached { value, bound, .. } = peaks.lowest;
+            assert!((value - truth).abs() <= bound && bound < 1e-9, "{peaks:?}");
+            assert!((peaks.highest.value - (1.0 - dip)).abs() <= peaks.highest.bound);
+            assert!(peaks.highest.bound < 1e-11, "{peaks:?}");
+        }
     }
 
     #[test]

@@ -92,6 +92,11 @@ impl Stretch<'_> {
         Quintic::limits(self.left.knot(i), self.right.knot(i), self.length)
     }
 
+    /// What the velocity by this polynomial does not exceed in size.
+    pub(crate) fn speed_limit(&self, i: usize) -> f64 {
+        Quintic::speed_limit(self.left.knot(i), self.right.knot(i), self.length)
+    }
+
     /// How far a quantity may be from its polynomial, as far as a place between the ends has shown: an estimate.
     pub(crate) fn off(&self, i: usize) -> f64 {
         self.missed.get(i).copied().unwrap_or(0.0) + self.rounding(i)

@@ -29,11 +29,22 @@ impl Quintic {
 
     /// What the polynomial between two ends does not fall below, and what it does not exceed: its coefficients in
     /// Bernstein's polynomials, of which it is a mean at each s.
-    pub(super) fn limits([x, v, a]: [f64; 3], [y, w, b]: [f64; 3], length: f64) -> [f64; 2] {
+    pub(super) fn limits(left: [f64; 3], right: [f64; 3], length: f64) -> [f64; 2] {
+        let all = Quintic::controls(left, right, length);
+        [f64::min, f64::max].map(|further| all.into_iter().fold(all[0], further))
+    }
+
+    /// What its derivative by time does not exceed in size.
+    pub(super) fn speed_limit(left: [f64; 3], right: [f64; 3], length: f64) -> f64 {
+        let all = Quintic::controls(left, right, length);
+        let steps = all.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        5.0 * steps.fold(0.0, f64::max) / length
+    }
+
+    fn controls([x, v, a]: [f64; 3], [y, w, b]: [f64; 3], length: f64) -> [f64; 6] {
         let (v, w) = (0.2 * length * v, 0.2 * length * w);
         let (a, b) = (0.05 * length * length * a, 0.05 * length * length * b);
-        let all = [x, x + v, x + 2.0 * v + a, y - 2.0 * w + b, y - w, y];
-        [f64::min, f64::max].map(|further| all.into_iter().fold(x, further))
+        [x, x + v, x + 2.0 * v + a, y - 2.0 * w + b, y - w, y]
     }
 
     /// As often as its slope changes sign between 0 and 1, or an even number more often (Descartes).
@@ -60,7 +71,7 @@ impl Quintic {
     }
 
     /// Its derivative by s.
-    pub(super) fn slope(&self) -> Quintic {
+    pub(crate) fn slope(&self) -> Quintic {
         let mut slope = [0.0; 6];
         for k in 1..6 {
             slope[k - 1] = k as f64 * self.0[k];

@@ -422,24 +422,31 @@ struct Limits {
     most: u64,
     /// How many have been.
     seen: u64,
-    /// How many halvings are left for bisections: at first twice as many as stretches.
+    /// How many there were when it was last asked how many there will be, and where that was, in s.
+    sampled: (u64, f64),
+    /// How many halvings are left for searches for turns: at first twice as many as stretches.
     halvings: u64,
     /// The end of the motion, in s.
     end: f64,
 }
 
 impl Limits {
-    /// Counts a stretch from `start` s on. `None` once there are too many, or it shows that there will be: after
-    /// a good number of them, by how far they have led.
+    /// Counts a stretch from `start` s on. `None` once there are too many, or the last ones show that there will be.
     fn count(&mut self, start: f64) -> Option<()> {
         const SAMPLE: u64 = 32;
         self.seen += 1;
-        let expected = self.seen as f64 / (start / self.end);
-        let hopeless = self.seen > self.most / SAMPLE && expected > 4.0 * self.most as f64;
-        (self.seen <= self.most && !hopeless).then_some(())
+        let (seen, last) = self.sampled;
+        if self.seen - seen > self.most / SAMPLE {
+            let left = (self.seen - seen) as f64 * ((self.end - start) / (start - last));
+            if self.seen as f64 + left > 2.0 * self.most as f64 {
+                return None;
+            }
+            self.sampled = (self.seen, start);
+        }
+        (self.seen <= self.most).then_some(())
     }
 
-    /// Counts the halvings that bisections took. `None` once there are too many.
+    /// Counts the halvings that searches for turns took. `None` once there are too many.
     fn count_halvings(&mut self, way: &mut Way) -> Option<()> {
         self.halvings = self
             .halvings
@@ -572,6 +579,7 @@ impl<'a, 'b> Prepared<'a, 'b> {
             most,
             halvings: most.saturating_mul(2),
             seen: 0,
+            sampled: (0, grid.time(from.min(last))),
             end: grid.time(last),
         };
         let from = from.min(last);

@@ -31,7 +31,8 @@ impl Quintic {
     /// Bernstein's polynomials, of which it is a mean at each s.
     pub(super) fn limits(left: [f64; 3], right: [f64; 3], length: f64) -> [f64; 2] {
         let all = Quintic::controls(left, right, length);
-        [f64::min, f64::max].map(|further| all.into_iter().fold(all[0], further))
+        let low = all.into_iter().fold(all[0], f64::min);
+        [low, all.into_iter().fold(all[0], f64::max)]
     }
 
     /// What its derivative by time does not exceed in size.

@@ -105,6 +105,7 @@ impl Peaks {
     /// distinguished.
     fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64, hidden: &mut [f64; 2]) {
         let both = [(1.0, &mut self.highest), (-1.0, &mut self.lowest)];
+        let limits = stretch.limits(i);
         for ((sign, best), hidden) in both.into_iter().zip(hidden) {
             let mut climb = Climb {
                 i,
@@ -117,7 +118,7 @@ impl Peaks {
                 beaten: false,
                 hidden: *hidden,
             };
-            climb.raise(stretch, DEPTH);
+            climb.raise(stretch, limits, DEPTH);
             *hidden = climb.hidden;
             if climb.beaten {
                 let found = climb.best;
@@ -302,6 +303,7 @@ impl Extrema {
                 }
             }
             for (i, range) in ranges.iter().enumerate().take(n) {
+                let limits = stretch.limits(i);
                 for (sign, all) in [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)] {
                     let mut climb = Climb {
                         i,
@@ -311,7 +313,7 @@ impl Extrema {
                         beaten: false,
                         hidden: f64::NEG_INFINITY,
                     };
-                    climb.raise(stretch, DEPTH);
+                    climb.raise(stretch, limits, DEPTH);
                     all[i] = climb.best;
                 }
                 hasten(stretch, i, DEPTH, &mut extrema.fastest[i]);
@@ -522,27 +524,26 @@ struct Climb {
 }
 
 impl Climb {
-    /// Takes what a stretch has, which may be halved so often.
-    fn raise(&mut self, stretch: &mut Stretch<'_>, depth: usize) {
+    /// Takes what a stretch has, which may be halved so often, given the limits of its polynomial.
+    fn raise(&mut self, stretch: &mut Stretch<'_>, [low, high]: [f64; 2], depth: usize) {
         let (i, sign) = (self.i, self.sign);
         let (left, right) = (stretch.left, stretch.right);
-        // The left end may be beside a jump.
-        self.compare(left.x(i), stretch.start);
-        self.compare(right.x(i), stretch.start + stretch.length);
         let range = self.range.max(left.x(i).abs()).max(right.x(i).abs());
-        let [low, high] = stretch.limits(i);
         let limit = if sign > 0.0 { high } else { low };
         let is_below = |value: f64, best: f64| sign * (value - best) < -INVISIBLE * range;
         if is_below(limit, self.best.displacement) {
             return;
         }
+        // The left end may be beside a jump.
+        self.compare(left.x(i), stretch.start);
+        self.compare(right.x(i), stretch.start + stretch.length);
         let polynomial = stretch.polynomial(i);
         let off = stretch.off(i);
         let [before, after] = [left, right].map(|end| sign * end.v(i));
         let turns = usize::from(before > 0.0 && after < 0.0 || before < 0.0 && after > 0.0);
         let is_open = polynomial.turns() > turns;
         if is_open && depth > 0 && sign * (limit - self.best.displacement) > off {
-            return stretch.halves(&mut |half| self.raise(half, depth - 1));
+            return stretch.halves(&mut |half| self.raise(half, half.limits(i), depth - 1));
         }
         /// What changes by no more than so many times its error may turn anywhere.
         const LEVEL: f64 = 8.0;

@@ -131,8 +131,8 @@ impl Stretch<'_> {
     /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
     /// its first derivative there, which is largest or smallest.
     pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64) {
-        /// After so many halvings, each of which is exact, the polynomial is exact in doubles.
-        const HALVINGS: usize = 5;
+        /// After so many halvings, each of which is exact, velocities are of degree three but for less than rounding.
+        const HALVINGS: usize = 10;
         self.way.halvings += HALVINGS as u64;
         let (mut left, mut right) = (self.left.knot(i), self.right.knot(i));
         let rises = left[derivative] < 0.0;
@@ -153,7 +153,7 @@ impl Stretch<'_> {
                 start += length;
             }
         }
-        let polynomial = Quintic::between(left, right, length);
+        let polynomial = Quintic::short(left, right, length);
         let (s, value) = match derivative {
             1 => polynomial.turn(),
             _ => polynomial.slope().turn(),

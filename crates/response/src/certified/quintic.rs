@@ -21,6 +21,15 @@ impl Quintic {
         ])
     }
 
+    /// The integral of the polynomial of degree three that has a motion's velocity and acceleration at both ends of a stretch:
+    /// so short that differences of places are rounding.
+    pub(super) fn short([x, v, a]: [f64; 3], right: [f64; 3], length: f64) -> Quintic {
+        let (rise, a, b) = (right[1] - v, length * a, length * right[2]);
+        let velocity = [v, a, 3.0 * rise - 2.0 * a - b, a + b - 2.0 * rise];
+        let [v, a, c, d] = velocity.map(|coefficient| length * coefficient);
+        Quintic([x, v, a / 2.0, c / 3.0, d / 4.0, 0.0])
+    }
+
     /// Its value at s.
     pub(crate) fn at(&self, s: f64) -> f64 {
         let highest_first = self.0.iter().rev();
@@ -125,6 +134,16 @@ mod tests {
         let (at, value) = quintic.turn();
         assert!((at - 0.5).abs() < 1e-13, "{at}");
         assert!((value - 0.7).abs() < 1e-14, "{value}");
+        // A velocity of degree three: of 2t³ − t² + t⁴/4 it is 0 where t² + 6t = 2.
+        let velocity = |t: f64| 6.0 * t * t - 2.0 * t + t * t * t;
+        let knot_of = |t: f64| {
+            let place = 2.0 * t.powi(3) - t * t + t.powi(4) / 4.0;
+            [place, velocity(t), 12.0 * t - 2.0 + 3.0 * t * t]
+        };
+        let (at, value) = Quintic::short(knot_of(0.25), knot_of(0.5), 0.25).turn();
+        let zero = 11f64.sqrt() - 3.0;
+        assert!((0.25 + 0.25 * at - zero).abs() < 1e-15, "{at}");
+        assert!((value - knot_of(zero)[0]).abs() < 1e-16, "{value}");
         // The slope is least where t = 3/2.
         let (at, value) = Quintic::between(knot(1.2), knot(1.7), 0.5).slope().turn();
         assert!((at - 0.6).abs() < 1e-10, "{at}");

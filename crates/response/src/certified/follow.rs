@@ -104,23 +104,37 @@ impl Stretch<'_> {
 
     /// Shows both halves, one after the other.
     pub(crate) fn halves(&mut self, visit: &mut dyn FnMut(&mut Stretch<'_>)) {
-        let (depth, length) = (self.depth + 1, self.length / 2.0);
         self.way.halvings += 1;
-        let middle = self.way.point(self.left, depth);
+        let middle = self.way.point(self.left, self.depth + 1);
+        self.split(&middle, self.missed, &mut |half| {
+            visit(half);
+            Some(())
+        });
+    }
+
+    /// The same, given what lies between them and by how much polynomials missed it, until one leads to `None`.
+    fn split(
+        &mut self,
+        middle: &Point,
+        missed: &[f64],
+        visit: &mut dyn FnMut(&mut Stretch<'_>) -> Option<()>,
+    ) -> Option<()> {
+        let length = self.length / 2.0;
         for (start, left, right) in [
-            (self.start, self.left, &middle),
-            (self.start + length, &middle, self.right),
+            (self.start, self.left, middle),
+            (self.start + length, middle, self.right),
         ] {
             visit(&mut Stretch {
                 start,
                 length,
                 left,
                 right,
-                missed: self.missed,
+                missed,
                 way: &mut *self.way,
-                depth,
-            });
+                depth: self.depth + 1,
+            })?;
         }
+        Some(())
     }
 
     /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
@@ -494,6 +508,10 @@ impl<'a, 'b> Follower<'a, 'b> {
         }
     }
 
+    pub(crate) fn problem(&self) -> &'a Problem<'b> {
+        self.problem
+    }
+
     /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
     /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
     /// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
@@ -723,30 +741,16 @@ fn divide(
         };
         off <= INVISIBLE * limits.range[i] || off <= hidden()
     });
-    let half = h / 2.0;
-    for (start, left, right) in [
-        (stretch.start, p, &middle),
-        (stretch.start + half, &middle, q),
-    ] {
-        let mut part = Stretch {
-            start,
-            length: half,
-            left,
-            right,
-            missed: &missed,
-            way: &mut *stretch.way,
-            depth,
-        };
+    stretch.split(&middle, &missed, &mut |part| {
         if meets {
-            visit(&mut part);
-            limits.count_halvings(part.way)?;
+            visit(part);
+            limits.count_halvings(part.way)
         } else if depth < DEEPEST {
-            divide(&mut part, limits, visit)?;
+            divide(part, limits, visit)
         } else {
-            return None;
+            None
         }
-    }
-    Some(())
+    })
 }
 
 #[cfg(test)]

@@ -199,21 +199,16 @@ impl Extrema {
     /// too many points in between, such as a motion of very many oscillations from one instant to the
     /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
-        Extrema::with(
-            &mut Follower::of(problem),
-            Digits::Once,
-            problem,
-            trajectory,
-        )
+        Extrema::with(&mut Follower::of(problem), Digits::Once, trajectory)
     }
 
     /// The same, followed with so many digits by a follower of the problem.
     pub(super) fn with(
         follower: &mut Follower<'_, '_>,
         digits: Digits,
-        problem: &Problem<'_>,
         trajectory: &Trajectory,
     ) -> Option<Extrema> {
+        let problem = follower.problem();
         if problem.system().is_large() {
             return None;
         }
@@ -221,11 +216,11 @@ impl Extrema {
         let displacements = all.len();
         all.extend(ranges_beside(problem, trajectory));
         // What is asked for beside the displacements may be harder to follow than they are.
-        let found = Extrema::follow(follower, problem, all.clone(), digits);
+        let found = Extrema::follow(follower, all.clone(), digits);
         let more = all.len() > displacements;
         all.truncate(displacements);
         found.or_else(|| {
-            more.then(|| Extrema::follow(follower, problem, all, digits))
+            more.then(|| Extrema::follow(follower, all, digits))
                 .flatten()
         })
     }
@@ -233,10 +228,10 @@ impl Extrema {
     /// Of the displacements and, with ranges of it, of what is asked for beside them.
     fn follow(
         follower: &mut Follower<'_, '_>,
-        problem: &Problem<'_>,
         ranges: Vec<f64>,
         digits: Digits,
     ) -> Option<Extrema> {
+        let problem = follower.problem();
         let n = problem.system().len();
         let first = |i: usize| Extremum {
             displacement: problem.initial_displacement()[i],
@@ -627,14 +622,13 @@ pub(crate) fn followed(problem: &Problem<'_>, trajectory: &Trajectory, count: us
 /// beside them, in the order of what is followed. `None` in place of all where the motion cannot be followed.
 pub(crate) fn last_outside(
     follower: &mut Follower<'_, '_>,
-    problem: &Problem<'_>,
     trajectory: &Trajectory,
     from: u64,
     digits: Digits,
     bands: &[Option<Band>],
 ) -> Option<Vec<Option<f64>>> {
     let mut last = vec![Some(0.0); bands.len()];
-    let followed = followed(problem, trajectory, bands.len());
+    let followed = followed(follower.problem(), trajectory, bands.len());
     let effort = (digits, PRODUCTS);
     follower.follow(from, followed, effort, &mut |stretch| {
         for (i, band) in bands.iter().enumerate() {

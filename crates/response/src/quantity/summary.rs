@@ -176,7 +176,7 @@ impl Summary {
         let whole = trajectory.steps()[latest] == problem.grid().last();
         let mut follower = Follower::of(problem);
         let mut between = (whole && trajectory.bounds() == Bounds::Proven)
-            .then(|| Extrema::with(&mut follower, Digits::Once, problem, trajectory))
+            .then(|| Extrema::with(&mut follower, Digits::Once, trajectory))
             .flatten();
         let mut ranges = Range::all(between.as_ref(), trajectory);
         let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
@@ -233,7 +233,7 @@ impl Summary {
         if let Some(closer) = between
             .as_ref()
             .filter(|_| is_hard)
-            .and_then(|_| Extrema::with(&mut follower, Digits::Twice, problem, trajectory))
+            .and_then(|_| Extrema::with(&mut follower, Digits::Twice, trajectory))
         {
             ranges = Range::all(Some(&closer), trajectory);
             between = Some(closer);
@@ -277,7 +277,7 @@ impl Summary {
             // The step before is still outside, or the first. Samples have a bound that is common to all.
             let from = seen.min()?;
             let from = if digits == Digits::Once { from } else { 0 };
-            last_outside(&mut follower, problem, trajectory, from, digits, &bands)
+            last_outside(&mut follower, trajectory, from, digits, &bands)
         });
         let step = trajectory.steps()[latest];
         let mut settled: Vec<Option<f64>> = vec![None; n];
@@ -414,7 +414,7 @@ impl Summary {
         });
         let mut follower = Follower::of(problem);
         let closer = (is_hard && extrema.digits() == Digits::Once)
-            .then(|| Extrema::with(&mut follower, Digits::Twice, problem, trajectory))
+            .then(|| Extrema::with(&mut follower, Digits::Twice, trajectory))
             .flatten();
         let extrema = closer.as_ref().unwrap_or(extrema);
         let digits = extrema.digits();
@@ -444,7 +444,7 @@ impl Summary {
             return Some(asked().map(|(_, centre)| rest(centre)).collect());
         };
         let from = if digits == Digits::Once { from } else { 0 };
-        let last = last_outside(&mut follower, problem, trajectory, from, digits, &bands)?;
+        let last = last_outside(&mut follower, trajectory, from, digits, &bands)?;
         let is_within = |i: usize| digits == Digits::Twice || !is_outside(i, latest);
         let settled: Vec<Option<f64>> = (0..bands.len())
             .map(|i| last[i].filter(|_| outputs.contains(&i) && is_within(i)))

@@ -1,5 +1,6 @@
 //! From approximate roots to proven discs, sweep by sweep and with more digits where they demand it.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::{Ball, Magnitude, Real};
 
 use super::exactly::{exact, middle, radius, real, size, upper};
@@ -145,7 +146,7 @@ fn scatter<T: Real>(points: &mut Points<T>) -> bool {
     if !heights[count].is_finite() || !heights.iter().all(is_known) {
         return false;
     }
-    order.sort_by(|a, b| size(points.z[*b]).total_cmp(&size(points.z[*a])));
+    sort_by_number(&mut order, |i| -size(points.z[*i]));
     let most = 4.0 * count as f64;
     let mut moved = false;
     let mut from = 0;

@@ -5,6 +5,7 @@
 //! in their span is a small system with nearly the same small roots. How many shapes have K x = 0, and of these C x = 0, is
 //! counted exactly; no vector of doubles need be one of them.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 use num_complex::Complex;
@@ -62,7 +63,7 @@ impl Slow {
             free.push(last.shape);
         }
         let size = |of: &Precise| of.square.abs();
-        resisted.sort_by(|a, b| size(a).total_cmp(&size(b)));
+        sort_by_number(&mut resisted, size);
         let gaps = resisted.windows(2).take(MOST).enumerate();
         let most = SMALL * resisted.last().map_or(0.0, size);
         let is_gap = |pair: &[Precise]| {

@@ -5,6 +5,7 @@ pub(crate) mod eigenpairs;
 pub(crate) mod jacobi;
 pub(crate) mod plain_matrix;
 pub(crate) mod small;
+pub(crate) mod sorting;
 pub(crate) mod symmetric_eigen;
 pub(crate) mod wide;
 

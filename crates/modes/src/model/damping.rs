@@ -4,9 +4,20 @@ use std::sync::Arc;
 
 use super::{Element, MatrixKind, Model, Square, Term, gathered};
 
+/// Damping by ratios of the undamped modes.
+#[derive(Clone, Debug)]
+pub(crate) struct ByModes {
+    /// Of the modes in their order, rigid motions included; of those beyond its length, the last.
+    pub(crate) ratios: Vec<f64>,
+    /// The model without it.
+    pub(crate) beside: Model,
+}
+
 /// What is added to the damping of a model.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MoreDamping {
+    /// What it is made of, where it is by modes: terms are that, rounded.
+    pub(crate) ratios: Option<Vec<f64>>,
     pub(crate) dampers: Vec<Element>,
     /// What else is added to C.
     pub(crate) terms: Vec<Term>,
@@ -23,6 +34,13 @@ pub(crate) struct MoreDamping {
 impl Model {
     pub(crate) fn with_damping(mut self, more: MoreDamping) -> Model {
         let n = self.len();
+        if let Some(ratios) = more.ratios {
+            let beside = self.clone();
+            self.by_modes = Some(Arc::new(ByModes { ratios, beside }));
+        } else if let Some(by_modes) = &mut self.by_modes {
+            let by_modes = Arc::make_mut(by_modes);
+            by_modes.beside = by_modes.beside.clone().with_damping(more.clone());
+        }
         self.dampers.extend(more.dampers);
         let added = &mut self.added[MatrixKind::Damping as usize];
         added.add(n, more.terms);

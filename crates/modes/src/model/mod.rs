@@ -17,7 +17,7 @@ use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatRef};
 
 pub(crate) use added::{Added, Square};
-pub(crate) use damping::MoreDamping;
+pub(crate) use damping::{ByModes, MoreDamping};
 pub use element::{CoordinateKind, Element, ElementKind, GROUND, MatrixKind, Node};
 pub(crate) use expansion::product;
 pub use form::Form;
@@ -43,6 +43,8 @@ pub(crate) struct Model {
     dampers: Vec<Element>,
     /// By matrix.
     added: [Added; 3],
+    /// What a part of the damping was before it was rounded.
+    by_modes: Option<Arc<ByModes>>,
     /// Absent where there are neither points nor supports nor names of elements.
     machine: Option<Arc<Machine>>,
 }
@@ -61,6 +63,7 @@ impl Model {
             springs,
             dampers,
             added: added.map(Into::into),
+            by_modes: None,
             machine: None,
         }
     }
@@ -77,7 +80,12 @@ impl Model {
         let mut model = self.clone();
         model.dampers.clear();
         model.added[MatrixKind::Damping as usize] = Added::default();
+        model.by_modes = None;
         model
+    }
+
+    pub(crate) fn by_modes(&self) -> Option<&ByModes> {
+        self.by_modes.as_deref()
     }
 
     pub(crate) fn machine(&self) -> Option<&Machine> {

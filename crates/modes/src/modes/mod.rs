@@ -4,6 +4,7 @@ mod plan;
 #[cfg(feature = "serde")]
 mod serial;
 
+use crate::linear::sorting::sort_by_number;
 use std::cmp::Ordering;
 
 use num_complex::Complex;
@@ -426,7 +427,7 @@ impl Modes {
     /// [complete](Self::is_complete) where all modes are and bounds show that no other is nearer.
     pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
         let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
-        self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        sort_by_number(&mut self.modes, apart);
         let rest = self.modes.split_off(count.min(self.modes.len()));
         // Roots that coincide are as near as each other.
         let beyond = |near: &Mode, far: &Mode| {
@@ -436,8 +437,7 @@ impl Modes {
         };
         let mut each = self.modes.iter();
         self.complete &= each.all(|near| rest.iter().all(|far| beyond(near, far)));
-        self.modes
-            .sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+        sort(&mut self.modes);
         self.eigenvalues = listed(&self.modes);
         self
     }
@@ -456,6 +456,11 @@ pub(crate) fn listed(modes: &[Mode]) -> Vec<Eigenvalue> {
     }
     eigenvalues.sort_by(order);
     eigenvalues
+}
+
+/// By the [order] of their eigenvalues.
+pub(crate) fn sort(modes: &mut [Mode]) {
+    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
 }
 
 /// |λ|, then Re λ, then + before − Im λ.

@@ -218,7 +218,9 @@ fn proof(question: &Question<'_>) -> Option<Proof> {
     if n >= SMALLEST && is_open(&best) && !undamped {
         best = better(best, by_pairs(question));
     }
-    if n <= LARGEST && is_open(&best) {
+    // What damping by modes leaves open, such as a pair at a ratio of 1, the rounding of its matrix would decide.
+    let rounded = best.is_some() && question.structure.is_by_modes();
+    if n <= LARGEST && is_open(&best) && !rounded {
         let found = by_determinants(question, best.as_ref());
         best = better(best, found);
     }

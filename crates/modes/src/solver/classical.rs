@@ -1,5 +1,6 @@
 //! Classically damped modes: real shapes, and one scalar quadratic for each.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::{DoubleDouble, Real};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
@@ -64,7 +65,7 @@ fn modal_roots(
     let zeros = structure.zero_roots().unwrap_or(rigid).max(rigid);
     let mut held: Vec<&mut ModalForms> = all.iter_mut().filter(is_rigid).collect();
     let rate = |mode: &ModalForms| (mode.forms.c / mode.forms.m).to_f64().abs();
-    held.sort_by(|a, b| rate(a).total_cmp(&rate(b)));
+    sort_by_number(&mut held, |mode| rate(mode));
     for mode in held.into_iter().take(zeros - rigid) {
         mode.forms.c = DoubleDouble::ZERO;
     }
@@ -338,7 +339,7 @@ fn relaxing_forms(
 /// Among shapes of (nearly) one frequency any mixture solves the undamped problem; rotates them to
 /// those that C does not couple.
 fn separate(system: &System, modes: &mut [RealMode], entries: Entries) {
-    modes.sort_by(|a, b| a.square.total_cmp(&b.square));
+    sort_by_number(modes, |mode| mode.square);
     let near = |a: &RealMode, b: &RealMode| are_near(a.square, b.square);
     // Each mode is near the one before it.
     for group in modes.chunk_by_mut(near) {

@@ -7,7 +7,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use crate::model::MatrixKind;
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, sort};
 use crate::structure::{DistinctRoots, Structure};
 use crate::system::System;
 
@@ -43,9 +43,7 @@ pub(crate) fn settle(system: &System, structure: &Structure, modes: &mut Modes) 
         modes.modes.extend(members);
     }
     modes.modes.extend(each.into_iter().flatten());
-    modes
-        .modes
-        .sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    sort(&mut modes.modes);
     modes.eigenvalues = listed(&modes.modes);
 }
 

@@ -1,6 +1,7 @@
 //! Roots that doubles found, improved: by the Rayleigh functionals of their shapes, by better shapes, and where they
 //! belong to one defective root by their mean.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
@@ -234,7 +235,7 @@ fn improved(
     };
     // The worst first, as far as the work goes.
     let mut order: Vec<usize> = (0..roots.len()).collect();
-    order.sort_by(|i, j| error(&roots[*j]).total_cmp(&error(&roots[*i])));
+    sort_by_number(&mut order, |i| -error(&roots[*i]));
     let cube = (system.len() as f64).powi(3);
     let mut work = 0.0;
     for i in order {

@@ -1,5 +1,6 @@
 //! General damping in the coordinates of the undamped modes.
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -158,7 +159,7 @@ pub(crate) fn set_apart(modes: Vec<RealMode>, count: usize) -> (Vec<RealMode>, V
         .into_iter()
         .map(|mode| (resistance(&mode), mode))
         .collect();
-    rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_number(&mut rated, |mode| mode.0);
     let rest = rated.split_off(count.min(rated.len()));
     let bare = |rated: Vec<(f64, RealMode)>| rated.into_iter().map(|(_, mode)| mode).collect();
     (bare(rated), bare(rest))

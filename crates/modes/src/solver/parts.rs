@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use crate::model::{Element, MatrixKind, Node};
-use crate::modes::{Bounds, Mode, Modes, Repeats, order};
+use crate::modes::{Bounds, Mode, Modes, Repeats, order, sort};
 use crate::system::System;
 
 use super::coincidence::{settle_between, touch};
@@ -155,7 +155,7 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) 
         roots: if defective { count } else { 1 },
         ..zero
     }));
-    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    sort(&mut modes);
     eigenvalues.sort_by(order);
     Modes {
         modes,

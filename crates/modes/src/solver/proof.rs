@@ -152,6 +152,7 @@ fn intersection(a: Root, b: Root) -> Root {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linear::sorting::sort_by_number;
     use num_complex::Complex;
 
     fn root(value: [f64; 2], error: (f64, f64), repeats: Repeats) -> Root {
@@ -194,7 +195,7 @@ mod tests {
                 a.merged(b, 1e-16)
             };
             let mut found = merged.roots;
-            found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+            sort_by_number(&mut found, |root| -root.value.re);
             let values: Vec<_> = found
                 .iter()
                 .map(|root| (root.value.re, root.value.im))

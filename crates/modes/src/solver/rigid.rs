@@ -1,5 +1,6 @@
 //! The roots λ = 0 of systems that nothing holds in place.
 
+use crate::linear::sorting::sort_by_number;
 use faer::MatRef;
 use num_complex::Complex;
 
@@ -38,7 +39,7 @@ pub(crate) fn roots(shapes: Vec<Vec<Complex<f64>>>, count: usize) -> Vec<Root> {
 /// the real root that it then is: the sum of both, which rounding moves far less than either. Its shape is the part
 /// of the pair's that is out of phase with the motion at rest.
 pub(crate) fn removed(found: &mut Vec<Root>, count: usize) -> Vec<Root> {
-    found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+    sort_by_number(found, |root| root.value.norm());
     let removed: Vec<Root> = found.drain(..count.min(found.len())).collect();
     let split = removed.iter().find(|root| {
         let conjugates = |list: &[Root]| {

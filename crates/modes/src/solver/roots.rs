@@ -4,7 +4,7 @@ use num_complex::Complex;
 
 use crate::inclusion::shape::Shapes;
 use crate::modes::ModePlan;
-use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, order};
+use crate::modes::{Bounds, Eigenvalue, Mode, Modes, Repeats, listed, sort};
 use crate::quality::pencil::{Approximate, Pencil, Quality};
 use crate::system::System;
 
@@ -185,7 +185,7 @@ fn collected(solver: &dyn ModeSolver, system: &System, roots: Vec<Root>, bounds:
             )
         })
         .collect();
-    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    sort(&mut modes);
     separate(&mut modes);
     let eigenvalues = listed(&modes);
     let infinite = (2 * system.len()).saturating_sub(eigenvalues.len());

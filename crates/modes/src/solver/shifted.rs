@@ -7,6 +7,7 @@
 //! and how many λ are 0, is counted exactly; rounding scatters them, so that the nearest ones
 //! are set aside. What rounding does to the others is for the inclusion to mend.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 use num_complex::Complex;
@@ -196,7 +197,7 @@ fn best_shift(matrices: &[Mat<f64>; 3]) -> Option<f64> {
 
 /// Removes so many of the roots nearest to 0. Of a pair that this parts, the other one becomes real.
 fn nearest_apart(found: &mut Vec<Root>, count: usize) {
-    found.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+    sort_by_number(found, |root| root.value.norm());
     let removed = found.drain(..count.min(found.len())).next_back();
     if let (Some(removed), Some(first)) = (removed, found.first())
         && removed.value.im != 0.0

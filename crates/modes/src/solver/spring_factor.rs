@@ -6,6 +6,7 @@
 //! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -117,7 +118,7 @@ pub(crate) fn real_modes(
         None => singular_values(solver, &network, system)?,
     };
     let mut order: Vec<usize> = (0..singular.values.len()).collect();
-    order.sort_by(|a, b| singular.values[*b].total_cmp(&singular.values[*a]));
+    sort_by_number(&mut order, |i| -singular.values[*i]);
 
     let shape = |&j: &usize| {
         let mut shape = vec![0.0; n];

@@ -102,6 +102,7 @@ fn turned(system: &System) -> System {
 
 #[cfg(test)]
 mod tests {
+    use crate::linear::sorting::sort_by_number;
     use crate::model::GROUND;
     use crate::{Bounds, ClassicalModes, Precision, System};
 
@@ -182,7 +183,7 @@ mod tests {
         let modes = ClassicalModes::of(&chain()).unwrap().unwrap();
         let rates = modes.rates().iter().map(|rate| rate.map(|x| x.to_f64()));
         let mut rates: Vec<[f64; 2]> = rates.collect();
-        rates.sort_by(|a, b| a[1].total_cmp(&b[1]));
+        sort_by_number(&mut rates, |rate| rate[1]);
         for ([stiffness, damping], known) in rates.into_iter().zip(EIGENVALUES) {
             assert_eq!(stiffness, 0.0);
             assert!(

@@ -1,5 +1,6 @@
 //! Undamped modes of assembled symmetric matrices.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::product;
 use faer::{ColRef, Mat, Side};
 
@@ -93,7 +94,7 @@ pub(crate) fn real_modes(
     let nf = squares.len();
     let mut order: Vec<usize> = (0..nf).collect();
     let square = |j: &usize| squares[*j];
-    order.sort_by(|a, b| square(a).abs().total_cmp(&square(b).abs()));
+    sort_by_number(&mut order, |j| square(j).abs());
     let rigid = match structure.zero_roots() {
         Some(0) => 0,
         zeros => structure
@@ -120,7 +121,7 @@ pub(crate) fn real_modes(
         if let Some(refined) = congruence::refined(system, structure, shapes) {
             (known, entries) = (true, Entries::Exact);
             found = refined;
-            found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+            sort_by_number(&mut found, |pair| pair.0.abs());
         }
     }
     let (values, shapes): (Vec<(f64, f64)>, Vec<Vec<f64>>) = found

@@ -13,6 +13,7 @@
 //! left is a tree again. L, U and X = B L are well conditioned, and their rounding changes each
 //! singular value of X D U by a few units (theorem 2.1 there).
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 
 use crate::model::{Element, Node};
@@ -92,7 +93,7 @@ impl Network {
             })
             .filter(|join| join.root > 0.0)
             .collect();
-        joins.sort_by(|a, b| b.root.total_cmp(&a.root));
+        sort_by_number(&mut joins, |join| -join.root);
         let mut label: Vec<usize> = (0..=count).collect();
         let (mut tree, mut others) = (Vec::new(), Vec::new());
         for join in joins {

@@ -1,5 +1,6 @@
 //! Roots of the whole equation with what is known of them.
 
+use crate::linear::sorting::sort_by_number;
 use num_complex::Complex;
 
 use crate::modes::Repeats;
@@ -31,7 +32,7 @@ pub(crate) const NOT_COUNTED: &str =
 /// Keeps so many entries whose natural frequencies are nearest to the target; how far the last one is.
 pub(crate) fn keep_nearest(roots: &mut Vec<Root>, target: f64, count: usize) -> Option<f64> {
     let apart = |root: &Root| (root.value.norm() - target).abs();
-    roots.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+    sort_by_number(roots, apart);
     roots.truncate(count);
     roots.last().map(apart)
 }

@@ -6,6 +6,7 @@
 //! −Q(σ)p = (C + σM)x + M(λx), so that one factor of Q(σ) serves. Of a multiple root one run can find one
 //! shape; others are found by runs that are orthogonal to what was found.
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -236,7 +237,7 @@ impl Ritz {
         let eigen = projected.eigen().ok()?;
         let value = |k: &usize| -> Complex<f64> { eigen.S()[*k] };
         let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by(|a, b| value(b).norm().total_cmp(&value(a).norm()));
+        sort_by_number(&mut order, |k| -value(k).norm());
         Some(Ritz {
             values: order.iter().map(value).collect(),
             vectors: Mat::from_fn(count, count, |i, j| eigen.U()[(i, order[j])]),

@@ -1,6 +1,7 @@
 //! Damping that couples shapes: roots near a few shifts come from Arnoldi's method on the whole equation, are refined
 //! together with those beside them, and are counted in a ring about the target where that can be proved.
 
+use crate::linear::sorting::sort_by_number;
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};
@@ -309,7 +310,7 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Eige
     let mut groups: Vec<Vec<(usize, Eigenpair)>> = Vec::new();
     for (k, search) in searches.iter().enumerate() {
         let mut roots = search.roots();
-        roots.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+        sort_by_number(&mut roots, |root| root.value.norm());
         let still = roots
             .iter()
             .take(zeros.roots)
@@ -335,7 +336,7 @@ fn grouped(searches: &[Arnoldi<'_>], zeros: &Zeros, target: f64) -> Vec<Vec<Eige
     };
     let mut groups: Vec<Vec<Eigenpair>> = groups.into_iter().map(most).collect();
     let apart = |group: &Vec<Eigenpair>| (group[0].value.norm() - target).abs();
-    groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+    sort_by_number(&mut groups, apart);
     groups
 }
 
@@ -357,7 +358,7 @@ fn ring(groups: &[Vec<Eigenpair>], zeros: usize, facts: &Facts) -> Option<Ring> 
         .collect();
     sizes.extend((0..zeros).map(|_| (0.0, 1)));
     let apart = |size: f64| (size - facts.target).abs();
-    sizes.sort_by(|a, b| apart(a.0).total_cmp(&apart(b.0)));
+    sort_by_number(&mut sizes, |size| apart(size.0));
     let last = facts.count.min(sizes.len()).checked_sub(1)?;
     let whole = facts.target.max(sizes[last].0);
     let at = (last..sizes.len() - 1)

@@ -10,7 +10,7 @@ use super::form::Form;
 use super::judge::Judge;
 use super::proportional::proportional;
 use super::undamped::{Facts, Undamped};
-use crate::modes::{Bounds, Mode, ModePlan, Modes, listed, order};
+use crate::modes::{Bounds, Mode, ModePlan, Modes, listed, sort};
 use crate::solver::ModesError;
 use crate::structure::rayleigh::Proportion;
 use crate::system::System;
@@ -65,7 +65,7 @@ pub(crate) fn judged(roots: Vec<Root>, forms: [&Form; 3], facts: &Facts, plan: M
         .into_iter()
         .map(|root| judge.mode(root, &facts.names))
         .collect();
-    modes.sort_by(|a, b| order(&a.eigenvalue, &b.eigenvalue));
+    sort(&mut modes);
     let n = forms[0].len();
     Modes {
         eigenvalues: listed(&modes),

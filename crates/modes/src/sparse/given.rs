@@ -3,6 +3,7 @@
 //! Where the equation has a factor of a size that is allowed, shapes are refined, and modes are counted, as if they had been
 //! found here. Beyond that they stay as they are, and eigenvalues are their Rayleigh quotients in double-double.
 
+use crate::linear::sorting::sort_by_number;
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};
@@ -218,7 +219,7 @@ impl Given<'_> {
                 shape: pair.shape.clone(),
             })
             .collect();
-        vectors.sort_by(|a, b| b.inverse.abs().total_cmp(&a.inverse.abs()));
+        sort_by_number(&mut vectors, |vector| -vector.inverse.abs());
         let mut pairs = refine::refined(&search.operator, vectors, None);
         pairs.retain(|pair| {
             let reach = PART * (pair.square - shift).abs();
@@ -261,7 +262,7 @@ impl Given<'_> {
         let zeros = coupled::zeros(&still, damping);
         let mut groups = grouped(pairs, self.forms, zeros.roots);
         let apart = |group: &Vec<Eigenpair>| (group[0].value.norm() - target).abs();
-        groups.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        sort_by_number(&mut groups, apart);
         let counting = match Setting::of(self.system, target, count, self.operations) {
             Ok(setting) => Some(setting),
             Err(SparseError::TooDense) => None,
@@ -354,7 +355,7 @@ fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> Vec<Vec<Ei
             pair.shape.iter_mut().for_each(|x| *x = x.conj());
         }
     }
-    pairs.sort_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+    sort_by_number(&mut pairs, |pair| pair.value.norm());
     let at_zero = |pair: &Eigenpair| pair.value.norm() <= SMALL * largest;
     let first = pairs
         .iter()

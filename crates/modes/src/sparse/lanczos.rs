@@ -5,6 +5,7 @@
 //! Known eigenvectors are locked: what is found is orthogonal to them. Of a multiple eigenvalue one
 //! run can in exact arithmetic find one vector; the others are found by runs that have it locked.
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};
@@ -260,7 +261,7 @@ impl Ritz {
         let (values, vectors) = symmetric_eigen(&projected)?;
         let value = |k: &usize| values[*k];
         let mut order: Vec<usize> = (0..size).collect();
-        order.sort_by(|a, b| value(b).abs().total_cmp(&value(a).abs()));
+        sort_by_number(&mut order, |k| -value(k).abs());
         Some(Ritz {
             values: order.iter().map(value).collect(),
             vectors: Mat::from_fn(size, size, |i, j| vectors[(i, order[j])]),

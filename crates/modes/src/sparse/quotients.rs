@@ -3,6 +3,7 @@
 //! Of K x = θM x a residual ρ = ‖Kx − θMx‖ in the norm of M⁻¹, with ‖x‖_M = 1, has an eigenvalue within ρ of θ, and within
 //! ρ²/γ where no other lies within γ (Parlett 1998, *The Symmetric Eigenvalue Problem*, theorem 11.7.1).
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::{DoubleDouble, Real};
 use num_complex::Complex;
 
@@ -86,7 +87,7 @@ impl Shapes<'_> {
             .filter_map(|shape| self.rough(shape, small));
         let mut rough: Vec<Rough> = rough.collect();
         let unfit = all - rough.len();
-        rough.sort_by(|a, b| a.square.abs().total_cmp(&b.square.abs()));
+        sort_by_number(&mut rough, |a| a.square.abs());
         let mut groups: Vec<Vec<Rough>> = Vec::new();
         for next in rough {
             let near = |other: &Rough| {
@@ -160,7 +161,7 @@ impl Shapes<'_> {
         const ALIKE: f64 = 0.05;
         let mass = self.mass;
         let error = |pair: &Pair| pair.error.unwrap_or(f64::INFINITY) / pair.square.abs();
-        pairs.sort_by(|a, b| error(a).total_cmp(&error(b)));
+        sort_by_number(pairs, error);
         let mut resisted: Vec<Vec<f64>> = Vec::new();
         pairs.retain(|pair| {
             let alike = |other: &Vec<f64>| dot(other, &pair.shape).abs() > ALIKE;

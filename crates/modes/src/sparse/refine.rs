@@ -6,6 +6,7 @@
 //! of A relative to |μ|, the error of μ is at most min(ρ, ρ²/γ)·|μ| (Parlett 1998, *The Symmetric
 //! Eigenvalue Problem*, theorem 11.7.1).
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 
 use eigentone_digits::{DoubleDouble, Real};
@@ -387,7 +388,7 @@ fn rotate(operator: &ShiftInvert<'_>, shapes: &mut [Vec<f64>]) {
     };
     let value = |k: &usize| values[*k].abs();
     let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by(|a, b| value(a).total_cmp(&value(b)));
+    sort_by_number(&mut order, value);
     let factors = Mat::from_fn(count, count, |i, j| vectors[(i, order[j])] * scale[i]);
     if factors.norm_max().is_finite() {
         combine(shapes, factors.as_ref());

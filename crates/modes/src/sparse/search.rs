@@ -12,6 +12,7 @@ use super::inertia::{Inertia, Side};
 use super::lanczos::{Found, Goal, lanczos};
 use super::operator::{Rigid, ShiftInvert};
 use super::pencil::Pencil;
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 
 /// What is looked for.
@@ -573,7 +574,7 @@ impl<'a, 'w> Search<'a, 'w> {
         let mut vectors: Vec<Vector> = pairs
             .map(|(inverse, shape)| Vector { inverse, shape })
             .collect();
-        vectors.sort_by(|a, b| b.inverse.abs().total_cmp(&a.inverse.abs()));
+        sort_by_number(&mut vectors, |vector| -vector.inverse.abs());
         Answer {
             operator: self.operator,
             vectors,

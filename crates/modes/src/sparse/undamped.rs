@@ -1,5 +1,6 @@
 //! Undamped modes as they were found, with what is proved of their system.
 
+use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -75,11 +76,11 @@ impl Undamped {
         n: usize,
     ) -> Undamped {
         let apart = |pair: &Pair| (pair.square.abs().sqrt() - facts.target).abs();
-        pairs.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        sort_by_number(&mut pairs, apart);
         let clusters = clusters(&pairs);
         let mut clustered: Vec<(Pair, usize)> = pairs.into_iter().zip(clusters).collect();
         clustered.truncate(facts.count);
-        clustered.sort_by(|a, b| a.0.square.total_cmp(&b.0.square));
+        sort_by_number(&mut clustered, |(pair, _)| pair.square);
         let (pairs, clusters): (Vec<Pair>, Vec<usize>) = clustered.into_iter().unzip();
         Undamped {
             squares: pairs.iter().map(|pair| pair.square).collect(),

@@ -71,6 +71,17 @@ pub(crate) struct Coefficients {
     mirror: Later<Option<Mirror>>,
 }
 
+impl From<[Coefficient; 3]> for Coefficients {
+    fn from([mass, damping, stiffness]: [Coefficient; 3]) -> Coefficients {
+        Coefficients {
+            mass,
+            damping,
+            stiffness,
+            mirror: Later::new(),
+        }
+    }
+}
+
 impl Coefficients {
     pub(crate) fn of(model: &Model) -> Coefficients {
         let of = |kind| {
@@ -78,12 +89,7 @@ impl Coefficients {
             let symmetric = is_symmetric(model, kind);
             Coefficient::new(matrix, symmetric)
         };
-        Coefficients {
-            mass: of(MatrixKind::Mass),
-            damping: of(MatrixKind::Damping),
-            stiffness: of(MatrixKind::Stiffness),
-            mirror: Later::new(),
-        }
+        Coefficients::from([MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness].map(of))
     }
 
     /// M, C and K.

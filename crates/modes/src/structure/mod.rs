@@ -2,6 +2,7 @@
 //! elements and matrices are summed without rounding, and nothing rests on a tolerance. One proof a file; the
 //! structure collects them. It knows `exact` and `model`.
 
+mod by_modes;
 mod classical;
 pub(crate) mod coefficients;
 mod commutator;
@@ -30,6 +31,7 @@ mod undamped_modes;
 use std::fmt;
 use std::sync::Arc;
 
+use by_modes::ByModes;
 use classical::Verdict;
 use coefficients::{Coefficient, Coefficients};
 use determinant::Roots;
@@ -70,7 +72,9 @@ use crate::model::Names;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Structure {
     names: Names,
+    /// With what stands in for C, where a part of it is by modes.
     coefficients: Arc<Coefficients>,
+    by_modes: Option<ByModes>,
     undamped: bool,
     gyroscopic: bool,
     passive: Option<Passive>,
@@ -88,6 +92,11 @@ pub struct Structure {
 impl Structure {
     /// Of a model and its matrices in exact arithmetic.
     pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
+        let (by_modes, coefficients) = match ByModes::of(model) {
+            Some((by_modes, stand_in)) => (Some(by_modes), Arc::new(stand_in)),
+            None => (None, coefficients),
+        };
+        let are_passive = by_modes.as_ref().is_none_or(ByModes::are_passive);
         let [_, damping, stiffness] = coefficients.parts();
         let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
@@ -97,7 +106,7 @@ impl Structure {
             names: model.names().clone(),
             undamped: undamped::is_undamped(&coefficients),
             gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
-            passive: passive::passive(model, &coefficients),
+            passive: passive::passive(model, &coefficients).filter(|_| are_passive),
             classical: classical::classical(&coefficients),
             roots: Roots::of(&coefficients),
             massless: Massless::of(&coefficients),
@@ -107,6 +116,7 @@ impl Structure {
             damping_rank: Later::new(),
             undamped_modes: Later::new(),
             proportion: Later::new(),
+            by_modes,
             coefficients,
         }
     }
@@ -175,17 +185,22 @@ impl Structure {
     /// and ≤ 0 (Guo, Higham & Tisseur 2009, *SIAM J. Matrix Anal. Appl.* 30). Found out when first
     /// asked for, at the cost of a few Cholesky factorisations where C is positive definite.
     pub fn is_overdamped(&self) -> bool {
-        *self
-            .overdamped
-            .get(|| !self.is_large() && overdamped::is_overdamped(&self.coefficients))
+        *self.overdamped.get(|| match &self.by_modes {
+            Some(by_modes) => by_modes.are_overdamped(self.names.len()),
+            None => !self.is_large() && overdamped::is_overdamped(&self.coefficients),
+        })
     }
 
     /// The rank of C, in exact arithmetic; dampers ≥ 0 that close a loop add nothing to it. `None`
     /// where it was not proved. Found out when first asked for.
     pub fn damping_rank(&self) -> Option<usize> {
-        *self
-            .damping_rank
-            .get(|| (!self.is_large()).then(|| low_rank::damping_rank(&self.coefficients))?)
+        *self.damping_rank.get(|| {
+            let rank = || low_rank::damping_rank(&self.coefficients);
+            match &self.by_modes {
+                Some(by_modes) => by_modes.counted(rank, |ratio| ratio != 0.0),
+                None => (!self.is_large()).then(rank)?,
+            }
+        })
     }
 
     /// How many modes with ω ≠ 0 no damper touches: K x = ω²M x with C x = 0. Each gives a pair of
@@ -199,7 +214,10 @@ impl Structure {
         *self.undamped_modes.get(|| {
             let massless = &self.massless.nodes;
             let count = || undamped_modes::undamped_modes(&self.coefficients, massless);
-            (!self.is_large()).then(count)?
+            match &self.by_modes {
+                Some(by_modes) => by_modes.counted(count, |ratio| ratio == 0.0),
+                None => (!self.is_large()).then(count)?,
+            }
         })
     }
 
@@ -212,8 +230,14 @@ impl Structure {
     pub(crate) fn proportion(&self) -> Option<Proportion> {
         *self.proportion.get(|| {
             let rayleigh = || rayleigh::proportion(&self.coefficients);
-            self.is_classical().then(rayleigh).flatten()
+            let exact = self.is_classical() && self.by_modes.is_none();
+            exact.then(rayleigh).flatten()
         })
+    }
+
+    /// Whether a part of C is by modes, and is therefore rounded.
+    pub(crate) fn is_by_modes(&self) -> bool {
+        self.by_modes.is_some()
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for
@@ -232,6 +256,9 @@ impl Structure {
     /// How many independent shapes x with (λ²M + λC + K)x = 0 there are for a real λ, in exact arithmetic; `None`
     /// where that was not proved.
     pub(crate) fn shapes_at(&self, value: f64) -> Option<usize> {
+        if self.by_modes.is_some() {
+            return None;
+        }
         let [mass, damping, stiffness] = [
             &self.coefficients.mass,
             &self.coefficients.damping,
@@ -323,6 +350,9 @@ impl<'a> DistinctRoots<'a> {
     pub(crate) fn of(structures: &[&'a Structure]) -> Option<DistinctRoots<'a>> {
         let mut factors = Vec::with_capacity(structures.len());
         for structure in structures {
+            if structure.by_modes.is_some() {
+                return None;
+            }
             factors.push(Factor {
                 coefficients: &structure.coefficients,
                 degree: structure.roots.finite?,

@@ -132,10 +132,12 @@ impl SystemBuilder {
     /// call replaces the first. It acts on velocities relative to the ground or to what follows a support, as the
     /// part of α of [`rayleigh`](Self::rayleigh).
     ///
-    /// The matrix is full, and is computed with more than forty-eight digits, of which three doubles an entry are kept. The system
-    /// has exactly that matrix: its roots differ from those of the ideal one by about 2^-159 of the largest entry, far
-    /// below the last digit unless frequencies are more than 1e30 apart; a rigid motion that nothing damps is damped by as
-    /// little, instead of not at all.
+    /// The matrix is full, and is computed with more than forty-eight digits, of which three doubles an entry are kept. Roots,
+    /// shapes and motions are those of that matrix, and differ from those of the ideal one by about 2^-159 of the largest entry, far
+    /// below the last digit unless frequencies are more than 1e30 apart: what would be exactly 0 may be as little instead. Where
+    /// every coordinate has mass, M is positive definite and K and the rest of C are positive semidefinite, what the
+    /// [structure](System::structure) states is that of the ideal one: rigid motions are not damped, ratios of 0 leave their modes
+    /// undamped, and damping by ratios alone is classical.
     pub fn modal_damping(mut self, ratios: impl Into<Vec<f64>>, relative_to: Option<&str>) -> Self {
         self.modal = Some(ModalRatios {
             ratios: ratios.into(),

@@ -227,6 +227,7 @@ impl ModalRatios {
             return Err(BuildError::DampingRange);
         }
         let mut more = MoreDamping {
+            ratios: (!terms.is_empty()).then(|| self.ratios.clone()),
             is_given: true,
             ..MoreDamping::default()
         };

@@ -281,6 +281,98 @@ fn modal_damping_leaves_rigid_motions_alone() {
     }
 }
 
+/// Free beams, whose rotation is no binary fraction: nothing damps what no spring resists, and nothing grows. A dashpot beside takes
+/// one root at 0 of one motion.
+#[test]
+fn free_beams_with_modal_damping() {
+    for elements in [1, 2, 5, 12] {
+        for length in [0.3, 1.0, 1.4, 1.7] {
+            let beam = Beam {
+                name: "b".to_owned(),
+                length,
+                elements,
+                flexural_rigidity: 10.0,
+                mass_per_length: 2.0,
+                ends: [BeamEnd::Free; 2],
+                lumped: false,
+            };
+            let free = System::builder().beam(beam).modal_damping([0.02], None);
+            let system = free.clone().build().expect("a system");
+            let structure = system.structure();
+            assert!(structure.is_passive() && structure.is_classical());
+            assert_eq!(structure.zero_roots(), Some(4));
+            let modes = system.modes().expect("modes");
+            assert_eq!(modes.bounds(), Bounds::Proven);
+            let elastic = modes.iter().filter(|mode| mode.motion() != Motion::Rigid);
+            let mut count = 0;
+            for mode in elastic {
+                let ratio = mode.damping_ratio().expect("it swings");
+                assert!((ratio - 0.02).abs() <= 1e-17, "{ratio}");
+                count += 1;
+            }
+            assert_eq!(count, 2 * elements);
+
+            let system = free.damper(GROUND, "b.0.w", 0.3).build().expect("a system");
+            let structure = system.structure();
+            assert!(structure.is_passive() && !structure.is_classical());
+            assert_eq!(structure.zero_roots(), Some(3));
+            let modes = system.modes().expect("modes");
+            let falls = |mode: &eigentone_modes::Mode| mode.eigenvalue().value.re <= 0.0;
+            assert!(modes.iter().all(falls), "{modes:?}");
+        }
+    }
+}
+
+/// Ratios of 0, 1, above 1 and below 0 are what they are given as: λ = −ζω ± ω√(ζ² − 1) for the ω of the same system without damping.
+#[test]
+fn ratios_of_every_kind() {
+    let undamped = building()
+        .build()
+        .expect("a system")
+        .modes()
+        .expect("modes");
+    let frequency = |k: usize| undamped[k].natural_frequency().radians_per_second();
+    for ratios in [
+        [0.0, 0.05, 0.0],
+        [0.05, 0.0, 0.0],
+        [0.3, 1.0, 0.0],
+        [2.0, 1.5, 3.0],
+        [0.1, -0.1, 0.0],
+        [1.0, 1.0, 1.0],
+    ] {
+        let system = building()
+            .modal_damping(ratios, None)
+            .build()
+            .expect("a system");
+        let structure = system.structure();
+        let are = |kind: fn(f64) -> bool| ratios.iter().filter(|ratio| kind(**ratio)).count();
+        assert!(structure.is_classical());
+        assert_eq!(structure.is_passive(), are(|ratio| ratio < 0.0) == 0);
+        assert_eq!(structure.is_overdamped(), are(|ratio| ratio > 1.0) == 3);
+        assert_eq!(structure.undamped_modes(), Some(are(|ratio| ratio == 0.0)));
+        assert_eq!(structure.damping_rank(), Some(are(|ratio| ratio != 0.0)));
+        let modes = system.modes().expect("modes");
+        assert_eq!(modes.bounds(), Bounds::Proven, "{ratios:?}");
+        for (k, zeta) in ratios.into_iter().enumerate() {
+            let omega = frequency(k);
+            let (re, im) = (-zeta * omega, omega * (1.0 - zeta * zeta).max(0.0).sqrt());
+            let apart = omega * (zeta * zeta - 1.0).max(0.0).sqrt();
+            for re in [re - apart, re + apart] {
+                // A root of double multiplicity is where half the digits place it.
+                let near = modes.iter().filter(|mode| {
+                    let value = mode.eigenvalue().value;
+                    (value.re - re).hypot(value.im - im) <= 1e-13 * omega
+                });
+                assert!(near.count() > 0, "{re} ± {im}i of {ratios:?}: {modes:?}");
+            }
+        }
+        let still = modes
+            .iter()
+            .filter(|mode| mode.eigenvalue().value.re == 0.0);
+        assert_eq!(still.count(), are(|ratio| ratio == 0.0), "{ratios:?}: {modes:?}");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said() {
     let wrong = |builder: SystemBuilder| builder.build().expect_err("wrong");

@@ -5,6 +5,7 @@
 //! ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i). Shapes too close for that are first replaced by the Ritz vectors of their
 //! span; so are those whose frequencies lie below what doubles resolve beside the largest one.
 
+use crate::linear::sorting::sort_by_number;
 use std::cmp::Ordering;
 
 use eigentone_digits::DoubleDouble;
@@ -264,7 +265,7 @@ impl Basis<'_> {
         let nulls = group.iter().filter(|i| **i >= forms.nonzero).count();
         let mut order: Vec<usize> = (0..group.len()).collect();
         if nulls > 0 {
-            order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+            sort_by_number(&mut order, |b| -size(b));
         }
         let rotated = order.into_iter().map(|b| {
             let mut column = vec![DoubleDouble::ZERO; self.columns[0].len()];

@@ -1,5 +1,6 @@
 //! The bounds hold, and are not idle.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
@@ -224,7 +225,7 @@ fn by_discs(system: &System) -> Option<Vec<(f64, f64)>> {
         .iter()
         .flat_map(|root| root.members.iter().map(|_| (root.value.im, root.bound)))
         .collect();
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_number(&mut found, |pair| pair.0);
     Some(found)
 }
 

@@ -1,5 +1,6 @@
 //! Columns of a cluster of real roots that nearly depend on each other, given anew.
 
+use crate::linear::sorting::sort_by_number;
 use eigentone_digits::DoubleDouble;
 use faer::Mat;
 
@@ -38,7 +39,7 @@ impl Pairs<'_> {
         let scaled = Mat::from_fn(n, n, entry);
         let (values, vectors) = symmetric_eigen(&scaled)?;
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|i, j| values[*i].abs().total_cmp(&values[*j].abs()));
+        sort_by_number(&mut order, |i| values[*i].abs());
         let [last, next] = [order[k - 1], order[k]].map(|at| values[at].abs());
         if last.is_nan() || last > GAP * next {
             return None;

@@ -1,0 +1,70 @@
+//! Damping by ratios of the undamped modes, C = C₀ + MΦ diag(2ζω) ΦᵀM. Its last part is irrational, and what the matrix rounds
+//! would count as what it is not: a rigid motion would be damped, a motion without damping grow.
+//!
+//! With M ≻ 0, K ⪰ 0 and C₀ ⪰ 0 the same holds of C₀ + K where nothing but this is asked: both parts annul the motions N that need
+//! no force, and no others if no ratio is 0, so that they have the same roots at 0 (in a basis of N and of what is
+//! M-orthogonal to it, both act on the latter alone, where K has an inverse), the same parts that nothing holds, and the same rank
+//! beside C₀; both have the shapes of (M, K), so that C₀ decides alone whether damping is classical. Such facts are proved of
+//! C₀ + K, a stand-in for C; what depends on sizes is not.
+
+use super::coefficients::Coefficients;
+use crate::model::Model;
+
+/// What is known of the ratios.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ByModes {
+    /// ζ of each mode with ω ≠ 0, by rising ω.
+    ratios: Vec<f64>,
+    /// Whether C₀ = 0.
+    alone: bool,
+}
+
+impl ByModes {
+    /// Of a model with such damping, with what stands in for its matrices. `None` where M ≻ 0, K ⪰ 0 and C₀ ⪰ 0 are not
+    /// proved.
+    pub(super) fn of(model: &Model) -> Option<(ByModes, Coefficients)> {
+        let by_modes = model.by_modes()?;
+        let Coefficients {
+            mass,
+            damping,
+            stiffness,
+            ..
+        } = Coefficients::of(&by_modes.beside);
+        let n = model.len();
+        let elastic = stiffness.semidefinite_rank()?;
+        if mass.semidefinite_rank()? != n || damping.semidefinite_rank().is_none() {
+            return None;
+        }
+        let ratio = |r: usize| by_modes.ratios.get(r).or(by_modes.ratios.last()).copied();
+        let known = ByModes {
+            ratios: (n - elastic..n).map(ratio).collect::<Option<_>>()?,
+            alone: damping.matrix.is_zero(),
+        };
+        let stand_in = damping.plus(&stiffness);
+        Some((known, Coefficients::from([mass, stand_in, stiffness])))
+    }
+
+    /// Whether C is positive semidefinite for these ratios.
+    pub(super) fn are_passive(&self) -> bool {
+        self.ratios.iter().all(|ratio| *ratio >= 0.0)
+    }
+
+    /// Whether each root is real and no two of one mode are equal: all ratios are above 1.
+    pub(super) fn are_overdamped(&self, n: usize) -> bool {
+        self.alone && self.ratios.len() == n && self.ratios.iter().all(|ratio| *ratio > 1.0)
+    }
+
+    /// Asked of what stands in for C, where no ratio is 0; else how many modes with ω ≠ 0 are of the kind, where there is no C₀.
+    pub(super) fn counted(
+        &self,
+        stand_in: impl FnOnce() -> Option<usize>,
+        is_counted: impl Fn(f64) -> bool,
+    ) -> Option<usize> {
+        if self.alone {
+            let ratios = self.ratios.iter().copied();
+            return Some(ratios.filter(|ratio| is_counted(*ratio)).count());
+        }
+        let all = self.ratios.iter().all(|ratio| *ratio > 0.0);
+        all.then(stand_in)?
+    }
+}

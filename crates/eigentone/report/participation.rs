@@ -14,8 +14,8 @@ use super::unit;
 pub(super) const EXPLAINED: &str = "\
 Without damping, for a motion of the ground that is the same for all masses that springs and dampers connect.\n\
 Participation: how strongly that motion drives the mode, whose shape has a largest entry of 1. Effective mass:\n\
-the part of the mass that the ground feels through the mode; over all modes it adds up to the total, and so do moments\n\
-of inertia.";
+the part of the mass that the ground feels through the mode; over all modes it adds up to the total, but for a part of\n\
+what supports and held ends carry, and so do moments of inertia.";
 
 /// A heading and a table for each part that has effective masses, or why there are none.
 pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, String>)> {

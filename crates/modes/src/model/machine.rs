@@ -30,6 +30,17 @@ pub struct GivenElement {
     pub kind: Option<CoordinateKind>,
 }
 
+/// Ends of beams and rods that do not move, as far as mass reaches them: what shakes the ground shakes them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Held {
+    /// What each measures.
+    pub(crate) kinds: Vec<CoordinateKind>,
+    /// What a unit motion of each, whose index is the column, would add to M x″.
+    pub(crate) coupling: Vec<Term>,
+    /// The forces that their unit motions would take at themselves.
+    pub(crate) between: Vec<Term>,
+}
+
 /// Points, supports and elements as given, of a model that has more than coordinates and elements between them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Machine {
@@ -43,6 +54,7 @@ pub(crate) struct Machine {
     pub(crate) couplings: [Vec<Term>; 3],
     /// By matrix: the forces that unit motions of the supports take at the supports themselves.
     pub(crate) between_supports: [Vec<Term>; 3],
+    pub(crate) held: Held,
     /// Whether each coordinate is a rotation; empty where none is.
     pub(crate) is_rotation: Vec<bool>,
 }

@@ -22,8 +22,8 @@ pub use element::{CoordinateKind, Element, ElementKind, GROUND, MatrixKind, Node
 pub(crate) use expansion::product;
 pub use form::Form;
 pub(crate) use form::gathered;
-pub(crate) use machine::Machine;
 pub use machine::{GivenElement, Point};
+pub(crate) use machine::{Held, Machine};
 pub use names::{Names, NoCoordinate};
 pub use terms::Term;
 

@@ -10,7 +10,9 @@ use eigentone_digits::Real;
 
 use super::BuildError;
 use crate::linear::wide::{Number, parts};
-use crate::model::{Element, Form, MAX_COORDINATES, Node, Square, Term, gathered};
+use crate::model::{
+    CoordinateKind, Element, Form, Held, MAX_COORDINATES, Node, Square, Term, gathered,
+};
 
 /// A straight uniform Euler–Bernoulli beam of equal elements. Node i has the displacement `NAME.i.w` across the beam
 /// in m and the rotation `NAME.i.r` = dw/dx in rad, i from 0; those that an end fixes are no coordinates.
@@ -88,6 +90,24 @@ pub(super) struct Continua {
     pub(super) springs: Vec<Element>,
     pub(super) mass: Sum,
     pub(super) stiffness: Sum,
+    pub(super) held: Held,
+}
+
+/// What a node's displacement or rotation is.
+#[derive(Clone, Copy)]
+enum Place {
+    Coordinate(usize),
+    /// One that is 0, by its index among these.
+    Held(usize),
+}
+
+impl Place {
+    fn coordinate(self) -> Option<usize> {
+        match self {
+            Place::Coordinate(at) => Some(at),
+            Place::Held(_) => None,
+        }
+    }
 }
 
 /// A sum of squares and its terms.
@@ -114,12 +134,19 @@ impl Continua {
         Ok(all)
     }
 
-    /// A coordinate, unless it is fixed.
-    fn coordinate(&mut self, before: usize, name: String, is_rotation: bool) -> usize {
+    /// A coordinate, unless it is held.
+    fn place(&mut self, moves: bool, before: usize, name: String, is_rotation: bool) -> Place {
+        if !moves {
+            self.held.kinds.push(match is_rotation {
+                true => CoordinateKind::Rotation,
+                false => CoordinateKind::Displacement,
+            });
+            return Place::Held(self.held.kinds.len() - 1);
+        }
         self.names.push(name);
         self.masses.push(0.0);
         self.is_rotation.push(is_rotation);
-        before + self.names.len() - 1
+        Place::Coordinate(before + self.names.len() - 1)
     }
 
     fn beam(&mut self, beam: &Beam, before: usize) -> Result<(), BuildError> {
@@ -133,9 +160,9 @@ impl Continua {
             };
             let name = &beam.name;
             let w = !matches!(end, BeamEnd::Clamped | BeamEnd::Pinned);
-            let w = w.then(|| self.coordinate(before, format!("{name}.{i}.w"), false));
+            let w = self.place(w, before, format!("{name}.{i}.w"), false);
             let r = !matches!(end, BeamEnd::Clamped | BeamEnd::Guided);
-            let r = r.then(|| self.coordinate(before, format!("{name}.{i}.r"), true));
+            let r = self.place(r, before, format!("{name}.{i}.r"), true);
             nodes.push([w, r]);
         }
         let range = || BuildError::ContinuumRange {
@@ -180,10 +207,11 @@ impl Continua {
             self.stiffness.add(&bending, &place);
             if let Some(consistent) = &consistent {
                 self.mass.add(consistent, &place);
+                hold(&mut self.held, consistent, &place);
             }
         }
         if beam.lumped {
-            let across: Vec<Option<usize>> = nodes.iter().map(|node| node[0]).collect();
+            let across: Vec<Place> = nodes.iter().map(|node| node[0]).collect();
             self.lump(mass, &across, before).ok_or_else(range)?;
         }
         Ok(())
@@ -191,7 +219,7 @@ impl Continua {
 
     fn rod(&mut self, rod: &Rod, before: usize) -> Result<(), BuildError> {
         let last = rod.elements;
-        let nodes: Vec<Option<usize>> = (0..=last)
+        let nodes: Vec<Place> = (0..=last)
             .map(|i| {
                 let end = match i {
                     0 => rod.ends[0],
@@ -199,7 +227,7 @@ impl Continua {
                     _ => RodEnd::Free,
                 };
                 let free = end == RodEnd::Free;
-                free.then(|| self.coordinate(before, format!("{}.{i}", rod.name), rod.twists))
+                self.place(free, before, format!("{}.{i}", rod.name), rod.twists)
             })
             .collect();
         let range = || BuildError::ContinuumRange {
@@ -207,7 +235,7 @@ impl Continua {
         };
         let h = Number::from(rod.length) / number(rod.elements as f64);
         let stiffness = positive_parts(Number::from(rod.axial_rigidity) / h).ok_or_else(range)?;
-        let node = |place: Option<usize>| place.map_or(Node::Ground, Node::Coordinate);
+        let node = |place: Place| place.coordinate().map_or(Node::Ground, Node::Coordinate);
         for pair in nodes.windows(2) {
             let [first, second] = [node(pair[0]), node(pair[1])];
             self.springs
@@ -229,15 +257,18 @@ impl Continua {
         let consistent = Part::of(&consistent).ok_or_else(range)?;
         for pair in nodes.windows(2) {
             self.mass.add(&consistent, pair);
+            hold(&mut self.held, &consistent, pair);
         }
         Ok(())
     }
 
     /// Half the mass of an element on each of its nodes: on the lumped masses where it is a double.
-    fn lump(&mut self, mass: Number, nodes: &[Option<usize>], before: usize) -> Option<()> {
+    fn lump(&mut self, mass: Number, nodes: &[Place], before: usize) -> Option<()> {
         let last = nodes.len() - 1;
         for (i, node) in nodes.iter().enumerate() {
-            let Some(at) = *node else { continue };
+            let Some(at) = node.coordinate() else {
+                continue;
+            };
             let own = if i == 0 || i == last {
                 mass.scale(-1)
             } else {
@@ -328,6 +359,22 @@ fn positive_parts(value: Number) -> Option<Vec<f64>> {
     (is_finite && !parts.is_empty()).then_some(parts)
 }
 
+/// What an element's mass has at places that are held.
+fn hold(held: &mut Held, Part(part): &Part, places: &[Place]) {
+    for term in &part.terms {
+        let value = term.value;
+        match (places[term.row], places[term.column]) {
+            (Place::Coordinate(row), Place::Held(column)) => {
+                held.coupling.push(Term { row, column, value });
+            }
+            (Place::Held(row), Place::Held(column)) => {
+                held.between.push(Term { row, column, value });
+            }
+            _ => {}
+        }
+    }
+}
+
 /// One element: its squares and terms in its own few coordinates.
 struct Part(Sum);
 
@@ -354,10 +401,11 @@ impl Part {
 }
 
 impl Sum {
-    /// An element at its places; what is fixed has none.
-    fn add(&mut self, Part(part): &Part, places: &[Option<usize>]) {
+    /// An element at its places, but for what is held.
+    fn add(&mut self, Part(part): &Part, places: &[Place]) {
+        let at = |i: usize| places[i].coordinate();
         for term in &part.terms {
-            if let (Some(row), Some(column)) = (places[term.row], places[term.column]) {
+            if let (Some(row), Some(column)) = (at(term.row), at(term.column)) {
                 let value = term.value;
                 self.terms.push(Term { row, column, value });
             }
@@ -365,7 +413,7 @@ impl Sum {
         for Square { coefficient, form } in &part.squares {
             let form = form.iter();
             let form: Vec<_> = form
-                .filter_map(|&(i, times)| Some((places[i]?, times)))
+                .filter_map(|&(i, times)| Some((at(i)?, times)))
                 .collect();
             if !form.is_empty() {
                 let coefficient = *coefficient;

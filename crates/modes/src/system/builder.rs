@@ -311,6 +311,7 @@ impl SystemBuilder {
         if let Some(machine) = joined.machine {
             model = model.with_machine(Machine {
                 is_rotation,
+                held: continua.held,
                 ..machine
             });
         }

@@ -369,7 +369,11 @@ fn ratios_of_every_kind() {
         let still = modes
             .iter()
             .filter(|mode| mode.eigenvalue().value.re == 0.0);
-        assert_eq!(still.count(), are(|ratio| ratio == 0.0), "{ratios:?}: {modes:?}");
+        assert_eq!(
+            still.count(),
+            are(|ratio| ratio == 0.0),
+            "{ratios:?}: {modes:?}"
+        );
     }
 }
 

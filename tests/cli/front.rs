@@ -213,6 +213,40 @@ fn no_design_of_a_grid_is_better_in_both() {
     assert!(error.contains("--out is for"), "{error}");
 }
 
+/// What grows or does not decay has no gain and no root mean square, though doubles do not show on which side of the axis its root is.
+#[test]
+fn roots_near_the_axis_are_placed_by_proof() {
+    let folder = fresh("gain-axis");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = written(
+        &folder.join("pair.json"),
+        &json!({
+            "masses": [{"name": "a", "mass": 2.396}, {"name": "b", "mass": 1.862}],
+            "springs": [
+                {"between": ["ground", "a"], "stiffness": 76.084},
+                {"between": ["a", "b"], "stiffness": 38.48},
+                {"between": ["ground", "b"], "stiffness": 37.74}
+            ],
+            "dampers": [{"name": "d", "between": ["ground", "a"], "damping": 1}],
+            "outputs": [{"name": "ride", "acceleration": {"b": 1}}],
+            "noise": [{"on": "b", "force": 1}]
+        }),
+    );
+    for damping in ["-1.3749706298850007e-13", "0"] {
+        let vary = format!("d.damping={damping}");
+        for metric in ["gain b b", "rms b", "rms-wd ride"] {
+            // A note says why there is no value.
+            let output = super::eigentone(&[
+                "sweep", &scene, "--vary", &vary, "--metric", metric, "--json",
+            ]);
+            assert!(output.status.success(), "{output:?}");
+            let line: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            let found = &line["metrics"][metric];
+            assert!(found.is_null(), "{metric} at {damping}: {found}");
+        }
+    }
+}
+
 #[test]
 fn gains_between_two_frequencies_are_those_of_one_mass() {
     let folder = fresh("gain-band");

@@ -413,7 +413,15 @@ impl Varied {
                 if grows(modes) {
                     return Ok(None);
                 }
-                if self.precision == Precision::Double && modes.eigenvalues().iter().all(decays) {
+                let decays = modes.eigenvalues().iter().all(decays);
+                // Doubles do not show of a root near the axis on which side it is.
+                if self.precision == Precision::Double && !decays {
+                    let proven = scene.system().modes().map_err(|error| error.to_string())?;
+                    if grows(&proven) {
+                        return Ok(None);
+                    }
+                }
+                if self.precision == Precision::Double && decays {
                     let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
                     let largest = peaks
                         .and_then(|all| all.into_iter().map(|(_, size)| size).reduce(f64::max));

@@ -566,6 +566,42 @@ fn mean_squares_are_the_proven_ones_within_their_estimates() {
     assert!(noise(&system).mean_square("m0", None).unwrap().is_none());
 }
 
+/// Two equal masses on one that a damper holds, and chains without dampers: what swings between the masses does not decay, though rounding may make it.
+#[test]
+fn what_does_not_decay_has_no_mean_square() {
+    let mut dice = Dice(71);
+    for case in 0..40 {
+        let [mass, other, spring] = std::array::from_fn(|_| dice.between(1.0, 5.0).round());
+        let mut builder = System::builder()
+            .mass("m0", mass)
+            .mass("m1", other)
+            .mass("m2", other)
+            .spring(GROUND, "m0", dice.between(1.0, 5.0).round())
+            .spring("m0", "m1", spring)
+            .spring("m0", "m2", spring);
+        if case % 2 == 0 {
+            builder = builder.damper(GROUND, "m0", 1.0);
+        }
+        let system = builder.build().unwrap();
+        let noise = RandomVibration::of(&system)
+            .force("m2", 1.0)
+            .output(Combination {
+                name: "ride".to_owned(),
+                of: Sum::Motions(vec![(Quantity::Acceleration, "m2".to_owned(), 1.0)]),
+            });
+        for (name, weighting) in [
+            ("m1", None),
+            ("m2", None),
+            ("ride", Some(Weighting::Vertical)),
+            ("ride", Some(Weighting::Horizontal)),
+        ] {
+            let found = noise.mean_square(name, weighting).unwrap();
+            let found = found.map(|found| [found.value(), found.estimate()]);
+            assert!(found.is_none(), "{case} {name} {weighting:?}: {found:?}");
+        }
+    }
+}
+
 #[test]
 fn so_are_those_of_stiff_systems() {
     let mut dice = Dice(29);

@@ -128,6 +128,12 @@ impl<T: Real> Form<T> {
 
 /// The largest value on [0, 1] of the cubic that is 0 at 0 and `rise` at 1, with these slopes there.
 fn cubic_maximum(rise: f64, d0: f64, d1: f64) -> f64 {
+    // In a unit of their own size, so that squares stay in the range of doubles.
+    let unit = rise.abs().max(d0.abs()).max(d1.abs());
+    if unit == 0.0 || !unit.is_finite() {
+        return unit;
+    }
+    let [rise, d0, d1] = [rise, d0, d1].map(|of| of / unit);
     let square = 3.0 * rise - 2.0 * d0 - d1;
     let cube = d0 + d1 - 2.0 * rise;
     let value = |s: f64| s * (d0 + s * (square + s * cube));
@@ -142,7 +148,7 @@ fn cubic_maximum(rise: f64, d0: f64, d1: f64) -> f64 {
             }
         }
     }
-    most
+    most * unit
 }
 
 fn larger<T: Real>(a: T, b: T) -> T {

@@ -158,6 +158,31 @@ fn units_do_not_matter() {
     }
 }
 
+/// Nor do units near the ends of the range of doubles.
+#[test]
+fn units_at_the_ends_of_doubles_do_not_matter() {
+    let of = |values: &[f64], factor: f64, ratio: f64| {
+        let values = values.iter().map(|value| value * factor).collect();
+        let (step, hold) = (5.0, Hold::Zero);
+        let samples = Samples { step, values, hold };
+        let frequencies = [0.02, 0.3];
+        ResponseSpectrum::of(samples, ratio, &frequencies, CERTIFIED).expect("a spectrum")
+    };
+    for values in [&RECORD[..], &[1.0, -1.0, -1.0]] {
+        for ratio in [0.0, 0.05] {
+            let one = of(values, 1.0, ratio);
+            for power in [-800, -660, -500, 500, 660, 800] {
+                let factor = f64::powi(2.0, power);
+                let other = of(values, factor, ratio);
+                for (a, b) in one.displacement().iter().zip(other.displacement()) {
+                    let off = (b.value - a.value * factor).abs();
+                    assert!(off <= a.bound * factor + b.bound, "2^{power}: {a:?} {b:?}");
+                }
+            }
+        }
+    }
+}
+
 /// What is very stiff follows the base; what is very soft stays where it is.
 #[test]
 fn the_ends_of_the_spectrum() {

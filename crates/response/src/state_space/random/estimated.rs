@@ -86,13 +86,15 @@ impl MeanSquare {
         let scaled = Scaled::of(form, &units);
         let whole = |of: &[Vec<f64>]| Mat::from_fn(n, n, |i, j| of[j][i]);
         let smith = Smith::of(&whole(&scaled.a), q)?;
-        let solved = smith.solve(&whole(&scaled.q), &whole(&scaled.transposed().q))?;
+        let transposed = scaled.transposed();
+        let solved = smith.solve(&whole(&scaled.q), &whole(&transposed.q))?;
         let [p, x] = solved.map(|part| vec![part]);
+        let left = scaled.left(&p);
         let found = MeanSquare {
             output: output.to_owned(),
             weighting,
-            value: scaled.read(&p) + between(&x, &scaled.left(&p)),
-            estimate: rounding(&scaled, &p, &x),
+            value: scaled.read(&p) + between(&x, &left),
+            estimate: rounding(&scaled, &p, &x) + beyond(&scaled, &transposed, &p, &x),
             p,
             x,
             is_stiff: false,
@@ -143,6 +145,25 @@ fn rounding<T: Real>(scaled: &Scaled<T>, p: &[Mat<f64>], x: &[Mat<f64>]) -> f64 
     let terms = between(&x, &of_terms.left(&p)) + of_terms.read(&p);
     let unit = f64::exp2(f64::from(T::UNIT_LOG2 + 1));
     (scaled.c.len() as f64 + 8.0) * unit * terms
+}
+
+/// An estimate of tr SE, what is left beyond the residual of P: E is as much of P as the residual R is of Q, or as much of X. It is
+/// small unless something decays hardly more than rounding makes it.
+fn beyond(scaled: &Scaled<f64>, transposed: &Scaled<f64>, p: &[Mat<f64>], x: &[Mat<f64>]) -> f64 {
+    // The residual, the rounding of it, and what one unit of it makes of the solution.
+    let of = |form: &Scaled<f64>, solution: &[Mat<f64>]| {
+        let sizes = form.map(|entry| entry.abs()).left(&sizes(solution));
+        let rounding = f64::EPSILON * solution[0].nrows() as f64 * sizes.norm_max();
+        let driven = form
+            .q
+            .iter()
+            .flatten()
+            .fold(0.0, |most: f64, of| most.max(of.abs()));
+        let residual = form.left(solution).norm_max() + rounding;
+        (residual, solution[0].norm_max() / driven)
+    };
+    let ((r, of_one), (s, of_other)) = (of(scaled, p), of(transposed, x));
+    (p[0].nrows() as f64).powi(2) * r * s * of_one.max(of_other)
 }
 
 /// A symmetric matrix as a sum of others, each much smaller than those before it.
@@ -312,7 +333,7 @@ fn sizes(parts: &[Mat<f64>]) -> Parts {
 impl RandomVibration<'_> {
     /// The mean square of one output, or of the displacement of a coordinate or point, or of what a weighting makes of it, in doubles
     /// with an estimate of its error: many times quicker than [`solve`](Self::solve), which proves all of them. `None` where doubles do not determine it: under noise
-    /// of a band, where the mean square is not shown to be finite, and where something does not decay.
+    /// of a band, where the mean square is not shown to be finite, and where something does not decay as far as they show.
     ///
     /// ```
     /// use eigentone_modes::{GROUND, System};
@@ -347,7 +368,9 @@ impl RandomVibration<'_> {
                 form.and_then(|form| found.corrected(&form, &smith))
             }
         };
-        Ok(found.filter(|found| found.value > 0.0 && found.estimate.is_finite()))
+        // Of what does not decay each round would add as much again.
+        const DETERMINED: f64 = 1e-3;
+        Ok(found.filter(|found| found.estimate <= DETERMINED * found.value))
     }
 
     fn in_doubles(

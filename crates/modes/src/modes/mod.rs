@@ -4,7 +4,6 @@ mod plan;
 #[cfg(feature = "serde")]
 mod serial;
 
-use crate::linear::sorting::sort_by_number;
 use std::cmp::Ordering;
 
 use num_complex::Complex;
@@ -427,7 +426,7 @@ impl Modes {
     /// [complete](Self::is_complete) where all modes are and bounds show that no other is nearer.
     pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
         let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
-        sort_by_number(&mut self.modes, apart);
+        self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
         let rest = self.modes.split_off(count.min(self.modes.len()));
         // Roots that coincide are as near as each other.
         let beyond = |near: &Mode, far: &Mode| {

@@ -1,17 +1,21 @@
-//! All roots of a system with Rayleigh damping, from proven squares of its undamped frequencies.
+//! All roots of a system with damping in proportion and by modes, from proven squares of its undamped frequencies.
 //!
-//! With C = αM + βK the roots are those of λ² + γλ + σ, γ = α + βσ, for each eigenvalue σ of (K, M).
+//! With C = αM + βK + MΦ diag(2ζω) ΦᵀM the roots are those of λ² + γλ + σ, γ = α + βσ + 2ζ√σ, for each eigenvalue σ of (K, M).
 //! Where σ is known within a bound and α and β to 29 digits, so is γ.
+
+use std::ops::Range;
 
 use eigentone_digits::{Ball, DoubleDouble};
 
 use super::bounded_shape::Shape;
 use super::congruence::{Goal, squares};
+use super::exactly::real;
+use super::gram::UPWARD;
 use super::quadratic::{Damped, Modal, around, roots};
 use crate::structure::Structure;
 use crate::system::System;
 
-/// Proves a bound for every nonzero root of a system with Rayleigh damping and no massless nodes,
+/// Proves a bound for every nonzero root of a system with such damping and no massless nodes,
 /// given the elastic shapes approximately. `None` where no proof was reached.
 pub(crate) fn certify(
     system: &System,
@@ -19,7 +23,7 @@ pub(crate) fn certify(
     shapes: Vec<Vec<f64>>,
     tolerance: f64,
 ) -> Option<Vec<Damped>> {
-    let proportion = structure.proportion()?;
+    let (proportion, ratios) = structure.law()?;
     let (alpha, beta) = (known(proportion.of_mass), known(proportion.of_stiffness));
     let floating = structure.spring_floating();
     let drifts = proportion.of_mass == DoubleDouble::ZERO;
@@ -29,14 +33,29 @@ pub(crate) fn certify(
     if structure.zero_roots() != Some(rigid * if drifts { 2 } else { 1 }) {
         return None;
     }
-    let elastic = (0..squares.values.len()).map(|i| {
+    // Which of several modes has which ratio, their order must show.
+    let alike = |group: &Range<usize>| {
+        let ratios = ratios.get(group.clone()).unwrap_or_default();
+        ratios.iter().all(|ratio| *ratio == ratios[0])
+    };
+    if !ratios.is_empty()
+        && (ratios.len() != squares.values.len() || !squares.groups().iter().all(alike))
+    {
+        return None;
+    }
+    let mut elastic = Vec::with_capacity(squares.values.len());
+    for i in 0..squares.values.len() {
         let sigma = squares.around(&(i..i + 1));
-        Modal {
-            gamma: alpha + beta * sigma,
+        let mut gamma = alpha + beta * sigma;
+        if let Some(ratio) = ratios.get(i) {
+            gamma = gamma + real(2.0 * ratio) * root(sigma)?;
+        }
+        elastic.push(Modal {
+            gamma,
             sigma: Some(sigma),
             shape: squares.shape(i),
-        }
-    });
+        });
+    }
     // σ = 0: what only dampers hold relaxes with −α.
     let null = squares.columns[squares.values.len()..]
         .iter()
@@ -50,7 +69,23 @@ pub(crate) fn certify(
         sigma: None,
         shape,
     });
-    roots(&elastic.chain(relaxing).collect::<Vec<Modal>>())
+    elastic.extend(relaxing);
+    roots(&elastic)
+}
+
+/// √σ of all σ > 0 in a ball; `None` where 0 may be one.
+fn root(sigma: Ball<DoubleDouble>) -> Option<Ball<DoubleDouble>> {
+    let (centre, reach) = (sigma.middle().re, sigma.radius().to_f64());
+    if reach >= centre.to_f64() * (1.0 - 1e-9) {
+        return None;
+    }
+    // √c − √(c − r) ≤ r/√c, and the square root rounds.
+    let root = centre.sqrt();
+    let size = root.to_f64();
+    Some(around(
+        root,
+        (reach / size + size * 2f64.powi(-97)) * UPWARD,
+    ))
 }
 
 /// α or β with its error.

@@ -7,16 +7,17 @@
 //! beside C₀; both have the shapes of (M, K), so that C₀ decides alone whether damping is classical. Such facts are proved of
 //! C₀ + K, a stand-in for C; what depends on sizes is not.
 
-use super::coefficients::Coefficients;
+use super::coefficients::{Coefficient, Coefficients};
+use crate::exact::matrix::ExactMatrix;
 use crate::model::Model;
 
 /// What is known of the ratios.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(super) struct ByModes {
     /// ζ of each mode with ω ≠ 0, by rising ω.
     ratios: Vec<f64>,
-    /// Whether C₀ = 0.
-    alone: bool,
+    /// C₀.
+    rest: Coefficient,
 }
 
 impl ByModes {
@@ -38,10 +39,25 @@ impl ByModes {
         let ratio = |r: usize| by_modes.ratios.get(r).or(by_modes.ratios.last()).copied();
         let known = ByModes {
             ratios: (n - elastic..n).map(ratio).collect::<Option<_>>()?,
-            alone: damping.matrix.is_zero(),
+            rest: damping,
         };
-        let stand_in = damping.plus(&stiffness);
+        let stand_in = known.rest.plus(&stiffness);
         Some((known, Coefficients::from([mass, stand_in, stiffness])))
+    }
+
+    /// ζ of each mode with ω ≠ 0, by rising ω.
+    pub(super) fn ratios(&self) -> &[f64] {
+        &self.ratios
+    }
+
+    /// C₀.
+    pub(super) fn rest(&self) -> &ExactMatrix {
+        &self.rest.matrix
+    }
+
+    /// Whether C₀ = 0.
+    fn is_alone(&self) -> bool {
+        self.rest().is_zero()
     }
 
     /// Whether C is positive semidefinite for these ratios.
@@ -51,7 +67,7 @@ impl ByModes {
 
     /// Whether each root is real and no two of one mode are equal: all ratios are above 1.
     pub(super) fn are_overdamped(&self, n: usize) -> bool {
-        self.alone && self.ratios.len() == n && self.ratios.iter().all(|ratio| *ratio > 1.0)
+        self.is_alone() && self.ratios.len() == n && self.ratios.iter().all(|ratio| *ratio > 1.0)
     }
 
     /// Asked of what stands in for C, where no ratio is 0; else how many modes with ω ≠ 0 are of the kind, where there is no C₀.
@@ -60,7 +76,7 @@ impl ByModes {
         stand_in: impl FnOnce() -> Option<usize>,
         is_counted: impl Fn(f64) -> bool,
     ) -> Option<usize> {
-        if self.alone {
+        if self.is_alone() {
             let ratios = self.ratios.iter().copied();
             return Some(ratios.filter(|ratio| is_counted(*ratio)).count());
         }

@@ -74,7 +74,7 @@ pub struct Structure {
     names: Names,
     /// With what stands in for C, where a part of it is by modes.
     coefficients: Arc<Coefficients>,
-    by_modes: Option<ByModes>,
+    by_modes: Option<Arc<ByModes>>,
     undamped: bool,
     gyroscopic: bool,
     passive: Option<Passive>,
@@ -93,10 +93,10 @@ impl Structure {
     /// Of a model and its matrices in exact arithmetic.
     pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
         let (by_modes, coefficients) = match ByModes::of(model) {
-            Some((by_modes, stand_in)) => (Some(by_modes), Arc::new(stand_in)),
+            Some((by_modes, stand_in)) => (Some(Arc::new(by_modes)), Arc::new(stand_in)),
             None => (None, coefficients),
         };
-        let are_passive = by_modes.as_ref().is_none_or(ByModes::are_passive);
+        let are_passive = by_modes.as_deref().is_none_or(ByModes::are_passive);
         let [_, damping, stiffness] = coefficients.parts();
         let floating = |parts: &[&Coefficient]| {
             let networks: Option<Vec<_>> = parts.iter().map(|part| part.network.as_ref()).collect();
@@ -228,11 +228,31 @@ impl Structure {
 
     /// α and β of Rayleigh damping C = αM + βK with M and K symmetric, where that is what it is.
     pub(crate) fn proportion(&self) -> Option<Proportion> {
-        *self.proportion.get(|| {
-            let rayleigh = || rayleigh::proportion(&self.coefficients);
-            let exact = self.is_classical() && self.by_modes.is_none();
-            exact.then(rayleigh).flatten()
-        })
+        self.law()
+            .filter(|(_, ratios)| ratios.is_empty())
+            .map(|(proportion, _)| proportion)
+    }
+
+    /// α, β and ratios of damping by which γ = α + βω² + 2ζω of each undamped mode, where that is what it is: one ratio for each with
+    /// ω ≠ 0, by rising ω, or none.
+    pub(crate) fn law(&self) -> Option<(Proportion, &[f64])> {
+        let proportion = *self.proportion.get(|| {
+            let [mass, damping, stiffness] = self.coefficients.parts().map(|part| &part.matrix);
+            let rest = self
+                .by_modes
+                .as_ref()
+                .map_or(damping, |by_modes| by_modes.rest());
+            let proportion = || match self.by_modes.is_some() && rest.is_zero() {
+                true => Some(Proportion::NONE),
+                false => rayleigh::proportion([mass, rest, stiffness]),
+            };
+            self.is_classical().then(proportion).flatten()
+        });
+        let ratios = self
+            .by_modes
+            .as_ref()
+            .map_or(&[][..], |by_modes| by_modes.ratios());
+        Some((proportion?, ratios))
     }
 
     /// Whether a part of C is by modes, and is therefore rounded.

@@ -6,7 +6,7 @@ use std::cmp::Ordering;
 use eigentone_digits::DoubleDouble;
 
 use super::classical::is_rayleigh;
-use super::coefficients::Coefficients;
+use crate::exact::matrix::ExactMatrix;
 use crate::exact::sum::ExactSum;
 
 /// α and β, each within 2^-98 of itself; 0 exactly where it is 0.
@@ -16,14 +16,17 @@ pub(crate) struct Proportion {
     pub(crate) of_stiffness: DoubleDouble,
 }
 
-/// The proportion, where C is one and M and K are not multiples of each other; `None` as well
+impl Proportion {
+    /// Of no damping.
+    pub(crate) const NONE: Proportion = Proportion {
+        of_mass: DoubleDouble::ZERO,
+        of_stiffness: DoubleDouble::ZERO,
+    };
+}
+
+/// The proportion of M, C and K, where C is one and M and K are not multiples of each other; `None` as well
 /// where a product of entries leaves the doubles.
-pub(crate) fn proportion(coefficients: &Coefficients) -> Option<Proportion> {
-    let matrices = [
-        &coefficients.mass.matrix,
-        &coefficients.damping.matrix,
-        &coefficients.stiffness.matrix,
-    ];
+pub(crate) fn proportion(matrices: [&ExactMatrix; 3]) -> Option<Proportion> {
     if !is_rayleigh(matrices) {
         return None;
     }
@@ -92,10 +95,12 @@ fn difference([a, b]: [&[f64]; 2], [c, d]: [&[f64]; 2]) -> Option<ExactSum> {
 mod tests {
     use super::super::samples::{almost_classical, chain};
     use super::*;
+    use crate::structure::coefficients::Coefficients;
     use crate::system::System;
 
     fn found(system: &System) -> Option<(f64, f64)> {
-        let found = proportion(&Coefficients::of(system.model()))?;
+        let coefficients = Coefficients::of(system.model());
+        let found = proportion(coefficients.parts().map(|part| &part.matrix))?;
         Some((found.of_mass.to_f64(), found.of_stiffness.to_f64()))
     }
 

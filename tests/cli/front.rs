@@ -298,6 +298,53 @@ fn gains_between_two_frequencies_are_those_of_one_mass() {
     }
 }
 
+/// Where the least damped roots meet, no derivative tells how far a step may go. Two masses of small whole numbers, all alike in
+/// every run.
+#[test]
+fn the_most_damped_design_is_no_worse_than_any_that_was_looked_at() {
+    let folder = fresh("most-damped");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let mut state = 7u64;
+    // Knuth's linear congruential generator.
+    let mut from = |low: u64, high: u64| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        low + (state >> 33) % (high - low + 1)
+    };
+    for _ in 0..24 {
+        let scene = json!({
+            "masses": [{"name": "a", "mass": from(1, 5)}, {"name": "b", "mass": from(1, 5)}],
+            "springs": [{"between": ["ground", "a"], "stiffness": from(1, 30)},
+                        {"name": "k", "between": ["a", "b"], "stiffness": 1},
+                        {"between": ["b", "ground"], "stiffness": from(1, 30)}],
+            "dampers": [{"between": ["ground", "a"], "damping": from(0, 4) as f64 / 2.0},
+                        {"name": "c", "between": ["a", "b"], "damping": 1}]
+        });
+        let file = written(&folder.join("two.json"), &scene);
+        let (k, c) = (from(10, 30), from(5, 15));
+        let limits = [format!("k.stiffness=0.1:{k}"), format!("c.damping=0.1:{c}")];
+        let vary = ["--vary", &limits[0], "--vary", &limits[1]];
+        let aim = ["--maximise", "damping", "--json"];
+        let answer = parsed(&[&["optimise", &file], &vary[..], &aim].concat());
+        // But for rounding.
+        let best = number(&answer["metric"]["value"]) * (1.0 + 1e-12);
+        let others = answer["certificate"]["others"].as_array().expect("a list");
+        assert!(
+            others.iter().all(|other| number(other) <= best),
+            "{scene} {answer}"
+        );
+        let grid = limits.each_ref().map(|limits| format!("{limits}:16"));
+        let grid = ["--vary", &grid[0], "--vary", &grid[1]];
+        let aim = ["--metric", "damping", "--json"];
+        for line in printed(&[&["sweep", &file], &grid[..], &aim].concat()).lines() {
+            let one: Value = serde_json::from_str(line).expect("JSON");
+            let value = number(&one["metrics"]["damping"]);
+            assert!(value <= best, "{scene} {line} {answer}");
+        }
+    }
+}
+
 /// Five storeys, an absorber of 2 % of the building on the roof.
 #[test]
 fn an_absorber_for_a_building_is_better_than_its_neighbours() {

@@ -91,6 +91,17 @@ const PRIMES: [usize; MOST] = [2, 3, 5, 7, 11, 13, 17, 19];
 /// Parameters with a ratio of limits beyond this vary by ratios.
 const WIDE: f64 = 10.0;
 
+/// What functions are taken to err by, in parts of them.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether a value is better than another by more than rounding.
+pub(crate) fn surpasses(one: f64, other: f64) -> bool {
+    one < other - ROUNDING * other.abs()
+}
+
+/// Meshes go out from so many points, each the best so far.
+const MESHES: usize = 3;
+
 /// Finds the least maximum within limits. `pieces` gives the functions at a point, or `None` where there are none; they may come in
 /// any order and number.
 ///
@@ -154,6 +165,7 @@ pub fn minimise_with(
         pieces,
         gradients,
         evaluations: 0,
+        least: None,
     };
     let starts = search.starts();
     let tried = search.evaluations;
@@ -165,16 +177,25 @@ pub fn minimise_with(
     let mut found = found.into_iter();
     let best = found.next().ok_or(OptimumError::Nowhere { tried })?;
     let mut optimum = search.finish(best);
-    if !optimum.is_shown() {
-        let here = search.station(search.inside(&optimum.point));
-        if let Some(here) = here {
-            let meshed = search.mesh(here);
-            let next = search.descend(meshed);
-            let next = search.finish(next);
-            if next.value < optimum.value || next.is_shown() && next.value <= optimum.value {
-                optimum = next;
-            }
+    let mut is_left = !optimum.is_shown();
+    for _ in 0..MESHES {
+        let least = search.least.clone();
+        let Some(least) = least.filter(|least| is_left || surpasses(least.worst(), optimum.value))
+        else {
+            break;
+        };
+        let meshed = search.mesh(least);
+        let next = search.descend(meshed);
+        let next = search.finish(next);
+        if next.value < optimum.value || next.is_shown() && next.value <= optimum.value {
+            optimum = next;
         }
+        is_left = false;
+    }
+    // What is beside a place without derivatives may still be better than it.
+    let least = search.least.take();
+    if let Some(least) = least.filter(|least| surpasses(least.worst(), optimum.value)) {
+        optimum = search.unshown(&least);
     }
     optimum.others = found.map(|station| station.worst()).collect();
     optimum.evaluations = search.evaluations;
@@ -186,6 +207,8 @@ struct Search<'a, F, G> {
     pieces: F,
     gradients: G,
     evaluations: usize,
+    /// The best of all points.
+    least: Option<Station>,
 }
 
 /// A point in parts of the ranges, and the functions there.
@@ -267,21 +290,17 @@ where
         each.collect()
     }
 
-    fn inside(&self, point: &[f64]) -> Vec<f64> {
-        let each = self.limits.iter().zip(point);
-        let each = each.map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
-            true => (x / low).ln() / (high / low).ln(),
-            false => (x - low) / (high - low),
-        });
-        each.map(|u| u.clamp(0.0, 1.0)).collect()
-    }
-
     fn station(&mut self, at: Vec<f64>) -> Option<Station> {
         self.evaluations += 1;
         let point = self.outside(&at);
         let pieces = (self.pieces)(&point)?;
         let known = !pieces.is_empty() && pieces.iter().all(|piece| piece.value.is_finite());
-        known.then_some(Station { at, pieces })
+        let station = known.then_some(Station { at, pieces })?;
+        let is_least = |least: &Station| station.worst() < least.worst();
+        if self.least.as_ref().is_none_or(is_least) {
+            self.least = Some(station.clone());
+        }
+        Some(station)
     }
 
     /// The best points of a sequence that fills the limits, apart from each other.
@@ -524,7 +543,8 @@ where
         const STEPS: usize = 8;
         let mut here = best;
         let mut weights: Option<Vec<f64>> = None;
-        let mut shown: Option<(f64, Optimum)> = None;
+        let mut shown: Option<Optimum> = None;
+        let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             let Some(mut known) = self.derivatives(&here) else {
                 break;
@@ -536,35 +556,41 @@ where
                 break;
             };
             let length = step.by.iter().fold(0.0f64, |most, d| most.max(d.abs()));
-            if shown.as_ref().is_some_and(|(before, _)| length >= *before) {
+            if length >= before {
                 break;
             }
-            let optimum = self.certificate(&here, &known, &step);
-            shown = Some((length, optimum));
+            before = length;
+            // A step uphill that no other brings down again led astray.
+            let is_worse = |shown: &Optimum| surpasses(shown.value, here.worst());
+            if !shown.as_ref().is_some_and(is_worse) {
+                shown = Some(self.certificate(&here, &known, &step));
+            }
             let Some(next) = self.station(moved(&here.at, &step.by)) else {
                 break;
             };
             // Functions bend apart along a step, and the next brings them together again.
-            let allowed = 1e-12 * here.worst().abs() + 2.0 * known.bend(&step.by);
+            let allowed = ROUNDING * here.worst().abs() + 2.0 * known.bend(&step.by);
             if length == 0.0 || next.worst() > here.worst() + allowed {
                 break;
             }
             weights = Some(step.weights).filter(|_| next.pieces.len() == here.pieces.len());
             here = next;
         }
-        match shown {
-            Some((_, optimum)) => optimum,
-            None => Optimum {
-                point: self.outside(&here.at),
-                value: here.worst(),
-                active: Vec::new(),
-                spread: 0.0,
-                gradient: f64::INFINITY,
-                curvature: None,
-                limits: here.at.iter().map(|u| limit(*u)).collect(),
-                others: Vec::new(),
-                evaluations: 0,
-            },
+        shown.unwrap_or_else(|| self.unshown(&here))
+    }
+
+    /// A point of which derivatives show nothing.
+    fn unshown(&self, here: &Station) -> Optimum {
+        Optimum {
+            point: self.outside(&here.at),
+            value: here.worst(),
+            active: Vec::new(),
+            spread: 0.0,
+            gradient: f64::INFINITY,
+            curvature: None,
+            limits: here.at.iter().map(|u| limit(*u)).collect(),
+            others: Vec::new(),
+            evaluations: 0,
         }
     }
 

@@ -345,6 +345,41 @@ fn the_most_damped_design_is_no_worse_than_any_that_was_looked_at() {
     }
 }
 
+/// The one mass that nothing damps has a ratio of 0, of either sign before it is turned.
+#[test]
+fn no_zero_is_negative() {
+    let folder = fresh("no-damping");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = written(
+        &folder.join("two.json"),
+        &json!({
+            "masses": [{"name": "m", "mass": 1}, {"name": "n", "mass": 1}],
+            "springs": [{"between": ["ground", "m"], "stiffness": 1}, {"between": ["ground", "n"], "stiffness": 1}],
+            "dampers": [{"name": "c", "between": ["ground", "m"], "damping": 0.1}]
+        }),
+    );
+    let best = [
+        "optimise",
+        &scene,
+        "--vary",
+        "c.damping=0:2",
+        "--maximise",
+        "damping",
+    ];
+    let all = [
+        "sweep",
+        &scene,
+        "--vary",
+        "c.damping=0,1",
+        "--metric",
+        "damping",
+    ];
+    for arguments in [best, all] {
+        let text = printed(&[&arguments[..], &["--json"]].concat());
+        assert!(text.contains(": 0.0}") && !text.contains("-0.0"), "{text}");
+    }
+}
+
 /// Five storeys, an absorber of 2 % of the building on the roof.
 #[test]
 fn an_absorber_for_a_building_is_better_than_its_neighbours() {

@@ -505,7 +505,8 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     let roots = modes.into_iter().map(|mode| mode.eigenvalue().value);
     let sizes = roots.map(|root| (root, root.norm()));
     let moving = sizes.filter(|(_, size)| *size > 0.0);
-    moving.map(|(root, size)| (size, -root.re / size))
+    // Of 0 the opposite would be −0.
+    moving.map(|(root, size)| (size, 0.0 - root.re / size))
 }
 
 /// Frequency in rad/s and magnitude of each peak within a band, or at all frequencies, its ends and the highest frequency looked at

@@ -380,6 +380,48 @@ fn no_zero_is_negative() {
     }
 }
 
+/// A gain of 1/k is that of the force at rest: the largest wherever enough is damped.
+#[test]
+fn an_end_of_a_front_is_the_best_of_those_that_are_equal() {
+    let folder = fresh("front-flat");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = written(
+        &folder.join("one.json"),
+        &json!({
+            "masses": [{"name": "m", "mass": 1}],
+            "springs": [{"name": "k", "between": ["ground", "m"], "stiffness": 1}],
+            "dampers": [{"name": "c", "between": ["ground", "m"], "damping": 1}],
+            "noise": [{"on": "m", "force": 1}]
+        }),
+    );
+    let front = |vary: &str, aims: [&str; 2]| {
+        let more = ["--vary", vary, "--front", "5", "--json"];
+        let aims = ["--minimise", aims[0], "--minimise", aims[1]];
+        let answer = parsed(&[&["optimise", &scene], &aims[..], &more].concat());
+        answer["front"].as_array().expect("a list").clone()
+    };
+    let near = |value: &Value, right: f64| (number(value) / right - 1.0).abs() < 1e-9;
+    // √(S/4ck) falls on.
+    for aims in [["gain m m", "rms m"], ["rms m", "gain m m"]] {
+        let [one] = &front("c.damping=0.5:10", aims)[..] else {
+            panic!("one design is the best for both");
+        };
+        assert!(near(&one["metrics"]["gain m m"], 1.0), "{one}");
+        assert!(near(&one["metrics"]["rms m"], 0.1 * 2.5f64.sqrt()), "{one}");
+    }
+    // No mass changes it.
+    let [one] = &front("m.mass=0.1:10", ["rms m", "gain m m"])[..] else {
+        panic!("one design is the best for both");
+    };
+    assert!(near(&one["metrics"]["gain m m"], 1.0), "{one}");
+    // Up to m = c²/2k a heavier mass has the gain of a light one, and then one that grows with the square of the excess.
+    let all = front("m.mass=0.3:10", ["gain m m", "frequency 1"]);
+    assert!(near(&all[0]["metrics"]["gain m m"], 1.0), "{all:?}");
+    let mass = number(&all[0]["parameters"]["m.mass"]);
+    assert!((mass - 0.5).abs() < 1e-5, "{all:?}");
+    assert!(near(&all[4]["parameters"]["m.mass"], 10.0), "{all:?}");
+}
+
 /// Five storeys, an absorber of 2 % of the building on the roof.
 #[test]
 fn an_absorber_for_a_building_is_better_than_its_neighbours() {

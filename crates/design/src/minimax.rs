@@ -92,7 +92,7 @@ const PRIMES: [usize; MOST] = [2, 3, 5, 7, 11, 13, 17, 19];
 const WIDE: f64 = 10.0;
 
 /// What functions are taken to err by, in parts of them.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Whether a value is better than another by more than rounding.
 pub(crate) fn surpasses(one: f64, other: f64) -> bool {
@@ -151,6 +151,16 @@ pub fn minimise_with(
     pieces: impl FnMut(&[f64]) -> Option<Vec<Piece>>,
     gradients: impl FnMut(&[f64]) -> Option<Vec<(Piece, Vec<f64>)>>,
 ) -> Result<Optimum, OptimumError> {
+    minimise_from(None, limits, pieces, gradients)
+}
+
+/// The same by a search from one point alone, if there is one.
+pub(crate) fn minimise_from(
+    start: Option<&[f64]>,
+    limits: &[(f64, f64)],
+    pieces: impl FnMut(&[f64]) -> Option<Vec<Piece>>,
+    gradients: impl FnMut(&[f64]) -> Option<Vec<(Piece, Vec<f64>)>>,
+) -> Result<Optimum, OptimumError> {
     let n = limits.len();
     if !(1..=MOST).contains(&n) {
         return Err(OptimumError::Count { count: n });
@@ -167,7 +177,10 @@ pub fn minimise_with(
         evaluations: 0,
         least: None,
     };
-    let starts = search.starts();
+    let starts = match start {
+        Some(start) => search.station(inside(limits, start)).into_iter().collect(),
+        None => search.starts(),
+    };
     let tried = search.evaluations;
     let mut found: Vec<Station> = Vec::new();
     for start in starts {
@@ -694,6 +707,16 @@ where
         }
         here
     }
+}
+
+/// Parts of the ranges from parameters.
+pub(crate) fn inside(limits: &[(f64, f64)], point: &[f64]) -> Vec<f64> {
+    let each = limits.iter().zip(point);
+    let each = each.map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
+        true => (x / low).ln() / (high / low).ln(),
+        false => (x - low) / (high - low),
+    });
+    each.map(|u| u.clamp(0.0, 1.0)).collect()
 }
 
 /// The van der Corput sequence of a base.

@@ -2577,6 +2577,56 @@ fn a_sweep_in_parts_that_were_killed_is_that_of_one_run() {
 }
 
 #[test]
+fn a_part_that_was_cut_is_named_and_mended() {
+    let scene = veering("cut-part.json");
+    let parts = fresh("cut-part");
+    let parts = parts.to_str().expect("a UTF-8 path");
+    let vary = ["--vary", "soil.stiffness=1:7:9", "--out", parts];
+    let run = |part: &str| {
+        let output = eigentone(
+            &[
+                &["sweep", &scene],
+                &vary[..],
+                &["--shard", part, "--resume"],
+            ]
+            .concat(),
+        );
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).expect("UTF-8")
+    };
+    for part in ["1/3", "2/3", "3/3"] {
+        run(part);
+    }
+    printed(&["merge", parts]);
+    let whole = fs::read_to_string(Path::new(parts).join("sweep.csv")).expect("a table");
+    for (part, name) in [("1/3", "sweep.1-of-3.csv"), ("3/3", "sweep.3-of-3.csv")] {
+        let file = Path::new(parts).join(name);
+        let text = fs::read_to_string(&file).expect("a table");
+        let lines: Vec<&str> = text.split_inclusive('\n').collect();
+        assert_eq!(lines.len(), 4);
+        // Behind a design, within one, within the columns, and all of it.
+        let ends = [lines[0].len() + lines[1].len(), text.len() - 3, 5, 0];
+        for end in ends {
+            fs::write(&file, &text[..end]).expect("it can be written");
+            let error = refused(&["merge", parts], 2);
+            let right = format!("missing: {} (not complete: --resume goes on)", &part[..1]);
+            assert!(error.contains(&right), "{end}: {error}");
+            assert!(!run(part).contains("complete already"), "{end}");
+            assert_eq!(fs::read_to_string(&file).expect("a table"), text, "{end}");
+            assert!(run(part).contains("complete already"));
+            printed(&["merge", parts]);
+            let merged = fs::read_to_string(Path::new(parts).join("sweep.csv"));
+            assert_eq!(merged.expect("a table"), whole);
+        }
+        fs::write(&file, text.clone() + lines[3]).expect("it can be written");
+        let error = refused(&["merge", parts], 2);
+        let right = format!("{name}: it has 4 designs, and its part of the sweep 3");
+        assert!(error.contains(&right), "{error}");
+        fs::write(&file, text).expect("it can be written");
+    }
+}
+
+#[test]
 fn axes_of_designs_have_units() {
     let folder = fresh("sweep-units");
     fs::create_dir_all(&folder).expect("it can be made");

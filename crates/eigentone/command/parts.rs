@@ -5,6 +5,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use eigentone::design::part_of;
 use eigentone::report::{SweepReport, SweepTable, SweptDesign};
 use serde_json::{Value, json};
 
@@ -73,10 +74,15 @@ impl Part {
         let known = self.file(".json");
         if resume && known.exists() {
             let text = read(&known, fs::read_to_string(&known))?;
-            let written: Value = serde_json::from_str(&text).unwrap_or_default();
-            same(&known, &written, &self.question)?;
-            if !growing.exists() && self.file(".csv").exists() {
-                return Ok(None);
+            let answered: Value = serde_json::from_str(&text).unwrap_or_default();
+            same(&known, &answered, &self.question)?;
+            let whole = self.file(".csv");
+            if !growing.exists() && whole.exists() {
+                let designs = self.question["designs"].as_u64().unwrap_or(0);
+                if is_whole(&whole, designs, self.part())? {
+                    return Ok(None);
+                }
+                written(&whole, fs::rename(&whole, &growing))?;
             }
         }
         let done = match resume && known.exists() && growing.exists() {
@@ -194,6 +200,23 @@ fn complete_lines(file: &Path) -> Result<[u64; 2], Failure> {
     }
 }
 
+/// Whether a table has as many designs as a part of so many in all.
+fn is_whole(file: &Path, designs: u64, [part, parts]: [u64; 2]) -> Result<bool, Failure> {
+    let own = part_of(designs, part, parts).map_err(|error| unfit(file, error.to_string()))?;
+    // The first line names the columns.
+    let found = complete_lines(file)?[0].saturating_sub(1);
+    match found <= own.end - own.start {
+        true => Ok(found == own.end - own.start),
+        false => Err(unfit(
+            file,
+            format!(
+                "it has {found} designs, and its part of the sweep {}",
+                own.end - own.start
+            ),
+        )),
+    }
+}
+
 /// A table that is not complete.
 pub struct Growing {
     file: PathBuf,
@@ -251,20 +274,20 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
     }
     let mut asked = question(&first)?;
     let table = table_of(&first, &asked)?;
-    let missing: Vec<String> = (1..=count)
-        .filter(|i| {
-            let is_there = parts.iter().any(|([part, _], _)| part == i);
-            !(is_there && directory.join(stem(*i, count) + ".csv").exists())
-        })
-        .map(|i| {
-            let is_begun = directory.join(stem(i, count) + ".csv.part").exists();
-            if is_begun {
-                format!("{i} (not complete: --resume goes on)")
-            } else {
-                i.to_string()
-            }
-        })
-        .collect();
+    let designs = asked["designs"].as_u64().unwrap_or(0);
+    let mut missing = Vec::new();
+    for i in 1..=count {
+        let [file, growing] =
+            [".csv", ".csv.part"].map(|ending| directory.join(stem(i, count) + ending));
+        let is_there = file.exists() && parts.iter().any(|([part, _], _)| *part == i);
+        if is_there && is_whole(&file, designs, [i, count])? {
+            continue;
+        }
+        missing.push(match is_there || growing.exists() {
+            true => format!("{i} (not complete: --resume goes on)"),
+            false => i.to_string(),
+        });
+    }
     if !missing.is_empty() {
         return Err(unfit(
             directory,
@@ -275,7 +298,6 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
         same(file, &question(file)?, &asked)?;
     }
     asked["part"] = json!([1, 1]);
-    let designs = asked["designs"].as_u64().unwrap_or(0);
     let mut files = Files::into(directory)?;
     let mut problem = None;
     files.write("sweep.csv", |out| {

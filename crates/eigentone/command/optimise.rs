@@ -125,9 +125,7 @@ impl Tried<'_> {
 
     fn pieces(&mut self, aims: &[Aim<'_>], values: &[f64]) -> Option<Vec<Vec<Piece>>> {
         self.count += 1;
-        if self.count.is_multiple_of(100) {
-            self.progress.say(&format!("{} designs", self.count));
-        }
+        self.progress.say(&format!("{} designs", self.count));
         match self.varied.pieces(aims, values) {
             Ok(pieces) => pieces,
             Err(message) => {

@@ -39,6 +39,9 @@ pub enum Kind {
     Settling(String),
 }
 
+/// Root mean squares are to be as good as this part of them.
+const GOOD: f64 = 1e-11;
+
 pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"gain FROM TO lo:hi\", \"rms NAME\", \"rms-wk NAME\", \"rms-wd NAME\", \"peak NAME\" and \"settling NAME\"";
 
 impl Kind {
@@ -478,9 +481,9 @@ impl Varied {
                 };
                 let mut all = motion.outputs().iter().chain(motion.displacement());
                 let found = all.find(|of| of.name == *name);
-                Ok(found
-                    .and_then(|found| found.rms.finite())
-                    .map(|(value, _)| value))
+                let found = found.and_then(|found| found.rms.finite());
+                let good = found.filter(|(value, bound)| *value == 0.0 || bound / value <= GOOD);
+                Ok(good.map(|(value, _)| value))
             }
             Kind::Peak(name) => peak(scene, self.precision, name),
             Kind::Settling(name) => settling(scene, modes, name),
@@ -555,8 +558,6 @@ pub fn mean_square(
     name: &str,
     weighting: Option<Weighting>,
 ) -> Result<Option<MeanSquare>, String> {
-    /// Values are to be as good as this part of them.
-    const GOOD: f64 = 1e-11;
     let noise = scene.noise().ok_or("the scene has no `noise`")?;
     let square = noise
         .mean_square(name, weighting)

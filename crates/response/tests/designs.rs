@@ -622,6 +622,25 @@ fn so_are_those_of_stiff_systems() {
     }
 }
 
+/// S/4ck of a mass that creeps back on a soft spring: its two rates are up to 2·10⁻²² times as large as each other.
+#[test]
+fn mean_squares_of_what_creeps_are_those_of_the_closed_form() {
+    for (power, c) in (0..30).flat_map(|power| [0.01, 0.1, 1.0, 2.0].map(|c| (power, c))) {
+        let k = 0.1f64.powi(power);
+        let system = System::builder().mass("m", 1.0);
+        let system = system.spring(GROUND, "m", k).damper(GROUND, "m", c);
+        let system = system.build().unwrap();
+        let noise = RandomVibration::of(&system).force("m", 1.0);
+        let Some(square) = noise.mean_square("m", None).unwrap() else {
+            assert!(power > 20, "{k} {c}");
+            continue;
+        };
+        let error = (square.value() - 0.25 / (c * k)).abs();
+        let rounding = 2.0 * f64::EPSILON * square.value();
+        assert!(error <= square.estimate() + rounding, "{k} {c}: {square:?}");
+    }
+}
+
 #[test]
 fn derivatives_of_mean_squares_are_those_of_proven_values() {
     let numbers = random(&mut Dice(23), 3, 0.05);

@@ -2,7 +2,8 @@
 //!
 //! A P + P Aᵀ + Q = 0 and Aᵀ X + X A + cᵀc = 0 are solved together: with F = (A − q)⁻¹(A + q) they are P = FPFᵀ + 2q(A − q)⁻¹Q(A − q)⁻ᵀ
 //! and its transpose, sums that double their length at each step (Smith 1968, *SIAM J. Appl. Math.* 16). What P leaves of its
-//! equation, R = AP + PAᵀ + Q, weighed by X, is how far cPcᵀ is off: it is added, and what rounding makes of it is the estimate.
+//! equation, R = AP + PAᵀ + Q, weighed by X, is how far cPcᵀ is off: it is added, and the estimate is as much, beside what rounding makes
+//! of it.
 //!
 //! Stiff systems, as finite elements are, leave doubles few digits of A itself. There R, and what X leaves of its equation, S, come from
 //! an A of twice the digits. With E that P lacks, AE + EAᵀ = −R, the mean square is cPcᵀ + tr XR + tr SE but for what E lacks itself.

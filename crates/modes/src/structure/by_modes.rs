@@ -9,7 +9,8 @@
 
 use super::coefficients::{Coefficient, Coefficients};
 use crate::exact::matrix::ExactMatrix;
-use crate::model::Model;
+use crate::exact::null_space::annulled;
+use crate::model::{MatrixKind, Model};
 
 /// What is known of the ratios.
 #[derive(Debug, PartialEq)]
@@ -18,6 +19,22 @@ pub(super) struct ByModes {
     ratios: Vec<f64>,
     /// C₀.
     rest: Coefficient,
+}
+
+/// Whether what rounds damps motions that need no force: those that K annuls are not found exactly, or not all that the rest of C annuls
+/// are annulled by the whole.
+pub(super) fn damp_rigid_motions(model: &Model, whole: &Coefficients) -> bool {
+    let Some(by_modes) = model.by_modes() else {
+        return false;
+    };
+    if whole.stiffness.semidefinite_rank() == Some(model.len()) {
+        return false;
+    }
+    let Some(motions) = whole.stiffness.null_space() else {
+        return true;
+    };
+    let rest = ExactMatrix::of(&by_modes.beside, MatrixKind::Damping);
+    annulled(&whole.damping.matrix, motions).len() < annulled(&rest, motions).len()
 }
 
 impl ByModes {

@@ -75,6 +75,7 @@ pub struct Structure {
     /// With what stands in for C, where a part of it is by modes.
     coefficients: Arc<Coefficients>,
     by_modes: Option<Arc<ByModes>>,
+    rigid_rounded: bool,
     undamped: bool,
     gyroscopic: bool,
     passive: Option<Passive>,
@@ -92,6 +93,7 @@ pub struct Structure {
 impl Structure {
     /// Of a model and its matrices in exact arithmetic.
     pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
+        let rigid_rounded = by_modes::damp_rigid_motions(model, &coefficients);
         let (by_modes, coefficients) = match ByModes::of(model) {
             Some((by_modes, stand_in)) => (Some(Arc::new(by_modes)), Arc::new(stand_in)),
             None => (None, coefficients),
@@ -117,6 +119,7 @@ impl Structure {
             undamped_modes: Later::new(),
             proportion: Later::new(),
             by_modes,
+            rigid_rounded,
             coefficients,
         }
     }
@@ -258,6 +261,12 @@ impl Structure {
     /// Whether a part of C is by modes, and is therefore rounded.
     pub(crate) fn is_by_modes(&self) -> bool {
         self.by_modes.is_some()
+    }
+
+    /// Whether the matrix of [damping by modal ratios](crate::SystemBuilder::modal_damping), as it is rounded, damps motions that need no
+    /// force, by some 1e-50, which the ideal one does not.
+    pub fn damps_rigid_motions_by_rounding(&self) -> bool {
+        self.rigid_rounded
     }
 
     /// How many roots are exactly 0: two for each rigid-body motion that nothing holds, one for

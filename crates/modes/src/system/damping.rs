@@ -209,9 +209,17 @@ impl ModalRatios {
                 }
             }
         }
+        // What only rounding keeps from 0 is 0: parts that move by themselves stay apart.
+        let sizes: Vec<T> = (0..massive.len())
+            .map(|i| matrix[i][i].abs().sqrt())
+            .collect();
+        let rounding = i64::from(T::UNIT_LOG2) + 24;
         let mut terms: Vec<Term> = Vec::new();
         for (i, row) in matrix.iter().enumerate() {
             for (j, entry) in row[..=i].iter().enumerate() {
+                if i != j && entry.abs() <= (sizes[i] * sizes[j]).scale(rounding) {
+                    continue;
+                }
                 let (row, column) = (massive[i], massive[j]);
                 for value in parts(*entry) {
                     terms.push(Term { row, column, value });

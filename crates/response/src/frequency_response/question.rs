@@ -294,7 +294,7 @@ impl<'a> FrequencyResponse<'a> {
                 }
                 let at_zero = match &found {
                     Enclosed::Singular | Enclosed::Undecided(_) if frequency == 0.0 => {
-                        Some(limits(block, &asked))
+                        Some(self.limits(block, &asked))
                     }
                     _ => None,
                 };
@@ -325,6 +325,16 @@ impl<'a> FrequencyResponse<'a> {
             methods,
             Bounds::Proven,
         ))
+    }
+
+    /// The [limits] for Ω → 0, not known where the rounding of C decides them.
+    fn limits(&self, block: &Block, columns: &[(&[Push], &[Reading])]) -> Vec<Vec<Limit>> {
+        if self.system.structure().damps_rigid_motions_by_rounding() {
+            let unknown =
+                |(_, readings): &(&[Push], &[Reading])| vec![Limit::Unknown; readings.len()];
+            return columns.iter().map(unknown).collect();
+        }
+        limits(block, columns)
     }
 
     /// The same by one sparse factor for each frequency, with estimated bounds.
@@ -407,7 +417,7 @@ impl<'a> FrequencyResponse<'a> {
                     match found {
                         Enclosed::Values(values, _) => Some(values[0][0]),
                         _ if frequency.is_zero() => {
-                            match limits(&blocks[column.block], &[asked])[0][0] {
+                            match self.limits(&blocks[column.block], &[asked])[0][0] {
                                 Limit::Finite(value) => Some(value),
                                 Limit::Infinite | Limit::Unknown => None,
                             }

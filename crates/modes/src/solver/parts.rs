@@ -10,9 +10,13 @@ use super::coincidence::{settle_between, touch};
 
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
-/// The coordinates in groups that no spring, damper or matrix entry joins, each rising.
+/// The coordinates in groups that no spring, damper or matrix entry joins, each rising. Damping by modes is that of the whole: which mode
+/// has which ratio is a matter of all frequencies.
 pub(crate) fn parts(system: &System) -> Vec<Vec<usize>> {
-    groups(system, &KINDS)
+    match system.model().by_modes() {
+        Some(_) => vec![(0..system.len()).collect()],
+        None => groups(system, &KINDS),
+    }
 }
 
 /// The same, with the matrices of these kinds only.

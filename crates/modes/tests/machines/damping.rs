@@ -377,6 +377,41 @@ fn ratios_of_every_kind() {
     }
 }
 
+/// Rigid motions of levers are no doubles: they are still all the same, whatever the rounding of C.
+#[test]
+fn levers_with_modal_damping() {
+    let levers = || {
+        System::builder()
+            .mass("a", 7.0)
+            .mass("b", 9.0)
+            .mass("c", 2.0)
+            .point("p", [("a", 3.7), ("b", -7.9)], 0.0)
+            .spring(GROUND, "p", 1.0)
+    };
+    // vᵀM⁻¹v for the lever v.
+    let square: f64 = 3.7 * 3.7 / 7.0 + 7.9 * 7.9 / 9.0;
+    for ratio in [0.02, 1.0, 1.5] {
+        let system = levers()
+            .modal_damping([ratio], None)
+            .build()
+            .expect("a system");
+        assert_eq!(system.structure().zero_roots(), Some(4));
+        assert!(system.structure().damps_rigid_motions_by_rounding());
+        let modes = system.modes().expect("modes");
+        assert_eq!(modes.bounds(), Bounds::Proven, "{ratio}");
+        let eigenvalues = modes.eigenvalues();
+        let zeros = eigenvalues.iter().filter(|root| root.value.norm() == 0.0);
+        assert_eq!((zeros.count(), eigenvalues.len()), (4, 6), "{modes:?}");
+        let swings = modes.iter().filter(|mode| mode.motion() != Motion::Rigid);
+        for mode in swings {
+            let [re, im] = [mode.eigenvalue().value.re, mode.eigenvalue().value.im];
+            // λ² + 2ζωλ + ω² = 0.
+            let left = (re * re - im * im + 2.0 * ratio * square.sqrt() * re + square).abs();
+            assert!(left < 1e-12 && re < 0.0, "{ratio}: {re} ± {im}i");
+        }
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said() {
     let wrong = |builder: SystemBuilder| builder.build().expect_err("wrong");

@@ -2380,6 +2380,36 @@ fn an_analysis_shows_shapes_and_forces_and_explains_itself_when_asked() {
     assert_eq!(but_plan(&short), but_plan(&long));
 }
 
+/// By what they join, points among it; elements that join the same have their numbers too.
+#[test]
+fn forces_have_the_names_of_what_their_springs_join() {
+    let text = r#"{ "masses": [{"name": "heave", "mass": 900}, {"name": "pitch", "mass": 1300, "unit": "rad"}],
+                    "points": [{"name": "front", "moves": {"heave": 1, "pitch": -1}},
+                               {"name": "rear", "moves": {"heave": 1, "pitch": 1}}, {"name": "low", "moves": {"heave": 1}}],
+                    "springs": [{"between": ["ground", "front"], "stiffness": 20000},
+                                {"between": ["ground", "rear"], "stiffness": 22000},
+                                {"between": ["ground", "low"], "stiffness": 10},
+                                {"between": ["low", "ground"], "stiffness": 10},
+                                {"between": ["ground", "low"], "stiffness": 20}],
+                    "dampers": [{"between": ["ground", "rear"], "damping": 5, "name": "strut"}],
+                    "initial": {"heave": {"displacement": 0.1}}, "time": {"end": 1, "step": 0.5} }"#;
+    let short = piped(&["analyze", "-"], text);
+    let rows = short.lines().map(str::trim_start);
+    let rows = rows.filter(|line| line.starts_with("spring ") || line.starts_with("damper "));
+    let names: Vec<&str> = rows
+        .filter_map(|line| line.split_once("  ").map(|(name, _)| name))
+        .collect();
+    let wanted = [
+        "spring ground–front",
+        "spring ground–rear",
+        "spring ground–low (2)",
+        "spring low–ground",
+        "spring ground–low (4)",
+        "damper strut",
+    ];
+    assert_eq!(names, wanted, "{short}");
+}
+
 /// The peaks of a ball that is thrown against a ceiling lie between the samples, and the plots say when it hits.
 #[test]
 fn motions_with_switches_are_analysed_between_the_samples() {

@@ -1,9 +1,10 @@
 //! What a motion demands of a machine: accelerations of coordinates and forces in springs, dampers and switches, as CSV and
 //! plots, and the peaks of these and of the outputs.
 
+use std::collections::HashMap;
 use std::io::{self, Write};
 
-use eigentone_modes::{ElementKind, GROUND, GivenElement, System};
+use eigentone_modes::{ElementKind, GivenElement};
 use eigentone_response::{Extrema, Peaks, Problem, Quantity, Reached, Trajectory};
 use eigentone_switching::{SwitchedMotion, SwitchedPeaks};
 
@@ -86,7 +87,7 @@ impl<'a> DemandReport<'a> {
     }
 
     /// One row for each instant with all digits: step, instant, the tension in each spring and damper, in their order, under
-    /// its name or those of both ends, the force of each switch on its second end, and then the bound of each. Nothing where
+    /// its name or those of both ends (with its number, from 0, where another has the same), the force of each switch on its second end, and then the bound of each. Nothing where
     /// forces were not asked for.
     ///
     /// # Errors
@@ -232,14 +233,16 @@ impl<'a> DemandReport<'a> {
         let system = self.problem.system();
         let mut all = Vec::new();
         for kind in [ElementKind::Spring, ElementKind::Damper] {
-            for (index, element) in system.elements(kind).iter().enumerate() {
+            let elements = system.elements(kind);
+            let named = elements.iter().zip(labels(&elements));
+            for (index, (element, label)) in named.enumerate() {
                 let force = self.trajectory.force(kind, index);
                 let bounds = self.trajectory.force_bound(kind, index);
                 let Some((values, bounds)) = force.zip(bounds) else {
                     continue;
                 };
                 all.push(Demand {
-                    label: format!("{kind} {}", label(system, index, element)),
+                    label: format!("{kind} {label}"),
                     unit: unit::force(element.kind),
                     values: values.to_vec(),
                     bounds,
@@ -316,26 +319,22 @@ impl<'a> DemandReport<'a> {
     }
 }
 
-/// The name of an element, else those of its ends, else its number.
-fn label(system: &System, index: usize, element: &GivenElement) -> String {
-    let stretch = &element.stretch;
-    let places = [
-        (&stretch.coordinates, system.names()),
-        (&stretch.supports, system.supports()),
-    ];
-    let ends = places
-        .into_iter()
-        .flat_map(|(terms, names)| terms.iter().map(|&(i, factor)| (names[i].as_str(), factor)));
-    let ends: Vec<(&str, f64)> = ends.collect();
-    let at = |side: f64| {
-        let mut found = ends.iter().filter(|(_, factor)| *factor == side);
-        found.next().map_or(GROUND, |(name, _)| name)
+/// The name of each element, else those of its ends, with its number where another one has the same.
+fn labels(elements: &[GivenElement]) -> Vec<String> {
+    let plain = |element: &GivenElement| {
+        let [first, second] = &element.ends;
+        let ends = || format!("{first}–{second}");
+        element.name.clone().unwrap_or_else(ends)
     };
-    let plain = ends.len() <= 2 && ends.iter().all(|(_, factor)| factor.abs() == 1.0);
-    let distinct = at(-1.0) != at(1.0);
-    match &element.name {
-        Some(name) => name.clone(),
-        None if plain && distinct => format!("{}–{}", at(-1.0), at(1.0)),
-        None => index.to_string(),
-    }
+    let plain: Vec<String> = elements.iter().map(plain).collect();
+    let mut counts = HashMap::new();
+    plain
+        .iter()
+        .for_each(|label| *counts.entry(label).or_insert(0) += 1);
+    let each = plain.iter().zip(elements).enumerate();
+    each.map(|(index, (label, element))| match &element.name {
+        None if counts[label] > 1 => format!("{label} ({index})"),
+        _ => label.clone(),
+    })
+    .collect()
 }

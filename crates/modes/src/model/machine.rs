@@ -22,6 +22,8 @@ pub struct Point {
 pub struct GivenElement {
     /// Its name, if it has one.
     pub name: Option<String>,
+    /// The names of a and b, between which it was given: masses, points, supports or the ground.
+    pub ends: [String; 2],
     /// x_b − x_a of an element between a and b.
     pub stretch: Form,
     /// Stiffness in N/m or damping in N·s/m, between rotations in N·m/rad or N·m·s/rad. It may be negative.

@@ -160,8 +160,14 @@ impl Model {
             return machine.elements(kind).get(index).cloned();
         }
         let element = self.between(kind).get(index)?;
+        let name = |node: Node| {
+            node.coordinate()
+                .map_or(GROUND, |i| &self.names[i])
+                .to_owned()
+        };
         Some(GivenElement {
             name: None,
+            ends: [name(element.first), name(element.second)],
             stretch: Form::of_node(element.second).minus(&Form::of_node(element.first)),
             coefficient: element.coefficient,
             kind: Some(CoordinateKind::Displacement),

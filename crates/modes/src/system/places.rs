@@ -278,6 +278,7 @@ impl Joined {
         };
         given.push(GivenElement {
             name: element.name,
+            ends: element.ends,
             stretch: stretch.clone(),
             coefficient,
             kind: measured,

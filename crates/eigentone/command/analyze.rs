@@ -113,7 +113,7 @@ impl Analyze {
         if let Some(directory) = &self.out {
             progress.say("report");
             let files = Files::into(directory)?.beside(file);
-            write(&analysis, &scene, files)?;
+            write(&analysis, &scene, files, &progress)?;
         }
         drop(progress);
         report_switches(&self.question.scene, &scene);
@@ -213,7 +213,12 @@ fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> R
     Ok(())
 }
 
-fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(), Failure> {
+fn write(
+    analysis: &Analysis<'_>,
+    scene: &Scene,
+    mut files: Files,
+    progress: &Progress,
+) -> Result<(), Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, system.names());
     // Without symmetric matrices there is no energy to speak of.
@@ -258,7 +263,9 @@ fn write(analysis: &Analysis<'_>, scene: &Scene, mut files: Files) -> Result<(),
             out.write_all(plot.svg().as_bytes())
         })?;
     }
+    progress.say("frequency response and its peaks");
     let frequency = frequency_response(scene, analysis.modes);
+    progress.say("report");
     let frequency = frequency
         .as_ref()
         .map(|(functions, features)| FrequencyReport {

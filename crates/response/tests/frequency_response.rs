@@ -454,6 +454,32 @@ fn estimates_of_a_hessenberg_form_hold() {
     }
 }
 
+/// What a force on one end of a chain does to the other falls with the 16th power of the frequency, below all that modes in
+/// doubles can tell from 0.
+#[test]
+fn peaks_are_complete_where_functions_fall_steeply() {
+    let n = 8;
+    let name = |i: usize| format!("m{i}");
+    let mut builder = System::builder();
+    for i in 0..n {
+        builder = builder.mass(name(i), 1.0 + 0.1 * i as f64);
+        let before = if i == 0 {
+            GROUND.to_owned()
+        } else {
+            name(i - 1)
+        };
+        builder = builder.spring(&before, name(i), 10.0 + i as f64);
+        builder = builder.damper(before, name(i), 0.1 + 0.01 * i as f64);
+    }
+    let system = builder.build().expect("a system");
+    let asked = FrequencyResponse::of(&system).from(name(0));
+    let all = asked.features(&[1e-3, 1e3]).expect("features");
+    for (i, found) in all.iter().enumerate() {
+        assert!(found.is_complete(), "{i}");
+        assert!(found.peaks().len() > found.dips().len(), "{i}: {found:?}");
+    }
+}
+
 /// Between two frequencies that lie below and above all of them.
 #[test]
 fn peaks_need_no_grid() {

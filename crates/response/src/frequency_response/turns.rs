@@ -320,17 +320,22 @@ impl Axis<'_> {
     fn decide(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
         /// Poles so near to the axis are not stepped around: by factors, and by modes, whose steps take hardly any time.
         const SHARP: [f64; 2] = [0.02, 1e-7];
+        // Modes answer away from 0, as far as their digits go.
+        let mut by_factor = true;
         if let Some((modes, first)) = self.modes {
             if low == 0.0 && high > first {
                 return None;
             }
-            if let Some(cover) = by_modes(modes, low, high, self.is_real, centers) {
-                return Some(cover);
+            if low > 0.0 {
+                match by_modes(modes, low, high, self.is_real, centers) {
+                    Ok(cover) => return Some(cover),
+                    Err(undecided) => by_factor = undecided == Undecided::Blind,
+                }
             }
         }
-        let direct = match self.modes {
-            Some(_) if low > 0.0 => None,
-            _ => self.direct(low, high, centers),
+        let direct = match by_factor {
+            true => self.direct(low, high, centers),
+            false => None,
         };
         if let Some(center) = direct
             && let Some(cover) = self.by_series(&center, false, low, high, centers)
@@ -480,6 +485,15 @@ impl Axis<'_> {
     }
 }
 
+/// Why modes do not decide an interval.
+#[derive(Clone, Copy, PartialEq)]
+enum Undecided {
+    /// A narrower one may be decided.
+    Wide,
+    /// What is lost in doubles hides the slope and its derivative at the centre, as where a function falls steeply.
+    Blind,
+}
+
 /// One interval away from 0, by modes: a series of H, or a pole of a function that is real.
 fn by_modes(
     modes: &InDoubles<'_>,
@@ -487,18 +501,20 @@ fn by_modes(
     high: f64,
     is_real: bool,
     centers: &mut Centers,
-) -> Option<Cover> {
+) -> Result<Cover, Undecided> {
     const COUNT: usize = 20;
-    if low == 0.0 {
-        return None;
-    }
     let (x, least) = about(low, high);
     centers.products += modes.products(COUNT);
-    let by_series = || {
+    let mut undecided = Undecided::Wide;
+    let mut by_series = || {
         let (series, radius) = modes.series(x, least, COUNT)?;
         let slope = Slope::of(&series, 0, false, x, radius)?;
+        if slope.is_blind() {
+            undecided = Undecided::Blind;
+        }
         slope.turns_between(low, high, x, radius)
     };
+    let turns = by_series();
     let by_pole = || {
         let pole = is_real.then(|| modes.pole(low, high))??;
         let is_within = low < pole.0 && pole.0 < high;
@@ -508,8 +524,9 @@ fn by_modes(
         };
         Some(is_within.then_some(turn).into_iter().collect())
     };
-    Some(Cover {
-        turns: by_series().or_else(by_pole)?,
+    let turns = turns.or_else(by_pole).ok_or(undecided)?;
+    Ok(Cover {
+        turns,
         rises_at_zero: false,
     })
 }
@@ -597,6 +614,14 @@ impl Slope {
     /// Whether all that is known of it is 0.
     fn is_zero(&self) -> bool {
         self.coefficients.is_empty()
+    }
+
+    /// Whether neither its value at 0 nor its derivative there is known well enough that a narrower interval helps.
+    fn is_blind(&self) -> bool {
+        /// With hardly any digits only very narrow intervals are decided.
+        const KNOWN: f64 = 4.0;
+        let mut first = self.coefficients.iter().take(2);
+        !self.is_zero() && first.all(|(value, off)| value.abs() <= KNOWN * off)
     }
 
     /// Its sign at 0, if it was decided there.

@@ -203,6 +203,9 @@ struct Outputs {
     states: usize,
     /// What a value loses along some fifty halvings, about, in parts of what it is made of.
     rounding: f64,
+    /// How far the rows of all quantities may be off in their states and in their loads, in the 2-norm: where the exact entries
+    /// cancel, that is all they are.
+    off: Vec<[f64; 2]>,
 }
 
 impl Outputs {
@@ -216,9 +219,12 @@ impl Outputs {
         const HALVINGS: f64 = 64.0;
         let [x, v, a] = &generator.outputs;
         let mut orders = [&x.rows, &v.rows, &a.rows].map(|rows| rows.clone());
+        let mut off = x.off.clone();
         if beside {
             let accelerations = a.rows.iter().filter(|_| problem.wants_acceleration());
             let combinations = generator.combinations.iter().flat_map(|one| &one.rows);
+            let wanted = a.off.iter().filter(|_| problem.wants_acceleration());
+            off.extend(wanted.chain(generator.combinations.iter().flat_map(|one| &one.off)));
             for row in accelerations.chain(combinations) {
                 let rate = derivative(row, &generator.w);
                 orders[2].push(derivative(&rate, &generator.w));
@@ -242,6 +248,7 @@ impl Outputs {
             more,
             states: generator.states,
             rounding,
+            off: off.iter().map(|off| off.map(Magnitude::to_f64)).collect(),
         }
     }
 
@@ -290,7 +297,9 @@ impl Outputs {
         let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
         let (of_states, of_loads) = row.split_at(self.states);
         let (own, driven) = states.split_at(self.states);
-        self.rounding * (length(of_states) * length(own) + length(of_loads) * length(driven))
+        let [off_states, off_loads] = self.off[i];
+        (self.rounding * length(of_states) + off_states) * length(own)
+            + (self.rounding * length(of_loads) + off_loads) * length(driven)
     }
 }
 

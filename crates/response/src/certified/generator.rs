@@ -52,6 +52,8 @@ pub(crate) struct Output<T> {
     pub(crate) rows: Vec<Vec<T>>,
     /// What the states, and what the loads do to it.
     pub(crate) parts: [Part; 2],
+    /// How far the two parts of each row may be off, in the 2-norm.
+    pub(crate) off: Vec<[Magnitude; 2]>,
 }
 
 /// A part of all rows of an output.
@@ -455,28 +457,35 @@ impl<T: Real> Output<T> {
     fn of(map: &BallMatrix<T>, states: usize, inexact: Magnitude) -> Output<T> {
         let columns = map.columns();
         let largest = |a: Magnitude, b: Magnitude| if a < b { b } else { a };
-        let part = |from: usize, to: usize, inexact: Magnitude| {
-            let row = |i: usize, entry: &dyn Fn(usize, usize) -> Magnitude| {
-                let squares = (from..to).map(|j| entry(i, j) * entry(i, j));
-                squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
+        let kinds = [(0..states, inexact), (states..columns, Magnitude::ZERO)];
+        // Norm and error of each part of a row.
+        let sizes = |i: usize| {
+            kinds.clone().map(|(range, inexact)| {
+                let length = |entry: &dyn Fn(usize) -> Magnitude| {
+                    let squares = range.clone().map(|j| entry(j) * entry(j));
+                    squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
+                };
+                let norm = length(&|j| map.middle(i, j).upper() + map.radius(i, j));
+                [norm, length(&|j| map.radius(i, j)) + inexact * norm]
+            })
+        };
+        let sizes: Vec<[[Magnitude; 2]; 2]> = (0..map.rows()).map(sizes).collect();
+        let part = |kind: usize| {
+            let top = |of: usize| {
+                let all = sizes.iter().map(|row| row[kind][of]);
+                all.fold(Magnitude::ZERO, largest)
             };
-            let rows = |norm: &dyn Fn(usize) -> Magnitude| {
-                (0..map.rows()).map(norm).fold(Magnitude::ZERO, largest)
-            };
-            let norm = |i| row(i, &|i, j| map.middle(i, j).upper() + map.radius(i, j));
             Part {
-                norm: rows(&norm),
-                error: rows(&|i| row(i, &|i, j| map.radius(i, j)) + inexact * norm(i)),
+                norm: top(0),
+                error: top(1),
             }
         };
         Output {
             rows: (0..map.rows())
                 .map(|i| (0..columns).map(|j| map.middle(i, j)).collect())
                 .collect(),
-            parts: [
-                part(0, states, inexact),
-                part(states, columns, Magnitude::ZERO),
-            ],
+            parts: [part(0), part(1)],
+            off: sizes.iter().map(|row| row.map(|[_, off]| off)).collect(),
         }
     }
 }

@@ -799,6 +799,29 @@ mod tests {
         }
     }
 
+    /// Of two nodes without mass, the last of which nothing else holds, the spring between them has no force.
+    #[test]
+    fn a_force_that_is_nothing_is_within_its_bound() {
+        for stiffness in 1..20 {
+            let stiffness = f64::from(stiffness) / 7.0;
+            let builder = System::builder().mass("m", 1.3).mass("a", 0.0);
+            let builder = builder.mass("b", 0.0).spring(GROUND, "m", 0.7);
+            let builder = builder.spring("m", "a", 1.9).spring(GROUND, "a", 0.3);
+            let builder = builder.spring("a", "b", stiffness);
+            let found = extrema(&builder.build().expect("a system"), |response| {
+                let from = State::at_rest().push("m", -1.6);
+                response.from(from).with_forces().every(0.1).until(0.7)
+            });
+            let peaks = found.force(ElementKind::Spring, 3).expect("asked for");
+            for Reached { value, bound, .. } in [peaks.highest, peaks.lowest] {
+                assert!(
+                    value.abs() <= bound && bound < 1e-25,
+                    "{stiffness}: {peaks:?}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn the_largest_velocity_is_that_of_the_closed_form() {
         // The impulse response e^(−ζωt)·sin(ω_d t) of a step's velocity is steepest at atan(ω_d/ζω)/ω_d.

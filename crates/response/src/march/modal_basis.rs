@@ -3,7 +3,7 @@
 use eigentone_digits::{DoubleDouble, Magnitude, product};
 use eigentone_modes::{ClassicalModes, FirstOrder, Modes, ModesError, Precision, System};
 use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Scale};
 use thiserror::Error;
 
 use super::estimate::{Detour, size};
@@ -105,7 +105,7 @@ impl Basis {
         Basis {
             blocks: blocks.collect(),
             enlargement: enlargement(&t, &inverse, &rows, nf),
-            detour: detour(&form, &t, &inverse),
+            detour: detour(&form, &t, &size(inverse.as_ref())),
             form,
             t,
             inverse,
@@ -168,8 +168,13 @@ impl Basis {
         let mut inverse = even.partial_piv_lu().inverse();
         // A step of Newton's method: what an elimination leaves of T T⁻¹ − 1 may be larger than what products round.
         let left = Mat::<f64>::identity(n, n) - product(even.as_ref(), inverse.as_ref());
+        // It leaves the square of that, and rounds by units of the entries before it, which may be all that there is.
+        let (mut sizes, left_size) = (size(inverse.as_ref()), size(left.as_ref()));
+        let square = product(left_size.as_ref(), left_size.as_ref());
+        sizes += product(sizes.as_ref(), square.as_ref()) * Scale(f64::EPSILON.recip());
         inverse += product(inverse.as_ref(), left.as_ref());
-        let inverse = Mat::from_fn(n, n, |i, j| inverse[(i, j)] / rows[j]);
+        let uneven = |even: &Mat<f64>| Mat::from_fn(n, n, |i, j| even[(i, j)] / rows[j]);
+        let (inverse, sizes) = (uneven(&inverse), uneven(&sizes));
         let half = form.massive().len();
         let enlargement = enlargement(&t, &inverse, &rows, half);
         if enlargement.is_nan() || enlargement > LARGEST_CONDITION {
@@ -178,7 +183,7 @@ impl Basis {
             ));
         }
         Ok(Basis {
-            detour: detour(&form, &t, &inverse),
+            detour: detour(&form, &t, &sizes),
             form,
             t,
             inverse,
@@ -220,13 +225,13 @@ fn enlargement(t: &Mat<f64>, inverse: &Mat<f64>, rows: &[f64], half: usize) -> f
 }
 
 /// The largest sums along a row of |X||T||T⁻¹| and |XA||T||T⁻¹|, from displacements and from velocities to either of all
-/// coordinates. Of the states the second `massive` are velocities.
+/// coordinates, given sizes of T⁻¹ in units of which it is rounded. Of the states the second `massive` are velocities.
 fn detour(form: &FirstOrder, t: &Mat<f64>, inverse: &Mat<f64>) -> Detour {
     let (n, half) = (t.nrows(), form.massive().len());
     let kind = |i: usize| usize::from((half..2 * half).contains(&i));
     let mut into = Mat::<f64>::zeros(n, 2);
     for k in 0..n {
-        (0..n).for_each(|j| into[(k, kind(j))] += inverse[(k, j)].abs());
+        (0..n).for_each(|j| into[(k, kind(j))] += inverse[(k, j)]);
     }
     let states = size(t.as_ref()) * into;
     let leaves = |map: Mat<f64>| {
@@ -297,6 +302,44 @@ pub(crate) fn add_to_block(matrix: MatRef<'_, f64>, vector: &[f64], sum: &mut [f
     for (j, factor) in vector.iter().enumerate() {
         for i in 0..vector.len() {
             sum[i] += matrix[(i, j)] * factor;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_modes::GROUND;
+
+    use super::*;
+
+    /// Shapes without imaginary parts make no displacement of a velocity; what the inversion leaves of one is within its estimate.
+    #[test]
+    fn what_the_inversion_leaves_is_estimated() {
+        for n in 2..12 {
+            let mut builder = System::builder();
+            for i in 0..n {
+                let before = match i {
+                    0 => GROUND.to_owned(),
+                    _ => format!("m{}", i - 1),
+                };
+                let (name, stiffness) = (format!("m{i}"), 7.3 * 1.9f64.powi(i));
+                builder = builder.mass(&name, 0.1 * f64::from(i * i % 7 + 1));
+                builder = builder.spring(&before, &name, stiffness);
+                builder = builder.damper(&before, &name, stiffness / 1024.0);
+            }
+            let system = builder.build().expect("a system");
+            let form = FirstOrder::of(&system).expect("masses");
+            let modes = system.modes().expect("modes");
+            let basis = Basis::complex(form, &modes).expect("well conditioned");
+            let (half, from) = (n as usize, n as usize);
+            let moved = &basis.t * basis.inverse.col(from);
+            let left = moved.subrows(0, half).norm_max();
+            let [[_, leaves], _] = basis.detour.leaves;
+            assert!(
+                left <= 8.0 * f64::EPSILON * leaves,
+                "{n}: {left:e} {leaves:e}"
+            );
+            assert!(leaves < 1.0, "{n}: {leaves:e}");
         }
     }
 }

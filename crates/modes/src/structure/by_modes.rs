@@ -1,7 +1,7 @@
 //! Damping by ratios of the undamped modes, C = C₀ + MΦ diag(2ζω) ΦᵀM. Its last part is irrational, and what the matrix rounds
 //! would count as what it is not: a rigid motion would be damped, a motion without damping grow.
 //!
-//! With M ≻ 0, K ⪰ 0 and C₀ ⪰ 0 the same holds of C₀ + K where nothing but this is asked: both parts annul the motions N that need
+//! With K ⪰ 0, C₀ ⪰ 0 and M ≻ 0 on all coordinates that are not massless the same holds of C₀ + K where nothing but this is asked: both parts annul the motions N that need
 //! no force, and no others if no ratio is 0, so that they have the same roots at 0 (in a basis of N and of what is
 //! M-orthogonal to it, both act on the latter alone, where K has an inverse), the same parts that nothing holds, and the same rank
 //! beside C₀; both have the shapes of (M, K), so that C₀ decides alone whether damping is classical. Such facts are proved of
@@ -17,6 +17,8 @@ use crate::model::{MatrixKind, Model};
 pub(super) struct ByModes {
     /// ζ of each mode with ω ≠ 0, by rising ω.
     ratios: Vec<f64>,
+    /// How many coordinates have no mass. What they follow is held by springs, as such damping asks for.
+    massless: usize,
     /// C₀.
     rest: Coefficient,
 }
@@ -38,8 +40,7 @@ pub(super) fn damp_rigid_motions(model: &Model, whole: &Coefficients) -> bool {
 }
 
 impl ByModes {
-    /// Of a model with such damping, with what stands in for its matrices. `None` where M ≻ 0, K ⪰ 0 and C₀ ⪰ 0 are not
-    /// proved.
+    /// Of a model with such damping, with what stands in for its matrices. `None` where that is not proved of them.
     pub(super) fn of(model: &Model) -> Option<(ByModes, Coefficients)> {
         let by_modes = model.by_modes()?;
         let Coefficients {
@@ -50,12 +51,16 @@ impl ByModes {
         } = Coefficients::of(&by_modes.beside);
         let n = model.len();
         let elastic = stiffness.semidefinite_rank()?;
-        if mass.semidefinite_rank()? != n || damping.semidefinite_rank().is_none() {
+        let massive = mass.semidefinite_rank()?;
+        let is_massless = |i: &usize| mass.matrix.row(*i).next().is_none();
+        let massless = (0..n).filter(is_massless).count();
+        if massive + massless != n || damping.semidefinite_rank().is_none() {
             return None;
         }
         let ratio = |r: usize| by_modes.ratios.get(r).or(by_modes.ratios.last()).copied();
         let known = ByModes {
-            ratios: (n - elastic..n).map(ratio).collect::<Option<_>>()?,
+            ratios: (n - elastic..massive).map(ratio).collect::<Option<_>>()?,
+            massless,
             rest: damping,
         };
         let stand_in = known.rest.plus(&stiffness);
@@ -97,7 +102,8 @@ impl ByModes {
             let ratios = self.ratios.iter().copied();
             return Some(ratios.filter(|ratio| is_counted(*ratio)).count());
         }
-        let all = self.ratios.iter().all(|ratio| *ratio > 0.0);
+        // The stand-in damps what has no mass as well.
+        let all = self.massless == 0 && self.ratios.iter().all(|ratio| *ratio > 0.0);
         all.then(stand_in)?
     }
 }

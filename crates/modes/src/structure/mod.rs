@@ -94,9 +94,19 @@ impl Structure {
     /// Of a model and its matrices in exact arithmetic.
     pub(crate) fn of(model: &Model, coefficients: Arc<Coefficients>) -> Structure {
         let rigid_rounded = by_modes::damp_rigid_motions(model, &coefficients);
+        // What has no mass has no damping by modes: C tells it of them, and how many roots are finite.
+        let massless = Massless::of(&coefficients);
+        let given = Roots::of(&coefficients);
         let (by_modes, coefficients) = match ByModes::of(model) {
             Some((by_modes, stand_in)) => (Some(Arc::new(by_modes)), Arc::new(stand_in)),
             None => (None, coefficients),
+        };
+        let roots = match by_modes {
+            Some(_) => Roots {
+                finite: given.finite,
+                ..Roots::of(&coefficients)
+            },
+            None => given,
         };
         let are_passive = by_modes.as_deref().is_none_or(ByModes::are_passive);
         let [_, damping, stiffness] = coefficients.parts();
@@ -110,8 +120,8 @@ impl Structure {
             gyroscopic: gyroscopic::is_gyroscopic(&coefficients),
             passive: passive::passive(model, &coefficients).filter(|_| are_passive),
             classical: classical::classical(&coefficients),
-            roots: Roots::of(&coefficients),
-            massless: Massless::of(&coefficients),
+            roots,
+            massless,
             spring_floating: floating(&[stiffness]),
             floating: floating(&[stiffness, damping]),
             overdamped: Later::new(),

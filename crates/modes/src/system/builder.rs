@@ -135,7 +135,7 @@ impl SystemBuilder {
     /// The matrix is full, and is computed with more than forty-eight digits, of which three doubles an entry are kept. Roots,
     /// shapes and motions are those of that matrix, and differ from those of the ideal one by about 2^-159 of the largest entry, far
     /// below the last digit unless frequencies are more than 1e30 apart: what would be exactly 0 may be as little instead. Where
-    /// every coordinate has mass, M is positive definite and K and the rest of C are positive semidefinite, what the
+    /// M is positive definite but for coordinates without mass, and K and the rest of C are positive semidefinite, what the
     /// [structure](System::structure) states is that of the ideal one: rigid motions are not damped, ratios of 0 leave their modes
     /// undamped, and damping by ratios alone is classical.
     pub fn modal_damping(mut self, ratios: impl Into<Vec<f64>>, relative_to: Option<&str>) -> Self {

@@ -379,11 +379,13 @@ impl Follow {
     /// them to itself.
     fn against(&self, coupling: &[Term]) -> Result<Vec<Term>, BuildError> {
         let mut taken = Vec::new();
+        let sizes = coupling.iter().map(|term| term.value.abs());
+        let least = self.least(sizes.fold(0.0, f64::max));
         for &Term { row, column, value } in coupling {
             let first = self.motion.partition_point(|(i, _)| *i < row);
             let parts = self.motion[first..].iter().take_while(|(i, _)| *i == row);
             for &(_, part) in parts {
-                for value in product(-value, part).ok_or(BuildError::DampingRange)? {
+                for value in kept(-value, part, least)? {
                     let (row, column) = (self.support, column);
                     taken.push(Term { row, column, value });
                     if row != column {
@@ -394,6 +396,12 @@ impl Follow {
             }
         }
         Ok(gathered(taken))
+    }
+
+    /// Up to where products of the motion with terms up to a size are far below the digits that are kept.
+    fn least(&self, size: f64) -> f64 {
+        let parts = self.motion.iter().map(|(_, part)| part.abs());
+        size * parts.fold(0.0, f64::max) * f64::powi(2.0, -200)
     }
 
     /// A matrix given by its terms, times this motion.
@@ -409,9 +417,11 @@ impl Follow {
             by_row[start..].iter().take_while(move |each| each.0 == i)
         };
         let mut force = Vec::new();
+        let sizes = matrix.iter().map(|term| term.value.abs());
+        let least = self.least(sizes.fold(0.0, f64::max));
         for term in matrix {
             for &(_, part) in at(term.column) {
-                let parts = product(term.value, part).ok_or(BuildError::DampingRange)?;
+                let parts = kept(term.value, part, least)?;
                 force.extend(parts.map(|value| Term {
                     row: term.row,
                     column: self.support,
@@ -420,6 +430,14 @@ impl Follow {
             }
         }
         Ok(gathered(force))
+    }
+}
+
+/// a·b as two doubles; 0 where it leaves their range and is no larger than what counts.
+fn kept(a: f64, b: f64, least: f64) -> Result<[f64; 2], BuildError> {
+    match product(a, b) {
+        None if a.abs() * b.abs() <= least => Ok([0.0; 2]),
+        found => found.ok_or(BuildError::DampingRange),
     }
 }
 

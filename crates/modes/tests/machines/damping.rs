@@ -412,6 +412,49 @@ fn levers_with_modal_damping() {
     }
 }
 
+/// Lumped beams have rotations without mass.
+#[test]
+fn lumped_beams_with_modal_damping() {
+    let beam = |ends, ratios: &[f64]| {
+        let beam = Beam {
+            name: "b".to_owned(),
+            length: 1.1,
+            elements: 5,
+            flexural_rigidity: 10.0,
+            mass_per_length: 2.0,
+            ends,
+            lumped: true,
+        };
+        let damped = System::builder().beam(beam).modal_damping(ratios, None);
+        damped.build().expect("a system")
+    };
+    for (ends, zeros) in [
+        ([BeamEnd::Pinned, BeamEnd::Free], 2),
+        ([BeamEnd::Free, BeamEnd::Free], 4),
+        ([BeamEnd::Clamped, BeamEnd::Free], 0),
+    ] {
+        for ratios in [&[0.02][..], &[0.3, 0.0]] {
+            let system = beam(ends, ratios);
+            let structure = system.structure();
+            assert_eq!(structure.zero_roots(), Some(zeros));
+            assert!(structure.is_passive(), "{structure}");
+            let modes = system.modes().expect("modes");
+            let eigenvalues = modes.eigenvalues();
+            let still = eigenvalues.iter().filter(|root| root.value.norm() == 0.0);
+            assert_eq!(still.count(), zeros);
+            assert_eq!(Some(eigenvalues.len()), structure.finite_roots());
+            // By their order, rigid motions first.
+            let ratio = |r: usize| ratios[r.min(ratios.len() - 1)];
+            let swings = modes.iter().filter(|mode| mode.motion() != Motion::Rigid);
+            for (r, mode) in (zeros / 2..).zip(swings) {
+                let found = mode.damping_ratio().expect("it swings");
+                assert!((found - ratio(r)).abs() <= 1e-15, "{r}: {found}");
+                assert_ne!(mode.motion(), Motion::Growing);
+            }
+        }
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said() {
     let wrong = |builder: SystemBuilder| builder.build().expect_err("wrong");

@@ -46,7 +46,7 @@ pub fn front(
     front_with(limits, count, aims, |_| None)
 }
 
-/// The same with gradients, as [`minimise_with`] takes them.
+/// The same with gradients, as [`minimise_with`](crate::minimise_with) takes them.
 ///
 /// # Errors
 /// [`OptimumError`].

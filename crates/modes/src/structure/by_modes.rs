@@ -1,11 +1,12 @@
-//! Damping by ratios of the undamped modes, C = C₀ + MΦ diag(2ζω) ΦᵀM. Its last part is irrational, and what the matrix rounds
-//! would count as what it is not: a rigid motion would be damped, a motion without damping grow.
+//! Damping by ratios of the undamped modes, C = C₀ + MΦ diag(2ζω) ΦᵀM. Its last part is irrational. Its rounded matrix has other
+//! structure: it damps rigid motions by 1e-50, or makes them grow.
 //!
-//! With K ⪰ 0, C₀ ⪰ 0 and M ≻ 0 on all coordinates that are not massless the same holds of C₀ + K where nothing but this is asked: both parts annul the motions N that need
-//! no force, and no others if no ratio is 0, so that they have the same roots at 0 (in a basis of N and of what is
-//! M-orthogonal to it, both act on the latter alone, where K has an inverse), the same parts that nothing holds, and the same rank
-//! beside C₀; both have the shapes of (M, K), so that C₀ decides alone whether damping is classical. Such facts are proved of
-//! C₀ + K, a stand-in for C; what depends on sizes is not.
+//! Facts that do not depend on sizes are proved of C₀ + K in place of C, where K ⪰ 0, C₀ ⪰ 0, and M ≻ 0 on the coordinates that have mass:
+//!
+//! - Roots at 0: both parts annul the motions N that need no force. In a basis of N and of what is M-orthogonal to it they act on
+//!   the latter alone, where K has an inverse.
+//! - Parts that nothing holds, and the rank of C where no ratio is 0: beside N neither part annuls anything.
+//! - Classical damping: both parts have the shapes of (M, K), so that C₀ decides.
 
 use super::coefficients::{Coefficient, Coefficients};
 use crate::exact::matrix::ExactMatrix;
@@ -23,8 +24,8 @@ pub(super) struct ByModes {
     rest: Coefficient,
 }
 
-/// Whether what rounds damps motions that need no force: those that K annuls are not found exactly, or not all that the rest of C annuls
-/// are annulled by the whole.
+/// Whether the rounded matrix may damp motions that need no force: they are not found exactly, or C does not annul all of them that C₀
+/// annuls.
 pub(super) fn damp_rigid_motions(model: &Model, whole: &Coefficients) -> bool {
     let Some(by_modes) = model.by_modes() else {
         return false;
@@ -40,7 +41,8 @@ pub(super) fn damp_rigid_motions(model: &Model, whole: &Coefficients) -> bool {
 }
 
 impl ByModes {
-    /// Of a model with such damping, with what stands in for its matrices. `None` where that is not proved of them.
+    /// Of a model with such damping, with what stands in for its matrices. `None` where K, C₀ or M is not
+    /// proved to be as that takes.
     pub(super) fn of(model: &Model) -> Option<(ByModes, Coefficients)> {
         let by_modes = model.by_modes()?;
         let Coefficients {

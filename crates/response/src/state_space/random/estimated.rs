@@ -354,7 +354,9 @@ impl RandomVibration<'_> {
         };
         // Of what does not decay each round would add as much again.
         const DETERMINED: f64 = 1e-3;
-        Ok(found.filter(|found| found.estimate <= DETERMINED * found.value))
+        let is_known =
+            |found: &MeanSquare| found.value > 0.0 && found.estimate <= DETERMINED * found.value;
+        Ok(found.filter(is_known))
     }
 
     fn in_doubles(

@@ -149,6 +149,9 @@ impl<T: Real> BallMatrix<T> {
         let entries = other.middle.iter().zip(&other.radius);
         let weights: Vec<[Magnitude; 2]> = entries
             .map(|(middle, radius)| {
+                if middle.is_zero() && radius.is_zero() {
+                    return [Magnitude::ZERO; 2];
+                }
                 let size = middle.upper();
                 [*radius + size * unit, size + *radius]
             })

@@ -34,6 +34,8 @@ pub(crate) struct Point {
     values: Vec<f64>,
     /// States and loads once more, where more digits are taken.
     more: Vec<DoubleDouble>,
+    /// The 2-norms of states and of loads.
+    sizes: [f64; 2],
 }
 
 impl Point {
@@ -139,7 +141,9 @@ impl Stretch<'_> {
 
     /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
     pub(crate) fn rounding(&self, i: usize) -> f64 {
-        self.way.outputs.rounding(self.left, i)
+        let [states, loads] = self.left.sizes;
+        let [off_states, off_loads] = self.way.outputs.off[i];
+        off_states * states + off_loads * loads
     }
 
     /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
@@ -201,10 +205,8 @@ struct Outputs {
     more: Vec<DoubleDouble>,
     /// How many entries of a row belong to states.
     states: usize,
-    /// What a value loses along some fifty halvings, about, in parts of what it is made of.
-    rounding: f64,
-    /// How far the rows of all quantities may be off in their states and in their loads, in the 2-norm: where the exact entries
-    /// cancel, that is all they are.
+    /// How far each quantity may be off beside the 2-norms of states and of loads: by what rounding makes of it along some fifty
+    /// halvings, about, and by the error of its row, which is all there is where the exact entries cancel.
     off: Vec<[f64; 2]>,
 }
 
@@ -242,13 +244,23 @@ impl Outputs {
                 (rows().copied().collect(), HALVINGS * unit + error)
             }
         };
+        let rows: Vec<f64> = rows().map(|entry| entry.to_f64()).collect();
+        let states = generator.states;
+        let size = generator.w.len();
+        let off = off.iter().enumerate().map(|(i, off)| {
+            let [of_states, of_loads] = sizes(&rows[i * size..][..size], states);
+            let [off_states, off_loads] = off.map(Magnitude::to_f64);
+            [
+                rounding * of_states + off_states,
+                rounding * of_loads + off_loads,
+            ]
+        });
         Outputs {
             count: orders[0].len(),
-            rows: rows().map(|entry| entry.to_f64()).collect(),
+            off: off.collect(),
+            rows,
             more,
-            states: generator.states,
-            rounding,
-            off: off.iter().map(|off| off.map(Magnitude::to_f64)).collect(),
+            states,
         }
     }
 
@@ -268,6 +280,7 @@ impl Outputs {
         }
         Point {
             count,
+            sizes: sizes(states, self.states),
             values,
             more,
         }
@@ -289,18 +302,12 @@ impl Outputs {
             value[0]
         })
     }
+}
 
-    /// What rounding makes of a quantity along some fifty halvings, about.
-    fn rounding(&self, point: &Point, i: usize) -> f64 {
-        let (states, _) = point.states();
-        let row = &self.rows[i * states.len()..][..states.len()];
-        let length = |part: &[f64]| part.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (of_states, of_loads) = row.split_at(self.states);
-        let (own, driven) = states.split_at(self.states);
-        let [off_states, off_loads] = self.off[i];
-        (self.rounding * length(of_states) + off_states) * length(own)
-            + (self.rounding * length(of_loads) + off_loads) * length(driven)
-    }
+/// The 2-norms of the states and of the loads in a row, or of themselves.
+fn sizes(row: &[f64], states: usize) -> [f64; 2] {
+    let (states, loads) = row.split_at(states);
+    [states, loads].map(|part| part.iter().map(|x| x * x).sum::<f64>().sqrt())
 }
 
 /// The rate of a row: (cᵀζ)′ = cᵀWζ.

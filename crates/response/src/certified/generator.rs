@@ -462,7 +462,8 @@ impl<T: Real> Output<T> {
         let sizes = |i: usize| {
             kinds.clone().map(|(range, inexact)| {
                 let length = |entry: &dyn Fn(usize) -> Magnitude| {
-                    let squares = range.clone().map(|j| entry(j) * entry(j));
+                    let filled = range.clone().filter(|j| !map.is_zero(i, *j));
+                    let squares = filled.map(|j| entry(j) * entry(j));
                     squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt()
                 };
                 let norm = length(&|j| map.middle(i, j).upper() + map.radius(i, j));

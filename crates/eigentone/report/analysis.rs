@@ -443,8 +443,7 @@ impl Answer<'_> {
 const UNKNOWN: &str = "Not known: a load changes so late that following the motion until then takes too long; end later than that.\n";
 
 /// What a time that is *not known* means.
-const OPEN: &str =
-    "Not known: it is that near at the last sample, and it is not shown that it stays so.\n";
+const OPEN: &str = "Not known: it is not shown to come that near and stay so.\n";
 
 /// How many samples there are, until when.
 pub(super) fn heading(trajectory: &Trajectory) -> String {

@@ -218,17 +218,11 @@ impl Summary {
         let width = |ranges: &[Range], between: Option<&Extrema>, i: usize, end: f64| {
             let (farthest, noise) = (ranges[i].deviation(end), noise(between, i));
             let is_outside = (last.x[i] - end).abs() > BAND * (farthest + noise) + noise;
-            Width::of(farthest, noise, is_outside)
-        };
-        let is_still = |i: usize, end: f64| {
-            let instants = x.row(i).iter();
-            let mut distances = instants.map(|x| (x - end).abs());
-            distances.all(|distance| distance <= about[i])
-                && ranges[i].deviation(end) <= noise(between.as_ref(), i)
+            let stands = x.row(i).iter().all(|x| (x - end).abs() <= about[i]);
+            Width::of(farthest, noise, [stands, is_outside])
         };
         let is_hard = ends.iter().enumerate().any(|(i, end)| {
-            let width = end.map(|end| width(&ranges, between.as_ref(), i, end));
-            width.is_some_and(|width| width.is_hard()) && end.is_some_and(|end| !is_still(i, end))
+            end.is_some_and(|end| width(&ranges, between.as_ref(), i, end).is_hard())
         });
         if let Some(closer) = between
             .as_ref()
@@ -393,8 +387,11 @@ impl Summary {
             let places = problem.sources()[k].terms[0].iter();
             let about =
                 places.map(|(i, [a, b])| (a * b * self.about.get(*i).unwrap_or(&0.0)).abs());
-            let noise = high.bound.max(low.bound) + about.sum::<f64>();
-            Some(Width::of(farthest, noise, false))
+            let about: f64 = about.sum();
+            let noise = high.bound.max(low.bound) + about;
+            let mut values = trajectory.output(k).iter();
+            let stands = values.all(|value| (value - centre).abs() <= about);
+            Some(Width::of(farthest, noise, [stands, false]))
         };
         let asked = || {
             centres
@@ -404,13 +401,7 @@ impl Summary {
         };
         let is_hard = asked().any(|(k, centre)| {
             let width = centre.and_then(|centre| width(extrema, k, centre));
-            let moves = || {
-                trajectory
-                    .output(k)
-                    .iter()
-                    .any(|value| Some(*value) != *centre)
-            };
-            width.is_some_and(|width| width.is_hard()) && moves()
+            width.is_some_and(|width| width.is_hard())
         });
         let mut follower = Follower::of(problem);
         let closer = (is_hard && extrema.digits() == Digits::Once)
@@ -738,7 +729,7 @@ fn net(floating: &Floating, force: &[f64]) -> Vec<f64> {
 
 /// How wide a band is beside what is not known of a distance.
 enum Width {
-    /// Nothing is seen to move: so wide that nothing does.
+    /// It stands at every instant, and nothing shows that it moves between them: so wide that it does not.
     Still(f64),
     /// Known well enough, or not but outside at the end in any case.
     Known(f64),
@@ -749,12 +740,13 @@ enum Width {
 }
 
 impl Width {
-    /// For the largest distance, how far it may be off, and whether it is outside at the end in any case.
-    fn of(farthest: f64, noise: f64, is_outside: bool) -> Width {
+    /// For the largest distance, how far it may be off, and whether it stands at all instants, and is outside at the end in any
+    /// case.
+    fn of(farthest: f64, noise: f64, [stands, is_outside]: [bool; 2]) -> Width {
         const SIX: f64 = 1e5;
         const THREE: f64 = 1e3;
         let half_width = BAND * farthest;
-        if farthest <= noise {
+        if stands && farthest <= noise && noise.is_finite() {
             Width::Still(noise)
         } else if is_outside || half_width >= SIX * noise {
             Width::Known(half_width)
@@ -767,7 +759,7 @@ impl Width {
 
     /// Whether more digits would tell more.
     fn is_hard(&self) -> bool {
-        !matches!(self, Width::Known(_))
+        !matches!(self, Width::Still(_) | Width::Known(_))
     }
 
     fn is_lost(&self) -> bool {
@@ -886,7 +878,7 @@ fn last_sample_outside(trajectory: &Trajectory, i: usize, band: &Band) -> Option
 mod tests {
     use super::*;
     use crate::{Harmonic, Impulse, Quantity, Ramp, Response, State, Step};
-    use eigentone_modes::{GROUND, SystemBuilder};
+    use eigentone_modes::{GROUND, Precision, System, SystemBuilder};
 
     fn summary(builder: SystemBuilder, ask: impl Fn(Response<'_>) -> Response<'_>) -> Summary {
         let system = builder.build().expect("a system");
@@ -1125,6 +1117,38 @@ mod tests {
             let far = (high.displacement - rest.value).max(rest.value - low.displacement);
             let there = (exact.output(0)[0] - rest.value).abs() / far;
             assert!((there - 0.02).abs() < 1e-8, "{size} {coupling}: {there}");
+        }
+    }
+
+    /// What moves less than the motion is known to has not stood still: beside a mass so much larger that nothing is left of it,
+    /// and in doubles that know no bound.
+    #[test]
+    fn what_moves_beneath_what_is_known_is_left_open() {
+        let pair = ["m", "b"].iter().fold(System::builder(), |pair, name| {
+            let pair = pair.mass(*name, 1.0).spring(GROUND, *name, 4.0);
+            pair.damper(GROUND, *name, 1.0)
+        });
+        let settled = |summary: &Summary, i: usize| match summary.coordinates()[i].destination {
+            Destination::Rest { settled, .. } => (settled, summary.is_open(i)),
+            other => panic!("{other:?}"),
+        };
+        for (coupling, open) in [(1e-25, true), (1e-27, true), (0.0, false)] {
+            let summary = summary(pair.clone().spring("m", "b", coupling), |response| {
+                let state = State::at_rest().displace("m", 1.0);
+                response.from(state).every(0.1).until(40.0)
+            });
+            let still = if open { None } else { Some(0.0) };
+            assert_eq!(settled(&summary, 1), (still, open), "{coupling}");
+        }
+        let free = System::builder().mass("m", 1.0).damper(GROUND, "m", 1.0);
+        let summary = summary(free, |response| {
+            let response = response.from(State::at_rest().push("m", 1.0));
+            response.every(0.1).until(10.0).to(Precision::Double)
+        });
+        let truth = 50f64.ln();
+        match settled(&summary, 0) {
+            (None, open) => assert!(open),
+            (Some(time), _) => assert!((time - truth).abs() < 0.1, "{time}"),
         }
     }
 

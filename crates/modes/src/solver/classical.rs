@@ -286,16 +286,26 @@ fn modal_forms(
         return relaxing_forms(solver, system, &undamped, entries);
     }
     let modes = real_modes(solver, system, structure, entries)?;
-    let mut sums = vec![0.0; system.len()];
-    for term in system.terms(MatrixKind::Damping) {
-        sums[term.row] += term.value.abs();
-    }
-    let largest = sums.into_iter().fold(0.0, f64::max);
-    // Where C all but annuls a shape, xᵀCx is what the shape's error makes of it: some roundings of each entry, squared.
-    let slip = 16.0 * system.len() as f64 * f64::EPSILON * f64::EPSILON * largest;
+    // Where C or K all but annuls a shape, its form is what the shape's error makes of it: some roundings of each entry, squared.
+    let slip = |kind: MatrixKind| {
+        let mut sums = vec![0.0; system.len()];
+        for term in system.terms(kind) {
+            sums[term.row] += term.value.abs();
+        }
+        let largest = sums.into_iter().fold(0.0, f64::max);
+        16.0 * system.len() as f64 * f64::EPSILON * f64::EPSILON * largest
+    };
+    let [of_damping, of_stiffness] = [MatrixKind::Damping, MatrixKind::Stiffness].map(slip);
     let form = |mode: RealMode| {
         let mut forms = mode.forms;
-        forms.rounding[1] += slip * mode.shape.iter().map(|x| x * x).sum::<f64>();
+        let size: f64 = mode.shape.iter().map(|x| x * x).sum();
+        forms.rounding[1] += of_damping * size;
+        if mode.is_confirmed_by(forms.k / forms.m) {
+            forms.rounding[2] += of_stiffness * size;
+        } else {
+            forms.k = forms.m * mode.square;
+            forms.rounding[2] = 2.0 * mode.doubt * forms.k.to_f64().abs();
+        }
         ModalForms {
             shape: mode.shape,
             forms,
@@ -319,18 +329,14 @@ fn relaxing_forms(
     let shapes = modes.iter().map(|mode| mode.shape.clone()).collect();
     let formed = unit_shapes(system, shapes, entries);
     let form = |(mode, (shape, mut forms)): (&RealMode, (Vec<f64>, RealForms))| {
-        let rate = (forms.c / forms.m).to_f64();
-        // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
-        let error = 2.0 * mode.doubt + 16.0 * f64::EPSILON;
-        let confirmed = (rate - mode.square).abs() <= error * mode.square.abs();
-        if mode.rigid || !confirmed {
+        if mode.rigid || !mode.is_confirmed_by(forms.c / forms.m) {
             forms.c = forms.m * mode.square;
         }
         ModalForms {
             shape,
             forms,
             rigid: true,
-            error,
+            error: mode.square_error(),
         }
     };
     Ok(modes.iter().zip(formed).map(form).collect())
@@ -368,6 +374,12 @@ fn uncouple(
         .map(|mode| mode.clone().mass_normalised().shape);
     let mut shapes: Vec<Vec<f64>> = normalised.collect();
     let mut gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
+    // K of the shapes but for the same multiple of M, of which rounding leaves small squares nothing.
+    let first = modes[0].square;
+    let mut squares = Mat::from_fn(modes.len(), modes.len(), |i, j| match i == j {
+        true => modes[i].square - first,
+        false => 0.0,
+    });
     let mut rotated = false;
     for _ in 0..SWEEPS {
         let mut again = false;
@@ -388,15 +400,17 @@ fn uncouple(
                 let (before, rest) = shapes.split_at_mut(q);
                 let both = before[p].iter_mut().zip(rest[0].iter_mut());
                 both.for_each(|(x, y)| turn(x, y));
-                for i in 0..gamma.nrows() {
-                    let (mut x, mut y) = (gamma[(i, p)], gamma[(i, q)]);
-                    turn(&mut x, &mut y);
-                    (gamma[(i, p)], gamma[(i, q)]) = (x, y);
-                }
-                for i in 0..gamma.nrows() {
-                    let (mut x, mut y) = (gamma[(p, i)], gamma[(q, i)]);
-                    turn(&mut x, &mut y);
-                    (gamma[(p, i)], gamma[(q, i)]) = (x, y);
+                for form in [&mut gamma, &mut squares] {
+                    for i in 0..form.nrows() {
+                        let (mut x, mut y) = (form[(i, p)], form[(i, q)]);
+                        turn(&mut x, &mut y);
+                        (form[(i, p)], form[(i, q)]) = (x, y);
+                    }
+                    for i in 0..form.nrows() {
+                        let (mut x, mut y) = (form[(p, i)], form[(q, i)]);
+                        turn(&mut x, &mut y);
+                        (form[(p, i)], form[(q, i)]) = (x, y);
+                    }
                 }
             }
         }
@@ -408,8 +422,13 @@ fn uncouple(
         gamma = modal_damping(system, shapes.iter().map(Vec::as_slice));
     }
     if rotated {
-        for (mode, (shape, forms)) in modes.iter_mut().zip(unit_shapes(system, shapes, entries)) {
-            (mode.shape, mode.forms) = (shape, forms);
+        let doubt = modes
+            .iter()
+            .fold(0.0, |most: f64, mode| most.max(mode.doubt));
+        let turned = unit_shapes(system, shapes, entries).enumerate();
+        for (mode, (i, (shape, forms))) in modes.iter_mut().zip(turned) {
+            (mode.shape, mode.forms, mode.doubt) = (shape, forms, doubt);
+            mode.square = first + squares[(i, i)];
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Undamped modes: a square of a frequency and a real shape each.
 
+use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
 use crate::quality::real_forms::{Entries, RealForms};
@@ -19,6 +20,16 @@ pub(crate) struct RealMode {
 }
 
 impl RealMode {
+    /// How far ω² may be off, relative: twice as far as ω, and by the rounding of a sum in doubles.
+    pub(crate) fn square_error(&self) -> f64 {
+        2.0 * self.doubt + 16.0 * f64::EPSILON
+    }
+
+    /// Whether a quotient of the shape's forms agrees with ω².
+    pub(crate) fn is_confirmed_by(&self, quotient: DoubleDouble) -> bool {
+        (quotient.to_f64() - self.square).abs() <= self.square_error() * self.square.abs()
+    }
+
     pub(crate) fn complex_shape(&self) -> Vec<Complex<f64>> {
         self.shape.iter().map(|x| Complex::from(*x)).collect()
     }

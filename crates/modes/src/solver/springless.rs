@@ -50,8 +50,7 @@ impl ModeSolver for DamperFactor {
         let modes = spring_factor::real_modes(self, &undamped, undamped.structure())?;
         let elastic = modes.into_iter().filter(|mode| !mode.rigid);
         let relaxing = elastic.map(|mode| {
-            // Of ω, thus twice of ω²; and the rounding of a sum in doubles.
-            let error = (2.0 * mode.doubt + 16.0 * f64::EPSILON) * mode.square;
+            let error = mode.square_error() * mode.square;
             Root {
                 error: Some((error, error)),
                 ..Root::simple(Complex::from(-mode.square), mode.complex_shape())

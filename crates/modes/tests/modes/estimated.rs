@@ -1,6 +1,6 @@
 //! Estimated bounds, in doubles, against proven answers.
 
-use eigentone_modes::{Bounds, Eigenvalue, LowRank, ModeSolver, Modes, Precision};
+use eigentone_modes::{Bounds, Eigenvalue, GROUND, LowRank, ModeSolver, Modes, Precision, System};
 use proptest::prelude::*;
 
 use crate::networks::{Network, networks, wide};
@@ -112,6 +112,40 @@ proptest! {
         for mode in &modes {
             prop_assert!(mode.eigenvalue().bound.is_some() || mode.roots() > 1);
             prop_assert!(mode.backward_error() <= 20.0 * U, "{}", mode.backward_error());
+        }
+    }
+}
+
+/// Rings of equal masses, damped alike, that a spring so much softer than their own holds: λ² + cλ + s = 0 for the smallest s of
+/// 1/k = −Σ 1/(n (w − s)), w = 4 sin²(πj/n).
+#[test]
+fn softly_held_rings() {
+    const C: f64 = 0.25;
+    for n in [3usize, 5, 50, 100] {
+        let squares =
+            (1..n).map(|j| 4.0 * (std::f64::consts::PI * j as f64 / n as f64).sin().powi(2));
+        let compliance: f64 = squares.map(|square| 1.0 / square).sum();
+        for k in [1e-8, 1e-12, 1e-16, 1e-20, 1e-24, 1e-28, 1e-60] {
+            let name = |i: usize| format!("m{}", i % n);
+            let ring = (0..n).fold(System::builder(), |ring, i| ring.mass(name(i), 1.0));
+            let ring = (0..n).fold(ring, |ring, i| {
+                let ring = ring.spring(name(i), name(i + 1), 1.0);
+                ring.damper(GROUND, name(i), C)
+            });
+            let system = ring.spring(GROUND, "m0", k).build().expect("a system");
+            let share = k / n as f64;
+            let square = share / (1.0 + share * compliance);
+            let truth = -2.0 * square / (C + (C * C - 4.0 * square).sqrt());
+            let modes = system.modes_to(Precision::Double).expect("modes");
+            let sizes = modes.eigenvalues().iter();
+            let slowest = sizes.min_by(|a, b| a.value.norm().total_cmp(&b.value.norm()));
+            let slowest = slowest.expect("roots");
+            let off = (slowest.value - truth).norm();
+            // Of the closed form: w for w − s, and roundings.
+            let slack = 1e-14 * truth.abs();
+            let bound = slowest.bound.expect("a bound");
+            assert!(off <= bound + slack, "{n} {k}: {slowest:?} for {truth}");
+            assert!(bound <= 1e-12 * truth.abs(), "{n} {k}: {slowest:?}");
         }
     }
 }

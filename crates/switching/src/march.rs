@@ -107,8 +107,10 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) turns: Vec<Vec<T>>,
     /// Beside that, bounces of this speed are not seen.
     pub(crate) invisible: f64,
-    /// Until when, in s, bounces go on that are left out, and what they may do to ζ.
-    pub(crate) hidden: (f64, f64),
+    /// When the loads change next, or are no longer followed.
+    pub(crate) change: Option<T>,
+    /// Until when, in s, bounces go on that are left out, what they may do to ζ, and of which switch they are.
+    pub(crate) hidden: (T, f64, usize),
     /// Of each switch, how many seconds later its contact begins, and how well that is known.
     pub(crate) delays: Vec<Option<(f64, f64)>>,
     /// What settling has added to the errors at this instant.
@@ -398,7 +400,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             largest: vec![0.0; count],
             turns: vec![Vec::new(); count],
             invisible,
-            hidden: (0.0, 0.0),
+            change: None,
+            hidden: (T::ZERO, 0.0, 0),
             delays: vec![None; count],
             added: vec![0.0; n + 1],
             approach: 0,
@@ -489,6 +492,12 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let added = upper(self.driven.begin(piece, &mut self.zeta[..own]));
             self.errors.add(added);
             self.jumped = true;
+            let next = pieces.get(piece + 1);
+            let next = next.map(|next| self.driven.seconds(&origin, &next.start_instant()));
+            let next = next.filter(|(start, _)| *start < end);
+            let (until, uncertain) =
+                next.map_or((end, blur), |(start, uncertain)| (start, upper(uncertain)));
+            self.change = (next.is_some() || !of_all).then_some(until);
             self.pass_on(&before, added)?;
             let change = self.settle(&[])?;
             if let Some(map) = &change.map {
@@ -496,12 +505,6 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             }
             self.note(change, 0.0);
             self.started = true;
-            let next = pieces.get(piece + 1);
-            let next = next.map(|next| self.driven.seconds(&origin, &next.start_instant()));
-            let (until, uncertain) = match next {
-                Some((start, uncertain)) if start < end => (start, upper(uncertain)),
-                _ => (end, blur),
-            };
             while self.now < until {
                 self.step(until, uncertain, record)?;
             }
@@ -607,7 +610,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 .map(|entry| entry.abs() / step * time_error)
                 .collect::<Vec<f64>>(),
         );
-        if self.now.to_f64() + theta.to_f64() * step <= self.hidden.0 {
+        if self.now + theta.mul_f64(step) <= self.hidden.0 {
             errors.add(self.hidden.1);
         }
         let extents = errors.extents();
@@ -888,6 +891,9 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .map(|root| old.guards[root.guard].switch)
             .collect();
         due.dedup();
+        if self.interrupts(&due) {
+            return Err(self.interrupted(due[0]));
+        }
         let errors = self.errors.clone();
         let time_bound = bound;
         let change = self.settle(&due)?;
@@ -975,7 +981,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let among = if delay > 0.0 {
                 0.0
             } else {
-                (self.hidden.0 - time).max(0.0)
+                (self.hidden.0 - now).to_f64().max(0.0)
             };
             self.events.push(Event {
                 time: late,

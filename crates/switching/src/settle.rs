@@ -21,6 +21,9 @@ use crate::switch::Switch;
 /// Why bounces that affect each other have no end that is known.
 const TOGETHER: &str = "bounces of several rigid stops die out together";
 
+/// Why what follows bounces that something interrupts is not known.
+const INTERRUPTED: &str = "bounces die out just as a load or another switch changes";
+
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
 
@@ -176,7 +179,7 @@ impl<T: Real> March<'_, '_, T> {
             }
             self.jumped = true;
             let speed = rate.at(&self.zeta);
-            let (speed, closing) = (speed, self.closing(switch, &rate, speed, restitution));
+            let closing = self.closing(switch, &rate, speed, restitution)?;
             if let Some((delay, ..)) = closing {
                 self.check_alone(switch, delay)?;
             }
@@ -227,8 +230,12 @@ impl<T: Real> March<'_, '_, T> {
             change.compose(&map, n);
             match closing {
                 Some((delay, bound, left)) => {
-                    let until = self.now.to_f64() + 2.0 * delay;
-                    self.hidden = (self.hidden.0.max(until), 2.0 * strength * left);
+                    let until = self.now + T::from(2.0 * delay);
+                    let until = match until > self.hidden.0 {
+                        true => until,
+                        false => self.hidden.0,
+                    };
+                    self.hidden = (until, 2.0 * strength * left, switch);
                     let share = 4.0 * left * bound / delay / reply;
                     let blurred: Vec<f64> = push
                         .iter()
@@ -254,31 +261,62 @@ impl<T: Real> March<'_, '_, T> {
     /// Where the bounces that follow are too small to be seen: after how long they have died out, how well that is known, and
     /// the largest speed left out. A bounce that starts with v, is slowed by a and brought back by b takes v/a + v/√(ab), and
     /// the next starts with r√(b/a) v; a and b differ by the frictions of the same ends.
+    ///
+    /// A speed that a change of the loads leaves free lasts. So bounces that go on until then are followed as long as digits
+    /// show them, and have died out where they end at that instant as far as digits show.
     fn closing(
         &mut self,
         switch: usize,
         rate: &Row<T>,
         speed: T,
         restitution: f64,
-    ) -> Option<(f64, f64, f64)> {
+    ) -> Result<Option<(f64, f64, f64)>, Halt> {
         let speed = speed.to_f64();
         let largest = self.largest[switch].max(speed);
         self.largest[switch] = largest;
-        if restitution == 0.0 {
-            return None;
-        }
         let left = restitution * speed;
         // Bounces no higher than this are hidden by the error of the state.
         const HIDDEN: f64 = 1e6;
         const SMALL: f64 = 1e-6;
-        if restitution >= 1.0 || left > SMALL * largest {
-            return None;
+        // Other loads act at once.
+        let ends = self.change.is_some_and(|change| self.now >= change);
+        if restitution == 0.0 || restitution >= 1.0 || left > SMALL * largest || ends {
+            return Ok(None);
         }
-        let hidden = match self.doubt {
-            Doubt::Ignored => 0.0,
-            _ => HIDDEN * self.vague(&self.places[switch].stretch),
+        let stretch = &self.places[switch].stretch;
+        let hidden = HIDDEN
+            * match self.doubt {
+                Doubt::Ignored => stretch.own_error(self.size()),
+                _ => self.vague(stretch),
+            };
+        let Some((delay, off, away)) = self.dying(switch, rate, speed, restitution) else {
+            return Ok(None);
         };
-        let seen = left > self.invisible * largest;
+        let rest = self
+            .change
+            .map(|change| (change - self.now).to_f64() - delay);
+        let lasts = rest.is_some_and(|rest| rest <= delay);
+        let seen = lasts || left > self.invisible * largest;
+        if seen && left * left > 2.0 * away * hidden {
+            return Ok(None);
+        }
+        match self.doubt {
+            Doubt::Ignored => {}
+            Doubt::Coincidence if rest.is_none_or(|rest| rest.abs() <= off) => {}
+            _ if lasts => return Err(self.interrupted(switch)),
+            _ => {}
+        }
+        Ok(Some((delay, off, left)))
+    }
+
+    /// After how long bounces have died out if nothing interrupts them, how well that is known, and what slows the next.
+    fn dying(
+        &mut self,
+        switch: usize,
+        rate: &Row<T>,
+        speed: f64,
+        restitution: f64,
+    ) -> Option<(f64, f64, f64)> {
         let mut phases = self.phases.clone();
         phases[switch] = Phase::Free;
         // Where it goes towards the stop with this sign.
@@ -304,40 +342,72 @@ impl<T: Real> March<'_, '_, T> {
             let again = configuration.apply(&moved);
             let acceleration = rate.at(&moved).to_f64() / step;
             let jerk = rate.at(&again).to_f64() / (step * step);
-            let curved = jerk.abs() / acceleration + configuration.reach / step;
+            // How fast it changes beside itself, and twice what comes beyond the first order.
+            let fastest = configuration.reach / step;
+            let sizes = self.zeta.iter().zip(&configuration.scales);
+            let sizes: Vec<f64> = sizes.map(|(z, scale)| z.to_f64() * scale).collect();
+            let beyond = configuration.norm_of(rate) * length(&sizes) * fastest.powi(3);
+            let curved = [jerk.abs() / acceleration + fastest, beyond / acceleration];
             (acceleration > 0.0).then_some((acceleration, curved))
         };
         moves(0)?;
         let (back, first) = moves(1)?;
         let (away, second) = moves(-1)?;
-        if seen && left * left > 2.0 * away * hidden {
-            return None;
-        }
-        if self.is_joined(switch) {
-            let (delay, off) = self.by_ratio(switch)?;
-            return Some((delay, off, left));
-        }
-        let once = 1.0 / away + 1.0 / (away * back).sqrt();
-        let delay = left * once / (1.0 - restitution * (back / away).sqrt());
+        let (delay, off) = match self.is_joined(switch) {
+            true => self.by_ratio(switch)?,
+            false => {
+                let once = 1.0 / away + 1.0 / (away * back).sqrt();
+                let shrinks = restitution * (back / away).sqrt();
+                let delay = restitution * speed * once / (1.0 - shrinks);
+                (delay, 1e-12 * delay)
+            }
+        };
         // Beyond the parabola, and of the speed.
-        let curved = delay * first.max(second) + self.vague(rate) / speed;
-        (curved < 1e-3).then_some((delay, delay * (curved + 1e-12), left))
+        let curved = [first, second].map(|[slope, curve]| delay * (slope + delay * curve));
+        let curved = curved[0].max(curved[1]) + self.vague(rate) / speed;
+        (delay > 0.0 && curved < 1e-3).then_some((delay, off + delay * curved, away))
+    }
+
+    /// What digits may still tell apart.
+    pub(crate) fn interrupted(&self, switch: usize) -> Halt {
+        Halt::Undecided(SwitchingError::Undecided {
+            time: self.now.to_f64(),
+            switch,
+            reason: INTERRUPTED,
+        })
+    }
+
+    /// The other switches that took part in the last bounces.
+    fn partners(&self, switch: usize) -> impl Iterator<Item = usize> + '_ {
+        let since = self.turns[switch].first().map(|since| since.to_f64());
+        let events = self.events.iter().rev();
+        let recent = events.take_while(move |event| since.is_some_and(|since| event.time >= since));
+        recent
+            .map(|event| event.switch)
+            .filter(move |other| *other != switch)
+    }
+
+    /// Whether another switch has an end that moves as the stretch of this one.
+    fn is_alike(&self, switch: usize, other: usize) -> bool {
+        let mut forms = 0..2;
+        forms.any(|form| self.along(switch, other, form).is_some())
     }
 
     /// Whether other switches take part in the last bounces, so that none is like a free one: but for those of the same ends.
     fn is_joined(&self, switch: usize) -> bool {
-        let Some(since) = self.turns[switch].first() else {
-            return false;
+        let mut partners = self.partners(switch);
+        partners.any(|other| !self.is_alike(switch, other))
+    }
+
+    /// Whether one of these switches interrupts bounces that are left out: none that took part in them does.
+    pub(crate) fn interrupts(&self, due: &[usize]) -> bool {
+        let (until, _, switch) = self.hidden;
+        let takes_part = |other: usize| {
+            self.is_alike(switch, other) || self.partners(switch).any(|partner| partner == other)
         };
-        let since = since.to_f64();
-        let alike = |other| {
-            [0, 1]
-                .iter()
-                .any(|form| self.along(switch, other, *form).is_some())
-        };
-        let events = self.events.iter().rev();
-        let mut recent = events.take_while(|event| event.time >= since);
-        recent.any(|event| event.switch != switch && !alike(event.switch))
+        self.doubt != Doubt::Ignored
+            && self.now < until
+            && !due.iter().all(|other| takes_part(*other))
     }
 
     /// How long it takes until bounces have died out that shrink by one ratio, as speeds and times do where accelerations

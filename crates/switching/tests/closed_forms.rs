@@ -466,3 +466,50 @@ fn the_stronger_of_two_frictions_holds() {
         }
     }
 }
+
+/// A force of 2 N pushes 1 kg over a gap of 1 m: it hits at tₖ = 3 − 2^(1−k) s, and leaves with 2^−k m/s. A load that ends before
+/// 3 s leaves it a speed that lasts; one that ends at 3 s leaves none.
+#[test]
+fn a_load_that_ends_while_bounces_die_out_leaves_their_speed() {
+    let system = System::builder().mass("m", 1.0).build().expect("a system");
+    let end = 3e6;
+    for before in [2f64.powi(-40), 2f64.powi(-44), 2f64.powi(-51), 0.0] {
+        for precision in [Precision::default(), Precision::Double] {
+            let ask = Response::of(&system)
+                .load("m", Step::of(2.0))
+                .load("m", Step::of(-2.0).starting_at(3.0 - before));
+            let ask = ask.every(1e6).until(end).to(precision);
+            let motion = run(ask, vec![impact(GROUND, "m", 1.0, 0.5)]);
+            // The load ends as the mass hits with `before`, and so it leaves with half of that.
+            let leaves = before / 2.0;
+            let wanted = 1.0 - leaves * (end - (3.0 - before));
+            let found = motion.trajectory();
+            let [x, v] = [found.displacement(), found.velocity()].map(|all| all[(0, 3)]);
+            let bound = found.displacement_bound()[3].expect("a bound");
+            assert!((x - wanted).abs() <= bound, "{before:e}: {x} for {wanted}");
+            assert!(bound < 1e-15, "{bound:e}");
+            close(v, -leaves, 1e-14);
+        }
+    }
+}
+
+/// The load ends as the mass hits with 1 m/s: it leaves with the restitution, be it as small as it may.
+#[test]
+fn a_load_that_ends_at_an_impact_leaves_its_rebound() {
+    let system = System::builder().mass("m", 1.0).build().expect("a system");
+    for restitution in [1e-13, 1e-30] {
+        let ask = Response::of(&system)
+            .load("m", Step::of(1.0))
+            .load("m", Step::of(-1.0).starting_at(1.0));
+        let ask = ask.every(1e6).until(1e6);
+        let motion = run(ask, vec![impact(GROUND, "m", 0.5, restitution)]);
+        let found = motion.trajectory();
+        close(found.velocity()[(0, 1)], -restitution, 1e-14);
+        close(
+            found.displacement()[(0, 1)],
+            0.5 - restitution * (1e6 - 1.0),
+            1e-15,
+        );
+        assert_eq!(motion.events().len(), 1);
+    }
+}

@@ -360,7 +360,7 @@ fn chain() -> impl Strategy<Value = Chain> {
 fn is_refusal(error: &SwitchingError) -> bool {
     match error {
         SwitchingError::Dependent { .. } | SwitchingError::Switch { .. } => true,
-        SwitchingError::Undecided { reason, .. } => reason.contains("die out together"),
+        SwitchingError::Undecided { reason, .. } => reason.contains("die out"),
         _ => false,
     }
 }

@@ -144,7 +144,7 @@ fn examine(drawn: &Drawn) -> Result<(), TestCaseError> {
     let exact = match exact {
         Ok(exact) => exact,
         Err(SwitchingError::Dependent { .. } | SwitchingError::Switch { .. }) => return Ok(()),
-        Err(SwitchingError::Undecided { reason, .. }) if reason.contains("die out together") => {
+        Err(SwitchingError::Undecided { reason, .. }) if reason.contains("die out") => {
             return Ok(());
         }
         // A mass that is squeezed between a wall and a support has no way out.

@@ -224,43 +224,34 @@ impl<'a> Campbell<'a> {
             false => None,
         };
         let still = still.as_ref();
-        let stations: Result<Vec<_>, _> = speeds
-            .iter()
-            .map(|speed| self.at_unless(still, speed / self.reference))
-            .collect();
-        let stations = stations?;
-        let (branches, sure) = self.branches(speeds, &stations, &gyroscopic)?;
-        let sorted: Vec<Vec<[f64; 2]>> = stations.iter().map(|station| station.sorted()).collect();
-        let is_proven = |station: &Station| station.modes.bounds() == Bounds::Proven;
-        let mut bounds = match stations.iter().all(is_proven) {
+        let (stations, columns, sure) = self.stations(still, speeds, &gyroscopic)?;
+        let branches = branches(&columns, &stations);
+        let mut bounds = match stations.iter().all(|station| station.is_proven) {
             true => Bounds::Proven,
             false => Bounds::Estimated,
         };
         // It has one at every speed but 0, if at any.
-        let mut complete = stations.last().is_some_and(|last| {
-            let structure = last.system.structure();
-            structure.is_gyroscopic() || structure.is_undamped() && structure.is_passive()
-        });
-        let ratios: Vec<f64> = stations.iter().map(|station| station.ratio).collect();
+        let mut complete = stations.last().is_some_and(|last| last.is_countable);
         let mut critical = Vec::new();
         for &order in &self.orders {
             let line = Line {
                 factor: times([order; 2], self.reference),
             };
             let mut found: Vec<([f64; 2], usize)> = Vec::new();
-            let count = sorted.iter().map(Vec::len).min().unwrap_or(0);
+            let counts = stations.iter().map(|station| station.sorted.len());
+            let count = counts.min().unwrap_or(0);
             for j in 0..count {
-                let signs = sorted
+                let signs = stations
                     .iter()
-                    .zip(&ratios)
-                    .map(|(all, ratio)| line.sign(all[j], *ratio));
+                    .map(|station| line.sign(station.sorted[j], station.ratio));
                 let signs: Vec<i32> = signs.collect();
                 complete &= signs[0] != 0 && signs[signs.len() - 1] != 0;
                 let decided: Vec<usize> = (0..signs.len()).filter(|k| signs[*k] != 0).collect();
                 for pair in decided.windows(2) {
                     let [a, b] = [pair[0], pair[1]];
                     if signs[a] != signs[b] {
-                        let ends = [(ratios[a], sorted[a][j]), (ratios[b], sorted[b][j])];
+                        let end = |k: usize| (stations[k].ratio, stations[k].sorted[j]);
+                        let ends = [end(a), end(b)];
                         let interval = self.crossing(still, &line, j, ends, &mut bounds)?;
                         found.push((interval, 1));
                     }
@@ -311,13 +302,13 @@ impl<'a> Campbell<'a> {
     }
 
     /// The system at a multiple of the speed that it is given at.
-    fn at(&self, ratio: f64) -> Result<Station, CampbellError> {
+    fn at(&self, ratio: f64) -> Result<Rotor, CampbellError> {
         self.at_with(ratio, self.precision)
     }
 
-    fn at_unless(&self, still: Option<&Station>, ratio: f64) -> Result<Station, CampbellError> {
+    fn at_unless(&self, still: Option<&Rotor>, ratio: f64) -> Result<Rotor, CampbellError> {
         match still {
-            Some(still) => Ok(Station {
+            Some(still) => Ok(Rotor {
                 ratio,
                 ..still.clone()
             }),
@@ -325,89 +316,70 @@ impl<'a> Campbell<'a> {
         }
     }
 
-    fn at_with(&self, ratio: f64, precision: Precision) -> Result<Station, CampbellError> {
+    fn at_with(&self, ratio: f64, precision: Precision) -> Result<Rotor, CampbellError> {
         let speed = ratio * self.reference;
         let system = self.system.with_gyroscopic_part(ratio);
         let system = system.map_err(|error| CampbellError::System { speed, error })?;
         let modes = system.modes_to(precision);
         let modes = modes.map_err(|error| CampbellError::Modes { speed, error })?;
-        Ok(Station {
+        Ok(Rotor {
             ratio,
             system,
             modes,
         })
     }
 
-    /// Followed from the highest speed downwards: at rest the two senses are one, and no shape distinguishes them.
-    fn branches(
+    /// What is kept of each speed, the roots there in one order for all speeds, and whether that order is sure. Followed from the
+    /// highest speed downwards: at rest the two senses are one, and no shape distinguishes them.
+    #[allow(clippy::type_complexity, reason = "three parts of one answer")]
+    fn stations(
         &self,
+        still: Option<&Rotor>,
         speeds: &[f64],
-        stations: &[Station],
         gyroscopic: &[Term],
-    ) -> Result<(Vec<Branch>, bool), CampbellError> {
-        let failure = |k: usize| {
-            move |error| CampbellError::Follow {
-                speed: speeds[k],
-                error,
-            }
-        };
-        let last = stations.len() - 1;
-        let mut follower =
-            Follower::at(&stations[last].system, &stations[last].modes).map_err(failure(last))?;
-        let mut columns = vec![follower.roots().to_vec()];
+    ) -> Result<(Vec<Station>, Vec<Vec<Complex<f64>>>, bool), CampbellError> {
+        let mut stations: Vec<Station> = Vec::with_capacity(speeds.len());
+        let mut columns: Vec<Vec<Complex<f64>>> = Vec::with_capacity(speeds.len());
+        let mut follower: Option<Follower> = None;
         let mut sure = true;
-        for k in (0..last).rev() {
-            if gyroscopic.is_empty() {
-                columns.push(columns[0].clone());
-                continue;
-            }
-            let [from, to] = [stations[k + 1].ratio, stations[k].ratio];
-            let goal = Follower::at(&stations[k].system, &stations[k].modes);
-            let mut goal = Some(goal.map_err(failure(k))?);
-            let followed = follower.advance(|t| {
-                if t == 1.0 {
-                    return goal.take();
+        for &speed in speeds.iter().rev() {
+            let failure = |error| CampbellError::Follow { speed, error };
+            let rotor = self.at_unless(still, speed / self.reference)?;
+            let before = stations.last().map(|station| station.ratio);
+            stations.push(Station::of(&rotor, gyroscopic));
+            let goal = || Follower::at(&rotor.system, &rotor.modes).map_err(failure);
+            let follower = match (&mut follower, before) {
+                (Some(_), _) if gyroscopic.is_empty() => {
+                    columns.push(columns[0].clone());
+                    continue;
                 }
-                let station = self.at_with(from + t * (to - from), Precision::Double);
-                let station = station.ok()?;
-                Follower::at(&station.system, &station.modes).ok()
-            });
-            sure &= followed.map_err(failure(k))? == Followed::Surely;
+                (Some(follower), Some(from)) => {
+                    let to = rotor.ratio;
+                    let mut goal = Some(goal()?);
+                    let followed = follower.advance(|t| {
+                        if t == 1.0 {
+                            return goal.take();
+                        }
+                        let rotor = self.at_with(from + t * (to - from), Precision::Double);
+                        let rotor = rotor.ok()?;
+                        Follower::at(&rotor.system, &rotor.modes).ok()
+                    });
+                    sure &= followed.map_err(failure)? == Followed::Surely;
+                    follower
+                }
+                (first, _) => first.insert(goal()?),
+            };
             columns.push(follower.roots().to_vec());
         }
+        stations.reverse();
         columns.reverse();
-        let places = columns[0].len();
-        let branch =
-            |i: usize| -> Vec<Complex<f64>> { columns.iter().map(|column| column[i]).collect() };
-        let mut all: Vec<Vec<Complex<f64>>> = (0..places).map(branch).collect();
-        all.retain(|roots| {
-            roots.iter().all(|root| root.im >= 0.0) && roots.iter().any(|root| root.im > 0.0)
-        });
-        all.sort_by(|a, b| {
-            let ends = |roots: &[Complex<f64>]| (roots[0].im, roots[last].im);
-            let (a, b) = (ends(a), ends(b));
-            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-        });
-        let branches = all.into_iter().map(|roots| {
-            let whirl = roots.iter().zip(stations).map(|(root, station)| {
-                let mode = station
-                    .modes
-                    .iter()
-                    .find(|mode| mode.eigenvalue().value == *root)?;
-                station.whirl(mode, gyroscopic)
-            });
-            Branch {
-                whirl: whirl.collect(),
-                roots,
-            }
-        });
-        Ok((branches.collect(), sure))
+        Ok((stations, columns, sure))
     }
 
     /// Ratios of speeds between which the j-th frequency crosses a line, from two at which it lies on different sides.
     fn crossing(
         &self,
-        still: Option<&Station>,
+        still: Option<&Rotor>,
         line: &Line,
         j: usize,
         ends: [(f64, [f64; 2]); 2],
@@ -475,7 +447,7 @@ impl<'a> Campbell<'a> {
 
     fn described(
         &self,
-        still: Option<&Station>,
+        still: Option<&Rotor>,
         order: f64,
         interval: [f64; 2],
         count: usize,
@@ -543,15 +515,72 @@ impl CampbellDiagram {
     }
 }
 
-/// The rotor at a speed.
-#[derive(Clone)]
+/// Modes that oscillate at some speed, from the roots at each in one order.
+fn branches(columns: &[Vec<Complex<f64>>], stations: &[Station]) -> Vec<Branch> {
+    let last = columns.len() - 1;
+    let branch =
+        |i: usize| -> Vec<Complex<f64>> { columns.iter().map(|column| column[i]).collect() };
+    let mut all: Vec<Vec<Complex<f64>>> = (0..columns[0].len()).map(branch).collect();
+    all.retain(|roots| {
+        roots.iter().all(|root| root.im >= 0.0) && roots.iter().any(|root| root.im > 0.0)
+    });
+    all.sort_by(|a, b| {
+        let ends = |roots: &[Complex<f64>]| (roots[0].im, roots[last].im);
+        let (a, b) = (ends(a), ends(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let branches = all.into_iter().map(|roots| {
+        let whirl = roots.iter().zip(stations).map(|(root, station)| {
+            let mut all = station.whirls.iter();
+            all.find(|(value, _)| value == root)?.1
+        });
+        Branch {
+            whirl: whirl.collect(),
+            roots,
+        }
+    });
+    branches.collect()
+}
+
+/// What is kept of a speed: of many speeds, whole systems and their modes would fill the memory.
 struct Station {
+    ratio: f64,
+    /// As [`Rotor::sorted`] has them.
+    sorted: Vec<[f64; 2]>,
+    /// The root of each mode, and how it whirls.
+    whirls: Vec<(Complex<f64>, Option<Whirl>)>,
+    is_proven: bool,
+    /// Whether signs at both ends count all critical speeds between them.
+    is_countable: bool,
+}
+
+impl Station {
+    fn of(rotor: &Rotor, gyroscopic: &[Term]) -> Station {
+        let whirls = rotor.modes.iter().map(|mode| {
+            let root = mode.eigenvalue().value;
+            (root, rotor.whirl(mode, gyroscopic))
+        });
+        let structure = rotor.system.structure();
+        Station {
+            ratio: rotor.ratio,
+            sorted: rotor.sorted(),
+            whirls: whirls.collect(),
+            is_proven: rotor.modes.bounds() == Bounds::Proven,
+            is_countable: structure.is_gyroscopic()
+                || structure.is_undamped() && structure.is_passive(),
+        }
+    }
+}
+
+/// The system at a speed.
+#[derive(Clone)]
+struct Rotor {
     ratio: f64,
     system: System,
     modes: Modes,
 }
 
-impl Station {
+impl Rotor {
     /// Bounds of the imaginary parts of all roots, the largest first: of sorted numbers, the j-th lies between the j-th of their
     /// lower and the j-th of their upper bounds.
     fn sorted(&self) -> Vec<[f64; 2]> {

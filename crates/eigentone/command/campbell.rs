@@ -9,7 +9,7 @@ use eigentone::report::CampbellReport;
 
 use super::files::Files;
 use super::progress::Progress;
-use super::{Failure, Question, positive, print, report_switches};
+use super::{Failure, Question, memory, positive, print, report_switches};
 
 /// Prints modes against the speed of a rotor, and its critical speeds
 #[derive(Debug, Args)]
@@ -39,7 +39,9 @@ impl Campbell {
         let file = &self.question.scene;
         report_switches(file, &scene);
         self.question.report_loss_factors(&scene);
-        self.question.admit_modes(&scene)?;
+        let kept = memory::of_speeds(scene.system(), self.speeds.values().len());
+        let memory = &self.question.memory;
+        memory.admit_modes_beside(file, &scene, kept)?;
         let progress = Progress::of("modes at all speeds");
         let rotor = Rotor::of(scene.system())
             .given_at(self.given_at)

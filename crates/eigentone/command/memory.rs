@@ -35,9 +35,14 @@ impl Limit {
 
     /// The same for all modes; systems that are too large for dense matrices are recognised later.
     pub fn admit_modes(&self, file: &Path, scene: &Scene) -> Result<(), Failure> {
+        self.admit_modes_beside(file, scene, 0.0)
+    }
+
+    /// The same beside what is kept all the while, in bytes.
+    pub fn admit_modes_beside(&self, file: &Path, scene: &Scene, kept: f64) -> Result<(), Failure> {
         match scene.system().is_large() {
             true => Ok(()),
-            false => self.admit(file, of_modes(scene.system())),
+            false => self.admit(file, of_modes(scene.system()) + kept),
         }
     }
 }
@@ -46,6 +51,11 @@ impl Limit {
 /// damping, where it is most. The largest system that has dense matrices at all stays below the default.
 pub fn of_modes(system: &System) -> f64 {
     64.0 * (system.len() as f64).powi(2) * 8.0
+}
+
+/// The most bytes that are kept of a rotor at so many speeds: roots with their bounds and whirls, and what is drawn from them.
+pub fn of_speeds(system: &System, speeds: usize) -> f64 {
+    speeds as f64 * (250 * system.len() + 300) as f64
 }
 
 /// The most bytes that a motion and what is drawn from it take: displacements, velocities and accelerations twice, the forces

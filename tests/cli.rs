@@ -1101,6 +1101,76 @@ fn memory_is_refused_before_it_is_taken() {
     };
     assert!(asked(2).status.success());
     assert_eq!(asked(2000).status.code(), Some(2));
+    // So does each speed of a rotor.
+    let speeds = |range: &str| {
+        let asked = ["campbell", &file, "--speeds", range];
+        eigentone(&[&asked[..], &["--memory-limit", "0.1"]].concat())
+    };
+    assert!(speeds("0:1:10").status.success());
+    let refusal = speeds("0:1:1000000");
+    assert_eq!(refusal.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refusal.stderr).contains("GB of memory, more than the"));
+}
+
+#[test]
+fn what_is_out_of_range_is_said_alike() {
+    let file = scene("three-mass-1");
+    let directory = fresh("what_is_out_of_range_is_said_alike");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let record = directory.join("record");
+    fs::write(&record, "0\n1\n").expect("it can be written");
+    let record = record.to_str().expect("UTF-8");
+    let vary = ["--vary", "/masses/0/mass=1:2", "--minimise", "frequency 1"];
+    let front = [&["optimise", &file][..], &vary].concat();
+    for (command, option, wrong, right) in [
+        (
+            &["cycle", &file][..],
+            "--cycles",
+            ["0", "1.5"],
+            "from 1 to 10000",
+        ),
+        (
+            &["spectrum", record, "--step", "0.1"],
+            "--count",
+            ["0", "1.5"],
+            "from 1 to 1000000",
+        ),
+        (&front, "--front", ["1", "2.5"], "from 2 to 1000"),
+    ] {
+        for wrong in wrong {
+            let error = refused(&[command, &[option, wrong]].concat(), 2);
+            let right = format!("it must be a whole number {right}");
+            assert!(error.contains(&right), "{error}");
+        }
+    }
+    let error = refused(&[&front[..], &["--front", "3"]].concat(), 2);
+    assert!(error.contains("--front is for the designs between the bests of two metrics"));
+    for tolerance in ["1", "2", "inf"] {
+        let error = refused(&["modes", &file, "--tolerance", tolerance], 2);
+        assert!(error.contains("below 1"), "{error}");
+    }
+    for count in ["0", "3000000", "1000000000"] {
+        let text = format!(
+            r#"{{"masses": [{{"name": "m", "mass": 1}}], "frequencies": {{"from": 1, "to": 2, "count": {count}}}}}"#
+        );
+        let scene = directory.join("frequencies.json");
+        fs::write(&scene, text).expect("it can be written");
+        let error = refused(&["frf", scene.to_str().expect("UTF-8")], 2);
+        assert!(
+            error.contains("expected a whole number from 1 to 1000000\n"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_method_may_be_named_twice() {
+    printed(&[
+        "check",
+        &scene("three-mass-1"),
+        "--methods",
+        "DOP853,dop853",
+    ]);
 }
 
 #[test]

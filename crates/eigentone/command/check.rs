@@ -120,20 +120,17 @@ impl Check {
         all.extend(integrators.iter().map(|method| method.name()));
         all.extend(stepping.iter().map(|method| method.name()));
         all.dedup();
-        let asked = |known: &str| {
-            let same = |name: &String| name.trim().to_lowercase() == known.to_lowercase();
-            self.methods.iter().position(same)
-        };
-        let found: Vec<usize> = all.iter().filter_map(|known| asked(known)).collect();
-        let mut names = self.methods.iter().enumerate();
-        if let Some((_, name)) = names.find(|(place, _)| !found.contains(place)) {
+        let is_same = |name: &str, known: &str| name.trim().to_lowercase() == known.to_lowercase();
+        let asked = |known: &str| self.methods.iter().any(|name| is_same(name, known));
+        let mut names = self.methods.iter();
+        if let Some(name) = names.find(|name| !all.iter().any(|known| is_same(name, known))) {
             let hint = did_you_mean(name, &all);
             let name = name.clone();
             return Err(Failure::NoSuchMethod { name, hint });
         }
-        exact.retain(|method| asked(method.name()).is_some());
-        integrators.retain(|method| asked(method.name()).is_some());
-        stepping.retain(|method| asked(method.name()).is_some());
+        exact.retain(|method| asked(method.name()));
+        integrators.retain(|method| asked(method.name()));
+        stepping.retain(|method| asked(method.name()));
         Ok((exact, integrators, stepping))
     }
 }

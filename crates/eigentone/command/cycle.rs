@@ -26,7 +26,7 @@ pub struct Cycle {
     #[arg(long, value_name = "SECONDS", value_parser = positive, conflicts_with = "cycles")]
     period: Option<f64>,
     /// The period, in cycles of the slowest harmonic load
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "COUNT", value_parser = super::whole(1..=10_000))]
     cycles: Option<u32>,
     /// Print the scene, with the start and the time of one period, for `response` and `analyze`
     #[arg(long, conflicts_with_all = ["json", "csv"])]

@@ -38,6 +38,7 @@ mod tables;
 
 use std::ffi::OsString;
 use std::io::{self, BufWriter, Write};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -357,8 +358,8 @@ fn positive(text: &str) -> Result<f64, String> {
 fn tolerance(text: &str) -> Result<f64, String> {
     const LEAST: f64 = f64::EPSILON / 2.0;
     match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value >= LEAST => Ok(value),
-        _ => Err("it must be a number, finite and at least 2^-53 = 1.11e-16".to_owned()),
+        Ok(value) if (LEAST..1.0).contains(&value) => Ok(value),
+        _ => Err("it must be a number of at least 2^-53 = 1.11e-16 and below 1".to_owned()),
     }
 }
 
@@ -420,9 +421,17 @@ fn joined(typed: impl Iterator<Item = OsString>) -> Vec<OsString> {
 
 /// How many are wanted.
 fn count(text: &str) -> Result<u32, String> {
-    match text.parse() {
-        Ok(count @ 1..) => Ok(count),
-        _ => Err(format!("it must be a whole number from 1 to {}", u32::MAX)),
+    whole(1..=u32::MAX)(text)
+}
+
+/// A whole number within limits.
+fn whole(limits: RangeInclusive<u32>) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    move |text| match text.parse() {
+        Ok(number) if limits.contains(&number) => Ok(number),
+        _ => {
+            let (least, most) = limits.clone().into_inner();
+            Err(format!("it must be a whole number from {least} to {most}"))
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args, value_parser};
+use clap::{ArgGroup, Args};
 use eigentone::design::{Optimum, OptimumError, Piece, front_with, minimise_with};
 use eigentone::modes::{Modes, Precision};
 use eigentone::report::{FrontDesign, FrontReport, significant};
@@ -36,9 +36,9 @@ pub struct Optimise {
     /// A metric to make largest instead
     #[arg(long, value_name = "METRIC")]
     maximise: Vec<Metric>,
-    /// How many designs from one optimum of two metrics to the other, both included
-    #[arg(long, value_name = "COUNT", default_value_t = 11, value_parser = value_parser!(u16).range(2..=1000))]
-    front: u16,
+    /// How many designs from one optimum of two metrics to the other, both included [default: 11]
+    #[arg(long, value_name = "COUNT", value_parser = super::whole(2..=1000))]
+    front: Option<u32>,
     /// Print one JSON object with every digit
     #[arg(long)]
     json: bool,
@@ -80,10 +80,17 @@ impl Optimise {
         report_switches(&self.scene, &scene);
         let limits: Vec<(f64, f64)> = self.vary.iter().map(|(_, limits)| *limits).collect();
         match aims[..] {
-            [aim] if self.out.is_none() => best(aim, &limits, varied, self.json),
-            [_] => {
-                let message = "--out is for the designs between the bests of two metrics: give a second one, or leave it out";
-                Err(varied.refuse(message.to_owned()))
+            [aim] => {
+                let given = [
+                    ("--out", self.out.is_some()),
+                    ("--front", self.front.is_some()),
+                ];
+                match given.into_iter().find(|(_, is_given)| *is_given) {
+                    None => best(aim, &limits, varied, self.json),
+                    Some((option, _)) => Err(varied.refuse(format!(
+                        "{option} is for the designs between the bests of two metrics: give a second one, or leave it out"
+                    ))),
+                }
             }
             [first, second] if first.metric.kind != second.metric.kind => {
                 let files = self.out.as_deref().map(Files::into).transpose()?;
@@ -92,7 +99,7 @@ impl Optimise {
                     [first, second],
                     &limits,
                     varied,
-                    self.front,
+                    self.front.unwrap_or(11),
                     self.json,
                     files,
                 )
@@ -197,14 +204,14 @@ fn between(
     aims: [Aim<'_>; 2],
     limits: &[(f64, f64)],
     varied: Varied,
-    count: u16,
+    count: u32,
     json: bool,
     files: Option<Files>,
 ) -> Result<(), Failure> {
     let mut tried = Tried::of(&varied);
     let found = front_with(
         limits,
-        count.into(),
+        count as usize,
         |values| tried.pieces(&aims, values)?.try_into().ok(),
         |values| varied.gradients(&aims, values, limits)?.try_into().ok(),
     );

@@ -17,6 +17,18 @@ pub fn parser() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// What files that belong to the scene are called: by its name, without signs that file systems refuse.
+pub fn stem(scene: &Path) -> String {
+    let stem = match scene.as_os_str() == STANDARD_INPUT {
+        true => STANDARD_INPUT.trim_matches(['<', '>']).into(),
+        false => scene
+            .file_stem()
+            .unwrap_or(scene.as_os_str())
+            .to_string_lossy(),
+    };
+    stem.into_owned()
+}
+
 /// The text of the scene; that of standard input can be read once.
 pub fn text(scene: &Path) -> Result<String, SceneError> {
     match scene.as_os_str() == STANDARD_INPUT {

@@ -30,7 +30,7 @@ pub struct Spectrum {
     #[arg(long, value_name = "HZ", value_parser = positive, default_value_t = 50.0)]
     to: f64,
     /// How many frequencies, in equal ratios
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 200)]
+    #[arg(long, value_name = "COUNT", value_parser = super::whole(1..=1_000_000), default_value_t = 200)]
     count: u32,
     /// The column of accelerations: its name in the first line, or its number, from 1 on [default: the only one]
     #[arg(long, value_name = "COLUMN")]

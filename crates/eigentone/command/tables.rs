@@ -42,8 +42,7 @@ impl Tables {
             Some(file) => {
                 let scene = read(file)?;
                 refuse_switches(file, &scene, "tables")?;
-                let name = file.file_stem().unwrap_or(file.as_os_str());
-                let name = name.to_string_lossy().into_owned();
+                let name = source::stem(file);
                 let instants = match &self.steps {
                     Some(steps) => steps.len() as u64,
                     None => memory::instants(&scene).min(SPREAD),

@@ -126,12 +126,16 @@ pub(super) fn scene(
 /// Evenly spread frequencies, the first and the last being those given.
 fn frequencies(given: &layout::Frequencies, source: &Source<'_>) -> Result<Vec<f64>, SceneError> {
     /// As many as a table can show.
-    const MOST: usize = 1_000_000;
+    const MOST: f64 = 1e6;
     let (from, to, count) = (given.from.0, given.to.0, given.count.0);
     let wrong = |key: &'static str, problem: &'static str| {
         let at = source.place(steps!["frequencies", key]);
         Err(SceneError::Frequencies { at, problem })
     };
+    if count.fract() != 0.0 || !(1.0..=MOST).contains(&count) {
+        return wrong("count", "expected a whole number from 1 to 1000000");
+    }
+    let count = count as usize;
     if from < 0.0 {
         return wrong("from", "a frequency must be 0 or more");
     }
@@ -143,9 +147,6 @@ fn frequencies(given: &layout::Frequencies, source: &Source<'_>) -> Result<Vec<f
     }
     if to < from || to == from && count > 1 {
         return wrong("to", "the last frequency must be above the first");
-    }
-    if count > MOST {
-        return wrong("count", "there may be 1000000 frequencies at most");
     }
     let at = |k: usize| {
         let share = k as f64 / (count.max(2) - 1) as f64;

@@ -359,7 +359,7 @@ pub(super) struct Time {
 pub(super) struct Frequencies {
     pub(super) from: Number,
     pub(super) to: Number,
-    pub(super) count: Count,
+    pub(super) count: Number,
     #[serde(default)]
     pub(super) spacing: Spacing,
 }

@@ -1491,6 +1491,18 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
         table.contains("body force") && table.contains("D: 1 × 1"),
         "{table}"
     );
+    let named = [
+        "export",
+        file,
+        "--json",
+        "--to",
+        "tyre force",
+        "--to",
+        "body",
+    ];
+    let form: Value = serde_json::from_str(&printed(&named)).expect("JSON");
+    let outputs = serde_json::json!(["tyre force", "body displacement"]);
+    assert_eq!(form["outputs"], outputs, "in the order named");
     let error = refused(&["export", file, "--from", "wall"], 2);
     assert!(error.contains("known are \"body\", \"wheel\""), "{error}");
     let error = refused(&["export", file, "--hold", "zero"], 2);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use eigentone::modes::MatrixKind;
 use eigentone::report::{SparseMatrixReport, StateSpaceReport};
-use eigentone::response::{Quantity, StateMatrices, StateSpace, StateSpaceError};
+use eigentone::response::StateMatrices;
 use eigentone::scene::Scene;
 
 use super::files::Files;
@@ -89,7 +89,16 @@ impl Export {
             scene: file.clone(),
             error,
         };
-        let plant = self.proper(&scene).map_err(failure)?;
+        let from = match self.from.is_empty() {
+            true => scene.inputs(),
+            false => self.from,
+        };
+        let to = (!self.to.is_empty()).then_some(self.to.as_slice());
+        let (plant, said) = scene.state_space(&from, to).map_err(failure)?;
+        for note in said {
+            // If standard error is closed, nobody can be informed.
+            let _ = writeln!(io::stderr(), "note: {}: {note}", file.display());
+        }
         let held: Option<(f64, Hold, StateMatrices)> = match (self.step, self.hold) {
             (Some(step), Some(hold)) => {
                 let held = plant.discretise(step, hold.into()).map_err(failure)?;
@@ -151,118 +160,5 @@ impl Export {
         drop(progress);
         files.keep()?;
         print(|out| out.write_all(lines.as_bytes()))
-    }
-
-    /// With a higher derivative of a support as the input where an output follows one: said on standard error.
-    fn proper<'a>(&self, scene: &'a Scene) -> Result<StateSpace<'a>, StateSpaceError> {
-        let mut raised: Vec<(String, Quantity)> = Vec::new();
-        loop {
-            let inputs = self.inputs(scene, &raised);
-            let (output, name) = match self.plant(scene, &inputs) {
-                Err(StateSpaceError::Improper { output, input }) => (output, input),
-                answer => return answer,
-            };
-            let higher = inputs.iter().find_map(|(input, quantity)| match quantity {
-                Some(Quantity::Displacement) if name == format!("{input} displacement") => {
-                    Some((input.clone(), Quantity::Velocity))
-                }
-                Some(Quantity::Velocity) if name == format!("{input} velocity") => {
-                    Some((input.clone(), Quantity::Acceleration))
-                }
-                _ => None,
-            });
-            let Some((support, quantity)) = higher else {
-                let input = name;
-                return Err(StateSpaceError::Improper { output, input });
-            };
-            let word = if quantity == Quantity::Velocity {
-                "velocity"
-            } else {
-                "acceleration"
-            };
-            let file = self.scene.display();
-            // If standard error is closed, nobody can be informed.
-            let _ = writeln!(
-                io::stderr(),
-                "note: {file}: output {output:?} depends on a derivative of the {name}: the input is the {word} of {support} instead"
-            );
-            raised.retain(|(known, _)| *known != support);
-            raised.push((support, quantity));
-        }
-    }
-
-    /// Forces, and motions by at least the derivatives that `raised` says.
-    fn inputs(
-        &self,
-        scene: &Scene,
-        raised: &[(String, Quantity)],
-    ) -> Vec<(String, Option<Quantity>)> {
-        let system = scene.system();
-        let is_support = |name: &str| system.supports().iter().any(|support| support == name);
-        let own = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect::<Vec<_>>();
-        let inputs = match self.from.as_slice() {
-            [] if !scene.driven().is_empty() => own(scene.driven()),
-            [] if !system.supports().is_empty() => system.supports().to_vec(),
-            [] => system.names().to_vec(),
-            named => named.to_vec(),
-        };
-        let mut all: Vec<(String, Option<Quantity>)> = Vec::new();
-        for name in inputs {
-            if !is_support(&name) {
-                all.push((name, None));
-                continue;
-            }
-            let least = raised.iter().find(|(support, _)| *support == name);
-            let least = least.map_or(Quantity::Displacement, |(_, quantity)| *quantity);
-            let moved = scene.motions().filter(|(of, _)| *of == name);
-            let mut moved: Vec<Quantity> = moved.map(|(_, quantity)| quantity).collect();
-            if moved.is_empty() {
-                moved.push(Quantity::Displacement);
-            }
-            for quantity in moved {
-                let higher = if (quantity as u8) < least as u8 {
-                    least
-                } else {
-                    quantity
-                };
-                let input = (name.clone(), Some(higher));
-                if !all.contains(&input) {
-                    all.push(input);
-                }
-            }
-        }
-        all
-    }
-
-    fn plant<'a>(
-        &self,
-        scene: &'a Scene,
-        inputs: &[(String, Option<Quantity>)],
-    ) -> Result<StateSpace<'a>, StateSpaceError> {
-        let system = scene.system();
-        let mut plant = StateSpace::of(system);
-        for (name, quantity) in inputs {
-            plant = match quantity {
-                None => plant.force(name.as_str()),
-                Some(quantity) => plant.motion(name.as_str(), *quantity),
-            };
-        }
-        let points = system.points().iter().map(|point| &point.name);
-        let all = system.names().iter().chain(points);
-        let named: Vec<&String> = match self.to.as_slice() {
-            [] => all.collect(),
-            named => named.iter().collect(),
-        };
-        let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
-        for name in named {
-            if system.form(name).is_some() || !is_output(name) {
-                plant = plant.output(name, Quantity::Displacement);
-            }
-        }
-        let wanted = |name: &String| self.to.is_empty() || self.to.contains(name);
-        for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
-            plant = plant.combination(output.clone());
-        }
-        plant.build()
     }
 }

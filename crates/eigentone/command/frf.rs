@@ -181,29 +181,11 @@ impl Frf {
 /// From the inputs named, or what the scene drives, else its supports, else each mass of few; to the outputs named, or all.
 pub(super) fn asked<'a>(scene: &'a Scene, from: &[String], to: &[String]) -> FrequencyResponse<'a> {
     let system = scene.system();
+    let many = scene.driven().is_empty() && system.supports().is_empty() && system.len() > INPUTS;
     let inputs = match from {
-        [] if !scene.driven().is_empty() => scene.driven().into_iter().map(str::to_owned).collect(),
-        [] if !system.supports().is_empty() => system.supports().to_vec(),
-        [] if system.len() <= INPUTS => system.names().to_vec(),
+        [] if many => Vec::new(),
+        [] => scene.inputs(),
         named => named.to_vec(),
     };
-    let start = FrequencyResponse::of(system).loss_factors(scene.loss_factors());
-    let mut asked = inputs.into_iter().fold(start, FrequencyResponse::from);
-    let points = system.points().iter().map(|point| &point.name);
-    let all = system.names().iter().chain(points);
-    let named: Vec<&String> = match to {
-        [] => all.collect(),
-        named => named.iter().collect(),
-    };
-    let is_output = |name: &str| scene.outputs().iter().any(|output| output.name == name);
-    for name in named {
-        if system.form(name).is_some() || !is_output(name) {
-            asked = asked.to(name);
-        }
-    }
-    let wanted = |name: &String| to.is_empty() || to.contains(name);
-    for output in scene.outputs().iter().filter(|output| wanted(&output.name)) {
-        asked = asked.output(output.clone());
-    }
-    asked
+    scene.frequency_response(&inputs, (!to.is_empty()).then_some(to))
 }

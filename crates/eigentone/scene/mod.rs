@@ -4,6 +4,7 @@
 //! strict: what is not part of the format, and what is said twice, is an error, and every error
 //! names the file, the place in it, what is wrong and what would be right.
 
+mod asked;
 mod assemble;
 mod error;
 mod layout;

@@ -13,7 +13,10 @@ rounding to double; where there is none they are NaN. ``bounds`` says whether th
 
 import json as _json
 import os as _os
+import warnings as _warnings
 from dataclasses import dataclass as _dataclass
+from decimal import Decimal as _Decimal
+from numbers import Complex as _Complex, Real as _Real
 from typing import Dict, List, Tuple
 
 import numpy as _np
@@ -93,9 +96,13 @@ class Motion:
     method: str
 
     def of(self, name: str) -> _np.ndarray:
-        """The displacement of a coordinate, or an output."""
+        """The displacement of a coordinate, or an output; ``ValueError`` for a name that both have."""
         if name in self.outputs:
+            if name in self.names:
+                raise ValueError(f"{name!r} is a coordinate and an output: take its row of displacement, or of outputs")
             return self.outputs[name]
+        if name not in self.names:
+            raise ValueError(f"{name!r} is neither a coordinate nor an output: known are {[*self.names, *self.outputs]}")
         return self.displacement[self.names.index(name)]
 
 
@@ -106,7 +113,8 @@ class Functions:
     frequency: _np.ndarray
     """In rad/s."""
     values: Dict[Tuple[str, str], _np.ndarray]
-    """H by (from, to); NaN at an undamped natural frequency."""
+    """H by (from, to); NaN at an undamped natural frequency. If an output of the scene has the name of what it reaches, as
+    "a", the motion of that is to "a displacement", or what ``quantity`` is."""
     value_bounds: Dict[Tuple[str, str], _np.ndarray]
     bounds: str
 
@@ -142,67 +150,117 @@ class StateSpace:
     outputs: List[str]
 
 
-def _matrix(matrix):
-    return _np.ascontiguousarray(matrix, dtype=_np.float64)
+# What errors call it.
+_SCENE = "scene"
+
+
+def _double(value, what):
+    """The double nearest to a number of any type."""
+    # NumPy has differences of times among the integers.
+    if isinstance(value, (_Complex, _Decimal, _np.bool_)) and not isinstance(value, _np.timedelta64):
+        if isinstance(value, _Complex) and not isinstance(value, _Real):
+            hysteretic = '; give hysteretic damping by the "loss_factor" of springs in a scene'
+            raise ValueError(f"{what} has complex numbers: they must be real{hysteretic if what in ('K', _SCENE) else ''}")
+        try:
+            return float(value)
+        except OverflowError:
+            raise ValueError(f"{what} has a number beyond the largest double, 1.79e308") from None
+    right = "numbers, texts, lists, dicts and arrays have a place there" if what == _SCENE else "real numbers belong there"
+    raise ValueError(f"{what} has a {type(value).__name__.rstrip('_')} in it: {right}")
+
+
+_FLOAT = _np.dtype(_np.float64)
+_SHAPES = ("a number", "a list of numbers", "a matrix, a list of rows")
+
+
+def _real(given, what, *dimensions):
+    """An array of doubles of so many dimensions; of any, if none is named."""
+    if type(given) is _np.ndarray and given.dtype is _FLOAT and given.ndim in dimensions and given.flags.aligned:
+        return given
+    try:
+        array = _np.asarray(given)
+    except ValueError:
+        raise ValueError(f"{what} has rows of several lengths: they must have one") from None
+    if any(_np.ma.is_masked(part) for part in (given if isinstance(given, (list, tuple)) else [given])):
+        raise ValueError(f"{what} has masked entries: give numbers for them")
+    if array.dtype.kind in "biuf":
+        with _np.errstate(over="ignore"):
+            array = array.astype(_np.float64)
+    else:
+        array = _np.array([_double(value, what) for value in array.flat], _np.float64).reshape(array.shape)
+    if dimensions and array.ndim not in dimensions:
+        right = " or ".join(_SHAPES[dimension] for dimension in dimensions)
+        raise ValueError(f"{what} has the shape {array.shape}: it must be {right}")
+    return array
+
+
+def _reals(given, what):
+    """The same of a list, or whatever may be gone through."""
+    known = isinstance(given, (_np.ndarray, list)) or not hasattr(given, "__iter__")
+    return _real(given if known else list(given), what, 1)
 
 
 def scene(M, C=None, K=None, x0=None, v0=None, step=None, end=None, **more):
     """A scene of matrices: its coordinates are x1, x2, ... ; ``more`` are other keys of it, such as ``loads``."""
-    rows = {"mass": M, "damping": C, "stiffness": K}
-    given = {kind: _matrix(rows[kind]).tolist() for kind in rows if rows[kind] is not None}
-    made = {"matrices": given}
-    start = {}
-    for key, values in (("displacement", x0), ("velocity", v0)):
-        for i, value in enumerate([] if values is None else values):
-            start.setdefault(f"x{i + 1}", {})[key] = float(value)
+    made, start = {}, {}
+    matrices = {"mass": (M, "M"), "damping": (C, "C"), "stiffness": (K, "K")}
+    given = {key: _real(*matrix, 2).tolist() for key, matrix in matrices.items() if matrix[0] is not None}
+    if given:
+        made["matrices"] = given
+    count = max(map(len, given.values()), default=0)
+    for key, values, what in (("displacement", x0, "x0"), ("velocity", v0, "v0")):
+        if values is None:
+            continue
+        values = _reals(values, what).tolist()
+        if len(values) != count:
+            raise ValueError(f"{what} has the length {len(values)}: it must have that of the matrices, {count}")
+        for i, value in enumerate(values):
+            start.setdefault(f"x{i + 1}", {})[key] = value
     if start:
         made["initial"] = start
     if step is not None or end is not None:
         if step is None or end is None:
             raise ValueError("step and end belong together: give both or none")
-        made["time"] = {"end": float(end), "step": float(step)}
+        made["time"] = {"end": float(_real(end, "end", 0)), "step": float(_real(step, "step", 0))}
+    for key, by in (("matrices", "M, C and K"), ("initial", "x0 and v0"), ("time", "step and end")):
+        if key in made and key in more:
+            raise ValueError(f"{key} is given twice, by {by} too: give it once")
     made.update(more)
     return made
 
 
 def _plain(value):
-    """Arrays and numbers of NumPy as JSON has them."""
-    if isinstance(value, _np.ndarray):
-        return value.tolist()
-    if isinstance(value, _np.generic):
-        return value.item()
-    raise TypeError(f"{type(value).__name__} has no place in a scene")
+    """What JSON does not know: arrays and numbers."""
+    array = _np.asarray(value)
+    # What holds one object would return to here.
+    known = array.dtype.kind in "biuU" or (array.dtype.kind == "O" and array.ndim > 0)
+    if known and not _np.ma.is_masked(value):
+        return array.tolist()
+    return _real(value, _SCENE).tolist()
 
 
 def _text(given):
     """The JSON text of a scene and what errors call it."""
     if isinstance(given, dict):
-        return _json.dumps(given, default=_plain), "scene"
+        try:
+            return _json.dumps(given, default=_plain), _SCENE
+        except TypeError as error:
+            raise ValueError(f"scene: it cannot be written as JSON: {error}") from None
     if isinstance(given, (str, _os.PathLike)):
         path = _os.fspath(given)
         with open(path, encoding="utf-8") as file:
             return file.read(), path
-    raise TypeError("a scene is a dict or the path of a JSON file; matrices are given as M, C, K")
+    raise ValueError("a scene is a dict or the path of a JSON file; matrices are given as M, C, K")
 
 
-def _names(text, key):
-    return [entry["name"] for entry in _json.loads(text).get(key, [])]
-
-
-def _ends(text, file, inputs, outputs):
-    """The names asked for; without any, what the scene drives, or every coordinate."""
-    data = _json.loads(text)
-    if inputs is None:
-        driven = [load["on"] for load in data.get("loads", [])]
-        driven += [motion["of"] for motion in data.get("motions", [])]
-        inputs = list(dict.fromkeys(driven)) or data.get("supports", [])
-    if outputs is None or not inputs:
-        names = _eigentone.modes_of_scene(text, file, "double")[0][0]
-        inputs = inputs or names
-        if outputs is None:
-            outputs = names + _names(text, "points") + _names(text, "outputs")
-    one = lambda names: [names] if isinstance(names, str) else list(names)
-    return one(inputs), one(outputs)
+def _names(given, what):
+    """Names as a list; None stands for all."""
+    if given is None:
+        return None
+    names = [given] if isinstance(given, str) or not hasattr(given, "__iter__") else list(given)
+    if not names or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{what} are {names}: give a name or a list of names, or leave them out")
+    return names
 
 
 def _modes(answer):
@@ -215,19 +273,21 @@ def modes(system, C=None, K=None, *, precision="certified"):
 
     ``precision`` is ``"certified"``, bounds proven with as many digits as that takes, or ``"double"``, estimates.
     """
-    if K is None and isinstance(system, (dict, str, _os.PathLike)):
-        if C is not None:
-            raise TypeError("a scene stands alone; matrices are given as M, C, K")
+    if K is None or isinstance(system, (dict, str)):
+        if C is not None or K is not None:
+            raise ValueError("a scene stands alone; matrices are given as M, C, K, of which C may be None")
         return _modes(_eigentone.modes_of_scene(*_text(system), precision))
-    if K is None:
-        raise TypeError("matrices are given as M, C, K; C may be None, K may not")
-    damping = None if C is None else _matrix(C)
-    return _modes(_eigentone.modes_of_matrices(_matrix(system), damping, _matrix(K), precision))
+    damping = None if C is None else _real(C, "C", 2)
+    return _modes(_eigentone.modes_of_matrices(_real(system, "M", 2), damping, _real(K, "K", 2), precision))
 
 
 def response(scene, *, steps=None, precision="certified"):
     """The motion of a scene at every instant of its ``time``, or at those sample indices."""
-    steps = None if steps is None else [int(step) for step in steps]
+    if steps is not None:
+        steps = _reals(steps, "steps")
+        for step in steps[~((steps >= 0) & (steps < 2**53) & (steps % 1 == 0))]:
+            raise ValueError(f"steps has {step}: it must be of whole numbers from 0 on, the indices of instants")
+        steps = steps.astype(_np.uint64).tolist()
     answer = _eigentone.response(*_text(scene), steps, precision)
     *motion, outputs, bounds, method = answer
     values = {name: value for name, value, _ in outputs}
@@ -235,32 +295,50 @@ def response(scene, *, steps=None, precision="certified"):
 
 
 def frf(scene, frequency, *, inputs=None, outputs=None, quantity="displacement", precision="certified"):
-    """Frequency responses per unit force on a name, or per unit displacement of a support."""
-    text, file = _text(scene)
-    inputs, outputs = _ends(text, file, inputs, outputs)
-    frequency = _np.atleast_1d(_np.asarray(frequency, dtype=_np.float64))
-    found, bounds = _eigentone.frf(text, file, frequency.tolist(), inputs, outputs, quantity, precision)
-    values = {(start, end): value for start, end, value, _ in found}
-    return Functions(frequency, values, {(start, end): bound for start, end, _, bound in found}, bounds)
+    """Frequency responses per unit force on a name, or per unit displacement of a support.
+
+    Without ``inputs``, of what the scene drives, else its supports, else all coordinates; without ``outputs``, of all
+    coordinates, points and outputs of the scene.
+    """
+    inputs, outputs = _names(inputs, "inputs"), _names(outputs, "outputs")
+    frequency = _np.atleast_1d(_real(frequency, "frequency", 0, 1))
+    found, bounds = _eigentone.frf(*_text(scene), frequency.tolist(), inputs, outputs, quantity, precision)
+    own = {end for _, end, is_output, _, _ in found if is_output}
+    values, value_bounds = {}, {}
+    for start, end, is_output, value, bound in found:
+        if end in own and not is_output:
+            end = f"{end} {quantity}"
+            if end in own:
+                raise ValueError(f"{end!r} is what an output and a motion would be called: rename the output")
+        values[start, end], value_bounds[start, end] = value, bound
+    return Functions(frequency, values, value_bounds, bounds)
 
 
 def expm(A):
     """The exponential of a real square matrix, with a bound of its error."""
-    return Exponential(*_eigentone.expm(_matrix(A)))
+    return Exponential(*_eigentone.expm(_real(A, "A", 2)))
 
 
 def _state_space(scene, inputs, outputs, held):
-    text, file = _text(scene)
-    inputs, outputs = _ends(text, file, inputs, outputs)
-    states, inputs, outputs, matrices = _eigentone.state_space(text, file, inputs, outputs, held)
+    inputs, outputs = _names(inputs, "inputs"), _names(outputs, "outputs")
+    states, inputs, outputs, matrices, raised = _eigentone.state_space(*_text(scene), inputs, outputs, held)
+    for note in raised:
+        _warnings.warn(note, stacklevel=3)
     return StateSpace(*(BoundedMatrix(*each) for each in matrices), states, inputs, outputs)
 
 
 def state_space(scene, *, inputs=None, outputs=None):
-    """The continuous matrices A, B, C and D."""
+    """The continuous matrices A, B, C and D; ``inputs`` and ``outputs`` as in ``frf``.
+
+    The input of a support is the derivative of it that the scene's ``motions`` give, else its displacement. Where an output
+    follows a derivative of that, the input is its velocity or acceleration instead, and a ``UserWarning`` says so.
+    """
     return _state_space(scene, inputs, outputs, None)
 
 
 def discretise(scene, step, *, hold="zero", inputs=None, outputs=None):
-    """The exact discrete matrices for inputs that keep each sample (``"zero"``) or run straight between (``"first"``)."""
-    return _state_space(scene, inputs, outputs, (float(step), hold))
+    """The exact discrete matrices for inputs that keep each sample (``"zero"``) or run straight between (``"first"``).
+
+    Inputs and outputs are those of ``state_space``.
+    """
+    return _state_space(scene, inputs, outputs, (float(_real(step, "step", 0)), hold))

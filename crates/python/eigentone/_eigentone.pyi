@@ -15,16 +15,16 @@ def frf(
     text: str,
     file: str,
     frequencies: List[float],
-    inputs: List[str],
-    outputs: List[str],
+    inputs: Optional[List[str]],
+    outputs: Optional[List[str]],
     of: str,
     accuracy: str,
-) -> Tuple[List[Tuple[str, str, Complex, Real]], str]: ...
+) -> Tuple[List[Tuple[str, str, bool, Complex, Real]], str]: ...
 def expm(a: Real) -> Tuple[Real, float, str]: ...
 def state_space(
     text: str,
     file: str,
-    inputs: List[str],
-    outputs: List[str],
+    inputs: Optional[List[str]],
+    outputs: Optional[List[str]],
     held: Optional[Tuple[float, str]],
-) -> Tuple[List[str], List[str], List[str], List[Tuple[Real, Real]]]: ...
+) -> Tuple[List[str], List[str], List[str], List[Tuple[Real, Real]], List[str]]: ...

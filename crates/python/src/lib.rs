@@ -4,14 +4,11 @@
 use std::path::Path;
 
 use eigentone::modes::{Bounds, MatrixKind, Modes, Precision, System};
-use eigentone::response::{
-    BoundedMatrix, FrequencyResponse, Hold, Quantity, ResponsePlan, StateSpace, Trajectory,
-    expm_bounded,
-};
+use eigentone::response::{BoundedMatrix, Hold, Quantity, ResponsePlan, Trajectory, expm_bounded};
 use eigentone::scene::Scene;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ndarray::Array2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -20,25 +17,27 @@ fn wrong(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
-fn precision(name: &str) -> PyResult<Precision> {
-    match name {
-        "certified" => Ok(Precision::default()),
-        "double" => Ok(Precision::Double),
-        other => Err(wrong(format!(
-            "precision is {other:?}: it must be \"certified\" or \"double\""
-        ))),
+/// What the word for `of` stands for.
+fn choice<T: Copy>(of: &str, given: &Bound<'_, PyAny>, words: &[(&str, T)]) -> PyResult<T> {
+    let word: Option<String> = given.extract().ok();
+    let mut known = words.iter();
+    match known.find(|(known, _)| word.as_deref() == Some(known)) {
+        Some((_, choice)) => Ok(*choice),
+        None => {
+            let words: Vec<String> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
+            let (given, words) = (given.repr()?, words.join(" or "));
+            Err(wrong(format!("{of} is {given}: it must be {words}")))
+        }
     }
 }
 
-fn quantity(name: &str) -> PyResult<Quantity> {
-    match name {
-        "displacement" => Ok(Quantity::Displacement),
-        "velocity" => Ok(Quantity::Velocity),
-        "acceleration" => Ok(Quantity::Acceleration),
-        other => Err(wrong(format!(
-            "quantity is {other:?}: it must be \"displacement\", \"velocity\" or \"acceleration\""
-        ))),
-    }
+fn precision(given: &Bound<'_, PyAny>) -> PyResult<Precision> {
+    let (certified, double) = (Precision::default(), Precision::Double);
+    choice(
+        "precision",
+        given,
+        &[("certified", certified), ("double", double)],
+    )
 }
 
 /// The word for how sure bounds are.
@@ -123,19 +122,19 @@ fn answer<'py>(py: Python<'py>, system: &System, modes: &Modes) -> ModesAnswer<'
     let own: Vec<Complex<f64>> = all.iter().map(|mode| mode.eigenvalue().value).collect();
     let roots = (
         system.names().to_vec(),
-        values.into_pyarray(py),
-        numbers(&bounds).into_pyarray(py),
-        numbers(&real).into_pyarray(py),
+        values.to_pyarray(py),
+        numbers(&bounds).to_pyarray(py),
+        numbers(&real).to_pyarray(py),
         modes.infinite(),
     );
     let of_modes = (
-        own.into_pyarray(py),
-        of(|mode| Some(mode.natural_frequency().radians_per_second())).into_pyarray(py),
-        of(|mode| mode.damping_ratio()).into_pyarray(py),
-        of(|mode| mode.time_constant()).into_pyarray(py),
+        own.to_pyarray(py),
+        of(|mode| Some(mode.natural_frequency().radians_per_second())).to_pyarray(py),
+        of(|mode| mode.damping_ratio()).to_pyarray(py),
+        of(|mode| mode.time_constant()).to_pyarray(py),
         all.iter().map(|mode| mode.motion().to_string()).collect(),
-        shapes.into_pyarray(py),
-        shape_bounds.into_pyarray(py),
+        shapes.to_pyarray(py),
+        shape_bounds.to_pyarray(py),
     );
     let bounds = worth(modes.bounds());
     (roots, of_modes, bounds, modes.is_complete())
@@ -148,7 +147,7 @@ fn modes_of_matrices<'py>(
     mass: PyReadonlyArray2<'py, f64>,
     damping: Option<PyReadonlyArray2<'py, f64>>,
     stiffness: PyReadonlyArray2<'py, f64>,
-    accuracy: &str,
+    accuracy: &Bound<'py, PyAny>,
 ) -> PyResult<ModesAnswer<'py>> {
     let precision = precision(accuracy)?;
     let system = system(&mass, damping.as_ref(), &stiffness)?;
@@ -162,7 +161,7 @@ fn modes_of_scene<'py>(
     py: Python<'py>,
     text: &str,
     file: &str,
-    accuracy: &str,
+    accuracy: &Bound<'py, PyAny>,
 ) -> PyResult<ModesAnswer<'py>> {
     let precision = precision(accuracy)?;
     let scene = scene(text, file)?;
@@ -192,7 +191,7 @@ fn response<'py>(
     text: &str,
     file: &str,
     steps: Option<Vec<u64>>,
-    accuracy: &str,
+    accuracy: &Bound<'py, PyAny>,
 ) -> PyResult<MotionAnswer<'py>> {
     let precision = precision(accuracy)?;
     let scene = scene(text, file)?;
@@ -232,9 +231,15 @@ fn response<'py>(
     ))
 }
 
-/// From, to, values and bounds of each function, and how sure the bounds are.
+/// From, to, whether that is an output of the scene, values and bounds of each function, and how sure the bounds are.
 type FunctionsAnswer<'py> = (
-    Vec<(String, String, Vector<'py, Complex<f64>>, Vector<'py, f64>)>,
+    Vec<(
+        String,
+        String,
+        bool,
+        Vector<'py, Complex<f64>>,
+        Vector<'py, f64>,
+    )>,
     &'static str,
 );
 
@@ -246,26 +251,23 @@ fn frf<'py>(
     text: &str,
     file: &str,
     frequencies: Vec<f64>,
-    inputs: Vec<String>,
-    outputs: Vec<String>,
-    of: &str,
-    accuracy: &str,
+    inputs: Option<Vec<String>>,
+    outputs: Option<Vec<String>>,
+    of: &Bound<'py, PyAny>,
+    accuracy: &Bound<'py, PyAny>,
 ) -> PyResult<FunctionsAnswer<'py>> {
+    let quantities = [
+        ("displacement", Quantity::Displacement),
+        ("velocity", Quantity::Velocity),
+        ("acceleration", Quantity::Acceleration),
+    ];
+    let (quantity, precision) = (choice("quantity", of, &quantities)?, precision(accuracy)?);
     let scene = scene(text, file)?;
-    let system = scene.system();
-    let mut asked = FrequencyResponse::of(system)
-        .loss_factors(scene.loss_factors())
-        .quantity(quantity(of)?)
-        .precision(precision(accuracy)?);
-    for name in inputs {
-        asked = asked.from(name);
-    }
-    for name in outputs {
-        asked = match scene.outputs().iter().find(|output| output.name == name) {
-            Some(output) => asked.output(output.clone()),
-            None => asked.to(name),
-        };
-    }
+    let inputs = inputs.unwrap_or_else(|| scene.inputs());
+    let asked = scene
+        .frequency_response(&inputs, outputs.as_deref())
+        .quantity(quantity)
+        .precision(precision);
     let found = py.detach(|| asked.at(&frequencies)).map_err(wrong)?;
     let nothing = Complex::new(f64::NAN, f64::NAN);
     let functions = found.functions().iter().map(|function| {
@@ -275,6 +277,7 @@ fn frf<'py>(
         (
             function.from().to_owned(),
             function.to().to_owned(),
+            function.quantity().is_none(),
             values.collect::<Vec<_>>().into_pyarray(py),
             numbers(&bounds.collect::<Vec<_>>()).into_pyarray(py),
         )
@@ -294,57 +297,43 @@ fn expm<'py>(
     Ok((matrix, found.bound, worth(found.bounds)))
 }
 
-/// Names of states, inputs and outputs, and each matrix with the bounds of its entries.
+/// Names of states, inputs and outputs, each matrix with the bounds of its entries, and where another derivative of a support is
+/// the input.
 type StateSpaceAnswer<'py> = (
     Vec<String>,
     Vec<String>,
     Vec<String>,
     Vec<(Table<'py, f64>, Table<'py, f64>)>,
+    Vec<String>,
 );
 
-/// A, B, C and D of a scene: continuous, or held over a step. Inputs are forces, or displacements of supports.
+/// A, B, C and D of a scene: continuous, or held over a step. Inputs are forces, or motions of supports.
 #[pyfunction]
 fn state_space<'py>(
     py: Python<'py>,
     text: &str,
     file: &str,
-    inputs: Vec<String>,
-    outputs: Vec<String>,
-    held: Option<(f64, String)>,
+    inputs: Option<Vec<String>>,
+    outputs: Option<Vec<String>>,
+    held: Option<(f64, Bound<'py, PyAny>)>,
 ) -> PyResult<StateSpaceAnswer<'py>> {
+    let holds = [("zero", Hold::Zero), ("first", Hold::First)];
+    let held = match held {
+        None => None,
+        Some((step, hold)) => Some((step, choice("hold", &hold, &holds)?)),
+    };
     let scene = scene(text, file)?;
     if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
         return Err(wrong(
             "a spring with a `loss_factor` has a force for each frequency, but none in time: there is no state-space form",
         ));
     }
-    let system = scene.system();
-    let mut builder = StateSpace::of(system);
-    for name in inputs {
-        builder = match system.supports().contains(&name) {
-            true => builder.motion(name, Quantity::Displacement),
-            false => builder.force(name),
-        };
-    }
-    for name in outputs {
-        builder = match scene.outputs().iter().find(|output| output.name == name) {
-            Some(output) => builder.combination(output.clone()),
-            None => builder.output(name, Quantity::Displacement),
-        };
-    }
-    let plant = py.detach(|| builder.build()).map_err(wrong)?;
+    let inputs = inputs.unwrap_or_else(|| scene.inputs());
+    let form = py.detach(|| scene.state_space(&inputs, outputs.as_deref()));
+    let (plant, said) = form.map_err(wrong)?;
     let discrete = match held {
         None => None,
         Some((step, hold)) => {
-            let hold = match hold.as_str() {
-                "zero" => Hold::Zero,
-                "first" => Hold::First,
-                other => {
-                    return Err(wrong(format!(
-                        "hold is {other:?}: it must be \"zero\" or \"first\""
-                    )));
-                }
-            };
             let held = py.detach(|| plant.discretise(step, hold)).map_err(wrong)?;
             Some(held)
         }
@@ -360,6 +349,7 @@ fn state_space<'py>(
         plant.inputs().to_vec(),
         plant.outputs().to_vec(),
         matrices.map(both).into(),
+        said,
     ))
 }
 

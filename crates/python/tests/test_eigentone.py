@@ -3,6 +3,9 @@
 import json
 import os
 import subprocess
+import warnings
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +130,75 @@ def test_a_quarter_car_is_that_of_the_command_line_bit_for_bit():
         assert motion["output_bound"][name] == moved.output_bounds[name].tolist()
 
 
+# A mass without dampers but those on a shaker, whose velocity the acceleration of the mass then follows.
+SHAKEN = {
+    "masses": [{"name": "m", "mass": 1}],
+    "supports": ["shaker"],
+    "springs": [{"between": ["shaker", "m"], "stiffness": 4}],
+    "dampers": [{"between": ["shaker", "m"], "damping": 0.5}],
+    "outputs": [{"name": "shock", "acceleration": {"m": 1}}],
+}
+# An output has the name of its mass.
+NAMED = {
+    "masses": [{"name": "a", "mass": 1}],
+    "springs": [{"between": ["ground", "a"], "stiffness": 4}],
+    "outputs": [{"name": "a", "velocity": {"a": 1}}],
+    "initial": {"a": {"displacement": 1}},
+    "time": {"end": 1, "step": 0.5},
+}
+
+
+def test_numbers_of_any_type_are_the_nearest_doubles():
+    def root(k, m=((1,),)):
+        return eigentone.modes(m, None, k).natural_frequencies[0]
+
+    whole = [[4]], np.array([[4]], ">f8"), np.array([[4]], "f4"), np.array([[np.longdouble(4)]]), [[Fraction(4)]]
+    for given in (*whole, [[Decimal(4)]], np.array([[4]], object), np.ma.masked_array([[4.0]])):
+        assert root(given) == 2
+    assert root([[True]]) == 1 and root([[2**82]], [[2**80]]) == 2
+    packed = np.zeros(1, np.dtype([("a", "i1"), ("k", "f8", (1, 1))]))["k"][0]
+    packed[:] = 4
+    assert not packed.flags.aligned and root(packed) == 2
+    read_only = np.array([[4.0]])
+    read_only.setflags(write=False)
+    assert root(read_only) == 2
+    for number in (np.longdouble(1), np.float32(1), np.int8(1), Fraction(1), Decimal(1), np.array(1.0)):
+        scene = {**NAMED, "masses": [{"name": "a", "mass": number}]}
+        assert eigentone.modes(scene).natural_frequencies[0] == 2
+
+
+def test_steps_are_whole_numbers():
+    scene = eigentone.scene(M, C, K, x0=[1, 0, 0], step=0.5, end=2)
+    for steps in ([2.0, 3], np.array([2, 3], "u1"), iter([2, np.float32(3)])):
+        assert eigentone.response(scene, steps=steps).time.tolist() == [1.0, 1.5]
+
+
+def test_an_output_with_the_name_of_a_mass_hides_nothing():
+    plant = eigentone.state_space(NAMED)
+    assert plant.outputs == ["a displacement", "a"] and plant.C.values.tolist() == [[1, 0], [0, 1]]
+    values = eigentone.frf(NAMED, 1.0).values
+    assert abs(values["a", "a displacement"][0] - 1 / 3) < 1e-15 and abs(values["a", "a"][0] - 1j / 3) < 1e-15
+    motion = eigentone.response(NAMED)
+    assert motion.displacement[0, 0] == 1 and motion.outputs["a"][0] == 0
+
+
+def test_outputs_come_in_the_order_of_their_names():
+    assert eigentone.state_space(CAR, outputs=["travel", "body"]).outputs == ["travel", "body displacement"]
+
+
+def test_supports_are_inputs_by_what_moves_them():
+    for quantity in ("velocity", "acceleration"):
+        moved = {**SHAKEN, "motions": [{"of": "shaker", quantity: {"ramp": {"rate": 1}}}]}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert eigentone.discretise(moved, 0.1).inputs == [f"shaker {quantity}"]
+    with pytest.warns(UserWarning, match='output "shock" .* the velocity of shaker') as said:
+        plant = eigentone.state_space(SHAKEN)
+    assert said[0].filename == __file__
+    assert plant.inputs == ["shaker velocity"] and plant.outputs == ["m displacement", "shock"]
+    assert eigentone.state_space(SHAKEN, outputs="m").inputs == ["shaker displacement"]
+
+
 @pytest.mark.parametrize(
     "ask, message",
     [
@@ -140,6 +212,68 @@ def test_a_quarter_car_is_that_of_the_command_line_bit_for_bit():
         (lambda: eigentone.expm([[1.0, 2.0]]), "square"),
         (lambda: eigentone.discretise(eigentone.scene(M, C, K), 0.1, hold="second"), "first"),
         (lambda: eigentone.discretise(eigentone.scene(M, C, K), -1.0), "greater than 0"),
+        (lambda: eigentone.modes(M, None, K * (1 + 0.1j)), "K has complex numbers: .*real; .*loss_factor"),
+        (lambda: eigentone.modes(M, None, (K * (1 + 0.1j)).tolist()), "complex"),
+        (lambda: eigentone.modes({"matrices": {"mass": M, "stiffness": K * 1j}}), "real; .*loss_factor"),
+        (lambda: eigentone.modes({"masses": [{"name": "a", "mass": 1j}]}), "real"),
+        (lambda: eigentone.expm(np.array([[1j]])), "A has complex numbers: they must be real"),
+        (lambda: eigentone.frf(eigentone.scene(M, C, K), np.array([1j, 2.0])), "frequency .* real"),
+        (lambda: eigentone.scene(M * 1j), "M .* real"),
+        (lambda: eigentone.scene(M, C, K, x0=np.array([1j, 0, 0])), "x0 .* real"),
+        (lambda: eigentone.modes(M, None, np.array([["2000-01-01"] * 3] * 3, "M8[D]")), "K has a datetime64"),
+        (lambda: eigentone.modes(M.astype("m8[s]"), None, K), "M has a timedelta64"),
+        (lambda: eigentone.modes(np.ma.masked_equal(M, 2.0), None, K), "M has masked entries"),
+        (lambda: eigentone.modes([np.ma.masked_equal(row, 2.0) for row in M], None, K), "M has masked entries"),
+        (lambda: eigentone.modes({"matrices": {"mass": np.ma.masked_equal(M, 2.0)}}), "masked"),
+        (lambda: eigentone.modes(M.astype(str).astype(object), None, K), "M has a str in it: real numbers"),
+        (lambda: eigentone.modes([["1"]], None, [[1]]), "M has a str in it"),
+        (lambda: eigentone.modes([[None]], None, [[1]]), "M has a NoneType in it"),
+        (lambda: eigentone.modes([[10**400]], None, [[1]]), "largest double"),
+        (lambda: eigentone.modes([[1, 2], [3]], None, K), "M has rows of several lengths"),
+        (lambda: eigentone.modes(M[0], None, K), r"M has the shape \(3,\): it must be a matrix"),
+        (lambda: eigentone.modes(M, None, 4.0), r"K has the shape \(\)"),
+        (lambda: eigentone.modes(M, M[None], K), r"C has the shape \(1, 3, 3\)"),
+        (lambda: eigentone.expm([1.0, 2.0]), "A has the shape"),
+        (lambda: eigentone.modes(NAMED, None, K), "stands alone"),
+        (lambda: eigentone.modes(M), "matrices are given as M, C, K"),
+        (lambda: eigentone.modes(M, C), "matrices are given as M, C, K"),
+        (lambda: eigentone.modes(M, None, K, precision=None), "precision is None"),
+        (lambda: eigentone.modes({"masses": {1}}), "has a set in it"),
+        (lambda: eigentone.modes({(1, 2): []}), "tuple"),
+        (lambda: eigentone.response(5), "a dict or the path"),
+        (lambda: eigentone.response(NAMED, steps=[2.9999999]), "2.9999999: it must be of whole numbers"),
+        (lambda: eigentone.response(NAMED, steps=[0.3 / 0.1]), "whole numbers"),
+        (lambda: eigentone.response(NAMED, steps=[-1]), "from 0 on"),
+        (lambda: eigentone.response(NAMED, steps=[10**30]), "from 0 on, the indices"),
+        (lambda: eigentone.response(NAMED, steps=[np.nan]), "whole numbers"),
+        (lambda: eigentone.response(NAMED, steps=["1"]), "steps has a str"),
+        (lambda: eigentone.response(NAMED, steps=1), "steps .* must be a list"),
+        (lambda: eigentone.response(NAMED).of("a"), "a coordinate and an output"),
+        (lambda: eigentone.response(NAMED).of("b"), "known are"),
+        (
+            lambda: eigentone.frf(
+                {**NAMED, "outputs": [*NAMED["outputs"], {"name": "a displacement", "displacement": {"a": 2}}]}, 1.0
+            ),
+            "rename the output",
+        ),
+        (lambda: eigentone.scene(M, C, K, x0=[1, 0, 0], initial={}), "initial is given twice, by x0 and v0"),
+        (lambda: eigentone.scene(M, C, K, step=1, end=2, time={}), "time is given twice, by step and end"),
+        (lambda: eigentone.scene(M, C, K, matrices={}), "matrices is given twice, by M, C and K"),
+        (lambda: eigentone.scene(M, C, K, x0=[1]), "x0 has the length 1: .* 3"),
+        (lambda: eigentone.scene(M, C, K, v0=[1, 2, 3, 4]), "v0 has the length 4: .* 3"),
+        (lambda: eigentone.scene(M, C, K, step="1", end=2), "step has a str"),
+        (lambda: eigentone.frf({**NAMED, "loads": [{"step": {"force": 1}}]}, 1.0), 'the key "on" is missing'),
+        (lambda: eigentone.frf({**NAMED, "loads": 5}, 1.0), "loads: expected a list"),
+        (lambda: eigentone.discretise({**NAMED, "loads": None}, 1.0), "loads: expected a list"),
+        (lambda: eigentone.frf(NAMED, [[1.0], [2.0]]), "must be a number or a list of numbers"),
+        (lambda: eigentone.frf(NAMED, 1.0, inputs=[]), r"inputs are \[\]"),
+        (lambda: eigentone.frf(NAMED, 1.0, outputs=[]), "leave them out"),
+        (lambda: eigentone.discretise(NAMED, 1.0, inputs=[]), "leave them out"),
+        (lambda: eigentone.state_space(NAMED, outputs=()), "leave them out"),
+        (lambda: eigentone.state_space(NAMED, outputs=[1]), r"outputs are \[1\]: give a name"),
+        (lambda: eigentone.state_space(NAMED, inputs=5), r"inputs are \[5\]: give a name"),
+        (lambda: eigentone.discretise(NAMED, np.array([0.1, 0.2])), "step .* must be a number"),
+        (lambda: eigentone.discretise(NAMED, 0.1, hold=None), "hold is None"),
     ],
 )
 def test_what_is_wrong_is_a_value_error_that_says_so(ask, message):

@@ -243,17 +243,18 @@ fn adjugate_column(mut rows: Vec<Vec<BigInt>>, index: usize) -> Option<Vec<BigIn
     rows.into_iter().map(entry).collect()
 }
 
-/// The coefficients of the polynomial with these values, which are whole.
+/// The coefficients, which are whole, of the polynomial with these values at whole numbers: so are its divided differences, as
+/// those of each power are sums of products of the points.
 fn interpolate(points: &[BigInt], values: Vec<BigInt>) -> Vec<BigInt> {
     let count = points.len();
-    let mut differences: Vec<BigRational> = values.into_iter().map(BigRational::from).collect();
+    let mut differences = values;
     for order in 1..count {
         for k in (order..count).rev() {
-            let width = BigRational::from(&points[k] - &points[k - order]);
+            let width = &points[k] - &points[k - order];
             differences[k] = (&differences[k] - &differences[k - 1]) / width;
         }
     }
-    let mut coefficients = vec![BigRational::zero(); count];
+    let mut coefficients = vec![BigInt::zero(); count];
     for k in (0..count).rev() {
         // p ← p·(x − x_k) + d_k
         for j in (0..count).rev() {
@@ -261,11 +262,10 @@ fn interpolate(points: &[BigInt], values: Vec<BigInt>) -> Vec<BigInt> {
                 0 => differences[k].clone(),
                 _ => coefficients[j - 1].clone(),
             };
-            let here = &coefficients[j] * &BigRational::from(points[k].clone());
-            coefficients[j] = below - here;
+            coefficients[j] = below - &coefficients[j] * &points[k];
         }
     }
-    coefficients.iter().map(BigRational::to_integer).collect()
+    coefficients
 }
 
 /// The product of the distinct factors.

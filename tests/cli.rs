@@ -1503,6 +1503,27 @@ fn state_space_forms_have_the_shape_that_was_agreed_on() {
     let form: Value = serde_json::from_str(&printed(&named)).expect("JSON");
     let outputs = serde_json::json!(["tyre force", "body displacement"]);
     assert_eq!(form["outputs"], outputs, "in the order named");
+    // A node without mass on one support alone: B is 0, within a bound that is said.
+    let text = r#"{"masses": [{"name": "a", "mass": 0}], "supports": ["r"],
+        "springs": [{"between": ["r", "a"], "stiffness": 1}], "dampers": [{"between": ["r", "a"], "damping": 3}]}"#;
+    let node = directory.join("node.json");
+    fs::write(&node, text).expect("it can be written");
+    let node = node.to_str().expect("a UTF-8 path");
+    let asked = [
+        "export", node, "--from", "r", "--hold", "zero", "--step", "0.1",
+    ];
+    let held = parsed(&[&asked[..], &["--json"]].concat());
+    assert_eq!(number(&held["A"][0][0]), (-0.1f64 / 3.0).exp());
+    let (zero, bound) = (number(&held["B"][0][0]), number(&held["bound"]["B"][0][0]));
+    assert!(zero == 0.0 && bound > 0.0 && bound < 1e-60, "{bound:e}");
+    let table = printed(&asked);
+    let (_, said) = table
+        .split_once("but for 1 entry that is proven within an absolute error of ")
+        .expect("how well 0 is known");
+    let said = said.split(';').next().expect("a number");
+    let said: f64 = said.replace('−', "-").parse().expect("a number");
+    assert!(said >= bound && said <= 1.1 * bound, "{said:e} {bound:e}");
+
     let error = refused(&["export", file, "--from", "wall"], 2);
     assert!(error.contains("known are \"body\", \"wheel\""), "{error}");
     let error = refused(&["export", file, "--hold", "zero"], 2);

@@ -53,15 +53,19 @@ impl<'a> StateSpaceReport<'a> {
         let outputs = self.plant.outputs();
         let headers = [states, inputs, states, inputs];
         let sides = [states, states, outputs, outputs];
-        let (mut largest, mut small) = (0.0f64, 0);
+        let (mut largest, mut others, mut widest) = (0.0f64, 0, 0.0f64);
         for (((name, matrix), header), side) in self.matrices().into_iter().zip(headers).zip(sides)
         {
             let values = &matrix.values;
             text += &format!("\n{name}: {} × {}\n", values.nrows(), values.ncols());
-            for (i, j) in entries(matrix) {
-                match matrix.bound[(i, j)] / values[(i, j)].abs() {
-                    off if off <= f64::EPSILON => largest = largest.max(off),
-                    _ => small += 1,
+            for (i, j) in (0..values.nrows()).flat_map(|i| (0..values.ncols()).map(move |j| (i, j)))
+            {
+                let (size, bound) = (values[(i, j)].abs(), matrix.bound[(i, j)]);
+                if bound > size * f64::EPSILON {
+                    others += 1;
+                    widest = widest.max(bound);
+                } else if bound > 0.0 {
+                    largest = largest.max(bound / size);
                 }
             }
             if values.ncols() > COLUMNS {
@@ -77,10 +81,12 @@ impl<'a> StateSpaceReport<'a> {
         }
         let largest = number::bound(largest);
         text += &format!("\nEvery entry is proven within a relative error of {largest}");
-        if small > 0 {
-            let entries = number::count(small, "entry that is", "entries that are");
-            text +=
-                &format!(", but for {entries} next to nothing and within their bounds in --json");
+        if others > 0 {
+            let entries = number::count(others, "entry that is", "entries that are");
+            let widest = number::bound(widest);
+            text += &format!(
+                ", but for {entries} proven within an absolute error of {widest}; --json has the bounds of all"
+            );
         }
         text + ".\n"
     }
@@ -131,13 +137,6 @@ impl<'a> StateSpaceReport<'a> {
         }
         Ok(())
     }
-}
-
-/// The places of what is not 0.
-fn entries(matrix: &BoundedMatrix) -> impl Iterator<Item = (usize, usize)> + '_ {
-    let values = &matrix.values;
-    let all = (0..values.nrows()).flat_map(move |i| (0..values.ncols()).map(move |j| (i, j)));
-    all.filter(|at| values[*at] != 0.0)
 }
 
 struct Rows {

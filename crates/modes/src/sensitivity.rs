@@ -22,7 +22,9 @@ use crate::system::{Parameter, Place};
 ///   for all parameters).
 ///
 /// λ, x and y are first improved to double-doubles from the elements, which makes the derivatives
-/// right to about the last digit even of terms that the elements cancel to far below rounding. The
+/// right to about the last digit even of terms that the elements cancel to far below rounding,
+/// except where they cancel so far that 106 bits leave fewer digits than a double has: dampers of
+/// 6.65e10 beside springs of 2 left a relative error of 1.8e-12. The
 /// cost is that of two LU factorisations of order n + 1 in double-double, much less for systems
 /// with few springs and dampers per mass.
 ///

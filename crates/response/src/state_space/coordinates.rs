@@ -51,8 +51,14 @@ impl<T: Real> Coordinates<T> {
         };
         let strength = |column: &BallMatrix<T>| {
             let pushed = energy.r.times(&column.block(0, 0, own, 1));
-            let norm = frobenius(&pushed) * within;
-            (!norm.is_zero()).then(|| norm.exponent())
+            let (norm, spread) = (frobenius(&pushed), pushed.spread());
+            // A column of rounding alone has the unit of the terms that cancel in it. In one of its own size its error would be 1
+            // with any number of digits, and the exponential has one error for all columns.
+            let norm = match norm <= spread + spread {
+                true => spread / T::unit(),
+                false => norm,
+            };
+            (!norm.is_zero()).then(|| (norm * within).exponent())
         };
         let mut units = vec![0; size - own];
         for at in 0..size - own {

@@ -13,6 +13,8 @@ use crate::problem::Hold;
 
 /// A matrix below 2^-LEAST is as good as none.
 const LEAST: f64 = 1e15;
+/// An error beyond three digits leaves nothing of a matrix.
+const WORTH: i64 = -10;
 
 pub(super) struct Discrete<'a> {
     pub(super) asked: &'a Asked<'a>,
@@ -58,7 +60,9 @@ impl Question for Discrete<'_> {
             Some((power, exponent)) => power.scaled(exponent),
         };
         let error = power.error();
-        if !error.is_finite() {
+        // Of states of size 1, of which a decaying map leaves less.
+        let size = Magnitude::from(1.0) + power.frobenius();
+        if !error.is_finite() || error > size * Magnitude::power_of_two(WORTH) {
             return Ok(None);
         }
         let a = coordinates.map(&kept(&power, 0, n, n), error);
@@ -87,5 +91,30 @@ impl Question for Discrete<'_> {
         };
         let good = a.1 && b.1 && c.1 && d.1;
         Ok(Some(([a.0, b.0, c.0, d.0], good)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use eigentone_digits::{DoubleDouble, Wide};
+    use eigentone_modes::{GROUND, System};
+
+    /// Squares of rotations double their error, and their bound once more: 1e15 radians leave less than a digit of 32.
+    #[test]
+    fn digits_that_leave_nothing_give_no_answer() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let mut asked = Asked::of(&system);
+        asked.force("m").expect("it is a coordinate");
+        let question = |step| Discrete {
+            asked: &asked,
+            step,
+            hold: Hold::Zero,
+        };
+        let found = |found: Found<_>| found.expect("nothing is wrong").is_some();
+        assert!(found(question(1e12).attempt::<DoubleDouble>()));
+        assert!(!found(question(1e15).attempt::<DoubleDouble>()));
+        assert!(found(question(1e15).attempt::<Wide<4>>()));
     }
 }

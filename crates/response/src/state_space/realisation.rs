@@ -251,19 +251,23 @@ fn own_states<T: Real>(form: &EnclosedFirstOrder<T>, names: &[String]) -> Vec<St
     let initial = form.initial();
     let n = names.len();
     let state = |row: usize| {
+        let taken = |column: &usize| initial.middle(row, *column) < T::ZERO;
+        let mut columns: Vec<usize> = (0..2 * n)
+            .filter(|column| !initial.is_zero(row, *column))
+            .collect();
+        columns.sort_by_key(taken);
         let mut text = String::new();
-        for column in (0..2 * n).filter(|column| !initial.is_zero(row, *column)) {
+        for column in columns {
             let word = if column < n {
                 "displacement"
             } else {
                 "velocity"
             };
-            if !text.is_empty() {
-                text += match initial.middle(row, column) < T::ZERO {
-                    true => " − ",
-                    false => " + ",
-                };
-            }
+            text += match taken(&column) {
+                true => " − ",
+                false if text.is_empty() => "",
+                false => " + ",
+            };
             text += &format!("{} {word}", names[column % n]);
         }
         text

@@ -276,6 +276,96 @@ fn states_and_matrices_are_named_and_placed() {
     assert_eq!(plant.states().len(), 5);
 }
 
+/// A pair without mass that floats on its damper relaxes in its difference.
+#[test]
+fn differences_are_named_as_such() {
+    let system = System::builder()
+        .mass("m", 3.0)
+        .mass("a", 0.0)
+        .mass("b", 0.0)
+        .spring(GROUND, "m", 1.0)
+        .spring("m", "a", 1.0)
+        .spring("a", "b", 1.0)
+        .damper("a", "b", 1.0)
+        .build()
+        .expect("a system");
+    let plant = StateSpace::of(&system).output("b", Displacement);
+    let plant = plant.build().expect("a plant");
+    let states = [
+        "m displacement",
+        "m velocity",
+        "b displacement − a displacement",
+    ];
+    assert_eq!(plant.states(), states);
+    let c = &plant.matrices().c.values;
+    assert_eq!((c[(0, 0)], c[(0, 2)]), (1.0, 1.0));
+}
+
+/// A node without mass that a spring k and a damper c join to one support is moved by nothing but the jump of that support
+/// which is taken out of its state: a + (c/k)a′ = r + (c/k)r′. Its column of B is 0 by cancellation alone, of which neither A nor
+/// what pushes the mass beside it may lose a digit.
+#[test]
+fn columns_that_cancel_leave_the_others_alone() {
+    let nothing = 1e-60;
+    let is = |what: &str, matrix: &BoundedMatrix, i: usize, j: usize, wanted: f64| {
+        let (value, bound) = (matrix.values[(i, j)], matrix.bound[(i, j)]);
+        let what = format!("{what}({i}, {j}) = {value:e} ± {bound:e}, not {wanted:e}");
+        assert!((value - wanted).abs() <= 1e-15 * wanted.abs(), "{what}");
+        assert!(bound <= wanted.abs() * 1.2e-16 + nothing, "{what}");
+    };
+    for (mass, stiffness, k, c) in [
+        (1.0, 4.0, 2.0, 3.0),
+        (1.0, 1.0, 1.0, 2.0),
+        (1e-6, 4e-6, 0.7e6, 0.3e6),
+        (1e6, 1e6, 0.3e-6, 1e-6),
+        (3.0, 7.0, 1e9, 1e2),
+    ] {
+        let node = System::builder()
+            .mass("a", 0.0)
+            .support("r")
+            .spring("r", "a", k)
+            .damper("r", "a", c);
+        let both = node.clone().mass("m", mass).spring(GROUND, "m", stiffness);
+        let (node, both) = (
+            node.build().expect("a system"),
+            both.build().expect("a system"),
+        );
+        let step = 0.1f64;
+        let (omega, decay) = ((stiffness / mass).sqrt(), (-k / c * step).exp());
+        let (sin, cos) = (omega * step).sin_cos();
+        for hold in [Hold::Zero, Hold::First] {
+            let plant = StateSpace::of(&node).motion("r", Displacement);
+            let plant = plant.output("a", Displacement).build().expect("a plant");
+            let held = plant.discretise(step, hold).expect("a form");
+            is("A", &held.a, 0, 0, decay);
+            is("B", &held.b, 0, 0, 0.0);
+            is("C", &held.c, 0, 0, 1.0);
+            is("D", &held.d, 0, 0, 1.0);
+
+            let plant = StateSpace::of(&both).motion("r", Displacement).force("m");
+            let plant = plant.build().expect("a plant");
+            let held = plant.discretise(step, hold).expect("a form");
+            let a = [
+                [cos, sin / omega, 0.0],
+                [-omega * sin, cos, 0.0],
+                [0.0, 0.0, decay],
+            ];
+            for (i, row) in a.iter().enumerate() {
+                for (j, wanted) in row.iter().enumerate() {
+                    is("A", &held.a, i, j, *wanted);
+                }
+                is("B", &held.b, i, 0, 0.0);
+            }
+            if hold == Hold::Zero {
+                let half = (omega * step / 2.0).sin();
+                is("B", &held.b, 0, 1, 2.0 * half * half / stiffness);
+                is("B", &held.b, 1, 1, sin / omega / mass);
+                is("B", &held.b, 2, 1, 0.0);
+            }
+        }
+    }
+}
+
 /// The discrete form steps where the motion goes, under sampled forces and roads, jumps included.
 #[test]
 fn the_discrete_form_steps_where_the_motion_goes() {

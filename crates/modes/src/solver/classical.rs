@@ -300,7 +300,8 @@ fn modal_forms(
         let mut forms = mode.forms;
         let size: f64 = mode.shape.iter().map(|x| x * x).sum();
         forms.rounding[1] += of_damping * size;
-        if mode.is_confirmed_by(forms.k / forms.m) {
+        // A square beyond the range of doubles says nothing of the quotient.
+        if !mode.square.is_normal() || mode.is_confirmed_by(forms.k / forms.m) {
             forms.rounding[2] += of_stiffness * size;
         } else {
             forms.k = forms.m * mode.square;

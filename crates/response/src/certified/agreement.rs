@@ -6,7 +6,8 @@ use eigentone_modes::System;
 use proptest::prelude::*;
 
 use super::attempt::Attempt;
-use super::march::march;
+use super::march::march_by;
+use super::stepper::Stepper;
 use crate::answer::{Trajectory, Wanted};
 use crate::plan::{Response, methods};
 use crate::problem::{
@@ -221,7 +222,8 @@ impl Asked {
 
 /// The answer in the arithmetic of T, by a generator in that of G, however good.
 fn certified<T: Real, G: Real>(problem: &Problem<'_>) -> Trajectory {
-    let found = march::<T, G>(problem, Wanted::Grid, "test", f64::EPSILON, true);
+    let stepper = Stepper::<T>::of::<G>(problem);
+    let found = march_by(stepper, problem, Wanted::Grid, "test", f64::EPSILON, true);
     match found.expect("nothing grows") {
         Attempt::Found(trajectory) => *trajectory,
         _ => panic!("no mass is 0"),

@@ -1,10 +1,13 @@
 //! State and loads of a problem as one linear system, piece by piece.
 
+use std::sync::Arc;
+
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::Form;
 
 use super::clock::{Clock, Moment};
 use super::generator::{Generator, Output};
+use super::stepper::{Stepper, Unit};
 use crate::enclosed::cos_sin;
 use crate::problem::{
     Instant, Known, Piece, Problem, ResponseError, Source, StraightLoad, StraightLoads, sum,
@@ -18,7 +21,9 @@ use crate::problem::{
 /// Everything comes with a bound of its error in the 2-norm.
 pub struct Driven<'a, 'b, T> {
     pub(super) problem: &'a Problem<'b>,
-    pub(super) generator: Generator<T>,
+    pub(super) generator: Arc<Generator<T>>,
+    /// Where it is shared.
+    pub(super) unit: Option<Arc<Unit<T>>>,
     pub(super) clock: Clock,
     pub(super) straight: StraightLoads<T>,
     forms: usize,
@@ -58,14 +63,18 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
         let Some(generator) = Generator::of::<G>(problem, &sources) else {
             return Ok(None);
         };
-        let driven = Driven::new(problem, generator, forms.len());
+        let stepper = Stepper {
+            generator: Arc::new(generator),
+            unit: None,
+        };
+        let driven = Driven::new(problem, stepper, forms.len());
         driven.check_momenta()?;
         Ok(Some(driven))
     }
 
     pub(super) fn new(
         problem: &'a Problem<'b>,
-        generator: Generator<T>,
+        Stepper { generator, unit }: Stepper<T>,
         forms: usize,
     ) -> Driven<'a, 'b, T> {
         Driven {
@@ -73,6 +82,7 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
             clock: Clock::of(problem),
             straight: StraightLoads::of(problem.drives()),
             generator,
+            unit,
             forms,
         }
     }

@@ -11,6 +11,7 @@ use super::driven::Driven;
 use super::generator::Generator;
 use super::march::{Step, Walker};
 use super::quintic::Quintic;
+use super::stepper::{Stepper, is_quick};
 use crate::enclosed::{Halves, Normed};
 use crate::exponential::by_taylor;
 use crate::problem::{Instant, Leg, Problem, Walk};
@@ -191,7 +192,7 @@ struct Way {
     /// How often searches for turns have halved it.
     halvings: u64,
     /// Makes them; `None` for a way of no length.
-    make: Option<Halves<DoubleDouble>>,
+    make: Option<Arc<Halves<DoubleDouble>>>,
     /// The whole way, for the march; `None` until it is made.
     whole: Option<Step<DoubleDouble>>,
 }
@@ -326,7 +327,7 @@ fn derivative(row: &[DoubleDouble], w: &Normed<DoubleDouble>) -> Vec<DoubleDoubl
 }
 
 impl Way {
-    fn of(outputs: &Arc<Outputs>, make: Option<Halves<DoubleDouble>>) -> Way {
+    fn of(outputs: &Arc<Outputs>, make: Option<Arc<Halves<DoubleDouble>>>) -> Way {
         Way {
             outputs: Arc::clone(outputs),
             halves: Vec::new(),
@@ -368,23 +369,13 @@ impl Way {
 
     /// As far as the depth.
     fn halve(&mut self, depth: usize, size: usize) {
-        let Some(make) = &self.make else {
+        let Some(make) = self.make.clone() else {
             return self.halves.resize(depth + 1, vec![f64::NAN; size * size]);
         };
-        let mut powers = Vec::new();
         if self.halves.is_empty() {
-            let mut power = make.at(make.ground());
-            for _ in 0..make.ground() {
-                let next = power.times(&power);
-                powers.push(std::mem::replace(&mut power, next));
-            }
-            self.whole = Some(Step::of(power.clone()));
-            powers.push(power);
-            powers.reverse();
+            self.begin(&make.squares());
         }
-        powers.iter().for_each(|power| self.know(power));
         for depth in self.halves.len()..=depth {
-            let Some(make) = &self.make else { return };
             if self.outputs.more.is_empty() {
                 let (half, _) = by_taylor(make.exponent(depth).as_ref());
                 let entries = (0..size * size).map(|entry| half[(entry / size, entry % size)]);
@@ -393,6 +384,12 @@ impl Way {
                 self.know(&make.at(depth));
             }
         }
+    }
+
+    /// The whole way, its half, ….
+    fn begin(&mut self, squares: &[Normed<DoubleDouble>]) {
+        self.whole = squares.first().cloned().map(Step::of);
+        squares.iter().for_each(|power| self.know(power));
     }
 
     /// Adds the next half.
@@ -557,32 +554,29 @@ impl<'a, 'b> Follower<'a, 'b> {
 
 impl<'a, 'b> Prepared<'a, 'b> {
     fn of(problem: &'a Problem<'b>, beside: bool, digits: Digits) -> Option<Prepared<'a, 'b>> {
-        /// The most products that may be taken at the start.
-        const MOST_AT_ONCE: f64 = 2e9;
         /// What the generator may lose of more digits.
         const LEAST: f64 = 1e-26;
-        let states = 2.0 * problem.system().len() as f64;
-        if 64.0 * states.powi(3) > MOST_AT_ONCE {
+        if !is_quick(problem) {
             return None;
         }
-        let mut generator = Generator::<DoubleDouble>::of::<DoubleDouble>(problem, &[])?;
+        let mut stepper = Stepper::shared::<DoubleDouble>(problem)?;
         let lost = match digits {
             Digits::Once => ROUNDING,
             Digits::Twice => LEAST,
         };
         let end = Magnitude::from(problem.grid().time(problem.grid().last()));
-        if (generator.w.error() * end).to_f64() > lost {
-            generator = Generator::<DoubleDouble>::of::<Wide<4>>(problem, &[])?;
+        if (stepper.generator.w.error() * end).to_f64() > lost {
+            stepper = Stepper::shared::<Wide<4>>(problem)?;
         }
         Some(Prepared {
             digits,
             beside,
             ways: Ways {
-                w: generator.w.clone(),
-                outputs: Arc::new(Outputs::of(problem, &generator, beside, digits)),
+                outputs: Arc::new(Outputs::of(problem, &stepper.generator, beside, digits)),
+                stepper: stepper.clone(),
                 known: HashMap::new(),
             },
-            walker: Walker::new(Driven::new(problem, generator, 0)),
+            walker: Walker::new(Driven::new(problem, stepper, 0)),
             marks: Vec::new(),
         })
     }
@@ -600,7 +594,11 @@ impl<'a, 'b> Prepared<'a, 'b> {
         /// So many marks at most, and one.
         const MARKS: u64 = 256;
         let grid = problem.grid();
-        let (last, count, size) = (grid.last(), range.len(), self.ways.w.len());
+        let (last, count, size) = (
+            grid.last(),
+            range.len(),
+            self.ways.stepper.generator.w.len(),
+        );
         let costs = match self.digits {
             Digits::Once => 1.0,
             Digits::Twice => 32.0,
@@ -702,7 +700,7 @@ impl<'a, 'b> Prepared<'a, 'b> {
 
 /// The ways that are known.
 struct Ways {
-    w: Normed<DoubleDouble>,
+    stepper: Stepper<DoubleDouble>,
     outputs: Arc<Outputs>,
     /// By their lengths in s.
     known: HashMap<[u64; 2], Way>,
@@ -721,8 +719,20 @@ impl Ways {
         Some(match self.known.entry([rounded, rest].map(f64::to_bits)) {
             Entry::Occupied(known) => known.into_mut(),
             Entry::Vacant(free) => {
-                let halves = Halves::of(&self.w, length, error / length.magnitude())?;
-                free.insert(Way::of(&self.outputs, Some(halves)))
+                let unit = self.stepper.unit.as_ref();
+                free.insert(match unit.and_then(|unit| unit.known(length)) {
+                    Some(chain) => {
+                        let halves = Arc::clone(&chain.halves);
+                        let mut way = Way::of(&self.outputs, Some(halves));
+                        way.begin(&chain.squares);
+                        way
+                    }
+                    None => {
+                        let w = &self.stepper.generator.w;
+                        let halves = Halves::of(w, length, error / length.magnitude())?;
+                        Way::of(&self.outputs, Some(Arc::new(halves)))
+                    }
+                })
             }
         })
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use eigentone_digits::{BallMatrix, Magnitude, Real};
+use eigentone_digits::{BallMatrix, DoubleDouble, Magnitude, Real};
 
 use super::attempt::Attempt;
 use super::clock::Moment;
@@ -10,19 +10,51 @@ use super::drift::Drift;
 use super::driven::Driven;
 use super::generator::{Generator, Output};
 use super::judge::Judge;
+use super::stepper::Stepper;
 use crate::answer::{Collector, Operations, Wanted};
 use crate::enclosed::{Normed, counted, growth, squarings};
 use crate::problem::{Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
 
-/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`, by a generator computed in
-/// that of G. Unless this is the `last` attempt, it ends at the first instant that misses the tolerance, or at once where
-/// what is not known of the generator will come to more in all the time.
+/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the `last`
+/// attempt, it ends at the first instant that misses the tolerance, or at once where what is not known of the generator will
+/// come to more in all the time.
 ///
 /// # Errors
 /// [`ResponseError::TooLarge`], [`ResponseError::ImpulseOnMassless`] for one that displaces without limit,
 /// [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
 /// [`ResponseError::Lost`] where nothing is left to be known of it.
-pub(crate) fn march<T: Real, G: Real>(
+pub(super) fn march<T: Real>(
+    problem: &Problem<'_>,
+    wanted: Wanted<'_>,
+    method: &'static str,
+    tolerance: f64,
+    last: bool,
+) -> Result<Attempt, ResponseError> {
+    let stepper = Stepper::<T>::of::<T>(problem);
+    march_by(stepper, problem, wanted, method, tolerance, last)
+}
+
+/// The same with 32 digits, by a generator computed in the arithmetic of G: both it and the unit step are shared.
+///
+/// # Errors
+/// Those of [`march`].
+pub(super) fn march_shared<G: Real>(
+    problem: &Problem<'_>,
+    wanted: Wanted<'_>,
+    method: &'static str,
+    tolerance: f64,
+    last: bool,
+) -> Result<Attempt, ResponseError> {
+    let stepper = Stepper::<DoubleDouble>::shared::<G>(problem);
+    march_by(stepper, problem, wanted, method, tolerance, last)
+}
+
+/// The same by a stepper of the problem: [`Attempt::Stuck`] where there is none.
+///
+/// # Errors
+/// Those of [`march`].
+pub(super) fn march_by<T: Real>(
+    stepper: Option<Stepper<T>>,
     problem: &Problem<'_>,
     wanted: Wanted<'_>,
     method: &'static str,
@@ -30,15 +62,17 @@ pub(crate) fn march<T: Real, G: Real>(
     last: bool,
 ) -> Result<Attempt, ResponseError> {
     let end = Magnitude::from(problem.grid().time(problem.grid().last()));
-    match Generator::<T>::of::<G>(problem, &[]) {
+    match stepper {
         None => Ok(Attempt::Stuck),
-        Some(generator) if !last && generator.w.error() * end > Magnitude::from(tolerance) => {
+        Some(Stepper { generator, .. })
+            if !last && generator.w.error() * end > Magnitude::from(tolerance) =>
+        {
             Ok(Attempt::Missed {
                 halvings: squarings(&generator.w, problem.grid().step()),
             })
         }
-        Some(generator) => {
-            let driven = Driven::new(problem, generator, 0);
+        Some(stepper) => {
+            let driven = Driven::new(problem, stepper, 0);
             driven.check_momenta()?;
             Walker::new(driven).walk(wanted, method, tolerance, last)
         }
@@ -234,6 +268,18 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         power
     }
 
+    /// Φ, made with all its halves where these are shared.
+    fn unit(&mut self, time: T, relative: Magnitude) -> Normed<T> {
+        let w = &self.driven.generator.w;
+        let unit = self.driven.unit.as_ref();
+        let Some(chain) = unit.and_then(|unit| unit.chain(w, time, relative)) else {
+            return self.exponential(time, relative);
+        };
+        self.operations.exponentials += 1;
+        self.operations.products += chain.halves.products() as f64;
+        chain.squares[0].clone()
+    }
+
     /// Φ^{2^j} and all before it.
     fn prepare(&mut self, j: usize) {
         while self.powers.len() <= j {
@@ -247,7 +293,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                         .driven
                         .clock
                         .seconds(Moment::Units(0), Moment::Units(1));
-                    self.exponential(time, (error + error) / time.magnitude())
+                    self.unit(time, (error + error) / time.magnitude())
                 }
             };
             self.drift.know(self.powers.len(), power.true_norm());

@@ -12,6 +12,7 @@ mod generator;
 mod judge;
 mod march;
 mod quintic;
+mod stepper;
 mod work;
 
 use eigentone_digits::{DoubleDouble, Wide, decimal_digits};
@@ -21,7 +22,7 @@ use crate::answer::{ResponseMethod, Trajectory, Wanted};
 use crate::problem::{Problem, ResponseError};
 use attempt::Attempt;
 pub use driven::{Driven, KnownVector};
-use march::march;
+use march::{march, march_shared};
 pub(crate) use work::work;
 use work::{MOST_MORE, MOST_WORK};
 
@@ -48,13 +49,13 @@ struct Rung {
 type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attempt, ResponseError>;
 
 const LADDER: [Rung; 7] = [
-    rung(1, 1, march::<DoubleDouble, DoubleDouble>),
-    rung(1, 4, march::<DoubleDouble, Wide<4>>),
-    rung(4, 4, march::<Wide<4>, Wide<4>>),
-    rung(8, 8, march::<Wide<8>, Wide<8>>),
-    rung(16, 16, march::<Wide<16>, Wide<16>>),
-    rung(32, 32, march::<Wide<32>, Wide<32>>),
-    rung(64, 64, march::<Wide<64>, Wide<64>>),
+    rung(1, 1, march_shared::<DoubleDouble>),
+    rung(1, 4, march_shared::<Wide<4>>),
+    rung(4, 4, march::<Wide<4>>),
+    rung(8, 8, march::<Wide<8>>),
+    rung(16, 16, march::<Wide<16>>),
+    rung(32, 32, march::<Wide<32>>),
+    rung(64, 64, march::<Wide<64>>),
 ];
 
 const fn rung(limbs: usize, prepared: usize, run: Run) -> Rung {

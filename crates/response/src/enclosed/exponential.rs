@@ -138,6 +138,21 @@ impl<T: Real> Halves<T> {
         of_small_powers(&x, &powers, &plan)
     }
 
+    /// e^{τW}, its half, …, down to the ground, each the square of the next.
+    pub(crate) fn squares(&self) -> Vec<Normed<T>> {
+        let mut squares = vec![self.at(self.ground())];
+        for last in 0..self.ground() {
+            squares.push(squares[last].times(&squares[last]));
+        }
+        squares.reverse();
+        squares
+    }
+
+    /// How many products of matrices lead to the whole.
+    pub(crate) fn products(&self) -> u64 {
+        (self.plan.products() + self.ground()) as u64
+    }
+
     /// τW/2^depth, in doubles.
     pub(crate) fn exponent(&self, depth: usize) -> Mat<f64> {
         let x = &self.powers[1];

@@ -8,6 +8,7 @@ mod equilibrium;
 mod error;
 mod grid;
 mod instant;
+mod kept;
 mod law;
 mod load;
 mod massless;

@@ -1,7 +1,7 @@
 //! What is asked: a system, its state at t = 0, its loads, and the instants wanted.
 
 use std::f64::consts::FRAC_PI_2;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use eigentone_digits::{Magnitude, Real};
 use eigentone_modes::{Form, Precision, System};
@@ -13,6 +13,7 @@ use super::course::Courses;
 use super::error::ResponseError;
 use super::grid::TimeGrid;
 use super::instant::{Instant, SampleGrid};
+use super::kept::Kept;
 use super::load::{Harmonic, Load, LoadError};
 use super::massless;
 use super::momenta::momenta;
@@ -42,6 +43,7 @@ pub struct Problem<'a> {
     /// Made when it is first asked for: long samples have as many pieces.
     timeline: OnceLock<Timeline>,
     courses: OnceLock<Courses>,
+    kept: Kept,
     instants: Option<Vec<u64>>,
     acceleration: bool,
     precision: Precision,
@@ -111,6 +113,7 @@ impl<'a> Problem<'a> {
             initial_velocity: resolve(system, &initial.velocities)?,
             timeline: OnceLock::new(),
             courses: OnceLock::new(),
+            kept: Kept::default(),
             system,
             given,
             loads: loads.len(),
@@ -184,6 +187,7 @@ impl<'a> Problem<'a> {
         }
         self.timeline = OnceLock::new();
         self.courses = OnceLock::new();
+        self.kept = Kept::default();
         Ok(self)
     }
 
@@ -217,6 +221,7 @@ impl<'a> Problem<'a> {
         }
         self.sources = sources;
         self.combinations = combinations;
+        self.kept = Kept::default();
         Ok(self)
     }
 
@@ -225,6 +230,7 @@ impl<'a> Problem<'a> {
         if !self.forces {
             self.forces = true;
             self.sources.extend(Source::of_elements(self.system));
+            self.kept = Kept::default();
         }
         self
     }
@@ -304,10 +310,16 @@ impl<'a> Problem<'a> {
             grid: self.grid,
             timeline: OnceLock::new(),
             courses: OnceLock::new(),
+            kept: Kept::default(),
             instants: self.instants.clone(),
             acceleration: false,
             precision: self.precision,
         }
+    }
+
+    /// What has been computed of this problem, made when it is first asked for: one value of each type.
+    pub(crate) fn kept<V: Send + Sync + 'static>(&self, make: impl FnOnce() -> V) -> Arc<V> {
+        self.kept.get(make)
     }
 
     /// The system that moves.

@@ -434,7 +434,7 @@ fn a_directory_gets_every_file_whole() {
     for (name, columns) in [
         (
             "energy.csv",
-            "kinetic [J],potential [J],dissipated [J],work [J]",
+            "kinetic [J],potential [J],dissipated [J],work [J],bound [J]",
         ),
         ("forces.csv", "spring ground–m1 [N]"),
         ("accelerations.csv", "acceleration m1 [m/s²]"),

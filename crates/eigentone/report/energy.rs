@@ -20,7 +20,7 @@ impl<'a> EnergyReport<'a> {
     }
 
     /// One row for each instant with all digits: step, instant, kinetic and potential energy, what
-    /// the dampers took and what the loads brought.
+    /// the dampers took and what the loads brought, and a bound of the error of each of the four.
     ///
     /// # Errors
     /// Those of `out`.
@@ -30,6 +30,7 @@ impl<'a> EnergyReport<'a> {
             ("potential [J]", self.energy.potential()),
             ("dissipated [J]", self.energy.dissipated()),
             ("work [J]", self.energy.work()),
+            ("bound [J]", self.energy.bound()),
         ];
         let headers = columns.iter().map(|(header, _)| *header);
         csv::row(&mut out, ["step", "time [s]"].into_iter().chain(headers))?;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
+use eigentone_digits::{DoubleDouble, Magnitude, Real};
 use pulp::Arch;
 
 use super::driven::Driven;
@@ -559,15 +559,11 @@ impl<'a, 'b> Prepared<'a, 'b> {
         if !is_quick(problem) {
             return None;
         }
-        let mut stepper = Stepper::shared::<DoubleDouble>(problem)?;
         let lost = match digits {
             Digits::Once => ROUNDING,
             Digits::Twice => LEAST,
         };
-        let end = Magnitude::from(problem.grid().time(problem.grid().last()));
-        if (stepper.generator.w.error() * end).to_f64() > lost {
-            stepper = Stepper::shared::<Wide<4>>(problem)?;
-        }
+        let stepper = Stepper::precise(problem, lost)?;
         Some(Prepared {
             digits,
             beside,

@@ -130,7 +130,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         let mut judge = Judge::new(tolerance, end, self.driven.generator.fastest());
         let mut walk = Walk::of(problem);
         self.begin(0);
-        self.prepare_all(&wanted);
+        self.prepare_all(wanted.count(problem.grid()));
         while let Some(target) = collector.next() {
             while let Some(leg) = walk.towards(&target) {
                 match leg {
@@ -171,6 +171,11 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     /// The state and the loads.
     pub(super) fn exact(&self) -> &[T] {
         &self.zeta
+    }
+
+    /// A bound of its error in the 2-norm.
+    pub(super) fn error(&mut self) -> Magnitude {
+        self.drift.total() + self.straight_error
     }
 
     /// Where an instant is.
@@ -302,8 +307,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
     }
 
     /// The powers whose norms show how errors fade, where they cost little beside the march.
-    fn prepare_all(&mut self, wanted: &Wanted<'_>) {
-        let instants = wanted.count(self.driven.problem.grid());
+    pub(super) fn prepare_all(&mut self, instants: u64) {
         let steps = self.driven.problem.grid().last() * self.driven.clock.division;
         if steps == 0 {
             return;
@@ -543,7 +547,7 @@ fn apply<T: Real>(
 }
 
 /// An upper bound of the 2-norm.
-fn length<T: Real>(vector: &[T]) -> Magnitude {
+pub(super) fn length<T: Real>(vector: &[T]) -> Magnitude {
     let squares = vector.iter().map(|entry| {
         let size = entry.upper();
         size * size

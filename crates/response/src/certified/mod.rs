@@ -11,6 +11,7 @@ pub(crate) mod follow;
 mod generator;
 mod judge;
 mod march;
+pub(crate) mod quadratic;
 mod quintic;
 mod stepper;
 mod work;

@@ -4,7 +4,7 @@
 use std::marker::PhantomData;
 use std::sync::{Arc, OnceLock};
 
-use eigentone_digits::{DoubleDouble, Magnitude, Real};
+use eigentone_digits::{DoubleDouble, Magnitude, Real, Wide};
 
 use super::generator::Generator;
 use crate::enclosed::{Halves, Normed};
@@ -42,6 +42,16 @@ impl Stepper<DoubleDouble> {
         };
         let shared = problem.kept(|| Shared::<G>(make(), PhantomData));
         shared.0.clone()
+    }
+
+    /// The same, computed with more digits where what is not known of it would come to more than `lost` in all the time.
+    pub(super) fn precise(problem: &Problem<'_>, lost: f64) -> Option<Stepper<DoubleDouble>> {
+        let stepper = Stepper::shared::<DoubleDouble>(problem)?;
+        let end = Magnitude::from(problem.grid().time(problem.grid().last()));
+        match (stepper.generator.w.error() * end).to_f64() > lost {
+            true => Stepper::shared::<Wide<4>>(problem),
+            false => Some(stepper),
+        }
     }
 }
 

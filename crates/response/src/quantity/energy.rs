@@ -1,37 +1,28 @@
 //! Where the energy of a motion is, what took it and what brought it.
 
-mod driven_form;
-mod gramian;
 mod squares;
-mod state_matrix;
 
-use std::collections::HashMap;
-
-use eigentone_digits::{DoubleDouble, Real};
-use eigentone_modes::{FirstOrder, MatrixKind, Term};
+use eigentone_digits::{Magnitude, Real};
+use eigentone_modes::{MatrixKind, Term};
 use faer::MatRef;
 
 use crate::answer::Trajectory;
-use crate::problem::{Instant, Leg, Load, Problem, ResponseError, Walk};
+use crate::certified::quadratic::Course;
+use crate::problem::{Known, Load, Problem, ResponseError, sum};
 
-use driven_form::{DrivenForm, Layout};
-use gramian::{Square, gramians};
+use squares::squares;
 
-/// The energies of a motion at the instants of its trajectory, in J.
+/// The energies of a motion at the instants of a trajectory, in J, each with a proven bound.
 ///
 /// At every instant kinetic + potential + dissipated = initial + work.
 ///
-/// - Kinetic ½vᵀMv and potential ½xᵀKx come from the trajectory, element by element, with the motions of supports: a spring
-///   counts with ½k(Δx)², so that stiff springs do not cancel, nor does what the ground carries along.
-/// - The energy that dampers took, ∫vᵀCv dt, and the work of loads and of the forces that move the supports are quadratic
-///   forms of exponentials. Each is integrated in closed form from one instant to the next, with loads by
-///   their exact laws and starting from the trajectory's own state; there is no discretisation
-///   error. Neither follows from the other, so that the balance is a check.
+/// - Kinetic ½vᵀMv and potential ½xᵀKx are sums over elements, with the motions of supports: a spring counts with ½k(Δx)²,
+///   so that stiff springs do not cancel, nor does what the ground carries along.
+/// - The energy that dampers took, ∫vᵀCv dt, is a quadratic form of the state and the loads, integrated in closed form by its
+///   Gramian from one instant to the next (Smith 1968, *SIAM J. Appl. Math.* 16).
+/// - The work of loads and of the forces that move the supports is what these three have gained.
 ///
-/// Up to 32 coordinates without massless nodes and with lumped masses this is done in double-double
-/// from the elements, and what is left is the rounding of the trajectory. In all other cases each
-/// interval of h seconds errs by the order of ‖A‖h·2^-53 of the energy in it, where ‖A‖ is the
-/// fastest rate of the system.
+/// All follow the exact motion of the problem, with 32 or 77 digits, whatever the precision of the trajectory.
 ///
 /// ```
 /// use eigentone_modes::{GROUND, System};
@@ -49,6 +40,7 @@ use gramian::{Square, gramians};
 /// assert_eq!(energy.potential()[0], 1.0);
 /// // In the end the damper has it all.
 /// assert!((energy.dissipated()[600] - 1.0).abs() < 1e-12);
+/// assert!(energy.bound()[600] < 1e-15);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -58,63 +50,105 @@ pub struct Energy {
     potential: Vec<f64>,
     dissipated: Vec<f64>,
     work: Vec<f64>,
+    bound: Vec<f64>,
 }
 
 impl Energy {
-    /// The energies along `trajectory`, an answer to `problem`.
+    /// The energies at the instants of `trajectory`, an answer to `problem`.
     ///
     /// # Errors
-    /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates, where
-    /// M or K is not symmetric, so that there is no such
-    /// energy, where there is no first-order form, where an impulse acts on a damped node
-    /// without mass or a support jumps at a damper, for that takes infinite work, where states and signals are more than some
-    /// thousands, and where an energy or a rate of the states leaves the range of doubles.
+    /// [`ResponseError::NotApplicable`] where the trajectory has another number of coordinates or instants that are not of the
+    /// grid, where M or K is not symmetric, so that there is no such energy, where an impulse acts on a damped node
+    /// without mass or a support jumps at a damper, for that takes infinite work, where there are too many states or instants,
+    /// and where 77 digits do not show an energy to a millionth of the largest.
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
-        /// States and signals for which more digits are quick.
-        const FEW: usize = 80;
-        /// And for which forms of them all are.
-        const MANY: usize = 2_000;
-        let refuse = |reason: String| ResponseError::NotApplicable {
-            method: "energy",
-            reason,
+        /// What an energy has to be known to, beside the largest.
+        const KNOWN: f64 = 1e-6;
+        let refuse = |reason: &str| {
+            Err(ResponseError::NotApplicable {
+                method: "energy",
+                reason: reason.to_owned(),
+            })
         };
         let system = problem.system();
         if trajectory.displacement().nrows() != system.len() {
-            return Err(refuse(
-                "the trajectory is that of another system".to_owned(),
-            ));
+            return refuse("the trajectory is that of another system");
+        }
+        let (steps, last) = (trajectory.steps(), problem.grid().last());
+        if steps.len() != trajectory.len() || steps.iter().any(|step| *step > last) {
+            return refuse("the trajectory has instants that are not of the problem's grid");
         }
         for kind in [MatrixKind::Mass, MatrixKind::Stiffness] {
             if !system.added(kind).is_none_or(is_symmetric) {
-                return Err(refuse(format!("the {kind} matrix is not symmetric")));
+                return refuse(&format!("the {kind} matrix is not symmetric"));
             }
         }
         if let Some(reason) = without_limit(problem) {
-            return Err(refuse(reason));
+            return refuse(&reason);
         }
-        let form = FirstOrder::of(system).map_err(|error| refuse(error.to_string()))?;
-        let layout = Layout::of(problem, &form);
-        let count = layout.len();
-        if count > MANY {
-            let what = "entries of states and signals take too long, more than";
-            return Err(refuse(format!("{count} {what} {MANY}")));
-        }
-        let energy = match count <= FEW {
-            true => Account::<DoubleDouble>::of(problem, &form, layout)
-                .map(|account| account.keep(trajectory)),
-            false => {
-                Account::<f64>::of(problem, &form, layout).map(|account| account.keep(trajectory))
+        let found = Course::of(problem).and_then(|course| Energy::of(course, problem, steps));
+        let found = match found {
+            Ok(energy) if energy.is_known_to(f64::EPSILON) => Ok(energy),
+            few => {
+                let more = Course::with_more(problem);
+                let more = more.and_then(|course| Energy::of(course, problem, steps));
+                more.or(few)
             }
         };
-        energy
-            .filter(Energy::is_finite)
-            .ok_or_else(|| refuse("it leaves the range of doubles".to_owned()))
+        match found {
+            Ok(energy) if energy.is_known_to(KNOWN) => Ok(energy),
+            Ok(_) => refuse("no number of digits in reach suffices to follow it"),
+            Err(reason) => refuse(reason),
+        }
     }
 
-    fn is_finite(&self) -> bool {
+    fn of<T: Real>(
+        course: Course<'_, '_, T>,
+        problem: &Problem<'_>,
+        steps: &[u64],
+    ) -> Result<Energy, &'static str> {
+        let mut order: Vec<usize> = (0..steps.len()).collect();
+        order.sort_by_key(|k| steps[*k]);
+        let instants: Vec<u64> = order.iter().map(|k| steps[*k]).collect();
+        let [mass, damping, stiffness] =
+            [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness]
+                .map(|kind| squares(problem.system(), kind));
+        let (initially, found) = course.sums(&instants, [&mass, &stiffness], &damping)?;
+        let half = |(value, off): Known<T>| (value.scale(-1), off * Magnitude::power_of_two(-1));
+        let [kinetic, potential, _] = initially.map(half);
+        let initial = sum(kinetic, potential);
+        let drives = !problem.drives().is_empty();
+        let nothing = vec![0.0; steps.len()];
+        let mut energy = Energy {
+            initial: known(initial).0,
+            kinetic: nothing.clone(),
+            potential: nothing.clone(),
+            dissipated: nothing.clone(),
+            work: nothing.clone(),
+            bound: nothing,
+        };
+        for (k, [kinetic, potential, dissipated]) in order.into_iter().zip(found) {
+            let (kinetic, potential) = (half(kinetic), half(potential));
+            let held = sum(sum(kinetic, potential), dissipated);
+            let work = match drives {
+                true => sum(held, (-initial.0, initial.1)),
+                false => (T::ZERO, Magnitude::ZERO),
+            };
+            let all = [kinetic, potential, dissipated, work].map(known);
+            [energy.kinetic[k], energy.potential[k]] = [all[0].0, all[1].0];
+            [energy.dissipated[k], energy.work[k]] = [all[2].0, all[3].0];
+            energy.bound[k] = all.iter().fold(0.0, |most, one| one.1.max(most));
+        }
+        Ok(energy)
+    }
+
+    /// Whether all bounds are at most so much of the largest energy.
+    fn is_known_to(&self, relative: f64) -> bool {
         let parts = [&self.kinetic, &self.potential, &self.dissipated, &self.work];
-        let mut values = parts.into_iter().flatten();
-        self.initial.is_finite() && values.all(|value| value.is_finite())
+        let sizes = parts.into_iter().flatten().map(|value| value.abs());
+        let largest = sizes.fold(self.initial.abs(), f64::max);
+        let least = relative * largest + f64::MIN_POSITIVE / f64::EPSILON;
+        largest.is_finite() && self.bound.iter().all(|bound| *bound <= least)
     }
 
     /// The energy at t = 0, before loads, impulses and motions of supports set in.
@@ -142,23 +176,21 @@ impl Energy {
         &self.work
     }
 
-    /// kinetic + potential + dissipated − initial − work at each instant: 0 but for rounding.
-    pub fn imbalance(&self) -> Vec<f64> {
-        let at = |k: usize| {
-            let parts = [
-                self.kinetic[k],
-                self.potential[k],
-                self.dissipated[k],
-                -self.initial,
-                -self.work[k],
-            ];
-            let parts = parts.into_iter().map(DoubleDouble::from);
-            parts
-                .fold(DoubleDouble::ZERO, |sum, part| sum + part)
-                .to_f64()
-        };
-        (0..self.work.len()).map(at).collect()
+    /// A proven bound for each of these four at each instant, rounding to doubles included.
+    pub fn bound(&self) -> &[f64] {
+        &self.bound
     }
+}
+
+/// The nearest double, or 0 where the error hides it, and how far it may be off.
+fn known<T: Real>((exact, error): Known<T>) -> (f64, f64) {
+    let size = exact.upper();
+    if size <= error {
+        return (0.0, (error + size).to_f64());
+    }
+    let value = exact.to_f64();
+    let off = (exact - T::from(value)).upper();
+    (value, (error + off).to_f64())
 }
 
 /// What takes infinite work: an impulse on a damped node without mass, or a support that jumps at a damper.
@@ -200,140 +232,4 @@ fn without_limit(problem: &Problem<'_>) -> Option<String> {
 fn is_symmetric(matrix: MatRef<'_, f64>) -> bool {
     let n = matrix.nrows();
     (0..n).all(|i| (0..i).all(|j| matrix[(i, j)] == matrix[(j, i)]))
-}
-
-/// e^{Ah} and the two integrals over h seconds.
-struct Interval<T> {
-    exponential: Square<T>,
-    dissipated: Square<T>,
-    work: Square<T>,
-}
-
-/// The energies as they are added up.
-struct Account<'a, 'b, T> {
-    problem: &'a Problem<'b>,
-    form: &'a FirstOrder,
-    driven: DrivenForm<T>,
-    dissipation: Square<T>,
-    power: Square<T>,
-    /// By the bits of their length, rounded: lengths that differ only in their last digits are the
-    /// same but for rounding.
-    intervals: HashMap<u64, Interval<T>>,
-    dissipated: T,
-    work: T,
-}
-
-/// So many lengths of interval are kept.
-const KEPT: usize = 64;
-
-impl<'a, 'b, T: Real> Account<'a, 'b, T> {
-    /// `None` where the rates of the states leave the range of doubles.
-    fn of(problem: &'a Problem<'b>, form: &'a FirstOrder, layout: Layout) -> Option<Self> {
-        let driven = DrivenForm::of(problem, form, layout)?;
-        Some(Account {
-            problem,
-            form,
-            dissipation: driven.dissipation(),
-            power: driven.power(),
-            driven,
-            intervals: HashMap::new(),
-            dissipated: T::ZERO,
-            work: T::ZERO,
-        })
-    }
-
-    /// Goes through the instants in their order in time.
-    fn keep(mut self, trajectory: &Trajectory) -> Energy {
-        let problem = self.problem;
-        let grid = problem.grid();
-        let mut walk = Walk::of(problem);
-        let count = trajectory.len();
-        let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by_key(|k| trajectory.steps()[*k]);
-        let z = self
-            .form
-            .state(problem.initial_displacement(), problem.initial_velocity());
-        let mut state = self.driven.at_rest();
-        self.driven.set(&mut state, &z);
-        let [kinetic, potential] = self.driven.stored(self.driven.motion(&state, None));
-        let mut energy = Energy {
-            initial: kinetic + potential,
-            kinetic: vec![0.0; count],
-            potential: vec![0.0; count],
-            dissipated: vec![0.0; count],
-            work: vec![0.0; count],
-        };
-        self.begin(&mut state, &walk);
-        for k in order {
-            let target = Instant::on_grid(grid, trajectory.steps()[k]);
-            let mut piece = walk.piece();
-            while let Some(leg) = walk.towards(&target) {
-                if let Leg::Pass { from, to } = leg {
-                    self.advance(&mut state, &from, &to);
-                    continue;
-                }
-                let event = walk.piece().start_instant();
-                self.driven.load(&mut state, problem, &event, piece);
-                self.begin(&mut state, &walk);
-                piece = walk.piece();
-            }
-            let column = |of: MatRef<'_, f64>| of.col(k).iter().copied().collect::<Vec<f64>>();
-            let (x, v) = (
-                column(trajectory.displacement()),
-                column(trajectory.velocity()),
-            );
-            let z = self.form.state(&x, &v);
-            self.driven.set(&mut state, &z);
-            self.driven.load(&mut state, problem, &target, piece);
-            let motion = self.driven.motion(&state, Some([&x, &v]));
-            [energy.kinetic[k], energy.potential[k]] = self.driven.stored(motion);
-            energy.dissipated[k] = self.dissipated.to_f64();
-            energy.work[k] = self.work.to_f64();
-        }
-        energy
-    }
-
-    /// What jumps at the start of a piece.
-    fn begin(&mut self, state: &mut [T], walk: &Walk<'_>) {
-        let (problem, piece) = (self.problem, walk.piece());
-        let before = state.to_vec();
-        let event = piece.start_instant();
-        self.driven.load(state, problem, &event, piece);
-        let jump = self.driven.jump(&before, state);
-        let impulses = self
-            .driven
-            .apply_impulses(problem, walk.index(), &before, state);
-        self.work = self.work + jump + impulses;
-    }
-
-    /// Moves the state to a later instant, within one piece, and adds up what passes.
-    fn advance(&mut self, state: &mut Vec<T>, now: &Instant, end: &Instant) {
-        let h = end.elapsed(now, self.problem.grid());
-        let key = h.high().to_bits();
-        if self.intervals.len() >= KEPT && !self.intervals.contains_key(&key) {
-            self.intervals.clear();
-        }
-        let interval = self.intervals.entry(key).or_insert_with(|| {
-            let forms = [&self.dissipation, &self.power].map(|form| scaled(form, h));
-            let (exponential, [dissipated, work]) = gramians(&self.driven.over(h), forms);
-            Interval {
-                exponential,
-                dissipated,
-                work,
-            }
-        });
-        self.dissipated = self.dissipated + interval.dissipated.form(state);
-        self.work = self.work + interval.work.form(state);
-        *state = interval.exponential.apply(state);
-    }
-}
-
-/// The form times h.
-fn scaled<T: Real>(form: &Square<T>, h: DoubleDouble) -> Square<T> {
-    let h = T::from(h.high()) + T::from(h.low());
-    let entries = form.entries.iter().map(|entry| *entry * h);
-    Square {
-        n: form.n,
-        entries: entries.collect(),
-    }
 }

@@ -1,5 +1,5 @@
-//! What is read off a motion: extrema, settling, energies, forces in elements. It knows `problem`, `answer`,
-//! `hold` and `certified`, which follows a motion between its instants.
+//! What is read off a motion: extrema, settling, energies, forces in elements. It knows `problem`, `answer`
+//! and `certified`, which follows a motion between its instants.
 
 mod afterwards;
 mod element_force;

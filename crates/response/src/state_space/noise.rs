@@ -1,8 +1,6 @@
 //! What white noise adds to the covariance of the state in a step, Q = ∫₀ʰ e^{As} B W Bᵀ e^{Aᵀs} ds, or in all the time.
 //!
-//! By doubling, Q(2t) = Q(t) + e^{At} Q(t) e^{Aᵀt}, from a series over a short t. The exponential of [−A Q; 0 Aᵀ] (Van Loan
-//! 1978), which grows as e^{|λ|h} where the answer does not, is never taken. Once e^{At} contracts, doubling ends (Smith 1968,
-//! *SIAM J. Appl. Math.* 16): P − Q(t) = e^{At} P e^{Aᵀt}.
+//! Both are [Gramians](gramian).
 
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::System;
@@ -14,10 +12,7 @@ use super::coordinates::{Coordinates, kept, transposed};
 use super::error::StateSpaceError;
 use super::ladder::{Found, Question};
 use super::realisation::Realisation;
-use crate::enclosed::{Normed, exponential};
-
-/// How often an integral over all the time is doubled at most.
-const DOUBLINGS: i64 = 1000;
+use crate::enclosed::{Normed, gramian};
 
 pub(super) struct Noise<'a> {
     pub(super) asked: &'a Asked<'a>,
@@ -101,83 +96,21 @@ pub(super) fn accumulated<T: Real>(
     let rate = b.times(&intensity).times(&transposed(&b));
     let rate = Normed::of(&rate, n);
     let w = Normed::of(&coordinates.a, n).with_more_error(coordinates.a_error);
+    let first = (T::from(step), Magnitude::ZERO);
     if !forever {
-        return doubled(&w, &rate, step, false);
+        return gramian(&w, &rate, first, false);
     }
-    let sum = doubled(&w, &rate, step, true)?;
+    let sum = gramian(&w, &rate, first, true)?;
     // Of P + Δ the rest W(P + Δ) + (P + Δ)Wᵀ + rate is R, and |Δ| ≤ ‖R‖ ∫e^{Wt}e^{Wᵀt}dt.
     let kept = symmetric(&sum);
     let once = w.times(&kept);
     let rest = once.plus(&once.transposed()).plus(&rate).true_norm();
-    let all = doubled(&w, &Normed::identity(n, n), step, true)?;
+    let all = gramian(&w, &Normed::identity(n, n), first, true)?;
     let error = rest * all.true_norm();
     Some(match error < sum.error() {
         true => kept.with_more_error(error),
         false => sum,
     })
-}
-
-/// ∫ e^{Wt} rate e^{Wᵀt} dt over a step, or all the time.
-fn doubled<T: Real>(
-    w: &Normed<T>,
-    rate: &Normed<T>,
-    step: f64,
-    forever: bool,
-) -> Option<Normed<T>> {
-    // ‖W‖t ≤ ½.
-    let size = w.true_norm() * Magnitude::from(step);
-    if !size.is_finite() {
-        return None;
-    }
-    let halvings = (size.exponent() + 1).max(0);
-    let short = T::from(step).scale(-halvings);
-    let mut power = exponential(w, short, Magnitude::ZERO);
-    let mut sum = series(w, rate, short);
-    let most = if forever { DOUBLINGS } else { halvings };
-    for _ in 0..most {
-        // What a longer time adds is less than what all the time does.
-        let left = left_out(&power, &sum).filter(|left| *left <= sum.true_norm() * T::unit());
-        if let Some(left) = left {
-            return Some(sum.with_more_error(left));
-        }
-        let carried = power.times(&sum).times(&power.transposed());
-        sum = sum.plus(&carried);
-        // Motions that have died out long ago leave the range of T.
-        let (square, exponent) = power.times(&power).normalised();
-        power = square.scaled(exponent);
-        if !sum.error().is_finite() || power.error() >= Magnitude::from(1.0) {
-            return None;
-        }
-    }
-    (!forever).then_some(sum)
-}
-
-/// A bound of what the integral over all the time has beyond Q(t): ‖E‖²‖P‖ with ‖P‖ ≤ ‖Q‖/(1 − ‖E‖²); `None` unless
-/// E = e^{At} contracts.
-fn left_out<T: Real>(power: &Normed<T>, sum: &Normed<T>) -> Option<Magnitude> {
-    let square = power.true_norm() * power.true_norm();
-    let least = Magnitude::from(1.0).minus(square);
-    (!least.is_zero()).then(|| square * sum.true_norm() / least)
-}
-
-/// Σ t^{k+1}/(k+1)! Lᵏ(Q) with L(X) = W X + X Wᵀ, for ‖W‖t ≤ ½: the terms fall faster than 1/(k + 1)!.
-fn series<T: Real>(w: &Normed<T>, rate: &Normed<T>, t: T) -> Normed<T> {
-    let relative = T::unit() + T::unit();
-    let mut term = rate.times_scalar(t, Magnitude::ZERO);
-    let first = term.true_norm();
-    let mut sum = term.clone();
-    let mut tail = first;
-    let mut k = 1.0;
-    while !tail.is_zero() && T::unit() * first < tail {
-        let once = w.times(&term);
-        let factor = t / T::from(k + 1.0);
-        term = once.plus(&once.transposed()).times_scalar(factor, relative);
-        sum = sum.plus(&term);
-        k += 1.0;
-        // ‖term‖ ≤ first/k!, and the terms that follow are less than it together.
-        tail = tail / Magnitude::from(k);
-    }
-    sum.with_more_error(tail)
 }
 
 /// What is kept of the upper half, in both.

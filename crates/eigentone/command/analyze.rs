@@ -1,5 +1,6 @@
 //! `eigentone analyze SCENE [--out DIR]`.
 
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
@@ -110,12 +111,20 @@ impl Analyze {
             response,
             switched,
         };
+        let mut without_energy = None;
         if let Some(directory) = &self.out {
             progress.say("report");
             let files = Files::into(directory)?.beside(file);
-            write(&analysis, &scene, files, &progress)?;
+            without_energy = write(&analysis, &scene, files, &progress)?;
         }
         drop(progress);
+        if let Some(reason) = without_energy {
+            let _ = writeln!(
+                io::stderr(),
+                "note: {}: energies are left out: {reason}",
+                file.display()
+            );
+        }
         report_switches(&self.question.scene, &scene);
         print(|out| {
             let text = match self.explain {
@@ -213,17 +222,23 @@ fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> R
     Ok(())
 }
 
+/// All files; the reason why energies are not among them.
 fn write(
     analysis: &Analysis<'_>,
     scene: &Scene,
     mut files: Files,
     progress: &Progress,
-) -> Result<(), Failure> {
+) -> Result<Option<String>, Failure> {
     let system = scene.system();
     let modes = ModeReport::new(analysis.modes, system.names());
-    // Without symmetric matrices there is no energy to speak of.
     let response = analysis.response.as_ref();
-    let energy = response.and_then(|answer| Energy::along(answer.problem, answer.trajectory).ok());
+    let energy = response.map(|answer| Energy::along(answer.problem, answer.trajectory));
+    let (energy, without) = match energy {
+        Some(Ok(energy)) => (Some(energy), None),
+        Some(Err(ResponseError::NotApplicable { reason, .. })) => (None, Some(reason)),
+        Some(Err(error)) => (None, Some(error.to_string())),
+        None => (None, None),
+    };
     files.write("modes.json", |out| modes.json(out))?;
     files.write("modes.csv", |out| modes.csv(out))?;
     files.write("modes.md", |out| out.write_all(modes.markdown().as_bytes()))?;
@@ -287,5 +302,6 @@ fn write(
         frequency,
     };
     files.write("report.html", |out| out.write_all(page.html().as_bytes()))?;
-    files.keep()
+    files.keep()?;
+    Ok(without)
 }

@@ -179,6 +179,7 @@ impl Summary {
             .then(|| Extrema::with(&mut follower, Digits::Once, trajectory))
             .flatten();
         let mut ranges = Range::all(between.as_ref(), trajectory);
+        let about = rest.rounding(system, &floating, &force, &late);
         let seen = |i: usize| (VISIBLE * ranges[i].peak.displacement.abs()).max(ROUNDING * all);
         let course = |i: usize| {
             let seen = seen(i);
@@ -192,9 +193,8 @@ impl Summary {
             } else if persistence.oscillation[i] > seen || !rest.displacement[i].is_finite() {
                 Destination::Oscillation
             } else {
-                let displacement = rest.displacement[i];
                 Destination::Rest {
-                    displacement,
+                    displacement: shown(rest.displacement[i], about[i]),
                     settled: None,
                     overshoot: None,
                 }
@@ -206,7 +206,6 @@ impl Summary {
             _ => None,
         };
         let ends: Vec<Option<f64>> = destinations.iter().copied().map(end_of).collect();
-        let about = rest.rounding(system, &floating, &force, &late);
         // How far the distance of a coordinate from its end may be off.
         let noise = |between: Option<&Extrema>, i: usize| {
             let of_motion = match between {
@@ -297,10 +296,18 @@ impl Summary {
                 *known = settled[i].filter(|_| stays[i] == Some(true));
             }
         }
-        let coordinates = ranges.iter().zip(destinations);
-        let coordinates = coordinates.map(|(range, destination)| CoordinateSummary {
-            peak: range.peak.displacement,
-            peak_time: range.peak.time,
+        let peak = |i: usize| {
+            let peak = ranges[i].peak;
+            let noise = between.as_ref().map_or(0.0, |extrema| extrema.rounding(i));
+            match shown(peak.displacement, noise) {
+                0.0 => (0.0, 0.0),
+                value => (value, peak.time),
+            }
+        };
+        let coordinates = ranges.iter().zip(destinations).enumerate();
+        let coordinates = coordinates.map(|(i, (range, destination))| CoordinateSummary {
+            peak: peak(i).0,
+            peak_time: peak(i).1,
             fastest: range.fastest.velocity,
             fastest_time: range.fastest.time,
             destination,
@@ -548,6 +555,14 @@ fn supports_at_rest(problem: &Problem<'_>) -> Vec<Option<f64>> {
         .into_iter()
         .map(|motion| Some(rest(motion)?[0]))
         .collect()
+}
+
+/// A value, or 0 where it is no more than what rounding may have made of 0.
+fn shown(value: f64, rounding: f64) -> f64 {
+    match value.abs() <= rounding {
+        true => 0.0,
+        false => value,
+    }
 }
 
 /// Where the coordinates stay, and which of them do not.
@@ -928,6 +943,35 @@ mod tests {
         assert!((settled - 50f64.ln()).abs() < 1e-9, "{settled}");
         assert!(summary.is_between());
         assert_rests(course.destination, 1.0);
+    }
+
+    /// The middle of a beam under a force there does not turn, but for rounding.
+    #[test]
+    fn what_rounding_makes_of_0_is_0() {
+        let beam = eigentone_modes::Beam {
+            name: "b".to_owned(),
+            length: 4.0,
+            elements: 4,
+            flexural_rigidity: 17.0,
+            mass_per_length: 0.612,
+            ends: [eigentone_modes::BeamEnd::Pinned; 2],
+            lumped: true,
+        };
+        let system = System::builder().beam(beam).rayleigh(0.19, 0.0079, None);
+        let system = system.build().expect("a beam");
+        let ask = Response::of(&system).load("b.2.w", Step::of(1.0));
+        let ask = ask.every(0.083).until(1.66);
+        let (problem, motion) = (ask.clone().problem().expect("a problem"), ask.run());
+        let (motion, modes) = (motion.expect("a motion"), system.modes().expect("modes"));
+        let summary = Summary::of(&problem, &motion, &modes).expect("instants");
+        let at = system.index_of("b.2.r").expect("a coordinate");
+        let turn = &summary.coordinates()[at];
+        assert_eq!((turn.peak, turn.peak_time), (0.0, 0.0));
+        let Destination::Rest { displacement, .. } = turn.destination else {
+            panic!("{turn:?}");
+        };
+        assert_eq!(displacement, 0.0);
+        assert!(summary.coordinates()[at - 1].peak > 0.1);
     }
 
     /// An impulse on a damped node without mass displaces it at once: x = 2e^(−2(t − ¼)).

@@ -1,6 +1,6 @@
 //! Root mean squares under white noise against closed forms, and against ∫ |H|² S df with 40 digits (mpmath's quadrature).
 
-use eigentone_modes::{GROUND, System};
+use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
     Combination, Noise, Quantity, RandomVibration, Rms, StateSpaceError, StationaryMotion,
     Statistics, Sum,
@@ -359,6 +359,28 @@ fn one_mass_in_a_band_agrees_with_quadrature() {
         // The rate of what is asked for is what is asked for of its rate.
         assert_eq!(motion.displacement()[0].rate, motion.velocity()[0].rms);
         assert_eq!(motion.velocity()[0].rate, motion.acceleration()[0].rms);
+    }
+}
+
+/// Gyroscopic forces beside stiff dampers make resolvents a thousand times as large as their poles are near.
+#[test]
+fn a_band_below_stiff_gyroscopic_dampers_agrees_with_quadrature() {
+    let damping = faer::mat![[100.0, -101.0], [-99.0, 100.0]];
+    let system = system(
+        System::builder()
+            .mass("a", 1.0)
+            .mass("b", 0.01)
+            .spring(GROUND, "a", 40.0)
+            .spring(GROUND, "b", 1.0)
+            .matrix(MatrixKind::Damping, damping.as_ref()),
+    );
+    let noise = RandomVibration::of(&system).force("b", Noise::within(1.0, [0.0, 0.05]));
+    let motion = solved(noise);
+    for (name, truth) in [
+        ("a", 0.005_379_642_423_294_908_697),
+        ("b", 0.049_185_315_675_224_655_557),
+    ] {
+        is(of(motion.displacement(), name), truth, 2e-16);
     }
 }
 

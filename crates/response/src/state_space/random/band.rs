@@ -1,7 +1,7 @@
 //! The integral of the resolvent over a band of frequencies, Φ = Re ∫ (iω − A)⁻¹ dω, for an A of which nothing grows.
 //!
 //! Along any way from iω₁ to iω₂ on which no pole lies it is the same. A piece from m − h to m + h gives 2 artanh X with
-//! X = h(m − A)⁻¹ where X contracts: the logarithm of the two ends' quotient, exact for multiple poles too, with no branch to
+//! X = h(m − A)⁻¹ where a power of X contracts: the logarithm of the two ends' quotient, exact for multiple poles too, with no branch to
 //! be chosen. Where poles stand close to the band, the way leads through the right half-plane, where their distance grows
 //! with each piece: as many pieces as there are powers of 4 between the width of the band and the distance of its ends from
 //! the nearest pole.
@@ -11,7 +11,7 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 use crate::enclosed::Normed;
 use crate::problem::Known;
 
-/// The most that X may be.
+/// The most that X may be, or the root of one of its powers.
 const CONTRACTION: f64 = 0.8;
 
 /// How many pieces a way may have, and how often one is shortened.
@@ -53,6 +53,7 @@ pub(super) fn of_band<T: Real>(a: &Normed<T>, band: [Known<T>; 2]) -> Option<Nor
 }
 
 /// A matrix of complex numbers.
+#[derive(Clone)]
 struct Complex<T> {
     re: Normed<T>,
     im: Normed<T>,
@@ -179,19 +180,17 @@ impl<T: Real> Way<'_, T> {
         known.then(|| (inverse.with_more_error(error), size + error))
     }
 
-    /// The integral from m − h to m + h; `None` where X does not contract.
+    /// The integral from m − h to m + h; `None` where no power of X contracts.
     fn piece(&self, middle: [T; 2], half: Half<T>) -> Option<Piece<T>> {
         let (resolvent, size) = self.resolvent(middle)?;
         let x = match half {
             Half::Right(half) => resolvent.times_scalar(half, Magnitude::ZERO),
             Half::Up(half) => resolvent.times_scalar(half, Magnitude::ZERO).turned(),
         };
-        let norm = x.norm();
-        let least = Magnitude::from(1.0).minus(norm);
-        (norm <= Magnitude::from(CONTRACTION)).then(|| Piece {
-            integral: twice_artanh(&x, norm),
-            ends: size / least,
-        })
+        let (integral, all) = twice_artanh(&x)?;
+        // (m ± h − A)⁻¹ = (m − A)⁻¹ Σ (∓X)ᵏ.
+        let ends = size * all;
+        Some(Piece { integral, ends })
     }
 
     /// The imaginary part of the integral from iω to iω + `right`, for an ω known to `off`.
@@ -225,45 +224,72 @@ impl<T: Real> Way<'_, T> {
     }
 }
 
-/// 2 artanh X = 2X(I + X²/3 + X⁴/5 + …) by blocks of powers (Paterson & Stockmeyer 1973, *SIAM J. Comput.* 2), for a bound
-/// of ‖X‖ below 1.
-fn twice_artanh<T: Real>(x: &Complex<T>, norm: Magnitude) -> Complex<T> {
-    let size = norm * norm;
-    // Σ_{k ≥ count} yᵏ/(2k + 1) ≤ y^count/(1 − y).
-    let count = match size.is_zero() {
-        true => 1,
-        false => (f64::from(T::UNIT_LOG2) / size.log2()).ceil().max(1.0) as usize,
-    };
-    let width = (count as f64).sqrt().ceil() as usize;
+/// 2 artanh X = 2X(I + X²/3 + X⁴/5 + …) by blocks of powers (Paterson & Stockmeyer 1973, *SIAM J. Comput.* 2), and a bound
+/// of Σ‖Xᵏ‖; `None` unless a power of X² contracts: where A is far from normal, X itself does only for pieces much shorter than
+/// the distance of the poles.
+fn twice_artanh<T: Real>(x: &Complex<T>) -> Option<(Complex<T>, Magnitude)> {
+    /// The highest power of X² that is looked at.
+    const HIGHEST: usize = 32;
     let n = x.re.len();
     let nothing = || Normed::new(n, n, vec![T::ZERO; n * n], Magnitude::ZERO);
     let identity = Complex {
         re: Normed::identity(n, n),
         im: nothing(),
     };
-    let mut powers = vec![identity, x.times(x)];
+    let square = x.times(x);
+    let (mut power, mut degree) = (square.clone(), 1);
+    let contracted = loop {
+        let size = power.norm().log2() / (2 * degree) as f64;
+        if size <= CONTRACTION.log2() {
+            break size;
+        }
+        if degree == HIGHEST || !size.is_finite() {
+            return None;
+        }
+        power = power.times(&power);
+        degree *= 2;
+    };
+    // About so many terms count.
+    let count = (f64::from(T::UNIT_LOG2) / (2.0 * contracted))
+        .ceil()
+        .max(1.0);
+    let width = (count.sqrt() / degree as f64).ceil().max(1.0) as usize * degree;
+    let mut powers = vec![identity, square];
     while powers.len() <= width {
         let next = powers[powers.len() - 1].times(&powers[1]);
         powers.push(next);
+    }
+    // ‖Y^{wq + r}‖ ≤ ‖Y^w‖^q ‖Yʳ‖ for Y = X².
+    let sizes = powers[..width].iter().map(Complex::norm);
+    let sizes = sizes.fold(Magnitude::ZERO, |sum, size| sum + size);
+    let last = powers[width].norm();
+    let least = Magnitude::from(1.0).minus(last);
+    if least.is_zero() {
+        return None;
+    }
+    let mut tail = sizes / least;
+    let all = tail * (Magnitude::from(1.0) + x.norm());
+    let mut blocks = 0;
+    while blocks == 0 || T::unit() < tail {
+        tail = tail * last;
+        blocks += 1;
     }
     let block = |first: usize| {
         let start = Complex {
             re: nothing(),
             im: nothing(),
         };
-        let terms = (first..count.min(first + width)).zip(&powers);
+        let terms = (first..first + width).zip(&powers);
         terms.fold(start, |sum, (k, power)| {
             let coefficient = T::ONE / T::from((2 * k + 1) as f64);
             sum.plus(&power.times_scalar(coefficient, T::unit()))
         })
     };
-    let mut firsts = (0..count).step_by(width).rev();
+    let mut firsts = (0..blocks).rev().map(|at| at * width);
     let mut sum = block(firsts.next().unwrap_or(0));
     for first in firsts {
         sum = sum.times(&powers[width]).plus(&block(first));
     }
-    let least = Magnitude::from(1.0).minus(size);
-    let tail = (0..count).fold(Magnitude::from(1.0), |tail, _| tail * size) / least;
     let twice = x.times(&sum.with_more_error(tail));
-    twice.times_scalar(T::from(2.0), Magnitude::ZERO)
+    Some((twice.times_scalar(T::from(2.0), Magnitude::ZERO), all))
 }

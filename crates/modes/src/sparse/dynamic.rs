@@ -7,7 +7,7 @@ use super::SparseError;
 use super::factor::{Factor, Sum};
 use super::form::Form;
 use super::pencil::Pencil;
-use crate::model::MatrixKind;
+use crate::model::{ElementKind, MatrixKind};
 use crate::system::System;
 
 /// The dynamic stiffness K − Ω²M + i(ΩC + L) of a symmetric system without dense matrices, where L is the sum of the
@@ -24,14 +24,19 @@ pub struct SparseDynamicStiffness {
 pub type Amplitudes = (Vec<ComplexDoubleDouble>, Option<Vec<f64>>);
 
 impl SparseDynamicStiffness {
-    /// Orders the elimination; `loss_factors` are those of the [springs](System::springs) in their order, or none.
+    /// Orders the elimination; `loss_factors` are those of the springs in the order of [`System::elements`], or none.
     ///
     /// # Errors
-    /// [`SparseError::NotSymmetric`], and [`SparseError::TooDense`] where the factor would not fit into memory.
+    /// [`SparseError::LossFactors`] where there are not as many as springs, [`SparseError::NotSymmetric`], and [`SparseError::TooDense`] where the factor would not fit into memory.
     pub fn of(
         system: &System,
         loss_factors: &[f64],
     ) -> Result<SparseDynamicStiffness, SparseError> {
+        let springs = system.elements(ElementKind::Spring).len();
+        let given = loss_factors.len();
+        if given != 0 && given != springs {
+            return Err(SparseError::LossFactors { given, springs });
+        }
         let form = |kind| Form::of(system, kind).ok_or(SparseError::NotSymmetric { kind });
         let (stiffness, damping) = (form(MatrixKind::Stiffness)?, form(MatrixKind::Damping)?);
         let losses = Form::of_springs(system, loss_factors);
@@ -198,4 +203,39 @@ fn residual(
         turned(&pencil.damping, own, &part, &mut rests);
     }
     joined(rests)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::GROUND;
+
+    /// Two masses of 1 kg; a spring of 3 N/m holds the point 2·a, another of 1 N/m each mass.
+    fn on_a_point() -> System {
+        let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
+        let builder = builder.point("p", [("a", 2.0)], 0.0);
+        let builder = builder.spring(GROUND, "p", 3.0);
+        let builder = builder.spring(GROUND, "a", 1.0).spring(GROUND, "b", 1.0);
+        builder.build().expect("a system")
+    }
+
+    /// (1 + 4·3(1 + η i) − Ω²) x = 1: the loss is that of the spring at the point, which is the first that was given.
+    #[test]
+    fn losses_belong_to_springs_as_they_were_given() {
+        let stiffness = SparseDynamicStiffness::of(&on_a_point(), &[0.5, 0.0, 0.0]);
+        let force = [Complex::ONE, Complex::ZERO].to_vec();
+        let solved = stiffness.expect("symmetric").solve(0.5, &[force]);
+        let (x, errors) = solved.expect("a factor").remove(0);
+        let value = Complex::new(x[0].re.high(), x[0].im.high());
+        let right = Complex::new(12.75, 6.0).inv();
+        assert!((value - right).norm() < 1e-16, "{value}");
+        assert!(errors.expect("settled")[0] < 1e-16);
+    }
+
+    #[test]
+    fn loss_factors_are_as_many_as_springs() {
+        let error = SparseDynamicStiffness::of(&on_a_point(), &[0.5]).expect_err("one of three");
+        let (given, springs) = (1, 3);
+        assert_eq!(error, SparseError::LossFactors { given, springs });
+    }
 }

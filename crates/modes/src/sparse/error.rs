@@ -28,6 +28,14 @@ pub enum SparseError {
         /// The coordinates of the system.
         expected: usize,
     },
+    /// There are other than as many loss factors as springs.
+    #[error("there are {given} loss factors: give one for each of the {springs} springs, or none")]
+    LossFactors {
+        /// How many loss factors there are.
+        given: usize,
+        /// How many springs there are.
+        springs: usize,
+    },
     /// A matrix is not symmetric.
     #[error(
         "the {kind} matrix is not symmetric: modes of large systems are found for symmetric matrices alone"

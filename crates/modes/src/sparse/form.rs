@@ -10,7 +10,7 @@ use eigentone_digits::{DoubleDouble, Real, Wide};
 
 use num_complex::Complex;
 
-use crate::model::{Element, MatrixKind, Node};
+use crate::model::{Element, ElementKind, MatrixKind, Node};
 use crate::structure::symmetric::is_symmetric;
 use crate::system::System;
 
@@ -86,22 +86,38 @@ impl Form {
         }
     }
 
-    /// The sum of the stiffnesses of springs, each times a factor of its own.
+    /// The sum of the stiffnesses of the springs as they were given, those at points and supports too, each times a factor
+    /// of its own.
     pub(crate) fn of_springs(system: &System, factors: &[f64]) -> Form {
         let mut form = Form::zero(system.len());
-        for (spring, factor) in system.springs().iter().zip(factors) {
+        let springs = system.elements(ElementKind::Spring).into_iter();
+        for (spring, factor) in springs.zip(factors).filter(|(_, factor)| **factor != 0.0) {
             let product = DoubleDouble::product(spring.coefficient, *factor);
-            for coefficient in [product.high(), product.low()] {
-                if coefficient != 0.0 {
-                    form.element(&Element {
-                        coefficient,
-                        ..*spring
-                    });
-                }
+            form.square(product, &spring.stretch.coordinates);
+        }
+        form.non_negative = form.joins.iter().all(|join| join.weight > 0.0)
+            && form.ground.iter().all(|ground| ground.high() >= 0.0);
+        form
+    }
+
+    /// Adds c·a aᵀ, given the entries of a by their nodes.
+    fn square(&mut self, c: DoubleDouble, entries: &[(usize, f64)]) {
+        let parts = |value: DoubleDouble| {
+            let parts = [value.high(), value.low()].into_iter();
+            parts.filter(|part| *part != 0.0)
+        };
+        let zero = DoubleDouble::ZERO;
+        let total = entries.iter().fold(zero, |sum, &(_, a)| sum + a);
+        for (at, &(i, a)) in entries.iter().enumerate() {
+            parts(c * a * total).for_each(|part| self.hold(i, part));
+            for &(j, b) in entries[at + 1..].iter().filter(|(j, _)| *j != i) {
+                let ends = [i.min(j) as u32, i.max(j) as u32];
+                let weights = parts(c * a * -b);
+                self.joins
+                    .extend(weights.map(|weight| Join { ends, weight }));
             }
         }
-        form.non_negative = form.joins.iter().all(|join| join.weight > 0.0);
-        form
+        self.exact = false;
     }
 
     /// Adds a multiple of another matrix of the same order.

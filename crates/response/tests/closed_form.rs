@@ -306,3 +306,55 @@ fn what_has_no_mass_begins_where_it_is_moved_to() {
     assert_eq!(found.highest()[1].displacement, 1.5);
     assert_eq!(found.lowest()[0].displacement, 0.0);
 }
+
+/// Masses on springs with dampers that couple their modes.
+fn two_damped_masses() -> System {
+    let builder = System::builder().mass("a", 1.0).mass("b", 0.7);
+    let builder = builder.spring(GROUND, "a", 4.0).spring("a", "b", 2.0);
+    let builder = builder.damper("a", "b", 0.05).damper(GROUND, "b", 0.02);
+    builder.build().expect("a system")
+}
+
+/// Sinusoids are reduced by whole turns with all digits of 2π that they take, and those that are faster than the system are no part of
+/// its exponential: estimates hold for them as for others. An event at 0.37 s makes steps that are no doubles.
+#[test]
+fn large_phases_and_frequencies_lose_no_digits() {
+    let system = two_damped_masses();
+    let phases = [1e4, 1e9, 1e17, -1e100, 1.7e308].map(|phase| (2.5, phase));
+    let frequencies = [1e2, 1e4, 1e6, 1e9].map(|frequency| (frequency, 0.3));
+    for (frequency, phase) in phases.into_iter().chain(frequencies) {
+        let load = Harmonic::of(1.0, frequency).with_phase(phase);
+        let asked = Response::of(&system).load("a", load).every(0.1).until(10.0);
+        let asked = asked.load("b", Step::of(0.01 / frequency).starting_at(0.37));
+        let exact = asked.clone().run().expect("well posed");
+        assert_eq!(exact.bounds(), Bounds::Proven);
+        let problem = asked.to(Precision::Double).problem().expect("well posed");
+        for method in &methods()[1..] {
+            let found = method.run(&problem).expect("well posed");
+            let pairs = [
+                (
+                    found.displacement(),
+                    exact.displacement(),
+                    found.displacement_bound(),
+                ),
+                (found.velocity(), exact.velocity(), found.velocity_bound()),
+            ];
+            for (kind, (found, exact, bounds)) in pairs.into_iter().enumerate() {
+                for (k, bound) in bounds.iter().enumerate() {
+                    let bound = bound.expect("passive and held");
+                    let off = (found.col(k) - exact.col(k)).norm_max();
+                    let proven = 1e-3 * bound;
+                    assert!(
+                        off <= bound + proven,
+                        "{}, {frequency:e}, {phase:e}, order {kind} of step {k}: {off:e} {bound:e}",
+                        method.name()
+                    );
+                    assert!(
+                        bound < 1e-8 / frequency,
+                        "{frequency:e} {phase:e}: {bound:e}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -7,4 +7,6 @@ mod signals;
 
 pub(crate) use exact::{Held, accumulate, exact};
 pub(crate) use laws::Laws;
-pub(crate) use signals::{CANCELS, Inputs, reduced_angle};
+pub(crate) use signals::{CANCELS, Inputs};
+
+pub(crate) use crate::problem::reduced_angle;

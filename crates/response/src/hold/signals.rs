@@ -4,7 +4,7 @@ use eigentone_digits::DoubleDouble;
 use faer::{Mat, MatRef};
 
 use super::laws::Laws;
-use crate::problem::{Instant, Piece, Plant, Problem, Pulse};
+use crate::problem::{Instant, Piece, Plant, Problem, Pulse, reduced_angle};
 
 /// What the loads are at the start of an interval.
 #[derive(Clone, Debug)]
@@ -139,11 +139,13 @@ impl Inputs {
         }
     }
 
-    /// What a wave is now, and a quarter period ahead; nothing of a pulse that does not last.
-    fn at(&self, wave: &Wave, now: &Instant, piece: &Piece) -> Option<[f64; 2]> {
+    /// What a wave is `later` s after now, which is next to nothing, and a quarter period ahead; nothing of a pulse that
+    /// does not last.
+    fn at(&self, wave: &Wave, now: &Instant, later: f64, piece: &Piece) -> Option<[f64; 2]> {
         let angle = match wave.angle {
             Angle::Phase(phase) => {
-                reduced_angle(self.laws.frequencies[wave.frequency], now.time, phase)
+                let frequency = self.laws.frequencies[wave.frequency];
+                reduced_angle(frequency, now.time + later, phase)
             }
             Angle::Pulse(index) if piece.pulses().contains(&index) => self.pulses[index].angle(now),
             Angle::Pulse(_) => return None,
@@ -163,8 +165,28 @@ impl Inputs {
         Plant::columns(b, &self.loaded)
     }
 
-    /// The signals at `now`, within `piece`, for an interval of `h` seconds.
-    pub(crate) fn signals(&self, now: &Instant, piece: &Piece, h: f64, signals: &mut Signals) {
+    /// The largest amplitude of the sinusoids of each frequency, in rad/s, on each input of the plant.
+    pub(crate) fn amplitudes(&self) -> impl Iterator<Item = (f64, Vec<f64>)> + '_ {
+        let frequencies = self.laws.frequencies.iter().enumerate();
+        frequencies.map(|(index, frequency)| {
+            let mut sizes = vec![0.0; self.coordinates + 3 * self.orders.len()];
+            for wave in self.waves.iter().filter(|wave| wave.frequency == index) {
+                sizes[wave.input] += wave.amplitude.abs();
+            }
+            (*frequency, sizes)
+        })
+    }
+
+    /// The signals at `now`, within `piece`, for an interval of `h` seconds that is held for as long as its high part:
+    /// sinusoids, which may be fast, are those at the start of that, so that they end as they are at its end.
+    pub(crate) fn signals(
+        &self,
+        now: &Instant,
+        piece: &Piece,
+        h: DoubleDouble,
+        signals: &mut Signals,
+    ) {
+        let (later, h) = (h.low(), h.high());
         signals.values.fill(0.0);
         signals.sizes.fill(0.0);
         let width = self.loaded.len();
@@ -191,7 +213,7 @@ impl Inputs {
         }
         let first = usize::from(self.laws.straight) + usize::from(self.laws.sloped);
         for wave in &self.waves {
-            if let Some([here, ahead]) = self.at(wave, now, piece) {
+            if let Some([here, ahead]) = self.at(wave, now, later, piece) {
                 let at = (first + 2 * wave.frequency) * width + wave.position;
                 signals.values[at] += here;
                 signals.values[at + width] += ahead;
@@ -257,7 +279,7 @@ impl Inputs {
             }
         }
         for wave in &self.waves {
-            let Some([here, ahead]) = self.at(wave, now, piece) else {
+            let Some([here, ahead]) = self.at(wave, now, 0.0, piece) else {
                 continue;
             };
             let rate = self.laws.frequencies[wave.frequency];
@@ -266,12 +288,4 @@ impl Inputs {
             add(2, wave.input, -rate * rate * here);
         }
     }
-}
-
-/// Ωt + φ less whole turns, kept in double-double until the end.
-pub(crate) fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f64 {
-    let angle = time * frequency;
-    let turns = (angle.to_f64() / std::f64::consts::TAU).round();
-    let rest = angle - DoubleDouble::TAU * turns + phase;
-    rest.to_f64()
 }

@@ -238,7 +238,7 @@ mod tests {
                     let Leg::Pass { from, .. } = leg else {
                         continue;
                     };
-                    inputs.signals(&from, walk.piece(), h, &mut signals);
+                    inputs.signals(&from, walk.piece(), h.into(), &mut signals);
                     let mut next = vec![0.0; z.len()];
                     accumulate(&held.phi, &z, &mut next);
                     for (gamma, values) in held.gamma.iter().zip(inputs.by_law(&signals.values)) {

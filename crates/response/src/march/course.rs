@@ -13,7 +13,7 @@ use super::modal_march::{self, ModalMarch};
 use super::strides::{BY_EXPONENTIAL, BY_SUPERPOSITION, Strides, all_finite, largest};
 use crate::answer::{Collector, History, Output, Trajectory, Wanted};
 use crate::exponential::second_order;
-use crate::hold::exact;
+use crate::hold::{Inputs, exact};
 use crate::problem::{Plant, Problem, ResponseError, Source, rest};
 
 /// The question, once it is known that strides can answer it.
@@ -161,8 +161,12 @@ impl<'a, 'b> Course<'a, 'b> {
             Output::Velocity(i) => self.start[n + i],
         });
         self.estimate.detour = strides.detour();
+        let at_once = Outputs::of(&self.plant, None);
+        for (frequency, sizes) in Inputs::of(self.problem).amplitudes() {
+            self.estimate.swing(at_once.at_once(&sizes), frequency);
+        }
         if let Some(sizes) = self.loads.cancelled(self.plant.b.ncols()) {
-            let at_once = Outputs::of(&self.plant, None).at_once(&sizes);
+            let at_once = at_once.at_once(&sizes);
             self.estimate.cancel(at_once, grid.step());
         }
         let [x, v] = strides.largest();

@@ -121,6 +121,21 @@ impl Estimate {
         self.velocity = self.velocity.max(velocity);
     }
 
+    /// Notes a sinusoidal load of `frequency` rad/s that by itself would displace by `at_once[0]` and move by `at_once[1]`
+    /// and accelerate by `at_once[2]`. One that is much faster than the system leaves little of its displacements, but
+    /// the velocities that it makes are rounded in each step, and each of these errors moves the system as an impulse would.
+    pub(crate) fn swing(&mut self, at_once: [f64; 3], frequency: f64) {
+        let [displacement, velocity, acceleration] = at_once;
+        let frequency = frequency.abs();
+        if frequency > 2.0 * self.rate {
+            let velocity = velocity + acceleration / frequency;
+            self.displacement = self
+                .displacement
+                .max(displacement + self.slowest() * velocity);
+            self.velocity = self.velocity.max(velocity);
+        }
+    }
+
     /// Notes a step of `h` seconds.
     pub(crate) fn step(&mut self, h: f64) {
         self.steps += 1.0;

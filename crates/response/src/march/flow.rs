@@ -194,6 +194,10 @@ pub(crate) fn march(
         motion: std::array::from_fn(|_| vec![0.0; rows]),
         estimate: estimate.clone(),
     };
+    for (frequency, sizes) in inputs.amplitudes() {
+        let at_once = outputs.at_once(&sizes);
+        recorder.estimate.swing(at_once, frequency);
+    }
     // What supports have moved is nothing at the start.
     let whole = |mut state: Vec<f64>| {
         state.resize(state.len() + integrals, 0.0);
@@ -232,7 +236,7 @@ pub(crate) fn march(
             while now.order(&to).is_lt() {
                 let next = hop(&now, &to, problem, flow.preparation());
                 let h = next.elapsed(&now, grid);
-                inputs.signals(&now, walk.piece(), h.to_f64(), &mut signals);
+                inputs.signals(&now, walk.piece(), h, &mut signals);
                 if let Some(sizes) = inputs.cancelled(&signals) {
                     recorder
                         .estimate

@@ -1,5 +1,6 @@
 //! What is asked: a system, its state at t = 0, loads, instants, and the pieces of time between events. It knows no other room.
 
+mod angle;
 mod applied_load;
 mod channel;
 mod combination;
@@ -23,6 +24,7 @@ mod tangent;
 mod timeline;
 mod walk;
 
+pub(crate) use angle::reduced_angle;
 pub use applied_load::AppliedLoad;
 pub use channel::{Channel, Quantity};
 pub(crate) use combination::Source;

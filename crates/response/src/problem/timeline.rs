@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use eigentone_digits::{DoubleDouble, Magnitude};
 
+use super::angle::reduced_angle;
 use super::applied_load::AppliedLoad;
 use super::grid::TimeGrid;
 use super::instant::{Instant, SampleGrid};
@@ -162,7 +163,7 @@ impl Timeline {
     pub(super) fn waves(&self, piece: usize, mut visit: impl FnMut(usize, [f64; 2], f64, f64)) {
         let piece = &self.pieces[piece];
         for (coordinate, harmonic) in &self.harmonics {
-            let angle = harmonic.frequency * piece.start() + harmonic.phase;
+            let angle = reduced_angle(harmonic.frequency, piece.start.time, harmonic.phase);
             visit(
                 *coordinate,
                 [harmonic.amplitude, 0.0],

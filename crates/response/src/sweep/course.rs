@@ -52,9 +52,9 @@ impl Course {
                     course.add_impulses(walk.piece());
                     continue;
                 };
-                let h = to.elapsed(&from, grid).to_f64();
+                let h = to.elapsed(&from, grid);
                 inputs.signals(&from, walk.piece(), h, &mut values);
-                let length = place(&mut course.lengths, h);
+                let length = place(&mut course.lengths, h.to_f64());
                 let signal = place(&mut course.signals, values.values.clone());
                 course.moves.push(Move::Step { length, signal });
             }

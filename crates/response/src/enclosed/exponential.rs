@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use eigentone_digits::{Magnitude, Real};
+use eigentone_digits::{Magnitude, Real, Wide};
 use faer::Mat;
 
 use super::normed::{Normed, growth};
@@ -208,7 +208,7 @@ impl Plan {
         let mut best: Option<Plan> = None;
         for (width, height) in shapes {
             // More products than the best takes with its squarings.
-            let work = |plan: &Plan| plan.products() as i64 + plan.squarings;
+            let work = |plan: &Plan| (plan.products() as i64).saturating_add(plan.squarings);
             if best.is_some_and(|best| work(&best) <= (width + height - 2) as i64) {
                 break;
             }
@@ -338,10 +338,37 @@ pub(crate) fn cos_sin<T: Real>(phase: f64) -> (T, T, Magnitude) {
     if phase == 0.0 {
         return (T::ONE, T::ZERO, Magnitude::ZERO);
     }
+    /// Larger ones would cost more digits than there may be.
+    const LARGE: f64 = (1u64 << 20) as f64;
+    /// So many limbs hold the largest double and as many digits beyond it as are ever asked for.
+    const LIMBS: usize = 32;
+    if phase.abs() <= LARGE {
+        return rotation(phase);
+    }
+    let (c, s, error) = rotation::<Wide<LIMBS>>(phase);
+    let ((c, of_cosine), (s, of_sine)) = (shortened(c), shortened(s));
+    (c, s, error + of_cosine + of_sine)
+}
+
+/// The same by an exponential.
+fn rotation<T: Real>(phase: f64) -> (T, T, Magnitude) {
     let generator = vec![T::ZERO, T::ONE, -T::ONE, T::ZERO];
     let generator = Normed::new(2, 2, generator, Magnitude::ZERO);
     let turned = exponential(&generator, T::from(phase), Magnitude::ZERO);
     (turned.row(0)[0], turned.row(0)[1], turned.error())
+}
+
+/// A number of at most 1 in the digits of T, and how far off it may be.
+fn shortened<S: Real, T: Real>(value: S) -> (T, Magnitude) {
+    let (mut sum, mut rest) = (T::ZERO, value);
+    let doubles = 2 - T::UNIT_LOG2 / 50;
+    for _ in 0..doubles {
+        let part = rest.to_f64();
+        sum = sum + T::from(part);
+        rest = rest - S::from(part);
+    }
+    let rounding = T::unit() * Magnitude::from(2.0 * f64::from(doubles));
+    (sum, rest.upper() + rounding + S::unit())
 }
 
 #[cfg(test)]
@@ -395,6 +422,21 @@ mod tests {
         let (c, s, error) = cos_sin::<DoubleDouble>(1e6);
         assert!((c.to_f64() - 0.936_752_127_533_144_8).abs() < 1e-15);
         assert!((s.to_f64() + 0.349_993_502_171_292_95).abs() < 1e-15);
+        for (phase, sine) in [
+            (1e17, -0.464_530_104_835_372_7),
+            (-1e100, 0.380_637_731_005_028_7),
+            (1.7e308, -0.595_256_084_863_207_7),
+        ] {
+            let (c, s, bound) = cos_sin::<DoubleDouble>(phase);
+            assert!((s.to_f64() - sine).abs() < 1e-15, "{phase:e}");
+            assert!(bound.to_f64() < 1e-28, "{phase:e}: {bound:?}");
+            let (longer_c, longer_s, more) = cos_sin::<Wide<8>>(phase);
+            assert!(more.to_f64() < 1e-140, "{phase:e}: {more:?}");
+            for (short, long) in [(c, longer_c), (s, longer_s)] {
+                let off = (long - Wide::from(short)).to_f64().abs();
+                assert!(off <= (bound + more).to_f64(), "{phase:e}: {off:e}");
+            }
+        }
         assert!(error.to_f64() < 1e-22);
         let one = c * c + s * s - DoubleDouble::from(1.0);
         assert!(one.to_f64().abs() < 1e-22);

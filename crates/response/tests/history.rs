@@ -274,3 +274,32 @@ fn growth_is_watched() {
     assert!(until(35.0).is_ok());
     assert!(matches!(until(37.0), Err(ResponseError::Overflow { .. })));
 }
+
+/// A stride that ends at rest has bounds for what came before.
+#[test]
+fn bounds_hold_where_a_stride_ends_at_rest() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 1.0)
+        .damper(GROUND, "m", 1.0)
+        .build()
+        .expect("a system");
+    let samples = Samples {
+        step: 1.0,
+        values: vec![1.0, 0.0],
+        hold: Hold::Zero,
+    };
+    let asked = Response::of(&system).load("m", samples);
+    let asked = asked.every(0.05).until(40.0).to(Precision::Double);
+    let problem = asked.problem().expect("well posed");
+    let history = History::of(&problem, &[Output::Displacement(0)]).expect("well posed");
+    for j in 0..history.len() {
+        let value = history.values()[(0, j)];
+        let bound = history.bound(0, j).expect("passive and held");
+        // Half a unit in the last place.
+        assert!(
+            bound >= value.abs() * f64::EPSILON / 4.0,
+            "{j}: {value:e} {bound:e}"
+        );
+    }
+}

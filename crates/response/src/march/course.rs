@@ -169,7 +169,8 @@ impl<'a, 'b> Course<'a, 'b> {
             let at_once = at_once.at_once(&sizes);
             self.estimate.cancel(at_once, grid.step());
         }
-        let [x, v] = strides.largest();
+        let mut before = strides.largest();
+        let [x, v] = before;
         self.loads.fill(0, &mut loads[..signals]);
         take(Reached {
             values: &now.collect::<Vec<f64>>(),
@@ -217,7 +218,17 @@ impl<'a, 'b> Course<'a, 'b> {
                 return Err(ResponseError::Overflow { index: first });
             }
             self.estimate.steps(asked, grid.step());
-            let [x, v] = strides.largest();
+            // What was rounded on the way may be larger than what is left at the end.
+            let after = strides.largest();
+            let mut tops = [0, 1].map(|kind| f64::max(before[kind], after[kind]));
+            for values in reached.chunks_exact(width.max(1)) {
+                for (value, output) in values.iter().zip(self.outputs) {
+                    let kind = usize::from(matches!(output, Output::Velocity(_)));
+                    tops[kind] = tops[kind].max(value.abs());
+                }
+            }
+            let [x, v] = tops;
+            before = after;
             take(Reached {
                 values: reached,
                 loads: &loads[..kept],

@@ -889,3 +889,53 @@ fn flat_turns_are_as_sharp_as_others() {
     let (frequency, bound) = flat.frequency();
     assert!(bound <= f64::EPSILON * frequency, "{flat:?}");
 }
+
+/// −Ω²/(2 − Ω²) of a mass of 1 kg on 2 N/m is less than any double at 1e-200 rad/s, but not 0.
+#[test]
+fn bounds_count_what_is_smaller_than_doubles() {
+    let builder = System::builder().mass("m", 1.0);
+    let system = builder.spring(GROUND, "m", 2.0).build().expect("a system");
+    for precision in [Precision::Double, Precision::default()] {
+        let asked = FrequencyResponse::of(&system).from("m").to("m");
+        let asked = asked.quantity(Quantity::Acceleration).precision(precision);
+        for (frequency, exact) in [(1e-200, 0.0), (1e-154, -5e-309), (1e-100, -5e-201)] {
+            let found = asked.at(&[frequency]).expect("well posed");
+            let FrequencyValue::Known { value, bound } = found.functions()[0].values()[0] else {
+                panic!("{frequency:e} is no pole");
+            };
+            let bound = bound.expect("proven");
+            assert!(bound > 0.0, "{frequency:e}");
+            let off = (value.re - exact).abs();
+            assert!(off <= bound, "{frequency:e}: {value} ± {bound:e}");
+        }
+    }
+}
+
+/// Far above all modes what these make of a distant coordinate cancels, and their sum says nothing.
+#[test]
+fn bounds_far_above_all_modes_say_something() {
+    let builder = System::builder().mass("a", 1.0).mass("b", 2.0);
+    let builder = builder.damper(GROUND, "a", 1.0);
+    let builder = builder.spring(GROUND, "a", 1.0).spring("a", "b", 1.0);
+    let system = builder.spring("b", GROUND, 1.0).build().expect("a system");
+    let asked = FrequencyResponse::of(&system).from("a").to("b");
+    let asked = asked.quantity(Quantity::Acceleration);
+    let asked = asked.precision(Precision::Double);
+    let found = asked.at(&[1e3, 1e6, 1e12]).expect("well posed");
+    for (value, frequency) in found.functions()[0].values().iter().zip([1e3, 1e6, 1e12]) {
+        let &FrequencyValue::Known { value, bound } = value else {
+            panic!("{frequency:e} is no pole");
+        };
+        // −Ω² times the entry of (K + iΩC − Ω²M)⁻¹, which is 1/determinant.
+        let square = frequency * frequency;
+        let first = Complex::new(2.0 - square, frequency);
+        let exact = Complex::<f64>::from(-square) / (first * (2.0 - 2.0 * square) - 1.0);
+        let bound = bound.expect("proven");
+        assert!(bound <= 1e-3 * exact.norm(), "{frequency:e}: {bound:e}");
+        let off = (value - exact).norm();
+        assert!(
+            off <= bound + 1e-15 * exact.norm(),
+            "{frequency:e}: {off:e}"
+        );
+    }
+}

@@ -32,6 +32,8 @@ pub(super) struct InDoubles<'a> {
     pub(super) columns: Vec<f64>,
     /// |R| times the lengths.
     pub(super) residual: Vec<f64>,
+    /// About the largest rate of a mode, in rad/s.
+    fastest: f64,
 }
 
 /// A value and how far it may be off.
@@ -193,7 +195,16 @@ impl<'a> InDoubles<'a> {
             let terms = (0..n).map(|j| sum.residual[(k, j)] * lengths[j]);
             terms.sum()
         });
+        let rates = sum
+            .blocks
+            .iter()
+            .map(|block| match *block.generator.as_slice() {
+                [a] => a.to_f64().abs(),
+                [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt() + (a + d).to_f64().abs(),
+                _ => f64::INFINITY,
+            });
         Some(InDoubles {
+            fastest: rates.fold(0.0, f64::max),
             count,
             inputs: inputs.collect(),
             lengths: each.collect(),
@@ -277,11 +288,21 @@ impl<'a> InDoubles<'a> {
         let moved = passed.fold(moved, |sum, (power, size)| {
             sum + size * frequency.powi(*power)
         });
+        // Powers of others, and what is smaller still, may leave the range of doubles.
+        if frequency != 0.0 && !(1e-70..=1e70).contains(&frequency) {
+            return None;
+        }
         let [zeroth, first, second] = self.defects;
         let norm = zeroth + first * frequency + second * frequency * frequency + left;
         if norm.is_nan() || norm > 0.25 {
             return None;
         }
+        /// Bounds that are smaller do not count products below the range of doubles.
+        const SMALLEST: f64 = 1e-290;
+        /// Values with a larger relative bound are left to elimination, where more is known of them.
+        const LARGEST: f64 = 1e-3;
+        /// What the modes leave is of the size of rounding.
+        const NEARLY_NOTHING: f64 = 1e-6;
         let rounding = self.rounding();
         let off = moved * (norm / (1.0 - norm) + rounding) * UPWARD;
         let mut values = vec![(Complex::ZERO, 0.0); self.count];
@@ -295,9 +316,13 @@ impl<'a> InDoubles<'a> {
             values[index].0 += turn(frequency, power) * coefficient;
             values[index].1 += coefficient.abs() * frequency.powi(power) * rounding;
         }
-        let good = values
-            .iter()
-            .all(|(value, bound)| value.is_finite() && bound.is_finite());
+        // Beyond all modes their sums cancel, each the more the less the whole moves.
+        let cancels = frequency > self.fastest || norm > NEARLY_NOTHING;
+        let good = values.iter().all(|(value, bound)| {
+            let is_normal = frequency == 0.0 || *bound >= SMALLEST;
+            let is_known = *bound <= LARGEST * value.norm() || !cancels;
+            value.is_finite() && bound.is_finite() && is_normal && is_known
+        });
         good.then_some(values)
     }
 

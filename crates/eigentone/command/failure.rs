@@ -278,7 +278,7 @@ impl Failure {
                 ..
             }
             | Failure::Spectrum {
-                error: SpectrumError::OutOfRange { .. },
+                error: SpectrumError::OutOfRange { .. } | SpectrumError::Undecided { .. },
                 ..
             } => 1,
             Failure::Table {

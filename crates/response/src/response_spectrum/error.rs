@@ -25,6 +25,14 @@ pub enum SpectrumError {
         /// The value given.
         ratio: f64,
     },
+    /// The search for the largest values ends before much is known of them.
+    #[error(
+        "the largest motion at {frequency:?} Hz is not found: it turns too often while the base is shaken: give a shorter pulse, or samples"
+    )]
+    Undecided {
+        /// In Hz.
+        frequency: f64,
+    },
     /// Motions, or what they are computed from, leave the range of doubles.
     #[error(
         "the motion at {frequency:?} Hz leaves the range of doubles: give accelerations, durations and frequencies in units that bring them closer together"

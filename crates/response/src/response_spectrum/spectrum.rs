@@ -26,6 +26,16 @@ pub struct SpectralPeak {
     pub time_bound: Option<f64>,
 }
 
+impl SpectralPeak {
+    /// Whether so little is known of it that it says nothing.
+    fn is_unknown(&self) -> bool {
+        const KNOWN: f64 = 1e-6;
+        /// Below, digits are lost at the end of the range of doubles.
+        const SMALLEST: f64 = 1e-290;
+        self.bound > KNOWN * self.value + SMALLEST
+    }
+}
+
 /// The largest motions of one-mass systems of one damping ratio on a base that is shaken, from rest on: at any time, between
 /// samples and after the end too. All bounds are proven.
 ///
@@ -55,7 +65,8 @@ impl ResponseSpectrum {
     /// wider.
     ///
     /// # Errors
-    /// [`SpectrumError`]: an acceleration, frequency or ratio that none can be, or that leads out of range.
+    /// [`SpectrumError`]: an acceleration, frequency or ratio that none can be, or that leads out of range; a motion that
+    /// turns too often to find its largest value to six digits.
     pub fn of(
         base: impl Into<BaseAcceleration>,
         ratio: f64,
@@ -91,6 +102,10 @@ impl ResponseSpectrum {
             let Some([displacement, velocity, pseudo, acceleration]) = peaks else {
                 return Err(SpectrumError::OutOfRange { frequency });
             };
+            let all = [&displacement, &velocity, &pseudo, &acceleration];
+            if all.into_iter().any(SpectralPeak::is_unknown) {
+                return Err(SpectrumError::Undecided { frequency });
+            }
             spectrum.displacement.push(displacement);
             spectrum.pseudo_velocity.push(velocity);
             spectrum.pseudo_acceleration.push(pseudo);

@@ -259,3 +259,18 @@ fn what_cannot_be_is_refused() {
         Err(SpectrumError::OutOfRange { .. })
     ));
 }
+
+/// A slow pulse that lasts ten million periods: where the largest motion is not found there is no value.
+#[test]
+fn values_of_which_nothing_is_known_are_not_given() {
+    for precision in [Precision::Double, CERTIFIED] {
+        let slow = HalfSine::of(1.0, 1e7);
+        let found = ResponseSpectrum::of(slow, 0.0, &[1.0], precision);
+        let frequency = 1.0;
+        assert_eq!(found, Err(SpectrumError::Undecided { frequency }));
+        // A base that rests is known.
+        let still = HalfSine::of(0.0, 1e3);
+        let found = ResponseSpectrum::of(still, 0.0, &[1.0], precision).expect("it rests");
+        assert_eq!(found.displacement()[0].value, 0.0);
+    }
+}

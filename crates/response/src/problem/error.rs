@@ -40,7 +40,7 @@ pub enum ResponseError {
         /// The names that exist.
         known: String,
     },
-    /// An output names a coordinate by an index that the system does not have.
+    /// A load or an output names a coordinate by an index that the system does not have.
     #[error("there is no coordinate of index {index}: the system has {coordinates}, from 0 on")]
     NoCoordinate {
         /// The index given.

@@ -79,7 +79,7 @@ impl<'a> Problem<'a> {
     /// Checks the parts against each other.
     ///
     /// # Errors
-    /// [`ResponseError`] naming the first thing that is wrong: a load, its fit to the grid, a
+    /// [`ResponseError`] naming the first thing that is wrong: a load, the coordinate it acts on, its fit to the grid, a
     /// load or initial value that a massless node cannot take, an instant beyond the grid.
     pub fn new(
         system: &'a System,
@@ -88,6 +88,13 @@ impl<'a> Problem<'a> {
         grid: TimeGrid,
     ) -> Result<Problem<'a>, ResponseError> {
         for (index, applied) in loads.iter().enumerate() {
+            let (coordinate, coordinates) = (applied.coordinate, system.len());
+            if coordinate >= coordinates {
+                return Err(ResponseError::NoCoordinate {
+                    index: coordinate,
+                    coordinates,
+                });
+            }
             let wrong = |error| ResponseError::Load { index, error };
             fits(&applied.load, &grid).map_err(wrong)?;
         }
@@ -633,4 +640,30 @@ fn resolve(system: &System, named: &[(String, f64)]) -> Result<Vec<f64>, Respons
         values[index] = *value;
     }
     Ok(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_modes::GROUND;
+
+    use super::*;
+    use crate::problem::{Polynomial, Step};
+
+    #[test]
+    fn loads_act_on_coordinates_that_there_are() {
+        let builder = System::builder().mass("m", 1.0);
+        let system = builder.spring(GROUND, "m", 1.0).build().expect("a system");
+        let grid = TimeGrid::new(0.1, 1.0).expect("a grid");
+        let loads: [Load; 2] = [Step::of(1.0).into(), Polynomial::of([1.0, 2.0]).into()];
+        for load in loads {
+            let beyond = vec![AppliedLoad {
+                coordinate: 1,
+                load,
+            }];
+            let found = Problem::new(&system, &State::at_rest(), beyond, grid);
+            let (index, coordinates) = (1, 1);
+            let expected = ResponseError::NoCoordinate { index, coordinates };
+            assert_eq!(found.expect_err("there is one"), expected);
+        }
+    }
 }

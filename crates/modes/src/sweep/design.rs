@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::model::{Element, ElementKind, MatrixKind, Node};
+use crate::model::{Element, ElementKind, Form, MatrixKind, Node};
 use crate::system::Parameter;
 use crate::system::System;
 
@@ -21,8 +21,8 @@ impl Design {
     /// The elements of a system.
     ///
     /// # Errors
-    /// [`DesignError`] for a system with whole matrices, a mass that is not positive, or a
-    /// spring or damper below 0.
+    /// [`DesignError`] for a system with whole matrices, Rayleigh damping, elements that no coordinate moves, a mass that is not
+    /// positive, or a spring or damper below 0.
     pub fn of(system: &System) -> Result<Design, DesignError> {
         let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
         if let Some(kind) = kinds.into_iter().find(|kind| system.added(*kind).is_some()) {
@@ -33,8 +33,27 @@ impl Design {
             (ElementKind::Damper, system.dampers()),
         ];
         for (kind, between) in elements {
-            if system.model().element_count(kind) != between.len() {
-                return Err(DesignError::AtRest { kind });
+            let given = system.elements(kind).into_iter().map(|given| {
+                let direct = given.stretch.element(given.coefficient);
+                direct.ok_or(match given.stretch.coordinates.as_slice() {
+                    [] => DesignError::AtRest { kind },
+                    _ => DesignError::Matrix {
+                        kind: match kind {
+                            ElementKind::Spring => MatrixKind::Stiffness,
+                            ElementKind::Damper => MatrixKind::Damping,
+                        },
+                    },
+                })
+            });
+            let given: Vec<Element> = given.collect::<Result<_, _>>()?;
+            // Written alike: an element may have been given from either end.
+            let own = between.iter().map(|element| {
+                let [first, second] = [element.first, element.second].map(Form::of_node);
+                second.minus(&first).element(element.coefficient)
+            });
+            // What was not given follows from masses and springs, and would have to change with them.
+            if !own.eq(given.into_iter().map(Some)) {
+                return Err(DesignError::Rayleigh);
             }
         }
         let mut design = Design {
@@ -158,9 +177,10 @@ fn coefficient(elements: &mut [Element], index: usize) -> Option<&mut f64> {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DesignError {
-    /// The system was given a whole matrix, or elements or masses at points make one.
+    /// The system was given a whole matrix, or elements or masses at points or damping ratios make one.
     #[error(
-        "the system has a {kind} matrix, given or made at points: a sweep takes masses, springs and dampers between coordinates alone"
+        "the system has a {kind} matrix, given or made at points or by damping ratios: a sweep takes masses, springs and dampers \
+         between coordinates alone"
     )]
     Matrix {
         /// Which matrix.
@@ -174,6 +194,11 @@ pub enum DesignError {
         /// Spring or damper.
         kind: ElementKind,
     },
+    /// Dampers follow from masses and springs.
+    #[error(
+        "the system has Rayleigh damping, which changes with its masses and springs: a sweep takes dampers that are given one by one"
+    )]
+    Rayleigh,
     /// The system has no such parameter, or it is the entry of a matrix.
     #[error("{parameter:?} is not a mass, spring or damper of the system")]
     Unknown {
@@ -203,4 +228,44 @@ pub enum DesignError {
         "the values lie too far apart for doubles: choose other units, or fewer orders of magnitude"
     )]
     OutOfRange,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GROUND, SystemBuilder};
+
+    /// Rayleigh damping makes a damper of the spring, and the one beside the mass none: as many as were given, but others.
+    #[test]
+    fn dampers_are_those_that_were_given() {
+        let held = || {
+            let builder = System::builder().mass("m", 1.0).support("s");
+            builder.spring(GROUND, "m", 4.0)
+        };
+        let refused = |builder: SystemBuilder| {
+            let system = builder.build().expect("a system");
+            Design::of(&system).expect_err("it is refused")
+        };
+        let rest = DesignError::AtRest {
+            kind: ElementKind::Damper,
+        };
+        let beside = || held().damper(GROUND, "s", 7.0);
+        assert_eq!(refused(beside()), rest);
+        assert_eq!(refused(beside().rayleigh(0.0, 0.1, None)), rest);
+        assert_eq!(
+            refused(held().rayleigh(0.0, 0.1, None)),
+            DesignError::Rayleigh
+        );
+        let plain = System::builder()
+            .mass("m", 1.0)
+            .spring(GROUND, "m", 4.0)
+            .rayleigh(0.5, 0.0, None);
+        assert_eq!(refused(plain), DesignError::Rayleigh);
+        // From either end, and at a support.
+        let ends = held().damper("m", "s", 2.0).damper(GROUND, "m", 3.0);
+        let design = Design::of(&ends.build().expect("a system")).expect("a design");
+        let mut damping = [0.0];
+        design.damping_matrix(&mut damping);
+        assert_eq!(damping, [5.0]);
+    }
 }

@@ -425,20 +425,61 @@ impl Modes {
     /// eigenvalues; of two that are as near the one that comes first. All, if there are no more. They are
     /// [complete](Self::is_complete) where all modes are and bounds show that no other is nearer.
     pub fn nearest(mut self, target: Frequency, count: usize) -> Modes {
-        let apart = |mode: &Mode| (mode.natural_frequency().0 - target.0).abs();
-        self.modes.sort_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let target = target.0;
+        let at = |mode: &Mode| mode.natural_frequency().0;
+        let distances = |a: &Mode, b: &Mode| compare_distances(target, at(a), at(b));
+        self.modes.sort_by(distances);
         let rest = self.modes.split_off(count.min(self.modes.len()));
-        // Roots that coincide are as near as each other.
+        // The least and the largest that it may be; |λ| is a rounded root of a rounded sum.
+        let range = |mode: &Mode| {
+            let (middle, bound) = (at(mode), mode.eigenvalue.bound?);
+            let reach = bound + 2.0 * f64::EPSILON * middle;
+            Some([(middle - reach).next_down(), (middle + reach).next_up()])
+        };
+        // Roots that coincide are as near as each other. Of others the farthest end of the one is no farther than the
+        // nearest end of the other.
         let beyond = |near: &Mode, far: &Mode| {
-            let reach = |mode: &Mode| mode.eigenvalue.bound.unwrap_or(f64::INFINITY);
-            near.eigenvalue == far.eigenvalue && near.multiplicity().is_some()
-                || apart(near) + reach(near) <= apart(far) - reach(far)
+            if near.eigenvalue == far.eigenvalue && near.multiplicity().is_some() {
+                return true;
+            }
+            let (Some(own), Some([low, high])) = (range(near), range(far)) else {
+                return false;
+            };
+            let end = match target {
+                _ if target <= low => low,
+                _ if target >= high => high,
+                _ => return false,
+            };
+            own.into_iter()
+                .all(|own| compare_distances(target, own, end).is_le())
         };
         let mut each = self.modes.iter();
         self.complete &= each.all(|near| rest.iter().all(|far| beyond(near, far)));
         sort(&mut self.modes);
         self.eigenvalues = listed(&self.modes);
         self
+    }
+}
+
+/// Whether |target − a| is less than |target − b|, without rounding: distances from a target that is far away would be equal.
+fn compare_distances(target: f64, a: f64, b: f64) -> Ordering {
+    if target.is_nan() {
+        return Ordering::Equal;
+    }
+    match (a <= target, b <= target) {
+        (true, true) => b.total_cmp(&a),
+        (false, false) => a.total_cmp(&b),
+        // The target is between them: beside their middle a + b = sum + rest, all halved so that nothing overflows.
+        (is_below, _) => {
+            let (a, b) = (0.5 * a, 0.5 * b);
+            let sum = a + b;
+            let part = sum - a;
+            let rest = (a - (sum - part)) + (b - part);
+            let of_rest = rest.partial_cmp(&0.0).unwrap_or(Ordering::Equal);
+            let beside = sum.total_cmp(&target).then(of_rest);
+            // A middle above the target: what is below is nearer to it.
+            if is_below { beside.reverse() } else { beside }
+        }
     }
 }
 
@@ -487,5 +528,49 @@ impl<'a> IntoIterator for &'a Modes {
 
     fn into_iter(self) -> Self::IntoIter {
         self.modes.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GROUND, System};
+
+    /// 2 rad/s is nearer than 1 rad/s to whatever is above both, also where doubles do not hold the difference of distances.
+    #[test]
+    fn the_nearest_mode_to_a_far_target_is_the_highest() {
+        let builder = System::builder().mass("a", 1.0).mass("b", 1.0);
+        let builder = builder.spring(GROUND, "a", 1.0).spring(GROUND, "b", 4.0);
+        let system = builder.build().expect("a system");
+        let nearest = |target: f64| {
+            let modes = system.modes().expect("modes");
+            let nearest = modes.nearest(Frequency(target), 1);
+            (nearest[0].natural_frequency().0, nearest.is_complete())
+        };
+        for target in [1.6, 1e17, f64::MAX, f64::INFINITY] {
+            assert_eq!(nearest(target), (2.0, true), "{target}");
+        }
+        for target in [1.4, 0.0, -1e300] {
+            assert_eq!(nearest(target), (1.0, true), "{target}");
+        }
+        // As near as the bounds let it be.
+        assert_eq!(nearest(1.5), (1.0, false));
+        assert!(!nearest(f64::NAN).1);
+    }
+
+    #[test]
+    fn distances_are_compared_without_rounding() {
+        let middle = 1.0 + f64::EPSILON;
+        for (target, a, b, right) in [
+            (1.0, 0.0, 2.0, Ordering::Equal),
+            (1.0, 2.0, 0.0, Ordering::Equal),
+            (1.0, 1e-30, 2.0, Ordering::Less),
+            (1.0, 2.0, 1e-30, Ordering::Greater),
+            (middle, 0.0, 2.0, Ordering::Greater),
+            (f64::MAX, f64::MAX, f64::INFINITY, Ordering::Less),
+            (f64::MAX, 1.0, f64::INFINITY, Ordering::Less),
+        ] {
+            assert_eq!(compare_distances(target, a, b), right, "{target} {a} {b}");
+        }
     }
 }

@@ -14,8 +14,12 @@ pub struct Balanced {
 /// Balances A (N × N) with the 2-norm criterion of James, Langou & Lowery 2014 (*On matrix
 /// balancing and eigenvector computation*, algorithm 3), which does not spoil matrices that are
 /// nearly triangular. Rows or columns that are zero off the diagonal are left as they are.
+///
+/// # Panics
+/// If A is not square.
 pub fn balance(a: MatRef<'_, f64>) -> Balanced {
     let n = a.nrows();
+    assert_eq!(n, a.ncols(), "as many columns as rows");
     let mut matrix = a.to_owned();
     let mut exponents = vec![0i32; n];
     // Each pass at least quarters some row–column pair, so this ends; the cap is a safeguard.

@@ -9,13 +9,13 @@ use faer::{Mat, MatRef, Par};
 use num_complex::Complex;
 
 use crate::linear::balance::{Balanced, balance};
-use crate::linear::small::{self, Eigenpairs};
+use crate::linear::small::{self, Eigenpairs, Unit};
 
 /// Up to so many states the routines for small matrices are the quicker ones.
 const SMALL: usize = 48;
 
-/// All eigenvalues of a real matrix in doubles, in no order, those of a conjugate pair beside each other; `None` where an entry
-/// is not finite, or the iteration does not converge.
+/// All eigenvalues of a square real matrix in doubles, in no order, those of a conjugate pair beside each other; `None` where the
+/// matrix is not square, an entry or an eigenvalue is not finite, or the iteration does not converge.
 ///
 /// ```
 /// let turn = faer::mat![[0.0, 2.0], [-2.0, 0.0]];
@@ -25,7 +25,7 @@ const SMALL: usize = 48;
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex<f64>>> {
     let n = matrix.nrows();
     let columns = || matrix.col_iter().flat_map(|column| column.iter().copied());
-    if !columns().all(f64::is_finite) {
+    if matrix.ncols() != n || !columns().all(f64::is_finite) {
         return None;
     }
     if n <= SMALL {
@@ -33,10 +33,20 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex<f64>>> {
         let found = small::eigenvalues(&mut columns().collect::<Vec<f64>>(), n, &mut roots);
         return found.map(|()| roots);
     }
-    let balanced = balance(matrix).matrix;
+    let mut balanced = balance(matrix).matrix;
+    let largest = balanced.norm_max();
+    let unit = Unit::of(largest);
+    for column in balanced.col_iter_mut() {
+        column
+            .iter_mut()
+            .for_each(|entry| *entry = unit.divide(*entry));
+    }
     let roots = balanced.eigenvalues().ok();
     settle();
-    roots
+    let roots = roots?.into_iter();
+    let roots = roots.map(|root| Complex::new(unit.multiply(root.re), unit.multiply(root.im)));
+    let roots: Vec<Complex<f64>> = roots.collect();
+    roots.iter().all(|root| root.is_finite()).then_some(roots)
 }
 
 /// The eigenvalues, one of each conjugate pair, with their vectors; `None` where the iteration does not converge.
@@ -157,6 +167,43 @@ mod tests {
                 assert!(i == own || share < 1e-6, "{value}: {share:e}");
             }
         }
+    }
+
+    /// s(1 ± i) for matrices of any size, by either routine, and what has none.
+    #[test]
+    fn eigenvalues_of_very_large_and_very_small_matrices() {
+        for size in [1e308, 1e155, 1.0, 1e-165, 1e-300, 1e-320] {
+            for n in [2, 3, 4, 2 * SMALL] {
+                let turn = [[1.0, 1.0], [-1.0, 1.0]];
+                let matrix = Mat::from_fn(n, n, |i, j| match i / 2 == j / 2 {
+                    true => size * turn[i % 2][j % 2],
+                    false => 0.0,
+                });
+                let roots = eigenvalues(matrix.as_ref()).expect("it converges");
+                assert_eq!(roots.len(), n);
+                let even = &roots.iter().filter(|root| root.im != 0.0);
+                assert_eq!(even.clone().count(), n - n % 2, "{size:e} {n}: {roots:?}");
+                for root in even.clone() {
+                    let parts = [root.re / size, root.im.abs() / size];
+                    let near = parts.iter().all(|part| (part - 1.0).abs() < 1e-3);
+                    assert!(near, "{size:e} {n}: {root}");
+                }
+            }
+        }
+        // 1e300 and 1e-300 leave a root of 1 and −1.
+        let wide = faer::mat![[0.0, 1e300], [1e-300, 0.0]];
+        let roots = eigenvalues(wide.as_ref()).expect("it converges");
+        assert!(
+            roots
+                .iter()
+                .all(|root| (root.re.abs() - 1.0).abs() < 1e-14 && root.im == 0.0)
+        );
+        // The sum of two of the largest doubles is none.
+        assert_eq!(eigenvalues(Mat::full(2, 2, f64::MAX).as_ref()), None);
+        for (rows, columns) in [(2, 3), (3, 2), (0, 1), (60, 59)] {
+            assert_eq!(eigenvalues(Mat::zeros(rows, columns).as_ref()), None);
+        }
+        assert_eq!(eigenvalues(Mat::zeros(0, 0).as_ref()), Some(Vec::new()));
     }
 
     #[test]

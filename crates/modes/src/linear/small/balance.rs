@@ -3,20 +3,29 @@
 /// Makes the norms of each row and column nearly equal, off the diagonal.
 pub(crate) fn balance(a: &mut [f64], n: usize) {
     const ROUNDS: usize = 30;
+    /// Exact, and sums of so many of the largest doubles are finite.
+    const PART: f64 = 1.0 / 65536.0;
+    /// Powers of two up to this one are doubles, and so are their inverses.
+    const MOST: f64 = 1000.0;
     for _ in 0..ROUNDS {
         let mut settled = true;
         for i in 0..n {
             let (mut column, mut row) = (0.0, 0.0);
             for j in (0..n).filter(|j| *j != i) {
-                column += a[j + n * i].abs();
-                row += a[i + n * j].abs();
+                column += PART * a[j + n * i].abs();
+                row += PART * a[i + n * j].abs();
             }
             let ratio: f64 = row / column;
-            if !(ratio > 0.0 && ratio.is_finite()) {
+            // The nearest power of two to √ratio, which may itself be beyond doubles.
+            let size = match (ratio > 0.0 && ratio.is_finite(), row > 0.0 && column > 0.0) {
+                (true, _) => ratio.log2(),
+                (false, true) => row.log2() - column.log2(),
+                (false, false) => continue,
+            };
+            let exponent = (0.5 * size).round().clamp(-MOST, MOST);
+            if !exponent.is_finite() {
                 continue;
             }
-            // The nearest power of two to √ratio.
-            let exponent = (0.5 * ratio.log2()).round();
             let factor = exponent.exp2();
             if exponent != 0.0 && column * factor + row / factor < 0.95 * (column + row) {
                 settled = false;

@@ -12,11 +12,57 @@ use francis::francis;
 use hessenberg::{Reflections, hessenberg};
 use inverse_iteration::Shifted;
 
-/// All eigenvalues of `a`, balanced first, which is overwritten; `None` where the iteration does not converge.
+/// All eigenvalues of `a`, balanced first, which is overwritten; `None` where the iteration does not converge, or one leaves the
+/// range of doubles.
 pub(crate) fn eigenvalues(a: &mut [f64], n: usize, roots: &mut [Complex<f64>]) -> Option<()> {
     balance::balance(a, n);
+    let largest = a.iter().fold(0.0, |top: f64, entry| top.max(entry.abs()));
+    let unit = Unit::of(largest);
+    if !unit.is_one() {
+        a.iter_mut().for_each(|entry| *entry = unit.divide(*entry));
+    }
     hessenberg(a, n, |_, _, _| ());
-    francis(a, n, roots)
+    francis(a, n, roots)?;
+    if !unit.is_one() {
+        for root in roots.iter_mut() {
+            *root = Complex::new(unit.multiply(root.re), unit.multiply(root.im));
+        }
+    }
+    roots.iter().all(|root| root.is_finite()).then_some(())
+}
+
+/// A power of two that brings a matrix near 1, where squares and products of its entries would leave the range of doubles; else 1.
+#[derive(Clone, Copy)]
+pub(crate) struct Unit {
+    /// Both powers of two, of which the product may be none.
+    halves: [f64; 2],
+}
+
+impl Unit {
+    /// For a matrix with this largest entry.
+    pub(crate) fn of(largest: f64) -> Unit {
+        const FEW: std::ops::Range<f64> = 1e-100..1e100;
+        if FEW.contains(&largest) || largest == 0.0 || !largest.is_finite() {
+            return Unit { halves: [1.0; 2] };
+        }
+        // Above −1075 and below 1024: halves are in range.
+        let half = (0.5 * largest.log2()).round();
+        Unit {
+            halves: [half.exp2(); 2],
+        }
+    }
+
+    fn is_one(&self) -> bool {
+        self.halves == [1.0; 2]
+    }
+
+    pub(crate) fn divide(&self, value: f64) -> f64 {
+        value / self.halves[0] / self.halves[1]
+    }
+
+    pub(crate) fn multiply(&self, value: f64) -> f64 {
+        value * self.halves[0] * self.halves[1]
+    }
 }
 
 /// Eigenvalues, one of each conjugate pair, and their vectors, of any length.

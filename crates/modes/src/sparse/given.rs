@@ -29,8 +29,8 @@ use crate::system::System;
 pub struct ExaminedPairs {
     /// The modes that they stand for, with residuals, conditions and bounds.
     pub modes: Modes,
-    /// How many pairs are no modes: not finite, 0, or with a residual that leaves no digit. A mode that is given twice
-    /// is one.
+    /// How many pairs are no modes: not finite, 0, with a λ² beyond doubles, or with a residual that leaves no digit. A mode that is
+    /// given twice is one.
     pub unfit: usize,
     /// How many undamped modes a count found missing, which were then found here.
     pub missing: usize,
@@ -77,13 +77,12 @@ pub fn examine_pairs(
         return Err(SparseError::NoMass);
     }
     let all = pairs.len();
-    let sound = |pair: &Eigenpair| {
-        let entries = pair.shape.iter();
-        let largest = entries.map(|x| x.l1_norm()).fold(0.0, f64::max);
-        let whole = pair.shape.iter().all(|x| x.is_finite());
-        pair.value.is_finite() && whole && largest > 0.0
-    };
-    let pairs: Vec<Eigenpair> = pairs.into_iter().filter(sound).collect();
+    let sound = pairs.into_iter().filter_map(|pair| {
+        let is_finite = pair.value.norm_sqr().is_finite();
+        let shape = near_one(pair.shape).filter(|_| is_finite)?;
+        Some(Eigenpair { shape, ..pair })
+    });
+    let pairs: Vec<Eigenpair> = sound.collect();
     let broken = all - pairs.len();
     let facts = Facts {
         target,
@@ -120,6 +119,22 @@ pub fn examine_pairs(
         unfit: broken + unfit,
         missing,
     })
+}
+
+/// A shape in a unit, a power of two, that makes its largest entry about 1, so that squares are doubles; `None` where it is 0 or not
+/// finite.
+fn near_one(mut shape: Vec<Complex<f64>>) -> Option<Vec<Complex<f64>>> {
+    let parts = || shape.iter().flat_map(|entry| [entry.re, entry.im]);
+    let largest = parts().map(f64::abs).fold(0.0, f64::max);
+    if !(parts().all(f64::is_finite) && largest > 0.0) {
+        return None;
+    }
+    // In two steps: the inverse of the least doubles is none.
+    let half = (-0.5 * largest.log2()).round().exp2();
+    shape
+        .iter_mut()
+        .for_each(|entry| *entry = *entry * half * half);
+    Some(shape)
 }
 
 struct Given<'a> {
@@ -261,6 +276,10 @@ impl Given<'_> {
         );
         let zeros = coupled::zeros(&still, damping);
         let mut groups = grouped(pairs, self.forms, zeros.roots);
+        // What no weight measures.
+        let before = groups.len();
+        groups.retain(|group| !group.is_empty());
+        let weightless = before - groups.len();
         let apart = |group: &Vec<Eigenpair>| (group[0].value.norm() - target).abs();
         sort_by_number(&mut groups, apart);
         let counting = match Setting::of(self.system, target, count, self.operations) {
@@ -284,7 +303,7 @@ impl Given<'_> {
             damping.clone(),
             mass.clone(),
         );
-        let mut unfit = 0;
+        let mut unfit = weightless;
         let mut roots: Vec<(usize, Root)> =
             zeros.entries().into_iter().map(|root| (0, root)).collect();
         for (at, group) in (1..).zip(groups) {
@@ -338,11 +357,12 @@ fn grouped(pairs: Vec<Eigenpair>, forms: [&Form; 3], zeros: usize) -> Vec<Vec<Ei
         .iter()
         .map(|pair| pair.value.norm())
         .fold(0.0, f64::max);
-    let weights: Vec<f64> = stiffness
-        .diagonal()
-        .into_iter()
-        .zip(mass.diagonal())
-        .map(|(k, m)| k.abs() + largest * largest * m.abs())
+    // K + |λ|²M, in a unit that keeps all of it in the range of doubles.
+    let unit = largest.max(1.0);
+    let part = largest / unit;
+    let weights = stiffness.diagonal().into_iter().zip(mass.diagonal());
+    let weights: Vec<f64> = weights
+        .map(|(k, m)| k.abs() / unit / unit + part * part * m.abs())
         .collect();
     let product = |x: &[Complex<f64>], y: &[Complex<f64>]| -> Complex<f64> {
         let terms = x.iter().zip(y).zip(&weights);

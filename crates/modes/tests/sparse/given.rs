@@ -260,6 +260,56 @@ fn consistent_masses_without_a_factor() {
     }
 }
 
+/// A shape may have any size; a pair that is far from all modes is counted, and leaves the others alone.
+#[test]
+fn shapes_of_any_size_and_pairs_that_are_no_modes() {
+    let n = 5;
+    for damping in [0.0, 0.1] {
+        let mut builder = System::builder();
+        for i in 1..=n {
+            builder = builder.mass(name(i), 1.0);
+        }
+        for i in 1..=n {
+            builder = builder.spring(name(i - 1), name(i), 1.0);
+        }
+        // One damper couples all undamped shapes.
+        let system = builder.damper(name(0), name(2), damping).build().unwrap();
+        let all = pairs_of(&system.modes().unwrap());
+        let good: Vec<Eigenpair> = all.into_iter().take(3).collect();
+        for operations in [NO_FACTOR, FACTOR] {
+            for size in [5e-324, 1e-170, 1e160, 1e300] {
+                let mut pairs = good.clone();
+                // What is left of a shape in the least double is a shape of no mode.
+                let is_shape = size > 5e-324;
+                pairs[1].shape.iter_mut().for_each(|x| *x *= size);
+                let found = lowest(&system, 3, pairs, operations);
+                let of = format!("{damping} {operations} {size:e}");
+                assert!(!is_shape || found.unfit == 0, "{of}");
+                assert!(found.modes.len() + found.unfit >= 3, "{of}");
+                for mode in &found.modes {
+                    let root = mode.eigenvalue();
+                    let error = |pair: &Eigenpair| (pair.value - root.value).norm();
+                    let error = good.iter().map(error).fold(f64::INFINITY, f64::min);
+                    assert!(error <= 1e-9 || !is_shape, "{of}: {root:?}");
+                }
+            }
+            for value in [1e100, 1e150, 1e154, 1e200, 1e300] {
+                let mut pairs = good.clone();
+                pairs.push(Eigenpair {
+                    value: Complex::new(0.0, value),
+                    shape: good[0].shape.clone(),
+                });
+                let found = lowest(&system, 3, pairs, operations);
+                assert_eq!(found.modes.len(), 3, "{damping} {operations} {value:e}");
+                assert!(
+                    damping == 0.0 || found.unfit == 1,
+                    "{damping} {operations} {value:e}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_examined_says_why() {
     let system = chain(5, 0.0);

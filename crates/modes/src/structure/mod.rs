@@ -436,20 +436,27 @@ impl fmt::Display for Structure {
         }
         match self.passive {
             Some(Passive::Elements) => {
-                f.write_str("\npassive: every spring and damper is ≥ 0; no motion grows")?
+                f.write_str("\npassive: every spring and damper is ≥ 0; no motion gains energy")?
             }
-            Some(Passive::Matrices) => {
-                f.write_str("\npassive: M, C and K are positive semidefinite; no motion grows")?
-            }
+            Some(Passive::Sums) => f.write_str(
+                "\npassive: some springs or dampers are < 0, but none together with those parallel to it; \
+                 no motion gains energy",
+            )?,
+            Some(Passive::Matrices) => f.write_str(
+                "\npassive: M, C and K are positive semidefinite; no motion gains energy",
+            )?,
             None => {}
         }
         self.damping(f)?;
         if self.roots.zero == Some(0) {
             f.write_str(match self.passive {
-                Some(Passive::Elements) => {
+                Some(Passive::Elements | Passive::Sums) => {
                     "\nsupported: every coordinate reaches the ground through springs"
                 }
-                _ => "\nsupported: stiffness resists every motion",
+                _ if self.coefficients.stiffness.semidefinite_rank().is_some() => {
+                    "\nsupported: stiffness resists every motion"
+                }
+                _ => "\nnowhere free: stiffness answers every displacement, but may drive it on",
             })?;
         }
         for part in &self.floating {
@@ -597,7 +604,7 @@ mod tests {
         assert_eq!(
             structure.to_string(),
             "symmetric: M, C and K equal their transposes; what a load at a does at b, the same load at b does at a\n\
-             passive: every spring and damper is ≥ 0; no motion grows\n\
+             passive: every spring and damper is ≥ 0; no motion gains energy\n\
              classically damped: C M⁻¹ K is symmetric; each undamped shape moves by itself\n\
              no undamped mode: every vibration moves a damper\n\
              supported: every coordinate reaches the ground through springs\n\
@@ -735,6 +742,40 @@ mod tests {
         ]));
         assert!(undamped(&[(0, 1, 0.0)]));
         assert!(!undamped(&[(0, 1, 0.1), (0, 1, 0.2), (0, 1, -0.3)]));
+    }
+
+    /// What is said of a spring or damper that is negative is true of it.
+    #[test]
+    fn words_for_negative_springs_and_dampers() {
+        let of = |springs: &[f64], dampers: &[f64]| {
+            let joined = |values: &[f64]| -> Vec<(usize, usize, f64)> {
+                values.iter().map(|value| (0, 1, *value)).collect()
+            };
+            let system = network(&[1.0], &joined(springs), &joined(dampers));
+            system.structure().to_string()
+        };
+        let has = |text: &str, line: &str| assert!(text.contains(line), "{text}");
+        let together = of(&[3.0, -1.0], &[-1.0, 1.5]);
+        has(
+            &together,
+            "passive: some springs or dampers are < 0, but none together",
+        );
+        has(&together, "supported: every coordinate reaches the ground");
+        assert!(!together.contains("every spring and damper"), "{together}");
+        has(
+            &of(&[3.0], &[0.0]),
+            "passive: every spring and damper is ≥ 0",
+        );
+        let pushed = of(&[-1.0], &[]);
+        has(
+            &pushed,
+            "nowhere free: stiffness answers every displacement",
+        );
+        assert!(!pushed.contains("supported"), "{pushed}");
+        has(
+            &of(&[1.0], &[-1.0]),
+            "supported: stiffness resists every motion",
+        );
     }
 
     #[test]

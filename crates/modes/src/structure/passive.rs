@@ -4,17 +4,19 @@ use super::coefficients::Coefficients;
 use crate::model::MatrixKind;
 use crate::model::Model;
 
-/// Why a system is passive: no motion grows, Re λ ≤ 0.
+/// Why a system is passive: no motion gains energy, Re λ ≤ 0. One that nothing holds may drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Passive {
-    /// Every spring and damper, parallel ones added up, is ≥ 0, and so is every mass.
+    /// Every spring and damper is ≥ 0, and so is every mass.
     Elements,
+    /// The same of the sums of parallel ones, some of which are negative.
+    Sums,
     /// Matrices were added, or elements act at points, and each sum was proved positive semidefinite.
     Matrices,
 }
 
 /// `None` where it is not proved. Of elements alone nothing is proved once one is negative, even
-/// where the others outweigh it.
+/// where the others outweigh it, unless those parallel to it do.
 pub(crate) fn passive(model: &Model, coefficients: &Coefficients) -> Option<Passive> {
     let parts = [
         (MatrixKind::Mass, &coefficients.mass),
@@ -32,9 +34,11 @@ pub(crate) fn passive(model: &Model, coefficients: &Coefficients) -> Option<Pass
             }
     });
     let elements_alone = parts.iter().all(|&(kind, _)| model.is_of_elements(kind));
-    proved.then_some(if elements_alone {
-        Passive::Elements
-    } else {
-        Passive::Matrices
+    let elements = model.springs().iter().chain(model.dampers());
+    let mut values = elements.map(|element| element.coefficient);
+    proved.then_some(match elements_alone {
+        true if values.all(|value| value >= 0.0) => Passive::Elements,
+        true => Passive::Sums,
+        false => Passive::Matrices,
     })
 }

@@ -16,7 +16,8 @@ const NAME: &str = "closed form";
 const MAX_PHASE: f64 = (1u64 << 48) as f64;
 
 /// The exact motion of one mass with springs and dampers to ground, from any initial state, under
-/// steps and impulses (superposed). It refuses everything else.
+/// steps and impulses (superposed). It refuses everything else that moves the mass. Outputs and forces in elements are not
+/// computed: the answer has none.
 ///
 /// Each motion is exact to a few units in the last place of its current amplitude; where several
 /// loads are superposed, of the largest of theirs.
@@ -28,6 +29,13 @@ impl OneMass {
         let system = problem.system();
         if system.len() != 1 {
             return Err(format!("it has {} coordinates, not one", system.len()));
+        }
+        // Of these the list of loads below knows nothing.
+        if !problem.channels().is_empty() {
+            return Err(
+                "motions of supports, forces on points and polynomial loads are not covered"
+                    .to_owned(),
+            );
         }
         for (index, applied) in problem.loads().iter().enumerate() {
             let kind = match applied.load {

@@ -45,7 +45,7 @@ pub use work::Work;
 
 /// A [`ResponseMethod`] that advances in small steps, so that its error depends on a knob and its
 /// work can be counted. None of them takes a system with a singular mass matrix. All restart
-/// wherever a load changes its law.
+/// wherever a load changes its law. Outputs and forces in elements are not computed: answers have none.
 pub trait Integrator: ResponseMethod {
     /// What its accuracy is set by.
     fn knob(&self) -> Knob;

@@ -3,8 +3,8 @@
 use eigentone_check::{Damping, MassSpringDamper, OneMass, OneMassError};
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
-    Harmonic, Hold, Impulse, Load, Problem, Ramp, Response, ResponseError, ResponseMethod, Samples,
-    State, Step, Trajectory,
+    Harmonic, Hold, Impulse, Load, Polynomial, Problem, Quantity, Ramp, Response, ResponseError,
+    ResponseMethod, Samples, State, Step, Trajectory,
 };
 use faer::mat;
 use proptest::prelude::*;
@@ -387,6 +387,26 @@ fn says_why_it_refuses() {
     assert!(refused(&one, Some(Ramp::of(1.0).into())).contains("load 0 is a ramp"));
     assert!(refused(&one, Some(Harmonic::of(1.0, 1.0).into())).contains("harmonic"));
     assert!(refused(&one, Some(samples.into())).contains("samples"));
+    let polynomial = Polynomial {
+        coefficients: vec![1.0, 2.0, 3.0],
+        start: 0.0,
+    };
+    assert!(refused(&one, Some(polynomial.into())).contains("polynomial loads are not covered"));
+    // Its motion is not 0, and there is no load on the mass itself.
+    let moved = System::builder()
+        .mass("m1", 1.0)
+        .support("s")
+        .spring("s", "m1", 4.0)
+        .point("p", [("m1", 2.0)], 0.0)
+        .build()
+        .expect("valid");
+    let ask = || Response::of(&moved).every(0.5).until(1.0);
+    let support = ask().motion("s", Quantity::Displacement, Step::of(1.0));
+    for response in [support, ask().load("p", Step::of(1.0))] {
+        let reason = OneMass.refuses(&response.problem().expect("valid"));
+        let right = "motions of supports, forces on points and polynomial loads are not covered";
+        assert_eq!(reason.as_deref(), Some(right));
+    }
     assert!(refused(&scenes::system(1.0, -0.5, 4.0), None).contains("damping is -0.5"));
     assert!(refused(&scenes::system(0.0, 0.5, 4.0), None).contains("mass is 0"));
     let two = System::builder()

@@ -2,7 +2,7 @@
 
 use eigentone_digits::{DoubleDouble, Wide};
 use eigentone_modes::Precision;
-use eigentone_response::{Problem, Trajectory};
+use eigentone_response::{Problem, ResponseError, Trajectory};
 
 use crate::error::SwitchingError;
 use crate::event::Event;
@@ -112,6 +112,7 @@ impl<'a, 'b> Switching<'a, 'b> {
     pub fn run(&self) -> Result<SwitchedMotion, SwitchingError> {
         type Run = fn(&Question<'_, '_>, f64, Doubt) -> Result<Found, Halt>;
         const UNIT: f64 = f64::EPSILON / 2.0;
+        admit(self.question.problem, self.question.switches.len())?;
         let (relative, proven) = match self.question.problem.precision() {
             Precision::Certified { tolerance } => ((tolerance - UNIT).max(UNIT / 1024.0), true),
             Precision::Double => (f64::INFINITY, false),
@@ -152,4 +153,29 @@ impl<'a, 'b> Switching<'a, 'b> {
         }
         Err(SwitchingError::Stuck)
     }
+}
+
+/// Refuses instants that would take more memory than one motion may.
+fn admit(problem: &Problem<'_>, switches: usize) -> Result<(), ResponseError> {
+    /// In GB.
+    const LIMIT: f64 = 2.0;
+    let instants = match problem.instants() {
+        Some(indices) => indices.len() as u64,
+        None => problem.grid().last() + 1,
+    };
+    let coordinates = problem.system().len();
+    let kinds = 2 + usize::from(problem.wants_acceleration());
+    let forces = if problem.wants_forces() { switches } else { 0 };
+    // Each output has a bound; beside them are bounds of coordinates, and indices of instants.
+    let numbers = kinds * coordinates + 2 * (problem.combinations().len() + forces) + 8;
+    let gigabytes = instants as f64 * numbers as f64 * 8e-9;
+    if gigabytes > LIMIT {
+        return Err(ResponseError::TooLarge {
+            instants,
+            coordinates,
+            gigabytes,
+            limit: LIMIT,
+        });
+    }
+    Ok(())
 }

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use eigentone_modes::{Bounds, GROUND, Precision, System};
-use eigentone_response::{Harmonic, Quantity, Ramp, Response, State, Step};
+use eigentone_response::{Harmonic, Quantity, Ramp, Response, ResponseError, State, Step};
 use eigentone_switching::{
     ControlledDamper, DamperLaw, EventKind, Friction, Impact, Stop, Switch, SwitchedMotion,
-    Switching,
+    Switching, SwitchingError,
 };
 
 fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
@@ -512,4 +512,16 @@ fn a_load_that_ends_at_an_impact_leaves_its_rebound() {
         );
         assert_eq!(motion.events().len(), 1);
     }
+}
+
+/// As many instants as there may be are refused before any memory is taken.
+#[test]
+fn too_many_instants_are_refused() {
+    let body = System::builder().mass("m", 1.0).build().expect("a system");
+    let at_rest = || Response::of(&body).every(1e-3).until(1e-3 * 2f64.powi(53));
+    let problem = at_rest().problem().expect("a problem");
+    let all = Switching::new(&problem, vec![friction(GROUND, "m", 1.0, 1.0)]).expect("switches");
+    let error = all.run().expect_err("they are too many");
+    let too_large = |error: &SwitchingError| matches!(error, SwitchingError::Response(ResponseError::TooLarge { instants, .. }) if *instants > 1 << 52);
+    assert!(too_large(&error), "{error}");
 }

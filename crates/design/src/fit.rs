@@ -7,6 +7,8 @@ use faer::Mat;
 use faer::linalg::solvers::Svd;
 use thiserror::Error;
 
+use crate::difference::difference;
+
 /// Least squares: where the sum of the squares of the residuals is least near a start.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -21,7 +23,8 @@ pub struct Fit {
     pub interval: Vec<Option<f64>>,
     /// Standard deviation of a residual: 1 where it was said to be, else as it shows in them; `None` without degrees of freedom.
     pub deviation: Option<f64>,
-    /// Directions along which no residual changes, each as changes of the parameters in parts of their sizes, the largest 1.
+    /// Directions along which no residual changes, each as changes of the parameters in parts of their sizes, the largest 1. None, and
+    /// no intervals, where the model has no answers beside the point, so that nothing is known of its changes.
     pub undetermined: Vec<Vec<f64>>,
     /// Whether it came to rest: no small change makes the sum less, but for rounding.
     pub is_settled: bool,
@@ -46,7 +49,7 @@ pub enum FitError {
         /// What was given.
         value: f64,
     },
-    /// The start has no residuals.
+    /// The start has no residuals, or none beside it.
     #[error("at the start the model has no finite answer: start elsewhere")]
     NoAnswer,
     /// There is nothing to fit to.
@@ -97,13 +100,10 @@ pub fn fit_with(
     if start.is_empty() {
         return Err(FitError::Empty);
     }
-    let unfit = |value: &&f64| **value == 0.0 || !value.is_finite();
-    if let Some(value) = start.iter().find(unfit) {
-        let index = start.iter().position(|other| other == value);
-        return Err(FitError::Start {
-            index: index.unwrap_or_default(),
-            value: *value,
-        });
+    let unfit = |value: f64| value == 0.0 || !value.is_finite();
+    let mut given = start.iter().copied().enumerate();
+    if let Some((index, value)) = given.find(|(_, value)| unfit(*value)) {
+        return Err(FitError::Start { index, value });
     }
     let mut model = Model {
         units: start.iter().map(|value| value.abs()).collect(),
@@ -121,18 +121,26 @@ pub fn fit_with(
     }
     let mut damping = 1e-3;
     let mut slopes = model.slopes(&point).ok_or(FitError::NoAnswer)?;
+    let mut is_alone = false;
     for _ in 0..STEPS {
         let found = model.descend(&point, &left, &slopes, &mut damping);
         let Some((next, rest, is_last)) = found else {
             break;
         };
         (point, left) = (next, rest);
-        slopes = model.slopes(&point).ok_or(FitError::NoAnswer)?;
+        match model.slopes(&point) {
+            Some(found) => slopes = found,
+            // There are models on no side of it. It is better than all before.
+            None => {
+                is_alone = true;
+                break;
+            }
+        }
         if is_last {
             break;
         }
     }
-    let is_settled = slopes.is_least(&point, &left);
+    let is_settled = !is_alone && slopes.is_least(&point, &left);
     let rank = slopes.rank();
     let sum: f64 = left.iter().map(|rest| rest * rest).sum();
     let freedom = left.len() - rank.min(left.len());
@@ -145,7 +153,10 @@ pub fn fit_with(
         true => NORMAL,
         false => student(freedom),
     };
-    let undetermined = slopes.undetermined(&point);
+    let undetermined = match is_alone {
+        true => Vec::new(),
+        false => slopes.undetermined(&point),
+    };
     let interval = (0..start.len()).map(|i| {
         let is_determined = undetermined
             .iter()
@@ -153,7 +164,7 @@ pub fn fit_with(
         let unit = slopes.deviation(i) * model.units[i];
         let rounding = f64::EPSILON * (point[i] * model.units[i]).abs();
         deviation
-            .filter(|_| is_determined)
+            .filter(|_| is_determined && !is_alone)
             .map(|deviation| (width * deviation * unit).max(rounding))
     });
     Ok(Fit {
@@ -253,7 +264,12 @@ where
         let size = point[i].abs().max(1e-3);
         for round in 0..ROUNDS {
             let spacing = LARGEST * size * 0.25f64.powi(round as i32);
-            let Some(slope) = self.difference(point, i, spacing) else {
+            // Beside a limit of the model there is one side that has answers.
+            let slope = self
+                .difference(point, i, spacing)
+                .or_else(|| self.one_sided(point, i, spacing))
+                .or_else(|| self.one_sided(point, i, -spacing));
+            let Some(slope) = slope else {
                 continue;
             };
             if let Some(before) = &before {
@@ -285,6 +301,19 @@ where
                 let terms = sum.iter_mut().zip(left);
                 terms.for_each(|(sum, rest)| *sum += sign * weight / spacing * rest);
             }
+        }
+        Some(sum)
+    }
+
+    /// The same from the point to one side.
+    fn one_sided(&mut self, point: &[f64], i: usize, spacing: f64) -> Option<Vec<f64>> {
+        let mut sum = vec![0.0; self.count];
+        for (k, weight) in difference(0).into_iter().enumerate() {
+            let mut moved = point.to_vec();
+            moved[i] += k as f64 * spacing;
+            let left = self.at(&moved)?;
+            let terms = sum.iter_mut().zip(left);
+            terms.for_each(|(sum, rest)| *sum += weight / spacing * rest);
         }
         Some(sum)
     }

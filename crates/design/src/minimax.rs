@@ -271,8 +271,15 @@ where
         let each = each.map(|(&(low, high), &u)| match u {
             0.0 => low,
             1.0 => high,
-            _ if low > 0.0 && high / low > WIDE => low * (u * (high / low).ln()).exp(),
-            _ => low + u * (high - low),
+            u => match decades(low, high) {
+                // In two steps: the ratio to `low` may itself be beyond doubles.
+                Some(range) if !(high / low).is_finite() => {
+                    let half = (0.5 * u * range).exp();
+                    low * half * half
+                }
+                Some(range) => low * (u * range).exp(),
+                None => low + u * (high - low),
+            },
         });
         each.collect()
     }
@@ -285,9 +292,9 @@ where
             .limits
             .iter()
             .zip(&point)
-            .map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
-                true => x * (high / low).ln(),
-                false => high - low,
+            .map(|(&(low, high), &x)| match decades(low, high) {
+                Some(range) => x * range,
+                None => high - low,
             })
             .collect();
         let each = here.pieces.iter().map(|piece| {
@@ -709,12 +716,26 @@ where
     }
 }
 
+/// ln(high/low) of limits that vary by ratios.
+fn decades(low: f64, high: f64) -> Option<f64> {
+    (low > 0.0 && high / low > WIDE).then(|| logarithm(high, low))
+}
+
+/// ln(a/b), also where the ratio is beyond doubles.
+fn logarithm(a: f64, b: f64) -> f64 {
+    let ratio = a / b;
+    match ratio > 0.0 && ratio.is_finite() {
+        true => ratio.ln(),
+        false => a.ln() - b.ln(),
+    }
+}
+
 /// Parts of the ranges from parameters.
 pub(crate) fn inside(limits: &[(f64, f64)], point: &[f64]) -> Vec<f64> {
     let each = limits.iter().zip(point);
-    let each = each.map(|(&(low, high), &x)| match low > 0.0 && high / low > WIDE {
-        true => (x / low).ln() / (high / low).ln(),
-        false => (x - low) / (high - low),
+    let each = each.map(|(&(low, high), &x)| match decades(low, high) {
+        Some(range) => logarithm(x, low) / range,
+        None => (x - low) / (high - low),
     });
     each.map(|u| u.clamp(0.0, 1.0)).collect()
 }
@@ -844,6 +865,20 @@ mod tests {
 
     fn piece(place: f64, value: f64) -> Piece {
         Piece { place, value }
+    }
+
+    /// The ratio of the limits is beyond doubles; the least is where ln x = −300.
+    #[test]
+    fn limits_may_be_any_powers_of_ten_apart() {
+        for limits in [(1e-300, 1e300), (1e-308, 1e308), (1e-200, 1e10)] {
+            let optimum = minimise(&[limits], |x| {
+                assert!((limits.0..=limits.1).contains(&x[0]), "{x:?}");
+                Some(vec![piece(0.0, 1.0 + (x[0].ln() + 300.0).powi(2))])
+            });
+            let optimum = optimum.unwrap();
+            let apart = optimum.point[0].ln() + 300.0;
+            assert!(apart.abs() < 1e-5, "{limits:?}: {apart}");
+        }
     }
 
     #[test]

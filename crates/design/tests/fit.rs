@@ -169,3 +169,34 @@ fn derivatives_that_are_given_take_the_place_of_differences() {
     let wrong = fit_with(&start, false, residuals, |_| Some(vec![vec![1.0]])).unwrap();
     assert_eq!(wrong.point, differences.point);
 }
+
+/// Models end at a border, and the best one of them lies there: it is found, also where it has no derivatives.
+#[test]
+fn the_best_model_may_lie_at_the_border_of_all_models() {
+    // The residuals of 1 alone would take p to −1.
+    let found = fit(&[1.0], false, |p| {
+        let has_answer = p[0] >= 0.25;
+        has_answer.then(|| vec![p[0] + 1.0, 2.0 * (p[0] + 1.0)])
+    });
+    let found = found.expect("a fit");
+    assert!((0.25..0.3).contains(&found.point[0]), "{found:?}");
+    assert_eq!(found.residuals[0], found.point[0] + 1.0);
+    assert!(found.evaluations > 10);
+    // Below 0.9 there is the first model that is asked for, and none beside it.
+    let mut first = None;
+    let found = fit(&[1.0], false, |p| {
+        let has_answer = p[0] >= 0.9 || *first.get_or_insert(p[0]) == p[0];
+        has_answer.then(|| vec![p[0], 2.0 * p[0]])
+    });
+    let found = found.expect("a fit");
+    assert!(found.point[0] < 0.01 && !found.is_settled, "{found:?}");
+    assert_eq!(
+        (found.residuals[0], &found.interval[..]),
+        (found.point[0], &[None][..])
+    );
+    let start = |start: &[f64]| fit(start, false, |p| Some(p.to_vec())).expect_err("it is refused");
+    let named = |error: FitError| matches!(error, FitError::Start { index: 1, .. });
+    for wrong in [0.0, f64::NAN, f64::INFINITY] {
+        assert!(named(start(&[1.0, wrong])), "{wrong}");
+    }
+}

@@ -2,7 +2,8 @@
 
 use eigentone_modes::{GROUND, System};
 use eigentone_response::{
-    Harmonic, Hold, Impulse, ModalTruncation, Ramp, Response, Samples, State, Step, Trajectory,
+    Harmonic, Hold, Impulse, ModalTruncation, Polynomial, Ramp, Response, Samples, State, Step,
+    Trajectory,
 };
 
 fn name(i: usize) -> String {
@@ -184,4 +185,54 @@ fn a_floating_chain_drifts() {
         worst[0] < 1e-11 * exact.displacement().norm_max(),
         "{worst:?}"
     );
+}
+
+/// Stiff springs between soft ones: shapes in doubles are off by more than a unit of rounding, and at the start already.
+#[test]
+fn bounds_count_errors_of_shapes_and_rounding() {
+    let mut builder = System::builder();
+    for i in 1..=5 {
+        let stiffness = if i % 2 == 1 { 1.0 } else { 1e4 };
+        builder = builder.mass(name(i), 1.0);
+        builder = builder.spring(name(i - 1), name(i), stiffness);
+    }
+    let stiff = builder.build().unwrap();
+    let single = System::builder().mass("m3", 0.552);
+    let single = single.spring(GROUND, "m3", 67.3).build().unwrap();
+    for system in [&stiff, &single] {
+        let start = State::at_rest().displace("m3", -0.06).push("m3", 0.7);
+        let asked = Response::of(system).from(start).every(0.25).until(20.0);
+        let asked = asked.load("m3", Step::of(0.3).starting_at(0.6));
+        let exact = asked.clone().run().unwrap();
+        let modes = system.len();
+        let found = ModalTruncation { modes }.run(&asked.problem().unwrap());
+        let found = found.unwrap();
+        for column in 0..found.len() {
+            let pairs = [
+                (
+                    found.displacement(),
+                    exact.displacement(),
+                    found.displacement_bound(),
+                ),
+                (found.velocity(), exact.velocity(), found.velocity_bound()),
+            ];
+            for (found, exact, bounds) in pairs {
+                let error = (found.col(column) - exact.col(column)).norm_max();
+                let bound = bounds[column].expect("held and passive");
+                // What is proved is rounded to doubles.
+                let rounded = f64::EPSILON / 2.0 * exact.col(column).norm_max();
+                assert!(error <= bound + rounded, "{column}: {error:e} {bound:e}");
+                assert!(bound < 1e-6, "{column}: {bound:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn polynomials_are_refused_as_such() {
+    let system = chain(3, 0.0);
+    let asked = Response::of(&system).load("m2", Polynomial::of([1.0, 2.0]));
+    let problem = asked.every(0.1).until(1.0).problem().unwrap();
+    let error = ModalTruncation { modes: 2 }.run(&problem).unwrap_err();
+    assert!(error.to_string().contains("polynomials"), "{error}");
 }

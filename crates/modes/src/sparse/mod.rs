@@ -34,6 +34,7 @@ mod winding;
 
 use std::sync::Arc;
 
+use eigentone_digits::DoubleDouble;
 use faer::MatRef;
 
 use crate::model::MatrixKind;
@@ -230,6 +231,32 @@ impl SparseModes {
     /// Unless x has n entries.
     pub fn twice_potential_energy(&self, x: &[f64]) -> f64 {
         self.pencil.stiffness.quadratic(x)
+    }
+
+    /// What is missing in the equation of a mode, Kφ − ω²Mφ, each sum in double-double.
+    ///
+    /// # Panics
+    /// If there is no such mode.
+    pub fn residual(&self, mode: usize) -> Vec<f64> {
+        let shape: Vec<f64> = self.found.shapes.col(mode).iter().copied().collect();
+        let mut rest = vec![DoubleDouble::ZERO; shape.len()];
+        self.pencil.stiffness.accumulate(1.0, &shape, &mut rest);
+        let square = self.found.squares[mode];
+        self.pencil.mass.accumulate(-square, &shape, &mut rest);
+        rest.into_iter().map(DoubleDouble::to_f64).collect()
+    }
+
+    /// Cφ − d Mφ of a mode, each sum in double-double: what the damping of a mode, d = 2ζω, leaves of its forces. `None` where C
+    /// is not symmetric.
+    ///
+    /// # Panics
+    /// If there is no such mode.
+    pub fn damping_residual(&self, mode: usize, d: f64) -> Option<Vec<f64>> {
+        let shape: Vec<f64> = self.found.shapes.col(mode).iter().copied().collect();
+        let mut rest = vec![DoubleDouble::ZERO; shape.len()];
+        self.damping.as_ref()?.accumulate(1.0, &shape, &mut rest);
+        self.pencil.mass.accumulate(-d, &shape, &mut rest);
+        Some(rest.into_iter().map(DoubleDouble::to_f64).collect())
     }
 
     /// What a constant force moves besides these shapes: R f with R = K⁻¹ − Φ Ω⁻² Φᵀ, the residual

@@ -9,10 +9,13 @@
 //! is not kept, with |b| its share of a load g(t), Duhamel's integral by parts gives
 //! q − b g/ω² = −(b/ω²)∫ h dg with |h| ≤ 1 and |h′| ≤ ω, so that in the norms of K and M the
 //! rest of x and v is at most TV(g)·√(bᵀRb), and a rest of the initial state keeps at most its energy. A
-//! coordinate moves by √R_ii at most for xᵀKx = 1. What ω² of the modes that are kept may be off is counted;
-//! rounding is not.
+//! coordinate moves by √R_ii at most for xᵀKx = 1. What ω² of the modes that are kept may be off is counted, and so is
+//! what their shapes may be: Φq leaves Σ (Kφ − ω²Mφ) q of the equation, and shapes that are not quite orthogonal take of a load
+//! g other than its parts. Such forces act on the whole system, whose √(2E) grows by their size in the norm of M⁻¹ at most, and
+//! which is moved by √(K⁻¹)_ii for xᵀKx = 1.
 
-use eigentone_modes::SparseModes;
+use eigentone_digits::DoubleDouble;
+use eigentone_modes::{MatrixKind, SparseModes, System};
 use faer::Mat;
 
 use super::choice::ResponsePlan;
@@ -33,14 +36,16 @@ impl ModalTruncation {
     ///
     /// # Errors
     /// [`ResponseError::Sparse`] where the modes cannot be computed, [`ResponseError::NotApplicable`] where
-    /// more is asked for than displacements and velocities, a load acts at a point, a support moves or no residual flexibility exists, and what the reduced equation reports.
+    /// more is asked for than displacements and velocities, a load acts at a point or is a polynomial, a support moves or no
+    /// residual flexibility exists, and what the reduced equation reports.
     pub fn run(&self, problem: &Problem<'_>) -> Result<Trajectory, ResponseError> {
         if problem.wants_acceleration() || !problem.sources().is_empty() {
             let kept = "accelerations, outputs and forces are not kept";
             return Err(refusal(kept.to_owned()));
         }
         if !problem.channels().is_empty() {
-            let reason = "loads at points and motions of supports have no static correction";
+            let reason =
+                "loads at points, polynomials and motions of supports have no static correction";
             return Err(refusal(reason.to_owned()));
         }
         admit(problem)?;
@@ -56,12 +61,14 @@ impl ModalTruncation {
         let shapes = modes.shapes();
         let mut displacement = shapes * motion.displacement();
         let velocity = shapes * motion.velocity();
-        let rest = Rest::of(problem, &modes, &kept)?;
+        let rest = Rest::of(problem, &modes, &kept, &reduced)?;
+        let mut largest = Amplitudes::new(modes.len());
         let (mut x_bounds, mut v_bounds) = (Vec::new(), Vec::new());
         for (column, &step) in motion.steps().iter().enumerate() {
             let instant = Instant::on_grid(problem.grid(), step);
             rest.follow(problem, &instant, &mut displacement, column);
-            let [x, v] = rest.bounds(problem, &instant);
+            largest.meet(&modes, &motion, column);
+            let [x, v] = rest.bounds(problem, &instant, &largest);
             let (x_drift, v_drift) = drift(&modes, &motion, column).unzip();
             let sum = |rest: Option<f64>, own: Option<f64>, drift: Option<f64>| {
                 Some(rest? + (own? + drift?) * kept.largest)
@@ -94,6 +101,32 @@ fn drift(modes: &SparseModes, motion: &Trajectory, column: usize) -> Option<(f64
         fastest = fastest.max(drift * rate.max(1.0 / lasting.max(f64::MIN_POSITIVE)));
     }
     Some((largest, fastest)).filter(|(x, v)| x.is_finite() && v.is_finite())
+}
+
+/// The largest amplitudes of the modes until now, and of their rates.
+struct Amplitudes {
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Amplitudes {
+    fn new(count: usize) -> Amplitudes {
+        Amplitudes {
+            displacement: vec![0.0; count],
+            velocity: vec![0.0; count],
+        }
+    }
+
+    fn meet(&mut self, modes: &SparseModes, motion: &Trajectory, column: usize) {
+        let [q, rate] = [motion.displacement(), motion.velocity()];
+        for (k, square) in modes.squares().iter().enumerate() {
+            let (q, rate, omega) = (q[(k, column)], rate[(k, column)], square.abs().sqrt());
+            // Between the instants it swings as far as its energy lets it.
+            let swing = if omega > 0.0 { rate / omega } else { 0.0 };
+            self.displacement[k] = self.displacement[k].max(q.hypot(swing));
+            self.velocity[k] = self.velocity[k].max(rate.hypot(q * omega));
+        }
+    }
 }
 
 const NAME: &str = "modal truncation";
@@ -139,22 +172,32 @@ struct Kept {
 impl Kept {
     fn of(problem: &Problem<'_>, modes: &SparseModes) -> Result<Kept, ResponseError> {
         let shapes = modes.shapes();
-        let mut rest = [
-            problem.initial_displacement().to_vec(),
-            problem.initial_velocity().to_vec(),
-        ];
-        let resisted = [modes.mass_times(&rest[0]), modes.mass_times(&rest[1])];
+        let initial = [problem.initial_displacement(), problem.initial_velocity()];
+        let mut amplitudes = [vec![0.0; modes.len()], vec![0.0; modes.len()]];
+        let mut rest = initial.map(<[f64]>::to_vec);
+        // Shapes that are not quite orthogonal leave something of them, which is taken out once more.
+        for _ in 0..2 {
+            for ((initial, amplitudes), rest) in initial.iter().zip(&mut amplitudes).zip(&mut rest)
+            {
+                let resisted = modes.mass_times(rest);
+                for (k, amplitude) in amplitudes.iter_mut().enumerate() {
+                    let terms = shapes.col(k).iter().zip(&resisted);
+                    *amplitude += terms.map(|(x, y)| x * y).sum::<f64>();
+                }
+                for (i, rest) in rest.iter_mut().enumerate() {
+                    let terms = amplitudes.iter().enumerate();
+                    let terms = terms.map(|(k, q)| DoubleDouble::product(shapes[(i, k)], *q));
+                    let start = DoubleDouble::from(initial[i]);
+                    *rest = terms.fold(start, |sum, term| sum - term).to_f64();
+                }
+            }
+        }
         let mut state = State::at_rest();
         let mut shares = Vec::new();
         let mut reach = vec![0.0; shapes.nrows()];
         for k in 0..modes.len() {
             let shape = shapes.col(k);
-            let along = |values: &[f64]| shape.iter().zip(values).map(|(x, y)| x * y).sum::<f64>();
-            let [x, v] = [along(&resisted[0]), along(&resisted[1])];
-            for (rest, along) in rest.iter_mut().zip([x, v]) {
-                let pairs = rest.iter_mut().zip(shape.iter());
-                pairs.for_each(|(rest, x)| *rest -= along * x);
-            }
+            let [x, v] = [amplitudes[0][k], amplitudes[1][k]];
             let name = format!("x{}", k + 1);
             state = state.displace(&name, x).push(&name, v);
             let loads = problem.loads().iter();
@@ -218,10 +261,32 @@ struct Limits {
     reach: [f64; 2],
     /// By coordinate.
     inertia: Vec<f64>,
+    shapes: Shapes,
+}
+
+/// What errors of the shapes that are kept make.
+struct Shapes {
+    /// √(twice the energy) of what shapes that are not orthogonal leave of the initial state along themselves.
+    initial: f64,
+    /// The largest √(K⁻¹)_ii, and √(M⁻¹)_ii.
+    reach: [f64; 2],
+    /// By mode, Kφ − ω²Mφ and Cφ − 2ζωMφ in the norm of M⁻¹.
+    residuals: Vec<[f64; 2]>,
+    /// ΦᵀMΦ − 1 in the Frobenius norm.
+    overlap: f64,
+    /// By mode, the largest entry.
+    largest: Vec<f64>,
+    /// By loaded coordinate, the norm of its row of Φ, and the largest entry of what Φ Ω⁻² Φᵀ has in its column.
+    loaded: Vec<[f64; 2]>,
 }
 
 impl Rest {
-    fn of(problem: &Problem<'_>, modes: &SparseModes, kept: &Kept) -> Result<Rest, ResponseError> {
+    fn of(
+        problem: &Problem<'_>,
+        modes: &SparseModes,
+        kept: &Kept,
+        reduced: &System,
+    ) -> Result<Rest, ResponseError> {
         let system = problem.system();
         let mut coordinates: Vec<usize> = problem.loads().iter().map(|on| on.coordinate).collect();
         coordinates.sort_unstable();
@@ -235,9 +300,10 @@ impl Rest {
             })?;
             loaded.push((coordinate, moved));
         }
+        let coordinates: Vec<usize> = loaded.iter().map(|(coordinate, _)| *coordinate).collect();
         Ok(Rest {
             loaded,
-            limits: Limits::of(problem, modes, kept),
+            limits: Limits::of(problem, modes, kept, (reduced, &coordinates)),
         })
     }
 
@@ -264,22 +330,52 @@ impl Rest {
     }
 
     /// Of displacements and velocities up to an instant.
-    fn bounds(&self, problem: &Problem<'_>, until: &Instant) -> [Option<f64>; 2] {
+    fn bounds(
+        &self,
+        problem: &Problem<'_>,
+        until: &Instant,
+        amplitudes: &Amplitudes,
+    ) -> [Option<f64>; 2] {
+        /// Roundings of a product and of the sums beside it.
+        const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
         let Some(limits) = &self.limits else {
             return [None; 2];
         };
+        let (shapes, t) = (&limits.shapes, until.time().to_f64());
         let mut size = limits.initial;
-        for (coordinate, moved) in &self.loaded {
+        let mut stray = shapes.initial;
+        let rounded = |amplitudes: &[f64]| {
+            let terms = amplitudes.iter().zip(&shapes.largest);
+            let terms: f64 = terms.map(|(q, x)| q * x).sum();
+            (ROUNDINGS + amplitudes.len() as f64 * f64::EPSILON) * terms
+        };
+        let mut rounding = [&amplitudes.displacement, &amplitudes.velocity].map(|q| rounded(q));
+        for (k, [elastic, damped]) in shapes.residuals.iter().enumerate() {
+            let force = elastic * amplitudes.displacement[k] + damped * amplitudes.velocity[k];
+            stray += force * t;
+        }
+        for ((coordinate, moved), [share, cancels]) in self.loaded.iter().zip(&shapes.loaded) {
             let variation = variation(problem, *coordinate, until);
             size += variation * moved[*coordinate].max(0.0).sqrt();
+            stray += shapes.overlap * share * variation * t;
+            let moved = moved
+                .iter()
+                .fold(*cancels, |top, moved| top.max(moved.abs()));
+            rounding[0] += ROUNDINGS * variation * moved;
         }
         let pieces = problem.timeline().pieces().iter();
         for piece in pieces.take_while(|piece| piece.start_instant().order(until).is_le()) {
             for &(coordinate, momentum) in piece.impulses() {
                 size += momentum.abs() * limits.inertia[coordinate].sqrt();
+                let at = self.loaded.iter().position(|(on, _)| *on == coordinate);
+                let share = at.map_or(0.0, |at| shapes.loaded[at][0]);
+                stray += shapes.overlap * share * momentum.abs();
             }
         }
-        limits.reach.map(|reach| Some(reach * size))
+        [0, 1].map(|kind| {
+            let [rest, whole] = [limits.reach[kind], shapes.reach[kind]];
+            Some(rest * size + whole * stray + rounding[kind])
+        })
     }
 }
 
@@ -324,15 +420,18 @@ fn variation(problem: &Problem<'_>, coordinate: usize, until: &Instant) -> f64 {
 impl Limits {
     /// `None` where the system feeds energy in, damping couples shapes, something floats or has no mass of
     /// its own.
-    fn of(problem: &Problem<'_>, modes: &SparseModes, kept: &Kept) -> Option<Limits> {
+    fn of(
+        problem: &Problem<'_>,
+        modes: &SparseModes,
+        kept: &Kept,
+        (reduced, loaded): (&System, &[usize]),
+    ) -> Option<Limits> {
         let system = problem.system();
         let structure = system.structure();
         let uncoupled = structure.is_undamped() || structure.is_classical();
         let lumped = system.masses().iter().all(|mass| *mass > 0.0)
-            && system.added(eigentone_modes::MatrixKind::Mass).is_none()
-            && system
-                .added_sparse(eigentone_modes::MatrixKind::Mass)
-                .is_none();
+            && system.added(MatrixKind::Mass).is_none()
+            && system.added_sparse(MatrixKind::Mass).is_none();
         if !(structure.is_passive() && uncoupled && lumped) {
             return None;
         }
@@ -350,6 +449,76 @@ impl Limits {
             initial: (modes.twice_potential_energy(x) + moving).sqrt(),
             reach: [largest(&flexibility), largest(&inertia)],
             inertia,
+            shapes: Shapes::of(system, modes, kept, (reduced, loaded), &flexibility)?,
+        })
+    }
+}
+
+impl Shapes {
+    /// Where masses are lumped, and `flexibility` is the diagonal of R.
+    fn of(
+        system: &System,
+        modes: &SparseModes,
+        kept: &Kept,
+        (reduced, loaded): (&System, &[usize]),
+        flexibility: &[f64],
+    ) -> Option<Shapes> {
+        let (shapes, masses, n) = (modes.shapes(), system.masses(), system.len());
+        let norm = |rest: &[f64]| {
+            let terms = rest
+                .iter()
+                .zip(masses)
+                .map(|(rest, mass)| rest * rest / mass);
+            terms.sum::<f64>().sqrt()
+        };
+        let damping = reduced.damping_matrix();
+        let residuals = (0..modes.len()).map(|k| {
+            let damped = modes.damping_residual(k, damping[(k, k)])?;
+            Some([norm(&modes.residual(k)), norm(&damped)])
+        });
+        let weighted = Mat::from_fn(n, modes.len(), |i, k| masses[i] * shapes[(i, k)]);
+        let overlap =
+            shapes.transpose() * &weighted - Mat::<f64>::identity(modes.len(), modes.len());
+        let rounding = 8.0 * f64::EPSILON;
+        // What is left of the initial state along each mode, and the rounding of that.
+        let mut initial = 0.0;
+        for (order, rest) in kept.rest.iter().enumerate() {
+            for (k, square) in modes.squares().iter().enumerate() {
+                let terms = rest.iter().zip(weighted.col(k).iter());
+                let terms = terms.map(|(rest, x)| rest * x);
+                let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), term: f64| {
+                    (sum + term, size + term.abs())
+                });
+                let rate = if order == 0 { square.abs().sqrt() } else { 1.0 };
+                initial += rate * (f64::abs(sum) + rounding * size);
+            }
+        }
+        let squares = |i: usize| {
+            let terms = modes.squares().iter().enumerate();
+            terms.map(move |(k, square)| shapes[(i, k)].powi(2) / square)
+        };
+        let flexible = (0..n).map(|i| flexibility[i] + squares(i).sum::<f64>());
+        let inertia = masses.iter().map(|mass| mass.recip());
+        let loaded = loaded.iter().map(|&coordinate| {
+            let share = shapes.row(coordinate).norm_l2();
+            let flexible = |i: usize| {
+                let terms = modes.squares().iter().enumerate();
+                let terms = terms
+                    .map(|(k, square)| (shapes[(i, k)] * shapes[(coordinate, k)] / square).abs());
+                terms.sum::<f64>()
+            };
+            [share, (0..n).map(flexible).fold(0.0, f64::max)]
+        });
+        Some(Shapes {
+            initial,
+            reach: [
+                flexible.fold(0.0, f64::max).sqrt(),
+                inertia.fold(0.0, f64::max).sqrt(),
+            ],
+            residuals: residuals.collect::<Option<_>>()?,
+            overlap: overlap.norm_l2() + rounding,
+            largest: (0..modes.len()).map(|k| shapes.col(k).norm_max()).collect(),
+            loaded: loaded.collect(),
         })
     }
 }

@@ -7,8 +7,8 @@ use eigentone::check::{
 use eigentone::design::{Campbell, Grid, Range, fit, minimise};
 use eigentone::modes::{
     Beam, BeamEnd, Design, Eigenpair, FirstOrder, Frequency, GROUND, MatrixKind, ModeSolver,
-    ModesWorkspace, Parameter, Participation, Precision, Sensitivity, SparseModes, SpringFactor,
-    System, examine_pairs, modal_assurance, phase_collinearity,
+    ModesWorkspace, Parameter, Participation, Precision, Sensitivity, SparseDynamicStiffness,
+    SparseModes, SpringFactor, System, examine_pairs, modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
     ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
@@ -452,6 +452,7 @@ fn mode_errors(listing: &mut Listing) {
         SparseModes::lowest(&massless, 1);
         SparseModes::lowest(&indefinite, 1);
         examine_pairs(&one, at_rest, 1, vec![longer_pair], 0.0);
+        SparseDynamicStiffness::of(&one, &[0.1, 0.2]);
         Participation::of(&unsymmetric);
         Participation::along(&one, &[1.0, 1.0]);
         Participation::along(&one, &[f64::NAN]);
@@ -620,6 +621,7 @@ fn response_errors(listing: &mut Listing) {
     let spectrum = |values: &[f64], ratio: f64, frequency: f64| {
         ResponseSpectrum::of(record(values), ratio, &[frequency], Precision::default())
     };
+    let slow = HalfSine::of(1.0, 1e7);
     list! { listing:
         plant().force("road").build();
         plant().motion("wheel", Quantity::Velocity).build();
@@ -636,6 +638,7 @@ fn response_errors(listing: &mut Listing) {
         spectrum(&[0.0, 1.0], -0.05, 1.0);
         spectrum(&[0.0, 1.0], 0.05, 0.0);
         spectrum(&[0.0, 1.0], 0.05, 1e-200);
+        ResponseSpectrum::of(slow, 0.0, &[1.0], Precision::Double);
     }
     list! { listing:
         kerb(&quarter, "wall", Step::of(1.0).into()).run();

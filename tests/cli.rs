@@ -1336,6 +1336,74 @@ const NEARLY_FIVE_FOLD: &str = r#"{"matrices": {
     "damping": [[2.0000000000001705, 0, -2.0000000000001705], [2, 1, -3.999999999999943], [0, 0, 2.0000000000001705]],
     "stiffness": [[1.0000000000001705, 0, -1.0000000000001705], [2, 1, -4], [0, 0, 1.0000000000001705]]}}"#;
 
+/// Doubles give one root of two overdamped masses on a soft negative spring 35 times too large: it is named, and so is what helps.
+#[test]
+fn doubtful_roots_of_a_sweep_are_named() {
+    let folder = fresh("sweep-doubtful");
+    fs::create_dir(&folder).expect("it can be made");
+    let path = folder.join("two.json");
+    let scene = r#"{"masses": [{"name": "a", "mass": 0.001}, {"name": "b", "mass": 0.001}],
+        "springs": [{"between": ["ground", "a"], "stiffness": -1e-6}, {"between": ["a", "b"], "stiffness": 2e4}],
+        "dampers": [{"between": ["a", "b"], "damping": 5e5}, {"between": ["ground", "b"], "damping": 300}]}"#;
+    fs::write(&path, scene).expect("it can be written");
+    let path = path.to_str().expect("a UTF-8 path");
+    let ask = |more: &[&str]| {
+        let start = ["sweep", path, "--vary", "/springs/0/stiffness=-1e-6,1e9"];
+        let output = eigentone(&[&start, more].concat());
+        assert!(output.status.success(), "{output:?}");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+        [text(output.stdout), text(output.stderr)]
+    };
+    let [lines, note] = ask(&["--json"]);
+    let lines: Vec<Value> = lines
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
+    // 1e-6 N/m over 300 N·s/m.
+    let right = 1e-6 / 300.0;
+    let roots = lines[0]["eigenvalues"].as_array().expect("roots");
+    let wrong = (1..=roots.len()).zip(roots).filter(|(_, root)| {
+        let value = root[0].as_f64().expect("a number");
+        value > 0.0 && (value - right).abs() > 1e-6 * right
+    });
+    let wrong: Vec<usize> = wrong.map(|(number, _)| number).collect();
+    let doubtful = lines[0]["doubtful_roots"].as_array().expect("some are");
+    assert!(
+        !wrong.is_empty(),
+        "the scene is no example any more: {}",
+        lines[0]
+    );
+    for number in wrong {
+        assert!(doubtful.contains(&Value::from(number)), "{}", lines[0]);
+    }
+    assert_eq!(lines[1]["doubtful_roots"], Value::Null, "all have a bound");
+    assert!(
+        note.contains("roots of 1 of 2 designs are doubtful")
+            && note.contains("take --precision certified"),
+        "{note}"
+    );
+    let out = folder.join("out");
+    let [table, _] = ask(&["--out", out.to_str().expect("a UTF-8 path")]);
+    let numbers: Vec<String> = doubtful.iter().map(Value::to_string).collect();
+    let marked: Vec<bool> = table
+        .lines()
+        .map(|line| line.ends_with(&format!("doubtful: {}", numbers.join(", "))))
+        .collect();
+    assert_eq!(marked, [false, true, false], "{table}");
+    let csv = fs::read_to_string(out.join("sweep.csv")).expect("a table");
+    let lines: Vec<&str> = csv.lines().collect();
+    assert!(lines[0].ends_with(",doubtful,doubtful roots"), "{csv}");
+    assert!(
+        lines[1].ends_with(&format!(",false,{}", numbers.join(" "))),
+        "{csv}"
+    );
+    assert!(lines[2].ends_with(",true,"), "{csv}");
+    let page = fs::read_to_string(out.join("sweep.html")).expect("a page");
+    assert!(page.contains("Roots of 1 of 2 designs are doubtful and not drawn"));
+    let [_, note] = ask(&["--precision", "certified"]);
+    assert_eq!(note, "");
+}
+
 #[test]
 fn doubtful_roots_are_marked_wherever_they_are_shown() {
     let directory = fresh("doubtful");

@@ -108,6 +108,11 @@ impl Follower {
         &self.here.roots
     }
 
+    /// How far off the root at each place may be, in 1/s: the bound of its mode, infinite where that is doubtful.
+    pub fn bounds(&self) -> &[f64] {
+        &self.here.bounds
+    }
+
     /// Which root stands at each place: its index where the design is the [start](Self::at).
     pub fn order(&self) -> &[usize] {
         &self.order

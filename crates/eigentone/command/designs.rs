@@ -31,6 +31,8 @@ pub struct Designs<'a> {
 struct Run {
     start: u64,
     roots: Vec<Complex<f64>>,
+    /// Which of them have no bound.
+    doubts: Vec<bool>,
     metrics: Vec<Option<f64>>,
     followed: Vec<Followed>,
     /// At the first design and the last.
@@ -99,6 +101,7 @@ impl Designs<'_> {
         let mut answer = Run {
             start: run.start,
             roots: Vec::new(),
+            doubts: Vec::new(),
             metrics: Vec::new(),
             followed: Vec::new(),
             ends: None,
@@ -119,8 +122,13 @@ impl Designs<'_> {
                 if wanted.contains(&index) {
                     self.measure(&scene, &modes, &mut answer.metrics)?;
                 }
-                let last = answer.ends.iter().flat_map(|[_, last]| last.roots());
-                answer.roots.extend(last);
+                if let Some([_, last]) = &answer.ends {
+                    answer.roots.extend(last.roots());
+                    let bounds = last.bounds().iter();
+                    answer
+                        .doubts
+                        .extend(bounds.map(|bound| bound.is_infinite()));
+                }
                 answer.followed.push(followed);
                 Ok(())
             };
@@ -181,7 +189,8 @@ impl Designs<'_> {
             if !wanted.contains(&index) {
                 continue;
             }
-            let roots = &run.roots[k * places..(k + 1) * places];
+            let own = k * places..(k + 1) * places;
+            let (roots, doubts) = (&run.roots[own.clone()], &run.doubts[own]);
             let followed = if k == 0 { followed } else { *within };
             let more = visit(SweptDesign {
                 index,
@@ -191,7 +200,8 @@ impl Designs<'_> {
                     .iter()
                     .map(|at| [roots[*at].re, roots[*at].im])
                     .collect(),
-                is_doubtful: followed == Followed::Doubtful,
+                doubtful_roots: (0..places).filter(|place| doubts[order[*place]]).collect(),
+                has_doubtful_places: followed == Followed::Doubtful,
             })?;
             if !more {
                 return Ok(false);

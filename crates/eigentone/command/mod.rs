@@ -221,6 +221,9 @@ impl From<Hold> for eigentone::response::Hold {
     }
 }
 
+/// What helps where proofs leave roots without bounds.
+const UNPROVEN: &str = "solve parts of the system, at best of up to 64 coordinates, or give it in units that bring its numbers closer together";
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Precision {
     Certified,
@@ -273,10 +276,7 @@ impl Question {
         let scene = self.scene.display();
         let help = match self.accuracy.precision {
             Precision::Double => "leave out --precision double",
-            Precision::Certified => {
-                "solve parts of the system, at best of up to 64 coordinates, or give it in units that bring its \
-                 numbers closer together"
-            }
+            Precision::Certified => UNPROVEN,
         };
         let of = all.len();
         // If standard error is closed, nobody can be informed.

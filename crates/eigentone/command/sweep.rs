@@ -14,7 +14,7 @@ use super::designs::Designs;
 use super::parts::{Growing, Part};
 use super::progress::Progress;
 use super::study::{METRICS, Metric, Varied, object};
-use super::{Accuracy, Failure, report_switches, source, tolerance};
+use super::{Accuracy, Failure, UNPROVEN, report_switches, source, tolerance};
 
 /// What varies, and its values.
 #[derive(Clone, Debug)]
@@ -152,10 +152,12 @@ impl Sweep {
         let mut open = true;
         let mut headers = Vec::new();
         let mut missing = vec![0u64; self.metric.len()];
+        let mut doubtful = 0u64;
         designs.each(range, |design| {
             for (missing, value) in missing.iter_mut().zip(&design.metrics) {
                 *missing += u64::from(value.is_none());
             }
+            doubtful += u64::from(!design.doubtful_roots.is_empty());
             if open {
                 let mut text = String::new();
                 if !self.json && headers.is_empty() {
@@ -192,6 +194,18 @@ impl Sweep {
                 metric.kind.is_missing()
             );
         }
+        if doubtful > 0 {
+            let scene = self.scene.display();
+            let help = match self.precision {
+                super::Precision::Double => "take --precision certified",
+                super::Precision::Certified => UNPROVEN,
+            };
+            let _ = writeln!(
+                io::stderr(),
+                "note: {scene}: roots of {doubtful} of {count} designs are doubtful: no bound is known for them, and they may be \
+                 far from any root; {help}"
+            );
+        }
         flushed
     }
 
@@ -201,14 +215,18 @@ impl Sweep {
         let texts = self.metric.iter().map(|metric| metric.text.as_str());
         let roots = design.roots.iter().map(|root| Value::from(root.to_vec()));
         format!(
-            "{{\"index\": {}, \"parameters\": {}, \"eigenvalues\": {}{}, \"metrics\": {}}}\n",
+            "{{\"index\": {}, \"parameters\": {}, \"eigenvalues\": {}{}{}, \"metrics\": {}}}\n",
             design.index,
             object(varied.names().zip(values)),
             Value::from(roots.collect::<Vec<_>>()),
-            if design.is_doubtful {
+            if design.has_doubtful_places {
                 ", \"doubtful\": true"
             } else {
                 ""
+            },
+            match design.numbers_of_doubtful_roots(", ") {
+                none if none.is_empty() => none,
+                numbers => format!(", \"doubtful_roots\": [{numbers}]"),
             },
             object(texts.zip(design.metrics.iter().copied()))
         )
@@ -239,8 +257,11 @@ fn line(headers: &[String], design: &SweptDesign) -> String {
             None => write!(line, "  {:>width$}", "–"),
         };
     }
-    if design.is_doubtful {
+    if design.has_doubtful_places {
         line += "  places doubtful";
+    }
+    if !design.doubtful_roots.is_empty() {
+        line += &format!("  doubtful: {}", design.numbers_of_doubtful_roots(", "));
     }
     line.push('\n');
     line

@@ -20,11 +20,23 @@ pub struct SweptDesign {
     pub metrics: Vec<Option<f64>>,
     /// Re λ and Im λ of each root at its place.
     pub roots: Vec<[f64; 2]>,
+    /// The places of the roots that have no bound: they may be far from any root.
+    pub doubtful_roots: Vec<usize>,
     /// Whether the places of the roots are a choice.
-    pub is_doubtful: bool,
+    pub has_doubtful_places: bool,
 }
 
-/// The columns of a table of designs: a row has index, parameters, metrics, roots, and whether places are doubtful.
+impl SweptDesign {
+    /// The numbers of the doubtful roots, as in the names of their columns: the first is 1.
+    pub fn numbers_of_doubtful_roots(&self, separator: &str) -> String {
+        let numbers = self.doubtful_roots.iter();
+        let numbers: Vec<String> = numbers.map(|place| (place + 1).to_string()).collect();
+        numbers.join(separator)
+    }
+}
+
+/// The columns of a table of designs: a row has index, parameters, metrics, roots, whether places are doubtful, and the numbers of
+/// the roots that are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepTable {
     /// What varies.
@@ -59,7 +71,8 @@ impl SweepTable {
         let names = names.map(|name| visible(name));
         let roots = (1..=roots).flat_map(|k| [format!("re {k}"), format!("im {k}")]);
         let head = ["design".to_owned()].into_iter().chain(names).chain(roots);
-        csv::row(out, head.chain(["doubtful".to_owned()]))
+        let doubts = ["doubtful", "doubtful roots"].map(str::to_owned);
+        csv::row(out, head.chain(doubts))
     }
 
     /// A row with all digits.
@@ -72,7 +85,11 @@ impl SweepTable {
         let roots = design.roots.iter().flatten().map(|part| csv::number(*part));
         let cells = [design.index.to_string()].into_iter().chain(values);
         let cells = cells.chain(metrics).chain(roots);
-        csv::row(out, cells.chain([design.is_doubtful.to_string()]))
+        let doubts = [
+            design.has_doubtful_places.to_string(),
+            design.numbers_of_doubtful_roots(" "),
+        ];
+        csv::row(out, cells.chain(doubts))
     }
 
     /// The design of a row; `None` where it is none of this table.
@@ -80,7 +97,9 @@ impl SweepTable {
         let mut cells = row.trim_end().split(',');
         let index = cells.next()?.parse().ok()?;
         let mut rest: Vec<&str> = cells.collect();
-        let is_doubtful = rest.pop()?.parse().ok()?;
+        let doubtful = rest.pop()?.split_whitespace();
+        let doubtful = doubtful.map(|number| number.parse::<usize>().ok()?.checked_sub(1));
+        let has_doubtful_places = rest.pop()?.parse().ok()?;
         let (parameters, metrics) = (self.parameters.len(), self.metrics.len());
         let number = |cell: &&str| cell.parse::<f64>().ok();
         let values = rest.get(..parameters)?.iter().map(number);
@@ -99,7 +118,8 @@ impl SweepTable {
                 .chunks_exact(2)
                 .map(|part| [part[0], part[1]])
                 .collect(),
-            is_doubtful,
+            doubtful_roots: doubtful.collect::<Option<_>>()?,
+            has_doubtful_places,
         })
     }
 }
@@ -207,6 +227,9 @@ impl SweepReport<'_> {
     /// The largest Re λ over two parameters: above 0 motions grow.
     pub(super) fn stability(&self) -> Option<String> {
         self.over_two(["largest Re λ", "1/s"], &|design| {
+            if !design.doubtful_roots.is_empty() {
+                return None;
+            }
             design.roots.iter().map(|root| root[0]).reduce(f64::max)
         })
     }
@@ -279,9 +302,11 @@ impl SweepReport<'_> {
         places.max().unwrap_or(0)
     }
 
-    /// The root at a place in a design, as a point.
+    /// The root at a place in a design, as a point; none where it is doubtful.
     pub(super) fn root(&self, design: usize, place: usize) -> (f64, f64) {
-        let root = self.designs[design].roots.get(place);
+        let design = &self.designs[design];
+        let is_known = !design.doubtful_roots.contains(&place);
+        let root = design.roots.get(place).filter(|_| is_known);
         root.map_or((f64::NAN, f64::NAN), |root| (root[0], root[1]))
     }
 }

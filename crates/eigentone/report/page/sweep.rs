@@ -107,16 +107,25 @@ fn roots(report: &SweepReport<'_>) -> String {
         marks: Vec::new(),
         joined: false,
     });
+    let mut remarks = Vec::new();
+    if each > 1 {
+        remarks.push(format!("Drawn is one design of {each}."));
+    }
+    let designs = report.designs.iter();
+    let doubtful = designs.filter(|design| !design.doubtful_roots.is_empty());
+    match doubtful.count() {
+        0 => {}
+        some => remarks.push(format!(
+            "Roots of {some} of {count} designs are doubtful and not drawn; sweep.csv says which."
+        )),
+    }
     let chart = Chart {
         heading: "Roots of all designs".to_owned(),
         x: Axis::linear("Re λ", "1/s"),
         y: Axis::linear("Im λ", "rad/s"),
         series: series.collect(),
         behind: Vec::new(),
-        caption: match each {
-            1 => String::new(),
-            _ => format!("Drawn is one design of {each}."),
-        },
+        caption: remarks.join(" "),
     };
     format!("<div class=\"cards\">\n{}</div>\n", chart.figure())
 }

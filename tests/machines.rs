@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use eigentone::check::{Effort, OneStep, Outcome, WorkPrecision};
 use eigentone::gallery::{Case, Decimal, TrueSample, cases, machines, switches};
-use eigentone::modes::{Bounds, MatrixKind, Precision, System};
+use eigentone::modes::{Bounds, GROUND, MatrixKind, Precision, System};
 use eigentone::report::ModeReport;
 use eigentone::response::{ResponsePlan, Trajectory, methods};
 use eigentone::scene::Scene;
@@ -65,6 +65,28 @@ fn systems_are_read_back_to_the_last_digit() {
         let again = Scene::parse(&text, Path::new("again.json")).expect(name);
         assert_eq!(entries(again.system()), entries(system), "{name}");
     }
+    // What scenes do not have: a place that is named twice, and damping ratios with fewer digits.
+    let two = || {
+        let builder = System::builder().mass("a", 1.0).mass("b", 2.0);
+        let builder = builder.spring(GROUND, "a", 3.0).spring("a", "b", 0.7);
+        builder.point("p", [("a", 1.0), ("b", 1.0), ("a", 1e-20)], 0.5)
+    };
+    let damped = |quick: bool| {
+        let builder = two().modal_damping(vec![0.1, 0.3], None);
+        match quick {
+            true => builder.quick_modal_damping(),
+            false => builder,
+        }
+    };
+    let all = [two(), damped(false), damped(true)].map(|all| all.build().expect("a system"));
+    for system in &all {
+        let text = serde_json::to_string(system).expect("text");
+        let back: System = serde_json::from_str(&text).expect("a system");
+        assert_eq!(entries(&back), entries(system), "{text}");
+        assert!(!text.contains(r#""a":1.0,"b":1.0,"a":1e-20"#), "{text}");
+    }
+    let [_, slow, quick] = &all;
+    assert_ne!(entries(slow), entries(quick));
     let wrong = r#"{"masses": [{"name": "m", "mass": 1.0, "colour": "red"}]}"#;
     let error = serde_json::from_str::<System>(wrong).expect_err("an unknown key");
     assert!(

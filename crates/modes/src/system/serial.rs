@@ -1,8 +1,10 @@
 //! Systems as text, with the keys of a scene: what the builder was given, so that a system read back is the same one, to the
 //! last digit.
 
+use std::collections::HashSet;
+
 use faer::Mat;
-use serde::de::{Error as _, MapAccess, Visitor};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -94,12 +96,17 @@ struct Point {
     unit: Option<Unit>,
 }
 
-/// A map in the order in which it was given.
+/// A map in the order in which it was given. Where a name comes more than once, which maps cannot hold and whose sum need not be a
+/// double, a list of pairs.
 struct Moves(Vec<(String, f64)>);
 
 impl Serialize for Moves {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_map(self.0.iter().map(|(name, times)| (name, times)))
+        let mut names = HashSet::new();
+        match self.0.iter().all(|(name, _)| names.insert(name)) {
+            true => to.collect_map(self.0.iter().map(|(name, times)| (name, times))),
+            false => to.collect_seq(&self.0),
+        }
     }
 }
 
@@ -110,7 +117,15 @@ impl<'de> Deserialize<'de> for Moves {
             type Value = Moves;
 
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str("names with numbers")
+                f.write_str("names with numbers, or pairs of both")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Moves, A::Error> {
+                let mut pairs = Vec::new();
+                while let Some(pair) = list.next_element()? {
+                    pairs.push(pair);
+                }
+                Ok(Moves(pairs))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Moves, A::Error> {
@@ -121,7 +136,7 @@ impl<'de> Deserialize<'de> for Moves {
                 Ok(Moves(pairs))
             }
         }
-        from.deserialize_map(Pairs)
+        from.deserialize_any(Pairs)
     }
 }
 
@@ -241,6 +256,13 @@ struct ModalText {
     ratios: Vec<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     relative_to: Option<String>,
+    /// Whether [`SystemBuilder::quick_modal_damping`] was asked for.
+    #[serde(default, skip_serializing_if = "is_false")]
+    quick: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 impl Description {
@@ -320,6 +342,7 @@ impl Description {
         out.damping.modal = given.modal.as_ref().map(|modal| ModalText {
             ratios: modal.ratios.clone(),
             relative_to: modal.relative_to.clone(),
+            quick: modal.in_double_double,
         });
         Some(out)
     }
@@ -396,6 +419,9 @@ impl Description {
         }
         if let Some(modal) = self.damping.modal {
             builder = builder.modal_damping(modal.ratios, modal.relative_to.as_deref());
+            if modal.quick {
+                builder = builder.quick_modal_damping();
+            }
         }
         Ok(builder)
     }
@@ -412,7 +438,8 @@ impl Matrices {
 }
 
 /// What the builder was given, under the keys of a scene file: `masses`, `matrices`, `supports`, `points`, `springs`, `dampers`,
-/// `beams`, `rods` and `damping`. An error for sparse matrices of more than [`MAX_DENSE_COORDINATES`] coordinates, and for
+/// `beams`, `rods` and `damping`; what scenes do not have is `quick` in `modal`, and `moves` as a list of pairs where a point names a
+/// coordinate twice. An error for sparse matrices of more than [`MAX_DENSE_COORDINATES`] coordinates, and for
 /// systems that were made from others.
 impl Serialize for System {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {

@@ -1336,6 +1336,21 @@ const NEARLY_FIVE_FOLD: &str = r#"{"matrices": {
     "damping": [[2.0000000000001705, 0, -2.0000000000001705], [2, 1, -3.999999999999943], [0, 0, 2.0000000000001705]],
     "stiffness": [[1.0000000000001705, 0, -1.0000000000001705], [2, 1, -4], [0, 0, 1.0000000000001705]]}}"#;
 
+/// A free body is no spring: there is no table of forces without columns.
+#[test]
+fn forces_of_no_elements_are_not_written() {
+    let folder = fresh("no-elements");
+    fs::create_dir(&folder).expect("it can be made");
+    let path = folder.join("free.json");
+    let scene = r#"{"masses": [{"name": "m", "mass": 1}], "initial": {"m": {"velocity": 1}}, "time": {"end": 1, "step": 0.5}}"#;
+    fs::write(&path, scene).expect("it can be written");
+    let out = folder.join("out");
+    let [path, results] = [&path, &out].map(|path| path.to_str().expect("a UTF-8 path"));
+    printed(&["analyze", path, "--out", results]);
+    assert!(out.join("accelerations.csv").exists());
+    assert!(!out.join("forces.csv").exists());
+}
+
 /// Doubles give one root of two overdamped masses on a soft negative spring 35 times too large: it is named, and so is what helps.
 #[test]
 fn doubtful_roots_of_a_sweep_are_named() {

@@ -682,6 +682,11 @@ fn sweep_errors(listing: &mut Listing) {
     let beside = System::builder().mass("m0", 1.0).support("wall");
     let beside = beside.spring("wall", GROUND, 1.0).spring("wall", "m0", 1.0);
     let beside = beside.build().expect("a system");
+    let proportional = System::builder().mass("m0", 1.0).spring(GROUND, "m0", 1.0);
+    let proportional = proportional
+        .rayleigh(0.0, 0.1, None)
+        .build()
+        .expect("a system");
     let problem = |step: f64, force: f64| -> Problem<'_> {
         let asked = Response::of(&one).load("m0", Step::of(force));
         asked.every(step).until(1.0).problem().expect("a problem")
@@ -707,6 +712,7 @@ fn sweep_errors(listing: &mut Listing) {
         pushed.solve();
         Design::of(&matrix);
         Design::of(&beside);
+        Design::of(&proportional);
         design.set(Parameter::Spring(7), 1.0);
         design.set(Parameter::Mass(0), 0.0);
         of_loose.solve(&loose);
@@ -760,6 +766,7 @@ fn check_errors(listing: &mut Listing) {
     let chain = chain.expect("a chain");
     list! { listing:
         chain.free(&[1.0], &[0.0], 1.0);
+        UniformChain::new(ChainEnds::Free, 0, 1.0, 1.0);
         MassSpringDamper::new(0.0, 1.0, 1.0);
         MassSpringDamper::new(1.0, -1.0, 1.0);
         MassSpringDamper::new(1.0, 1.0, 1e-71);

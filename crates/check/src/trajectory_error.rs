@@ -26,6 +26,8 @@ impl TrajectoryError {
     /// If the two differ in coordinates or instants.
     pub fn between(trajectory: &Trajectory, reference: &Trajectory) -> TrajectoryError {
         assert_eq!(trajectory.steps(), reference.steps(), "the same instants");
+        // The same indices of another grid are other instants.
+        assert_eq!(trajectory.times(), reference.times(), "the same instants");
         TrajectoryError {
             displacement: distance(trajectory.displacement(), reference.displacement()),
             velocity: distance(trajectory.velocity(), reference.velocity()),
@@ -61,5 +63,21 @@ pub(crate) fn greater(a: f64, b: f64) -> f64 {
         f64::INFINITY
     } else {
         a.max(b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faer::Mat;
+
+    #[test]
+    #[should_panic(expected = "the same instants")]
+    fn motions_of_other_grids_are_not_compared() {
+        let still = |step: f64| {
+            let rest = || Mat::zeros(1, 2);
+            Trajectory::new("rest", vec![0, 1], vec![0.0, step], rest(), rest())
+        };
+        TrajectoryError::between(&still(0.1), &still(0.2));
     }
 }

@@ -205,7 +205,9 @@ fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunction
 
 fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> Result<(), Failure> {
     files.write("accelerations.csv", |out| report.accelerations(out))?;
-    files.write("forces.csv", |out| report.forces(out))?;
+    if report.has_forces() {
+        files.write("forces.csv", |out| report.forces(out))?;
+    }
     if report.has_outputs() {
         files.write("outputs.csv", |out| report.outputs(out))?;
     }

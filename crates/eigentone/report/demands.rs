@@ -99,6 +99,11 @@ impl<'a> DemandReport<'a> {
         self.csv(out, &all, &bounds.collect::<Vec<_>>())
     }
 
+    /// Whether there are springs or dampers.
+    pub fn has_forces(&self) -> bool {
+        !self.of_elements().is_empty()
+    }
+
     /// Whether there are outputs.
     pub fn has_outputs(&self) -> bool {
         self.trajectory.outputs().next().is_some()

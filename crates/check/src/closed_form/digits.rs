@@ -30,6 +30,9 @@ pub enum ClosedFormError {
         /// The value given.
         value: f64,
     },
+    /// A chain has no masses.
+    #[error("a chain of 0 masses does not move: it must have one at least")]
+    NoMasses,
     /// A state has more or fewer entries than there are masses.
     #[error("the state has length {given}: it must be {masses}, the number of masses")]
     State {

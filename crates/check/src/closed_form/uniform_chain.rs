@@ -51,13 +51,16 @@ impl UniformChain {
     /// A chain of `count` masses of `m` kg on springs of `stiffness` N/m; 34 digits.
     ///
     /// # Errors
-    /// [`ClosedFormError`] unless both are finite, the mass positive and the stiffness not negative.
+    /// [`ClosedFormError`] unless there is a mass, both are finite, the mass positive and the stiffness not negative.
     pub fn new(
         ends: ChainEnds,
         count: usize,
         m: f64,
         stiffness: f64,
     ) -> Result<UniformChain, ClosedFormError> {
+        if count == 0 {
+            return Err(ClosedFormError::NoMasses);
+        }
         Ok(UniformChain {
             ends,
             count,
@@ -112,7 +115,7 @@ impl UniformChain {
             }
         }
         let values = to_digits(self.digits, |bits| self.superpose(x0, v0, times, bits));
-        let instants = values.chunks(2 * self.count.max(1));
+        let instants = values.chunks(2 * self.count);
         Ok(instants.map(|values| motions(values.to_vec())).collect())
     }
 
@@ -179,5 +182,24 @@ impl UniformChain {
             ChainEnds::Free => (j - 1, n),
         };
         (pi(bits) * Ball::from(numerator) / Ball::from(denominator)).scaled(-1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_has_a_mass() {
+        for ends in [
+            ChainEnds::BothGrounded,
+            ChainEnds::FirstGrounded,
+            ChainEnds::Free,
+        ] {
+            let none = UniformChain::new(ends, 0, 1.0, 1.0);
+            assert_eq!(none, Err(ClosedFormError::NoMasses));
+            let one = UniformChain::new(ends, 1, 1.0, 1.0).expect("a chain");
+            assert_eq!(one.natural_frequencies().len(), 1);
+        }
     }
 }

@@ -64,9 +64,10 @@ pub enum StateSpaceError {
         /// How many inputs there are.
         inputs: usize,
     },
-    /// Under noise something goes farther and farther.
+    /// Something does not come to rest by itself: noise drives it farther and farther, or what it did at first goes on beside the
+    /// noise.
     #[error(
-        "white noise drives the state farther and farther, as {what} does not come to rest by itself"
+        "the motion under noise does not become stationary, as {what} does not come to rest by itself"
     )]
     NotStationary {
         /// The rigid motion or the undamped modes.

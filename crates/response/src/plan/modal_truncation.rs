@@ -195,9 +195,9 @@ impl Kept {
         let mut state = State::at_rest();
         let mut shares = Vec::new();
         let mut reach = vec![0.0; shapes.nrows()];
-        for k in 0..modes.len() {
+        let [displaced, pushed] = &amplitudes;
+        for (k, (&x, &v)) in displaced.iter().zip(pushed).enumerate() {
             let shape = shapes.col(k);
-            let [x, v] = [amplitudes[0][k], amplitudes[1][k]];
             let name = format!("x{}", k + 1);
             state = state.displace(&name, x).push(&name, v);
             let loads = problem.loads().iter();

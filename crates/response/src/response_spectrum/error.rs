@@ -27,7 +27,7 @@ pub enum SpectrumError {
     },
     /// The search for the largest values ends before much is known of them.
     #[error(
-        "the largest motion at {frequency:?} Hz is not found: it turns too often while the base is shaken: give a shorter pulse, or samples"
+        "the largest motion at {frequency:?} Hz is not found: it turns too often while the base is shaken: leave this frequency out, or give a shorter shake"
     )]
     Undecided {
         /// In Hz.

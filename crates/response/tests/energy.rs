@@ -541,6 +541,18 @@ fn energies_of_beams_are_those_of_exact_fractions() {
     assert_near(found.work()[10], 212_031_127.39, 1e-10);
 }
 
+/// A free body that was moved as a whole has no energy, to the digits in which its springs cancel.
+#[test]
+fn a_body_that_was_moved_as_a_whole_is_at_rest() {
+    let system = System::builder().mass("a", 914.5).mass("b", 1.2);
+    let system = system.spring("a", "b", 17.6).damper("a", GROUND, 0.3);
+    let system = system.build().expect("a system");
+    let moved = State::at_rest().displace("a", 1.0).displace("b", 1.0);
+    let found = energy(Response::of(&system).from(moved).every(0.01).until(0.1));
+    assert_eq!(most(&found), 0.0);
+    assert!(found.bound().iter().all(|bound| *bound < 1e-24));
+}
+
 /// Times that are asked for alone are no instants of the grid.
 #[test]
 fn other_times_are_refused() {

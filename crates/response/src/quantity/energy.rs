@@ -64,6 +64,8 @@ impl Energy {
     pub fn along(problem: &Problem<'_>, trajectory: &Trajectory) -> Result<Energy, ResponseError> {
         /// What an energy has to be known to, beside the largest.
         const KNOWN: f64 = 1e-6;
+        /// And beside what cancels in it.
+        const CANCELLED: f64 = 1e-26;
         let refuse = |reason: &str| {
             Err(ResponseError::NotApplicable {
                 method: "energy",
@@ -87,8 +89,15 @@ impl Energy {
             return refuse(&reason);
         }
         let found = Course::of(problem).and_then(|course| Energy::of(course, problem, steps));
+        // What springs would hold if only one of their ends were displaced as at first: where all of it cancels nothing is left.
+        let displaced = problem.initial_displacement().iter();
+        let displaced = displaced.fold(0.0f64, |most, x| most.max(x.abs()));
+        let springs = system.terms(MatrixKind::Stiffness);
+        let springs = springs.map(|term| term.value.abs()).sum::<f64>();
+        let cancelled = CANCELLED * springs * displaced * displaced;
+        let cancelled = Some(cancelled).filter(|size| size.is_finite());
         let found = match found {
-            Ok(energy) if energy.is_known_to(f64::EPSILON) => Ok(energy),
+            Ok(energy) if energy.is_known_to(f64::EPSILON, 0.0) => Ok(energy),
             few => {
                 let more = Course::with_more(problem);
                 let more = more.and_then(|course| Energy::of(course, problem, steps));
@@ -96,7 +105,7 @@ impl Energy {
             }
         };
         match found {
-            Ok(energy) if energy.is_known_to(KNOWN) => Ok(energy),
+            Ok(energy) if energy.is_known_to(KNOWN, cancelled.unwrap_or(0.0)) => Ok(energy),
             Ok(_) => refuse("no number of digits in reach suffices to follow it"),
             Err(reason) => refuse(reason),
         }
@@ -142,12 +151,12 @@ impl Energy {
         Ok(energy)
     }
 
-    /// Whether all bounds are at most so much of the largest energy.
-    fn is_known_to(&self, relative: f64) -> bool {
+    /// Whether all bounds are at most so much of the largest energy, or `absolute`.
+    fn is_known_to(&self, relative: f64, absolute: f64) -> bool {
         let parts = [&self.kinetic, &self.potential, &self.dissipated, &self.work];
         let sizes = parts.into_iter().flatten().map(|value| value.abs());
         let largest = sizes.fold(self.initial.abs(), f64::max);
-        let least = relative * largest + f64::MIN_POSITIVE / f64::EPSILON;
+        let least = (relative * largest).max(absolute) + f64::MIN_POSITIVE / f64::EPSILON;
         largest.is_finite() && self.bound.iter().all(|bound| *bound <= least)
     }
 

@@ -18,6 +18,9 @@ const TOUCH: f64 = 1e-12;
 /// The most designs that are solved between two, for each root: a crossing takes about 80.
 const MOST: usize = 200;
 
+/// So often a step is halved where [`Station::parts_by_itself`] holds.
+const MOST_ALIKE: usize = 53;
+
 /// Keeps each root at its place along a path of designs.
 ///
 /// ```
@@ -187,7 +190,7 @@ impl Follower {
         }
         let expected = self.here.roots.len();
         let mut here = self.here.clone();
-        let (mut t, mut step, mut spent) = (0.0, 0.5, 0);
+        let (mut t, mut step, mut spent, mut alike) = (0.0, 0.5, 0, 0);
         loop {
             let is_last = t + step >= 1.0;
             let between = if is_last {
@@ -208,8 +211,15 @@ impl Follower {
                     here = between?.ordered(&order).with_shapes_of(&here);
                     t += step;
                     step *= 2.0;
+                    alike = 0;
                 }
-                None if spent < MOST * expected && t + 0.5 * step > t => step *= 0.5,
+                None if spent < MOST * expected && alike < MOST_ALIKE && t + 0.5 * step > t => {
+                    step *= 0.5;
+                    alike = match next.is_some_and(|next| here.parts_by_itself(next)) {
+                        true => alike + 1,
+                        false => 0,
+                    };
+                }
                 None => return None,
             }
         }
@@ -372,6 +382,24 @@ impl Station {
     fn separates(&self, i: usize, k: usize) -> bool {
         let (a, b) = (self.roots[i], self.roots[k]);
         a == b.conj() || touch(a, b) || size(a - b) > self.bounds[i] + self.bounds[k]
+    }
+
+    /// Whether roots that coincide here part in another design, and stay together far from all others: a shorter step shows
+    /// the same at a smaller size, without end where the path begins at 0.
+    fn parts_by_itself(&self, other: &Station) -> bool {
+        let (from, to) = (&self.roots, &other.roots);
+        let groups = from.iter().filter_map(|root| {
+            let count = from.iter().filter(|other| touch(*root, **other)).count();
+            let off = |other: &Complex<f64>| (other - root).norm();
+            let mut near: Vec<Complex<f64>> = to.clone();
+            near.sort_by(|a, b| off(a).total_cmp(&off(b)));
+            let (own, others) = near.split_at(count);
+            let parts = own.iter().any(|one| !touch(*one, own[0]));
+            let next = others.first().map_or(f64::INFINITY, off);
+            parts.then(|| next >= 4.0 * off(&own[count - 1]))
+        });
+        let mut groups = groups.peekable();
+        groups.peek().is_some() && groups.all(|is_apart| is_apart)
     }
 
     fn separates_all(&self) -> bool {

@@ -174,3 +174,31 @@ fn random_paths_with_crossings_agree_with_paths_a_hundred_times_finer() {
     assert!(crossings > 300, "{crossings} crossings");
     assert!(doubtful <= 5, "{doubtful} doubtful");
 }
+
+/// Two bodies that float freely, four zero roots with two shapes, until a spring holds them together: how they part is the same at
+/// every size, so that designs between tell nothing, however close to 0, and few are asked for.
+#[test]
+fn roots_that_part_the_same_at_every_size_are_not_pursued() {
+    let solve = |k: f64| {
+        let builder = System::builder().mass("a", 1.0).mass("b", 2.0);
+        let builder = builder.mass("c", 1.5).spring("b", "c", 7.0);
+        let builder = builder.damper("b", "c", 0.3).spring("a", "b", k);
+        solved(builder.build().ok()?)
+    };
+    let mut follower = solve(0.0).expect("a start");
+    let mut asked = 0;
+    let followed = follower.advance(|t| {
+        asked += 1;
+        solve(t)
+    });
+    assert_eq!(followed, Ok(Followed::Doubtful));
+    assert!(asked < 100, "{asked}");
+    let mut roots = follower.roots().to_vec();
+    roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    // The centre of mass floats on, and a moves against the two others, about.
+    assert_eq!(roots[..2], [Complex::ZERO; 2]);
+    let about = (1.0f64 / 1.0 + 1.0 / 3.5).sqrt();
+    for root in &roots[2..4] {
+        assert!((root.im.abs() - about).abs() < 0.1, "{roots:?}");
+    }
+}

@@ -281,7 +281,8 @@ impl<T: Real> BallMatrix<T> {
         (0..n).map(rows).filter(|rows| !rows.is_empty()).collect()
     }
 
-    fn part(&self, rows: &[usize], columns: &[usize]) -> BallMatrix<T> {
+    /// The entries in these rows and columns, in this order.
+    pub fn part(&self, rows: &[usize], columns: &[usize]) -> BallMatrix<T> {
         let mut part = BallMatrix::zeros(rows.len(), columns.len());
         for (k, i) in rows.iter().enumerate() {
             for (l, j) in columns.iter().enumerate() {

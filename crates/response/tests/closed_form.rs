@@ -2,7 +2,7 @@
 //! a mass and of a node without one.
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Bounds, GROUND, Precision, System};
+use eigentone_modes::{Bounds, GROUND, MatrixKind, Precision, System};
 use eigentone_response::{
     ByExponential, Extrema, Harmonic, Hold, Impulse, Ramp, Response, Samples, State, Step, methods,
 };
@@ -357,4 +357,94 @@ fn large_phases_and_frequencies_lose_no_digits() {
             }
         }
     }
+}
+
+/// What is unstable and at rest stays so, however large its motion would become: an oscillator beside it moves as without it,
+/// by every method, whatever holds the other, and on long grids too.
+#[test]
+fn what_nothing_moves_stays_at_rest() {
+    let beside = || {
+        System::builder()
+            .mass("moves", 1.0)
+            .mass("rests", 1.0)
+            .spring(GROUND, "moves", 4.0)
+    };
+    let systems = [
+        beside().spring(GROUND, "rests", -1e8),
+        beside().damper(GROUND, "rests", -1e6),
+        beside()
+            .damper(GROUND, "moves", 0.0)
+            .mass("relaxes", 0.0)
+            .damper("rests", "relaxes", 1.0)
+            .spring("relaxes", GROUND, -1e8),
+        // It drives the other, which does nothing to it.
+        beside().spring(GROUND, "rests", -1e8).matrix(
+            MatrixKind::Stiffness,
+            faer::mat![[0.0, 3.0], [0.0, 0.0]].as_ref(),
+        ),
+    ];
+    for (number, builder) in systems.into_iter().enumerate() {
+        let system = builder.build().expect("a system");
+        for (step, end) in [(0.5, 10.0), (0.01, 20.0)] {
+            let from = State::at_rest().displace("moves", 1.0);
+            let asked = Response::of(&system).from(from).every(step).until(end);
+            let kicked = asked.clone().load("moves", Impulse::of(2.0).at(0.0));
+            for (asked, kick) in [(asked, 0.0), (kicked, 1.0)] {
+                let problem = asked.problem().expect("well posed");
+                for method in methods() {
+                    // Superposition finds no modes of matrices that are not symmetric.
+                    if method.refuses(&problem).is_some() {
+                        assert_ne!(method.name(), "certified exponential");
+                        continue;
+                    }
+                    let found = method.run(&problem).expect(method.name());
+                    let place = (system.index_of("moves"), system.index_of("rests"));
+                    let (Some(moves), Some(rests)) = place else {
+                        panic!("both are there");
+                    };
+                    for k in 0..found.len() {
+                        let t = step * k as f64;
+                        let exact = (2.0 * t).cos() + kick * (2.0 * t).sin();
+                        let off = (found.displacement()[(moves, k)] - exact).abs();
+                        assert!(off < 1e-12, "{number}, {}, {t}: {off:e}", method.name());
+                        assert_eq!(found.displacement()[(rests, k)], 0.0);
+                        assert_eq!(found.velocity()[(rests, k)], 0.0);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A coupling in one way is seen in that way: what moves drives the unstable mass, whose motion exceeds the doubles.
+#[test]
+fn what_is_driven_does_not_rest() {
+    let system = System::builder()
+        .mass("moves", 1.0)
+        .mass("driven", 1.0)
+        .spring(GROUND, "moves", 4.0)
+        .spring(GROUND, "driven", -1.0)
+        .matrix(
+            MatrixKind::Stiffness,
+            faer::mat![[0.0, 0.0], [-5.0, 0.0]].as_ref(),
+        );
+    let system = system.build().expect("a system");
+    let from = State::at_rest().displace("moves", 1.0);
+    let asked = Response::of(&system).from(from).every(0.5);
+    let problem = asked.clone().until(10.0).problem().expect("well posed");
+    for method in methods() {
+        if method.refuses(&problem).is_some() {
+            continue;
+        }
+        let found = method.run(&problem).expect(method.name());
+        for k in 0..found.len() {
+            // y″ = y + 5 cos 2t from rest.
+            let t = 0.5 * k as f64;
+            let exact = t.cosh() - (2.0 * t).cos();
+            let off = (found.displacement()[(1, k)] - exact).abs();
+            assert!(off < 1e-11 * t.exp(), "{}, {t}: {off:e}", method.name());
+        }
+    }
+    let overflow = asked.until(1000.0).run();
+    assert!(overflow.is_err(), "e^1000 is no double");
 }

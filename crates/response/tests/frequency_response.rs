@@ -939,3 +939,52 @@ fn bounds_far_above_all_modes_say_something() {
         );
     }
 }
+
+/// Behind a chain with a node without mass, whose damper is so weak that it creeps far above all modes, a force falls to a part in
+/// 1e35 before it does: all turns are those of the continuants of its matrix on a fine grid, and found to be all.
+#[test]
+fn turns_behind_a_node_without_mass_are_all_found() {
+    let masses = [1.14, 1.4, 2.23, 2.6, 0.0, 2.13, 1.83];
+    let springs = [3319.3, 14.3, 4030.3, 56.0, 35.2, 147.3, 714.1];
+    let dampers = [0.056, 0.13, 0.02, 0.168, 0.0, 0.016, 0.025];
+    let n = masses.len();
+    let mut builder = System::builder();
+    for i in 0..n {
+        let name = |i: usize| format!("m{i}");
+        let before = i.checked_sub(1).map_or_else(|| GROUND.to_owned(), name);
+        builder = builder.mass(name(i), masses[i]);
+        builder = builder.spring(&before, name(i), springs[i]);
+        builder = builder.damper(&before, name(i), dampers[i]);
+    }
+    let system = builder.build().expect("a system");
+    let found = features(&system, "m0", "m6");
+    let size = |frequency: f64| {
+        let link = |i: usize| match i < n {
+            true => Complex::new(springs[i], frequency * dampers[i]),
+            false => Complex::ZERO,
+        };
+        let (mut before, mut now) = (Complex::ZERO, Complex::ONE);
+        for i in 0..n {
+            let own = link(i) + link(i + 1) - frequency * frequency * masses[i];
+            let next = own * now - link(i) * link(i) * before;
+            (before, now) = (now, next);
+        }
+        let links = (1..n).map(|i| link(i).norm().ln()).sum::<f64>();
+        links - now.norm().ln()
+    };
+    let mut turns = [Vec::new(), Vec::new()];
+    let at = |k: i32| 0.1 * (f64::from(k) * 4e-5).exp();
+    let sizes: Vec<f64> = (0..400_000).map(|k| size(at(k))).collect();
+    for k in 1..399_999usize {
+        let [before, own, after] = [sizes[k - 1], sizes[k], sizes[k + 1]];
+        if (own > before) != (after > own) {
+            turns[usize::from(own < after)].push(at(k as i32));
+        }
+    }
+    for (found, truth) in [found.peaks(), found.dips()].into_iter().zip(&turns) {
+        assert_eq!(found.len(), truth.len(), "{found:?} {truth:?}");
+        for (found, truth) in found.iter().zip(truth) {
+            assert_near(found.frequency().0, *truth, 1e-4);
+        }
+    }
+}

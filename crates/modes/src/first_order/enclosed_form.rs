@@ -58,6 +58,45 @@ impl<T: Real> EnclosedFirstOrder<T> {
         })
     }
 
+    /// The same where the states that are not `kept` are 0 all the time, and left out: a coordinate with mass stays as a
+    /// whole where its displacement or its velocity is kept. There is no proof here that they are 0.
+    ///
+    /// # Panics
+    /// If `kept` does not say it of each state.
+    #[must_use]
+    pub fn within(&self, kept: &[bool]) -> EnclosedFirstOrder<T> {
+        assert_eq!(kept.len(), self.states(), "one for each state");
+        let nf = self.massive.len();
+        let massive = (0..nf).filter(|i| kept[*i] || kept[nf + i]);
+        let massive: Vec<usize> = massive.collect();
+        let relaxing = || (2 * nf..kept.len()).filter(|i| kept[*i]);
+        let velocities = massive.iter().map(|i| nf + i);
+        let states: Vec<usize> = massive
+            .iter()
+            .copied()
+            .chain(velocities)
+            .chain(relaxing())
+            .collect();
+        // The stiffness has no rows for velocities.
+        let held: Vec<usize> = massive
+            .iter()
+            .copied()
+            .chain(relaxing().map(|i| i - nf))
+            .collect();
+        let all: Vec<usize> = (0..self.initial.columns()).collect();
+        let coordinates = &all[..self.x.rows()];
+        EnclosedFirstOrder {
+            a: self.a.part(&states, &states),
+            b: self.b.part(&states, coordinates),
+            x: self.x.part(coordinates, &states),
+            d: self.d.clone(),
+            initial: self.initial.part(&states, &all),
+            mass: self.mass.part(&massive, &massive),
+            stiffness: self.stiffness.part(&held, &held),
+            massive: massive.iter().map(|i| self.massive[*i]).collect(),
+        }
+    }
+
     /// The number N of states.
     pub fn states(&self) -> usize {
         self.a.rows()

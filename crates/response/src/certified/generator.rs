@@ -4,7 +4,7 @@ use eigentone_digits::{BallMatrix, Magnitude, Real};
 use eigentone_modes::EnclosedFirstOrder;
 
 use crate::enclosed::{Energy, Normed, add_multiple, cos_sin, frobenius};
-use crate::problem::{Known, Piece, Problem, Pulse, Rate, Source, StraightLoad};
+use crate::problem::{Known, Piece, Problem, Pulse, Rate, Source, StraightLoad, moving};
 
 /// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
 /// frequency, and of each pulse; the force on each coordinate, or the signal of each channel, with a straight load; its
@@ -71,13 +71,39 @@ impl<T: Real> Generator<T> {
     /// coordinates costs digits, and the exponential costs none.
     /// Sources in `more` are combinations beside those of the problem.
     pub(crate) fn of<G: Real>(problem: &Problem<'_>, more: &[Source]) -> Option<Generator<T>> {
+        let form = EnclosedFirstOrder::<G>::of(problem.system()).ok()?;
+        Generator::of_form(problem, &form, more)
+    }
+
+    /// The same without the states that nothing moves, where no force acts but those of the problem: what is at rest may
+    /// be unstable, and errors would grow in it.
+    pub(crate) fn of_moving<G: Real>(problem: &Problem<'_>) -> Option<Generator<T>> {
+        let form = EnclosedFirstOrder::<G>::of(problem.system()).ok()?;
+        let start = form.initial().times(&motion(problem));
+        let starts = (0..form.states()).map(|i| !start.is_zero(i, 0)).collect();
+        let moving = moving(
+            problem,
+            starts,
+            |i, j| !form.b().is_zero(i, j),
+            |i, j| !form.a().is_zero(i, j),
+        );
+        match moving.contains(&false) {
+            true => Generator::of_form(problem, &form.within(&moving), &[]),
+            false => Generator::of_form(problem, &form, &[]),
+        }
+    }
+
+    fn of_form<G: Real>(
+        problem: &Problem<'_>,
+        form: &EnclosedFirstOrder<G>,
+        more: &[Source],
+    ) -> Option<Generator<T>> {
         let system = problem.system();
-        let form = EnclosedFirstOrder::<G>::of(system).ok()?;
         let end = problem.grid().time(problem.grid().last());
         let horizon = if end > 0.0 { end } else { 1.0 };
         let structure = system.structure();
         let supported = structure.is_passive() && structure.zero_roots() == Some(0);
-        let energy = Energy::of(&form, supported, 1.0 / horizon)?;
+        let energy = Energy::of(form, supported, 1.0 / horizon)?;
 
         let timeline = problem.timeline();
         let (own, n) = (form.states(), system.len());

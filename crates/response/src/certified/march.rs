@@ -609,16 +609,19 @@ mod tests {
         assert!((motion.displacement()[(0, 1)] - wanted).abs() < 1e-15);
     }
 
-    /// A bound beyond the doubles says nothing, even where the one in more digits is finite: b is free, and lost in what a
-    /// at rest could have become.
+    /// A bound beyond the doubles says nothing, even where the one in more digits is finite: the two swing against each other,
+    /// and are lost in what could have become of them together.
     #[test]
     fn a_bound_beyond_the_doubles_is_no_bound() {
         let system = System::builder()
             .mass("a", 1.0)
             .mass("b", 1.0)
-            .spring(GROUND, "a", -1e8);
+            .spring(GROUND, "a", -1e8)
+            .spring(GROUND, "b", -1e8)
+            .spring("a", "b", 1e8);
         let system = system.build().expect("a system");
-        let ask = Response::of(&system).from(State::at_rest().displace("b", 1.0));
+        let apart = State::at_rest().displace("a", 1.0).displace("b", -1.0);
+        let ask = Response::of(&system).from(apart);
         let problem = ask.every(1.0).until(1.0).problem().expect("a problem");
         match ByCertifiedExponential.run(&problem) {
             Err(ResponseError::Lost { index: 1, .. }) => {}

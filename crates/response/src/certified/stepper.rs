@@ -24,7 +24,7 @@ impl<T: Real> Stepper<T> {
     /// That of a problem, computed in the arithmetic of G, for one use. `None` where the digits do not suffice to divide by the
     /// masses.
     pub(super) fn of<G: Real>(problem: &Problem<'_>) -> Option<Stepper<T>> {
-        let generator = Arc::new(Generator::of::<G>(problem, &[])?);
+        let generator = Arc::new(Generator::of_moving::<G>(problem)?);
         let unit = None;
         Some(Stepper { generator, unit })
     }

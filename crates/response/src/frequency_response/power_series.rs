@@ -2,9 +2,10 @@
 //! coefficients as are asked for, and one bound for all that follow.
 //!
 //! With x = x₀ + ρt and A = A₀ + tA₁ + t²A₂, the coefficients follow from A₀yₖ = bₖ − A₁yₖ₋₁ − A₂yₖ₋₂. Where
-//! q = ‖|A₀⁻¹A₁| + |A₀⁻¹A₂|‖ < 1 in the largest ratio to some lengths, A is regular for all complex |t| ≤ 1, and y there at most
-//! ‖|A₀⁻¹b₀| + |A₀⁻¹b₁| + |A₀⁻¹b₂|‖/(1 − q); a bound of an analytic function on the unit disc bounds all of its coefficients
-//! (Cauchy).
+//! G = |A₀⁻¹A₁| + |A₀⁻¹A₂| has q = ‖G‖ < 1 in the largest ratio to some lengths, A is regular for all complex |t| ≤ 1, and |y| there at
+//! most (1 − G)⁻¹v with v = |A₀⁻¹b₀| + |A₀⁻¹b₁| + |A₀⁻¹b₂|, so at most z wherever v + Gz ≤ z, entry by entry: behind many masses y is
+//! smaller than before them by as many powers as its bound then is, and ‖v‖/(1 − q) is not. A bound of an analytic function on the
+//! unit disc bounds all of its coefficients (Cauchy).
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
@@ -33,6 +34,8 @@ pub(super) struct Center {
     changes: Vec<(usize, usize, [Number; 2])>,
     lengths: Vec<f64>,
     contraction: f64,
+    /// G, by rows.
+    growth: Vec<Magnitude>,
 }
 
 /// The coefficients of an analytic function of t, and a bound of its size where |t| ≤ 1.
@@ -79,6 +82,7 @@ impl Center {
             changes,
             lengths: Vec::new(),
             contraction: 0.0,
+            growth: Vec::new(),
         };
         let known = center.contract(n, least);
         (known.map(|()| center), work)
@@ -123,6 +127,10 @@ impl Center {
             }
             (radius, contraction) = (2.0 * radius, wider);
         }
+        // What is below the doubles is not 0.
+        let grown = |(a, b): (&f64, &f64)| (radius * (a + radius * b)) * UPWARD + f64::MIN_POSITIVE;
+        let grown = first.iter().zip(&second).map(grown);
+        self.growth = grown.map(Magnitude::from).collect();
         for (_, _, [first, second]) in &mut self.changes {
             *first = times(*first, radius);
             *second = times(*second, radius * radius);
@@ -160,6 +168,32 @@ impl Center {
             let bound = |(value, off): (Complex<f64>, f64)| (value.norm() + off) * UPWARD;
             product.into_iter().map(bound).collect()
         })
+    }
+
+    /// Bounds of the entries of y on the unit disc, from those of v.
+    fn within(&self, least: &[Magnitude]) -> Vec<Magnitude> {
+        /// Few steps are enough far from poles.
+        const STEPS: usize = 24;
+        let n = least.len();
+        let next = |z: &[Magnitude], i: usize| {
+            let row = self.growth[i * n..(i + 1) * n].iter().zip(z);
+            row.fold(least[i], |sum, (factor, z)| sum + *factor * *z)
+        };
+        let mut z = least.to_vec();
+        for _ in 0..STEPS {
+            // Twice the sum so far, if that is enough.
+            let twice: Vec<Magnitude> = z.iter().map(|z| *z + *z).collect();
+            if (0..n).all(|i| next(&twice, i) <= twice[i]) {
+                return twice;
+            }
+            z = (0..n).map(|i| next(&z, i)).collect();
+        }
+        let ratios = least.iter().zip(&self.lengths);
+        let ratios = ratios.map(|(size, length)| *size / Magnitude::from(*length));
+        let largest = ratios.fold(Magnitude::ZERO, |a, b| if a < b { b } else { a });
+        let largest = largest / Magnitude::from(1.0 - self.contraction * UPWARD);
+        let bound = |length: &f64| largest * Magnitude::from(*length);
+        self.lengths.iter().map(bound).collect()
     }
 
     /// The centre and ρ.
@@ -233,13 +267,10 @@ impl Center {
                 }
             }
         }
-        let ratios = sizes.iter().zip(&self.lengths);
-        let ratios = ratios.map(|(size, length)| *size / Magnitude::from(*length));
-        let largest = ratios.fold(Magnitude::ZERO, |a, b| if a < b { b } else { a });
-        let largest = largest / Magnitude::from(1.0 - self.contraction * UPWARD);
+        let sizes = self.within(&sizes);
         let sum = |parts: &Polynomial| parts.iter().fold(Magnitude::ZERO, |s, p| s + p.upper());
         let largest = output.iter().fold(sum(&direct), |total, (column, parts)| {
-            total + sum(parts) * largest * Magnitude::from(self.lengths[*column])
+            total + sum(parts) * sizes[*column]
         });
         PowerSeries {
             coefficients,

@@ -83,7 +83,7 @@ impl Superposition {
         let driven =
             inverse.submatrix(0, 0, own, own) * plant.a.submatrix(0, own, own, plant.integrals);
         let mut flow = Blocks {
-            blocks: &basis.blocks,
+            blocks: basis.blocks(&plant.moving),
             low: vec![0.0; states],
             u: inputs.columns(b.subrows(0, own)),
             integrals: Integrals::of(problem, &inputs, driven, own),
@@ -196,8 +196,8 @@ impl Integrals {
 
 /// Independent blocks of one or two states, and the integrals of signals. Each is carried on in double-double, so that rounding
 /// does not add up over any number of steps.
-struct Blocks<'a> {
-    blocks: &'a [Block],
+struct Blocks {
+    blocks: Vec<Block>,
     /// What the states have beyond doubles.
     low: Vec<f64>,
     /// T⁻¹B for the loaded inputs.
@@ -212,7 +212,7 @@ struct Blocks<'a> {
 /// So many lengths of step are kept.
 const KEPT: usize = 64;
 
-impl Flow for Blocks<'_> {
+impl Flow for Blocks {
     fn advance(&mut self, h: DoubleDouble, z: &mut [f64], signals: &[f64]) {
         let key = [h.high(), h.low()].map(f64::to_bits);
         if self.held.len() >= KEPT && !self.held.contains_key(&key) {
@@ -220,7 +220,7 @@ impl Flow for Blocks<'_> {
         }
         let held = self.held.entry(key).or_insert_with(|| {
             self.operations.exponentials += self.blocks.len() as u64;
-            self.integrals.held(self.blocks, h, &self.inputs.laws)
+            self.integrals.held(&self.blocks, h, &self.inputs.laws)
         });
         self.operations.steps += 1;
         // The forces on each modal coordinate, law by law.

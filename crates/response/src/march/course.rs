@@ -91,8 +91,8 @@ impl<'a, 'b> Course<'a, 'b> {
 
     fn by_modes(&self, basis: Arc<Basis>) -> ModalMarch {
         let h = self.problem.grid().step();
-        let b = self.plant.b.as_ref();
-        ModalMarch::of(basis, b, &self.loads, h, &self.start, self.outputs)
+        let plant = &self.plant;
+        ModalMarch::of(basis, plant, &self.loads, h, &self.start, self.outputs)
     }
 
     fn in_blocks(&self) -> Blocks {

@@ -59,6 +59,25 @@ pub(crate) enum BasisError {
 const LARGEST_CONDITION: f64 = 1e8;
 
 impl Basis {
+    /// The blocks, standing still where none of the `moving` states takes part.
+    pub(crate) fn blocks(&self, moving: &[bool]) -> Vec<Block> {
+        let mut first = 0;
+        let each = self.blocks.iter().map(|block| {
+            let rows = first..first + block.width;
+            first = rows.end;
+            let takes_part =
+                |k: usize| (0..moving.len()).any(|j| moving[j] && self.inverse[(k, j)] != 0.0);
+            match rows.clone().any(takes_part) {
+                true => block.clone(),
+                false => Block {
+                    width: block.width,
+                    generator: vec![DoubleDouble::ZERO; block.generator.len()],
+                },
+            }
+        });
+        each.collect()
+    }
+
     /// Real shapes where the damping is proved to be classical, else complex ones from roots of this precision.
     pub(crate) fn of(system: &System, precision: Precision) -> Result<Basis, BasisError> {
         let form =

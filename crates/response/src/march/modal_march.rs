@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use eigentone_digits::DoubleDouble;
-use faer::MatRef;
 use pulp::{Simd, WithSimd};
 
 use super::deviation::is_near;
@@ -14,6 +13,7 @@ use super::strides::{Strides, largest};
 use crate::answer::{Operations, Output};
 use crate::exponential::vector::{multiply_add, run};
 use crate::hold::accumulate;
+use crate::problem::Plant;
 
 /// z = T ζ, where each pair ζ_j of states moves by itself: ζ_j ← E_j ζ_j + G_j u with E_j 2 × 2, and outputs are
 /// sums over all pairs. A step costs N (4 + q + p) multiplications for N states, q outputs and p loads.
@@ -52,10 +52,10 @@ impl ModalMarch {
         basis.enlargement <= 8.0 * basis.form.states() as f64
     }
 
-    /// From the state `z`, with the columns of B for all inputs.
+    /// From the state `z`, of the plant's inputs.
     pub(crate) fn of(
         basis: Arc<Basis>,
-        b: MatRef<'_, f64>,
+        plant: &Plant,
         loads: &GridLoads<'_>,
         h: f64,
         z: &[f64],
@@ -63,7 +63,7 @@ impl ModalMarch {
     ) -> ModalMarch {
         let (n, states) = (basis.form.massive().len(), basis.form.states());
         let groups = basis.blocks.len().div_ceil(LANES);
-        let u = basis.inverse.as_ref() * b;
+        let u = basis.inverse.as_ref() * plant.b.as_ref();
         let inputs: usize = loads
             .signals
             .iter()
@@ -87,7 +87,8 @@ impl ModalMarch {
             basis,
         };
         let mut first = 0;
-        for (index, block) in march.basis.blocks.iter().enumerate() {
+        let blocks = march.basis.blocks(&plant.moving);
+        for (index, block) in blocks.iter().enumerate() {
             let (group, lane) = (index / LANES, index % LANES);
             let held = HeldBlock::of(block, DoubleDouble::from(h), &loads.laws);
             let width = held.width;

@@ -14,6 +14,7 @@ mod law;
 mod load;
 mod massless;
 mod momenta;
+mod moving;
 mod plant;
 mod question;
 mod rate;
@@ -37,6 +38,7 @@ pub(crate) use instant::{Base, Fraction, SampleGrid};
 pub use load::{
     HalfSine, Harmonic, Hold, Impulse, Load, LoadError, Polynomial, Ramp, Samples, Step, Versine,
 };
+pub(crate) use moving::moving;
 pub(crate) use plant::Plant;
 pub use question::{Drive, Problem};
 pub(crate) use rate::Rate;

@@ -3,6 +3,7 @@
 use eigentone_modes::FirstOrder;
 use faer::{Mat, MatRef};
 
+use super::moving::moving;
 use super::question::Problem;
 
 /// z′ = A z + B f, x = X z + D f. The states are those of the system, then the integrals of the channels' signals; the
@@ -20,6 +21,9 @@ pub(crate) struct Plant {
     pub(crate) supports: [Mat<f64>; 2],
     /// How many states are integrals of signals.
     pub(crate) integrals: usize,
+    /// By state of the system, whether anything moves it. What would become of the others is left out of A and B: where they
+    /// are unstable, it need not be a double.
+    pub(crate) moving: Vec<bool>,
 }
 
 impl Plant {
@@ -28,6 +32,13 @@ impl Plant {
         let channels = problem.channels();
         let integrals = channels.iter().map(|channel| channel.integrals).sum();
         let (states, inputs) = (own + integrals, n + 3 * channels.len());
+        let start = form.state(problem.initial_displacement(), problem.initial_velocity());
+        let moving = moving(
+            problem,
+            start.iter().map(|entry| *entry != 0.0).collect(),
+            |i, j| form.b()[(i, j)] != 0.0,
+            |i, j| form.a()[(i, j)] != 0.0,
+        );
         let mut a = Mat::<f64>::zeros(states, states);
         a.submatrix_mut(0, 0, own, own).copy_from(form.a());
         let mut b = Mat::<f64>::zeros(states, inputs);
@@ -76,6 +87,11 @@ impl Plant {
             }
             state += q;
         }
+        for i in (0..own).filter(|i| !moving[*i]) {
+            a.row_mut(i).fill(0.0);
+            a.col_mut(i).fill(0.0);
+            b.row_mut(i).fill(0.0);
+        }
         Plant {
             a,
             b,
@@ -83,6 +99,7 @@ impl Plant {
             d,
             supports,
             integrals,
+            moving,
         }
     }
 

@@ -509,7 +509,7 @@ fn by_modes(
     let mut by_series = || {
         let (series, radius) = modes.series(x, least, COUNT)?;
         let slope = Slope::of(&series, 0, false, x, radius)?;
-        if slope.is_blind() {
+        if slope.is_blind((high - x) / radius) {
             undecided = Undecided::Blind;
         }
         slope.turns_between(low, high, x, radius)
@@ -616,12 +616,19 @@ impl Slope {
         self.coefficients.is_empty()
     }
 
-    /// Whether neither its value at 0 nor its derivative there is known well enough that a narrower interval helps.
-    fn is_blind(&self) -> bool {
+    /// Whether a narrower interval than |t| ≤ `reach` does not help: its value at 0 is hidden, and so is its derivative, or what
+    /// that changes on the way to the ends.
+    fn is_blind(&self, reach: f64) -> bool {
         /// With hardly any digits only very narrow intervals are decided.
         const KNOWN: f64 = 4.0;
-        let mut first = self.coefficients.iter().take(2);
-        !self.is_zero() && first.all(|(value, off)| value.abs() <= KNOWN * off)
+        let mut first = self.coefficients.iter();
+        let (Some((value, off)), change) = (first.next(), first.next()) else {
+            return false;
+        };
+        let changes = |(change, unknown): &(f64, f64)| {
+            change.abs() > KNOWN * unknown && change.abs() * reach > KNOWN * off
+        };
+        value.abs() <= KNOWN * off && !change.is_some_and(changes)
     }
 
     /// Its sign at 0, if it was decided there.

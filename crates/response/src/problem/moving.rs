@@ -30,9 +30,9 @@ pub(crate) fn moving(
     let mut moving = starts;
     let mut next: Vec<usize> = (0..moving.len()).filter(|i| moving[*i]).collect();
     while let Some(from) = next.pop() {
-        for to in 0..moving.len() {
-            if !moving[to] && led(to, from) {
-                moving[to] = true;
+        for (to, moves) in moving.iter_mut().enumerate() {
+            if !*moves && led(to, from) {
+                *moves = true;
                 next.push(to);
             }
         }

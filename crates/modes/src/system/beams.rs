@@ -3,13 +3,14 @@
 //!
 //! The bending energy of an element of length h between nodes 1 and 2 is the sum of two squares,
 //! EI/h·(r₂ − r₁)² and 12EI/h³·(w₂ − w₁ − h(r₁ + r₂)/2)², and its kinetic energy, by the Legendre polynomials along it,
-//! that of four: rigid motions stretch nothing, exactly, and no energy is negative. h and the coefficients are kept as three doubles, within
-//! 2^-156 of themselves, and all products of them without rounding.
+//! that of four: rigid motions stretch nothing, exactly, and no energy is negative. The forms that are squared are exact, as they are taken
+//! N times for N elements of length h = L/N; their coefficients are kept as three doubles, within 2^-156 of themselves, and all products
+//! without rounding.
 
 use eigentone_digits::Real;
 
 use super::BuildError;
-use crate::linear::wide::{Number, parts};
+use crate::linear::wide::Number;
 use crate::model::{
     CoordinateKind, Element, Form, Held, MAX_COORDINATES, Node, Square, Term, gathered,
 };
@@ -170,33 +171,35 @@ impl Continua {
         };
         let h = Number::from(beam.length) / number(beam.elements as f64);
         let rigidity = Number::from(beam.flexural_rigidity);
+        // Forms are taken as many times as there are elements: the length of one, and so a rigid motion, may be no double.
+        let count = beam.elements as f64;
+        let square = number(count) * number(count);
+        let form = |plain: &[(usize, f64)], times_h: &[(usize, f64)]| -> Vec<(usize, f64)> {
+            let plain = plain.iter().map(|&(i, a)| (i, count * a));
+            let times_h = times_h.iter().map(|&(i, b)| (i, beam.length * b));
+            plain.chain(times_h).collect()
+        };
         // w₁, r₁, w₂ and r₂ are 0 to 3.
         let bending = [
-            (rigidity / h, form(&[(1, -1.0), (3, 1.0)], &[], h)),
+            (rigidity / h, vec![(1, -1.0), (3, 1.0)]),
             (
-                number(12.0) * rigidity / (h * h * h),
-                form(&[(0, -1.0), (2, 1.0)], &[(1, -0.5), (3, -0.5)], h),
+                number(12.0) * rigidity / (h * h * h * square),
+                form(&[(0, -1.0), (2, 1.0)], &[(1, -0.5), (3, -0.5)]),
             ),
         ];
         let bending = Part::of(&bending).ok_or_else(range)?;
         let mass = Number::from(beam.mass_per_length) * h;
         let consistent = || {
             let forms = [
-                (
-                    144.0,
-                    form(&[(0, 6.0), (2, 6.0)], &[(1, 1.0), (3, -1.0)], h),
-                ),
+                (144.0, form(&[(0, 6.0), (2, 6.0)], &[(1, 1.0), (3, -1.0)])),
                 (
                     1200.0,
-                    form(&[(0, -12.0), (2, 12.0)], &[(1, -1.0), (3, -1.0)], h),
+                    form(&[(0, -12.0), (2, 12.0)], &[(1, -1.0), (3, -1.0)]),
                 ),
-                (720.0, form(&[], &[(1, -1.0), (3, 1.0)], h)),
-                (
-                    2800.0,
-                    form(&[(0, 2.0), (2, -2.0)], &[(1, 1.0), (3, 1.0)], h),
-                ),
+                (720.0, form(&[], &[(1, -1.0), (3, 1.0)])),
+                (2800.0, form(&[(0, 2.0), (2, -2.0)], &[(1, 1.0), (3, 1.0)])),
             ];
-            Part::of(&forms.map(|(over, form)| (mass / number(over), form)))
+            Part::of(&forms.map(|(over, form)| (mass / (number(over) * square), form)))
         };
         let consistent = match beam.lumped {
             true => None,
@@ -250,8 +253,8 @@ impl Continua {
             return self.lump(mass, &nodes, before).ok_or_else(range);
         }
         let forms = [
-            (4.0, form(&[(0, 1.0), (1, 1.0)], &[], h)),
-            (12.0, form(&[(0, -1.0), (1, 1.0)], &[], h)),
+            (4.0, vec![(0, 1.0), (1, 1.0)]),
+            (12.0, vec![(0, -1.0), (1, 1.0)]),
         ];
         let consistent = forms.map(|(over, form)| (mass / number(over), form));
         let consistent = Part::of(&consistent).ok_or_else(range)?;
@@ -326,15 +329,6 @@ fn check(
 
 fn number(value: f64) -> Number {
     Number::from(value)
-}
-
-/// Σ a x + h Σ b x.
-fn form(plain: &[(usize, f64)], times_h: &[(usize, f64)], h: Number) -> Vec<(usize, f64)> {
-    let scaled = times_h.iter().flat_map(|&(i, b)| {
-        let parts = parts(h * number(b)).into_iter();
-        parts.filter(|part| *part != 0.0).map(move |part| (i, part))
-    });
-    plain.iter().copied().chain(scaled).collect()
 }
 
 /// A number ≥ 0 as up to three doubles > 0, within 2^-156 of itself; `None` out of the range of doubles.

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use eigentone_modes::{
-    Beam, BeamEnd, Bounds, BuildError, CoordinateKind, MatrixKind, Modes, Rod, RodEnd, System,
+    Beam, BeamEnd, Bounds, BuildError, CoordinateKind, GROUND, MatrixKind, Modes, Rod, RodEnd,
+    System,
 };
 
 use BeamEnd::{Clamped, Free, Guided, Pinned};
@@ -138,6 +139,31 @@ fn a_free_beam_has_two_rigid_motions_exactly() {
         assert_eq!(modes.bounds(), Bounds::Proven);
         let zeros = modes.eigenvalues().iter();
         assert_eq!(zeros.filter(|root| root.value.norm() == 0.0).count(), 4);
+    }
+}
+
+/// A spring on a sum of displacements that turning does not change, at elements of lengths that are no doubles.
+#[test]
+fn springs_that_rigid_motions_do_not_stretch_hold_none() {
+    for (length, ends, zeros) in [(1.0, [Free, Free], 4), (0.7, [Pinned, Free], 2)] {
+        for lumped in [false, true] {
+            let beam = Beam {
+                length,
+                ..beam(3, ends, lumped)
+            };
+            let near = match ends[0] {
+                Free => vec![("mast.0.w", -1.0)],
+                _ => Vec::new(),
+            };
+            let far = [("mast.3.w", 1.0), ("mast.0.r", -length)];
+            let system = System::builder()
+                .beam(beam)
+                .point("off", far.into_iter().chain(near), 0.0)
+                .spring(GROUND, "off", 1.0)
+                .build()
+                .expect("a system");
+            assert_eq!(system.structure().zero_roots(), Some(zeros), "{length}");
+        }
     }
 }
 

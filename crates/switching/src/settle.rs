@@ -550,9 +550,11 @@ impl<T: Real> March<'_, '_, T> {
     /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
         const MOST: usize = 500;
+        /// Up to here by precedence, then by the least index, with which pivots end.
+        const PATIENT: usize = 100;
         let mut turns = vec![0; phases.len()];
         let mut seen = HashSet::new();
-        for _ in 0..MOST {
+        for round in 0..MOST {
             let configuration = self.independent(phases)?;
             let mut derivatives = vec![self.zeta.clone()];
             for k in 1..ORDERS {
@@ -570,12 +572,13 @@ impl<T: Real> March<'_, '_, T> {
             let size = self.size();
             self.orders = vec![usize::MAX; configuration.guards.len()];
             let mut wrong = None;
-            // Frictions last: what holds by its static limit is asked beside laws that all others agree with, those of
-            // frictions that stand aside among them.
-            let is_friction =
-                |guard: &Guard<T>| matches!(phases[guard.switch], Phase::Stick | Phase::Slip(_));
             let mut order: Vec<usize> = (0..configuration.guards.len()).collect();
-            order.sort_by_key(|at| is_friction(&configuration.guards[*at]));
+            let key = |at: &usize| self.precedence(phases, &configuration.guards[*at]);
+            match round < PATIENT {
+                true => order
+                    .sort_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1))),
+                false => order.sort_by_key(|at| key(at).0 > 0),
+            }
             for at in order {
                 let guard = &configuration.guards[at];
                 let before = configuration.guards[..at].iter().rev();
@@ -697,6 +700,24 @@ impl<T: Real> March<'_, '_, T> {
             switch,
             reason: "no combination of states agrees with the laws of all switches",
         }))
+    }
+
+    /// Which laws are asked first: a class, and within it the least number.
+    ///
+    /// Frictions come last: what holds by its static limit is asked beside laws that all others agree with, those of frictions
+    /// that stand aside among them. Where static limits are above the forces of sliding, several states may agree with all laws.
+    /// A friction that has slid and turns round gives way before one that has held, whose force runs on from what it was; of
+    /// several, the one that is farthest beyond its limit does.
+    fn precedence(&self, phases: &[Phase], guard: &Guard<T>) -> (u8, f64) {
+        match (phases[guard.switch], &self.places[guard.switch].switch) {
+            (Phase::Stick, Switch::Friction(friction)) => {
+                let has_held = matches!(self.phases[guard.switch], Phase::Stick | Phase::Idle(_));
+                let left = guard.row.at(&self.zeta).to_f64() / friction.static_force;
+                (if has_held { 3 } else { 2 }, left)
+            }
+            (Phase::Slip(_), _) => (1, 0.0),
+            _ => (0, 0.0),
+        }
     }
 
     /// Whether a friction would hold what an on-off damper holds already, which takes what the friction cannot.

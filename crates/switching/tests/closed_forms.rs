@@ -80,6 +80,36 @@ fn friction_takes_the_same_from_every_swing() {
     }
 }
 
+/// Two masses stick together and slide on the ground until they stop at 1/3 s, where 5 N turn them round. While the force of the ground
+/// turns from 1 N to 2 N the other way, the friction between them carries 2 to 3.5 N of its 4 N: it holds. In whatever order they are listed.
+#[test]
+fn what_has_held_outlasts_what_turns_round() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    let switches = || {
+        vec![
+            friction("a", "b", 2.0, 4.0),
+            friction(GROUND, "b", 1.0, 2.0),
+        ]
+    };
+    for precision in [Precision::default(), Precision::Double] {
+        for listed in [switches(), switches().into_iter().rev().collect()] {
+            let from = State::at_rest().push("a", -1.0);
+            let ask = Response::of(&system)
+                .from(from.push("b", -1.0))
+                .load("a", Step::of(5.0));
+            let motion = run(ask.every(0.5).until(1.0).to(precision), listed);
+            for i in 0..2 {
+                close(
+                    motion.trajectory().displacement()[(i, 2)],
+                    5.0 / 18.0,
+                    1e-14,
+                );
+            }
+        }
+    }
+}
+
 /// A ball that falls from h bounces after √(2h/g)·(1 + 2r + 2r² + …) s.
 #[test]
 fn a_ball_bounces_until_it_lies() {

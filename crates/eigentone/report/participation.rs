@@ -37,7 +37,9 @@ pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, Strin
                     let is_alone = unit::kinds(analysis.system).count() == 1;
                     Some((format!("Participation{of}"), Ok(table(one, kind, is_alone))))
                 }
-                Err(error @ ParticipationError::NoCommonDirection) => {
+                Err(
+                    error @ (ParticipationError::NoCommonDirection | ParticipationError::Modes(_)),
+                ) => {
                     let reason = format!("There are no effective masses: {error}.");
                     Some(("Participation".to_owned(), Err(reason)))
                 }

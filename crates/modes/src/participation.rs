@@ -140,7 +140,7 @@ impl Participation {
         influence: &[f64],
         carried: &Carried,
     ) -> Result<Participation, ParticipationError> {
-        let modes = ClassicalModes::of(system)?.ok_or(ParticipationError::NoRealModes)?;
+        let modes = ClassicalModes::refined(system)?.ok_or(ParticipationError::NoRealModes)?;
         let inertia = inertia(system, influence);
         let dot = |x: &mut dyn Iterator<Item = f64>, forces: &[DoubleDouble]| {
             x.zip(forces)

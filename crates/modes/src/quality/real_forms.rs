@@ -32,6 +32,8 @@ pub(crate) enum Entries {
     Plain,
     /// In double-double.
     Exact,
+    /// In double-double, for shapes that are right to the last digit.
+    Refined,
 }
 
 impl RealForms {

@@ -181,6 +181,15 @@ impl ClassicalModes {
     /// # Errors
     /// [`ModesError`] where an iteration fails.
     pub fn of(system: &System) -> Result<Option<ClassicalModes>, ModesError> {
+        ClassicalModes::by(system, Entries::Exact)
+    }
+
+    /// The same with shapes right to the last digit, which costs as much as proving them.
+    pub(crate) fn refined(system: &System) -> Result<Option<ClassicalModes>, ModesError> {
+        ClassicalModes::by(system, Entries::Refined)
+    }
+
+    fn by(system: &System, entries: Entries) -> Result<Option<ClassicalModes>, ModesError> {
         let structure = system.structure();
         let undamped = structure.is_undamped()
             && (spring_factor::refuses_springs(system).is_none()
@@ -188,7 +197,7 @@ impl ClassicalModes {
         if !undamped && Classical.refuses(system, structure).is_some() {
             return Ok(None);
         }
-        let forms = modal_forms(&Classical, system, structure, Entries::Exact)?;
+        let forms = modal_forms(&Classical, system, structure, entries)?;
         let shapes = Mat::from_fn(system.len(), forms.len(), |i, j| forms[j].shape[i]);
         let value = |pick: fn(&ModalForms) -> f64| forms.iter().map(pick).collect();
         let rates = forms.iter().map(|mode| {

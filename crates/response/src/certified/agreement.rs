@@ -6,7 +6,7 @@ use eigentone_modes::System;
 use proptest::prelude::*;
 
 use super::attempt::Attempt;
-use super::march::march_by;
+use super::march::March;
 use super::stepper::Stepper;
 use crate::answer::{Trajectory, Wanted};
 use crate::plan::{Response, methods};
@@ -222,9 +222,17 @@ impl Asked {
 
 /// The answer in the arithmetic of T, by a generator in that of G, however good.
 fn certified<T: Real, G: Real>(problem: &Problem<'_>) -> Trajectory {
-    let stepper = Stepper::<T>::of::<G>(problem);
-    let found = march_by(stepper, problem, Wanted::Grid, "test", f64::EPSILON, true);
-    match found.expect("nothing grows") {
+    let march = March {
+        problem,
+        wanted: Wanted::Grid,
+        method: "test",
+        tolerance: f64::EPSILON,
+        last: true,
+    };
+    match march
+        .by(Stepper::<T>::of::<G>(problem))
+        .expect("nothing grows")
+    {
         Attempt::Found(trajectory) => *trajectory,
         _ => panic!("no mass is 0"),
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use eigentone_digits::{BallMatrix, DoubleDouble, Magnitude, Real};
+use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::attempt::Attempt;
 use super::clock::Moment;
@@ -15,66 +15,45 @@ use crate::answer::{Collector, Operations, Wanted};
 use crate::enclosed::{Normed, counted, growth, squarings};
 use crate::problem::{Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
 
-/// Answers the problem at the instants wanted, in the arithmetic of T to a relative `tolerance`. Unless this is the `last`
-/// attempt, it ends at the first instant that misses the tolerance, or at once where what is not known of the generator will
-/// come to more in all the time.
-///
-/// # Errors
-/// [`ResponseError::TooLarge`], [`ResponseError::ImpulseOnMassless`] for one that displaces without limit,
-/// [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
-/// [`ResponseError::Lost`] where nothing is left to be known of it.
-pub(super) fn march<T: Real>(
-    problem: &Problem<'_>,
-    wanted: Wanted<'_>,
-    method: &'static str,
-    tolerance: f64,
-    last: bool,
-) -> Result<Attempt, ResponseError> {
-    let stepper = Stepper::<T>::of::<T>(problem);
-    march_by(stepper, problem, wanted, method, tolerance, last)
+/// What a march is to answer.
+#[derive(Clone, Copy)]
+pub(super) struct March<'a, 'b> {
+    pub(super) problem: &'a Problem<'b>,
+    pub(super) wanted: Wanted<'a>,
+    /// The name of the method, for messages.
+    pub(super) method: &'static str,
+    /// Relative, of each instant.
+    pub(super) tolerance: f64,
+    /// Whether no attempt follows that takes more digits.
+    pub(super) last: bool,
 }
 
-/// The same with 32 digits, by a generator computed in the arithmetic of G: both it and the unit step are shared.
-///
-/// # Errors
-/// Those of [`march`].
-pub(super) fn march_shared<G: Real>(
-    problem: &Problem<'_>,
-    wanted: Wanted<'_>,
-    method: &'static str,
-    tolerance: f64,
-    last: bool,
-) -> Result<Attempt, ResponseError> {
-    let stepper = Stepper::<DoubleDouble>::shared::<G>(problem);
-    march_by(stepper, problem, wanted, method, tolerance, last)
-}
-
-/// The same by a stepper of the problem: [`Attempt::Stuck`] where there is none.
-///
-/// # Errors
-/// Those of [`march`].
-pub(super) fn march_by<T: Real>(
-    stepper: Option<Stepper<T>>,
-    problem: &Problem<'_>,
-    wanted: Wanted<'_>,
-    method: &'static str,
-    tolerance: f64,
-    last: bool,
-) -> Result<Attempt, ResponseError> {
-    let end = Magnitude::from(problem.grid().time(problem.grid().last()));
-    match stepper {
-        None => Ok(Attempt::Stuck),
-        Some(Stepper { generator, .. })
-            if !last && generator.w.error() * end > Magnitude::from(tolerance) =>
-        {
-            Ok(Attempt::Missed {
-                halvings: squarings(&generator.w, problem.grid().step()),
-            })
-        }
-        Some(stepper) => {
-            let driven = Driven::new(problem, stepper, 0);
-            driven.check_momenta()?;
-            Walker::new(driven).walk(wanted, method, tolerance, last)
+impl March<'_, '_> {
+    /// The answer in the arithmetic of T, by a stepper of the problem: [`Attempt::Stuck`] where there is none. Unless this is the
+    /// last attempt, it ends at the first instant that misses the tolerance, or at once where what is not known of the generator
+    /// will come to more in all the time.
+    ///
+    /// # Errors
+    /// [`ResponseError::TooLarge`], [`ResponseError::ImpulseOnMassless`] for one that displaces without limit,
+    /// [`ResponseError::Overflow`] where the motion leaves the range of doubles, and
+    /// [`ResponseError::Lost`] where nothing is left to be known of it.
+    pub(super) fn by<T: Real>(self, stepper: Option<Stepper<T>>) -> Result<Attempt, ResponseError> {
+        let grid = self.problem.grid();
+        let end = Magnitude::from(grid.time(grid.last()));
+        match stepper {
+            None => Ok(Attempt::Stuck),
+            Some(Stepper { generator, .. })
+                if !self.last && generator.w.error() * end > Magnitude::from(self.tolerance) =>
+            {
+                Ok(Attempt::Missed {
+                    halvings: squarings(&generator.w, grid.step()),
+                })
+            }
+            Some(stepper) => {
+                let driven = Driven::new(self.problem, stepper, 0);
+                driven.check_momenta()?;
+                Walker::new(driven).walk(&self)
+            }
         }
     }
 }
@@ -117,17 +96,12 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
     }
 
-    fn walk(
-        mut self,
-        wanted: Wanted<'_>,
-        method: &'static str,
-        tolerance: f64,
-        last: bool,
-    ) -> Result<Attempt, ResponseError> {
+    fn walk(mut self, march: &March<'_, '_>) -> Result<Attempt, ResponseError> {
+        let March { wanted, last, .. } = *march;
         let mut collector = Collector::new(self.driven.problem, wanted)?;
         let problem = self.driven.problem;
         let end = problem.grid().time(problem.grid().last());
-        let mut judge = Judge::new(tolerance, end, self.driven.generator.fastest());
+        let mut judge = Judge::new(march.tolerance, end, self.driven.generator.fastest());
         let mut walk = Walk::of(problem);
         self.begin(0);
         self.prepare_all(wanted.count(problem.grid()));
@@ -148,7 +122,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                 return Ok(Attempt::Missed { halvings });
             }
         }
-        let trajectory = collector.finish(method).after(self.operations);
+        let trajectory = collector.finish(march.method).after(self.operations);
         Ok(Attempt::Found(Box::new(trajectory)))
     }
 

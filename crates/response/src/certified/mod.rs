@@ -16,14 +16,15 @@ mod quintic;
 mod stepper;
 mod work;
 
-use eigentone_digits::{DoubleDouble, Wide, decimal_digits};
+use eigentone_digits::{DoubleDouble, Real, Wide, decimal_digits};
 use eigentone_modes::{FirstOrder, Precision};
 
 use crate::answer::{ResponseMethod, Trajectory, Wanted};
 use crate::problem::{Problem, ResponseError};
 use attempt::Attempt;
 pub use driven::{Driven, KnownVector};
-use march::{march, march_shared};
+use march::March;
+use stepper::Stepper;
 pub(crate) use work::work;
 use work::{MOST_MORE, MOST_WORK};
 
@@ -47,17 +48,27 @@ struct Rung {
     run: Run,
 }
 
-type Run = fn(&Problem<'_>, Wanted<'_>, &'static str, f64, bool) -> Result<Attempt, ResponseError>;
+type Run = fn(March<'_, '_>) -> Result<Attempt, ResponseError>;
 
 const LADDER: [Rung; 7] = [
-    rung(1, 1, march_shared::<DoubleDouble>),
-    rung(1, 4, march_shared::<Wide<4>>),
-    rung(4, 4, march::<Wide<4>>),
-    rung(8, 8, march::<Wide<8>>),
-    rung(16, 16, march::<Wide<16>>),
-    rung(32, 32, march::<Wide<32>>),
-    rung(64, 64, march::<Wide<64>>),
+    rung(1, 1, shared::<DoubleDouble>),
+    rung(1, 4, shared::<Wide<4>>),
+    rung(4, 4, alone::<Wide<4>>),
+    rung(8, 8, alone::<Wide<8>>),
+    rung(16, 16, alone::<Wide<16>>),
+    rung(32, 32, alone::<Wide<32>>),
+    rung(64, 64, alone::<Wide<64>>),
 ];
+
+/// With 32 digits, by a generator computed in the arithmetic of G: both it and the unit step are shared.
+fn shared<G: Real>(march: March<'_, '_>) -> Result<Attempt, ResponseError> {
+    march.by(Stepper::shared::<G>(march.problem))
+}
+
+/// All in the arithmetic of T.
+fn alone<T: Real>(march: March<'_, '_>) -> Result<Attempt, ResponseError> {
+    march.by(Stepper::<T>::of::<T>(march.problem))
+}
 
 const fn rung(limbs: usize, prepared: usize, run: Run) -> Rung {
     Rung {
@@ -111,7 +122,15 @@ impl ByCertifiedExponential {
             Precision::Certified { tolerance } => tolerance,
             Precision::Double => f64::EPSILON,
         };
-        let run = |rung: &Rung, last| (rung.run)(problem, wanted, self.name(), tolerance, last);
+        let run = |rung: &Rung, last| {
+            (rung.run)(March {
+                problem,
+                wanted,
+                method: self.name(),
+                tolerance,
+                last,
+            })
+        };
         let mut halvings = 0.0;
         let mut missed = None;
         for (at, rung) in LADDER.iter().enumerate() {

@@ -8,5 +8,3 @@ mod signals;
 pub(crate) use exact::{Held, accumulate, exact};
 pub(crate) use laws::Laws;
 pub(crate) use signals::{CANCELS, Inputs};
-
-pub(crate) use crate::problem::reduced_angle;

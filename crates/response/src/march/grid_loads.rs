@@ -1,8 +1,9 @@
 //! Loads that change at instants of the grid alone, step by step of it.
 
-use crate::hold::{CANCELS, Laws, reduced_angle};
+use crate::hold::{CANCELS, Laws};
 use crate::problem::{
     AppliedLoad, Channel, Harmonic, Hold, Instant, Load, Problem, SampleGrid, Samples, TimeGrid,
+    reduced_angle,
 };
 
 /// The loads of a problem as signals of which each step needs the values at its start and, where they run on,

@@ -397,7 +397,8 @@ fn what_nothing_moves_stays_at_rest() {
                         assert_ne!(method.name(), "certified exponential");
                         continue;
                     }
-                    let found = method.run(&problem).expect(method.name());
+                    let found = method.run(&problem);
+                    let found = found.unwrap_or_else(|error| panic!("{}: {error}", method.name()));
                     let place = (system.index_of("moves"), system.index_of("rests"));
                     let (Some(moves), Some(rests)) = place else {
                         panic!("both are there");
@@ -436,7 +437,8 @@ fn what_is_driven_does_not_rest() {
         if method.refuses(&problem).is_some() {
             continue;
         }
-        let found = method.run(&problem).expect(method.name());
+        let found = method.run(&problem);
+        let found = found.unwrap_or_else(|error| panic!("{}: {error}", method.name()));
         for k in 0..found.len() {
             // y″ = y + 5 cos 2t from rest.
             let t = 0.5 * k as f64;

@@ -982,8 +982,8 @@ fn all_turns_are_found(
             false => Complex::ZERO,
         };
         let (mut before, mut now) = (Complex::ZERO, Complex::ONE);
-        for i in 0..n {
-            let own = link(i) + link(i + 1) - frequency * frequency * masses[i];
+        for (i, mass) in masses.iter().enumerate() {
+            let own = link(i) + link(i + 1) - frequency * frequency * mass;
             let next = own * now - link(i) * link(i) * before;
             (before, now) = (now, next);
         }

@@ -3,8 +3,8 @@
 //!
 //! One singular value decomposition of the derivatives serves steps, covariances, and combinations that nothing determines.
 
+use eigentone_digits::thin_svd;
 use faer::Mat;
-use faer::linalg::solvers::Svd;
 use thiserror::Error;
 
 use crate::difference::difference;
@@ -228,7 +228,7 @@ where
                 .get(k)
                 .map_or(0.0, |entry| entry * scale(lengths[i]))
         });
-        let svd = Svd::new_thin(matrix.as_ref()).ok()?;
+        let svd = thin_svd(matrix.as_ref())?;
         Some(Slopes {
             lengths,
             singular: svd.S().column_vector().iter().copied().collect(),

@@ -6,6 +6,7 @@
 //! are given; where none are, the last steps take differences of eighth order, so that the point is as good as the functions'
 //! digits. Where functions are not smooth, meshes that become finer go on (Audet & Dennis 2006).
 
+use eigentone_digits::{symmetric_eigen, symmetric_eigenvalues};
 use faer::Mat;
 use thiserror::Error;
 
@@ -803,12 +804,11 @@ fn upwards(matrix: &Mat<f64>) -> Mat<f64> {
     /// In parts of the largest.
     const LEAST: f64 = 1e-6;
     let n = matrix.nrows();
-    let Ok(eigen) = matrix.self_adjoint_eigen(faer::Side::Lower) else {
+    let Some((values, u)) = symmetric_eigen(matrix) else {
         return Mat::identity(n, n);
     };
-    let values: Vec<f64> = (0..n).map(|i| eigen.S()[i].abs()).collect();
+    let values: Vec<f64> = values.into_iter().map(f64::abs).collect();
     let most = values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let u = eigen.U();
     Mat::from_fn(n, n, |i, j| {
         let terms = (0..n).map(|k| u[(i, k)] * values[k].max(LEAST * most) * u[(j, k)]);
         terms.sum()
@@ -855,8 +855,7 @@ fn least_curvature(curvature: &Mat<f64>, free: &[usize], across: &[Vec<f64>]) ->
         });
         terms.sum::<f64>()
     });
-    let values = reduced.self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
-    values.first().copied()
+    symmetric_eigenvalues(&reduced)?.first().copied()
 }
 
 #[cfg(test)]

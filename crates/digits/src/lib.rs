@@ -10,7 +10,8 @@
 //! | [`Lanes`] | several double-doubles that are summed together |
 //!
 //! [`Real`] is what doubles and both kinds of longer numbers have in common, so that kernels are written
-//! once for all; [`product`] is that of matrices of doubles. There is no mechanics here, and nothing that prints or reads files.
+//! once for all. Of full matrices of doubles there are the [`product`], factors ([`Lu`], [`Cholesky`]), eigenvalues ([`eigen`],
+//! [`symmetric_eigen`]) and singular values ([`svd`]). There is no mechanics here, and nothing that prints or reads files.
 //!
 //! ```
 //! use eigentone_digits::DoubleDouble;
@@ -26,6 +27,7 @@
 mod ball;
 mod ball_matrix;
 mod complex;
+mod dense;
 mod double_double;
 mod lanes;
 mod magnitude;
@@ -34,14 +36,19 @@ mod products;
 #[cfg(test)]
 mod rational;
 mod real;
+mod symmetric_eigen;
 mod wide;
 
 pub use ball::Ball;
 pub use ball_matrix::BallMatrix;
 pub use complex::{ComplexDoubleDouble, WideComplex};
+pub use dense::{
+    Cholesky, Entry, Lu, RealEigen, eigen, eigenvalues, real_eigen, singular_values, svd, thin_svd,
+};
 pub use double_double::DoubleDouble;
 pub use lanes::Lanes;
 pub use magnitude::Magnitude;
 pub use products::{even, product, settle, workspace};
 pub use real::{Real, decimal_digits};
+pub use symmetric_eigen::{definite_eigen, symmetric_eigen, symmetric_eigenvalues};
 pub use wide::Wide;

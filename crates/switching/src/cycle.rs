@@ -1,10 +1,9 @@
 //! Periodic motions: fixed points of the map of the state over a period, by Newton's method with the exact derivative of that
 //! map (Parker and Chua, Practical Numerical Algorithms for Chaotic Systems, 1989, sections 3.4 and 5.2).
 
-use eigentone_digits::{Real, Wide};
+use eigentone_digits::{Lu, Real, Wide, eigenvalues};
 use eigentone_modes::System;
 use eigentone_response::State;
-use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
 use crate::change::product;
@@ -133,9 +132,8 @@ impl Search<'_, '_, '_> {
         if free {
             leave_out(&mut monodromy, &fixed.rate());
         }
-        let mut multipliers = Mat::from_fn(n, n, |i, j| monodromy[i * n + j])
-            .eigenvalues()
-            .map_err(|_| CycleError::Lost)?;
+        let matrix = Mat::from_fn(n, n, |i, j| monodromy[i * n + j]);
+        let mut multipliers = eigenvalues(matrix.as_ref()).ok_or(CycleError::Lost)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         multipliers.truncate(n - usize::from(free));
         let (displacement, velocity): (Vec<f64>, Vec<f64>) = {
@@ -369,7 +367,7 @@ impl Fixed {
             true => -residual[i],
             false => 0.0,
         });
-        let answer = self.jacobian(free).partial_piv_lu().solve(&right);
+        let answer = Lu::of(self.jacobian(free).as_ref()).solve(right);
         let step: Vec<f64> = (0..n).map(|i| answer[(i, 0)]).collect();
         let speed = length(&self.rate()).max(f64::MIN_POSITIVE);
         let delay = if free { answer[(n, 0)] / speed } else { 0.0 };
@@ -398,7 +396,7 @@ impl Fixed {
         const MOST: f64 = 1e10;
         let jacobian = self.jacobian(free);
         let n = jacobian.nrows();
-        let inverse = jacobian.partial_piv_lu().solve(Mat::<f64>::identity(n, n));
+        let inverse = Lu::of(jacobian.as_ref()).solve(Mat::identity(n, n));
         let growth = inverse.norm_l2();
         if !growth.is_finite() || growth > MOST {
             return Err(CycleError::NotIsolated);

@@ -5,8 +5,8 @@ use std::cell::Cell;
 use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
+use eigentone_digits::Lu;
 use faer::Mat;
-use faer::prelude::Solve;
 
 use super::law::{Law, Phase, Place};
 
@@ -157,7 +157,7 @@ fn radau(flow: &Flow<'_>, elapsed: f64, state: &[f64], h: f64) -> Vec<f64> {
             }
         }
     }
-    let slopes = all.partial_piv_lu().solve(&right);
+    let slopes = Lu::of(all.as_ref()).solve(right);
     let next = state.iter().enumerate().map(|(i, value)| {
         let each = weights[2].iter().enumerate();
         value

@@ -1,9 +1,9 @@
 //! The equation of motion solved for the acceleration, and the forces that act in one piece.
 
+use eigentone_digits::Lu;
 use eigentone_modes::System;
 use eigentone_response::Problem;
 use faer::Mat;
-use faer::linalg::solvers::DenseSolveCore;
 
 use super::number::Number;
 
@@ -38,7 +38,7 @@ impl EquationOfMotion {
             let inverse = divide(Mat::identity(n, n));
             (inverse, divide(stiffness), divide(damping))
         } else {
-            let inverse = mass.partial_piv_lu().inverse();
+            let inverse = Lu::of(mass.as_ref()).inverse();
             // The condition of Bauer & Skeel, which does not see how the rows are scaled.
             let condition = largest_row_sum(&(absolute(&inverse) * absolute(&mass)));
             // NaN, from a zero pivot, is singular too.
@@ -184,7 +184,7 @@ impl EquationOfMotion {
                 *entry += alpha * one.damping + beta * one.stiffness;
             }
         }
-        matrix.partial_piv_lu().inverse()
+        Lu::of(matrix.as_ref()).inverse()
     }
 }
 

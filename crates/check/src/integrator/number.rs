@@ -2,11 +2,11 @@
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-use faer::traits::ComplexField;
+use eigentone_digits::Entry;
 
 /// A real or complex number.
 pub(super) trait Number:
-    ComplexField
+    Entry
     + Copy
     + Add<Output = Self>
     + AddAssign

@@ -6,8 +6,7 @@ mod enclosed_form;
 mod error;
 mod massless;
 
-use eigentone_digits::{DoubleDouble, Real, settle};
-use faer::linalg::solvers::{PartialPivLu, Solve};
+use eigentone_digits::{DoubleDouble, Lu, Real};
 use faer::{Mat, MatRef};
 
 use crate::linear::plain_matrix::PlainMatrix;
@@ -219,7 +218,7 @@ fn is_lumped(system: &System) -> bool {
 /// A square matrix ready to be divided by: by its diagonal where it has nothing else.
 enum Factored {
     Diagonal(Vec<f64>),
-    Lu(PartialPivLu<f64>),
+    Lu(Lu<f64>),
 }
 
 impl Factored {
@@ -234,9 +233,7 @@ impl Factored {
                 .all(|d| *d != 0.0)
                 .then_some(Factored::Diagonal(diagonal));
         }
-        let lu = matrix.partial_piv_lu();
-        let nonsingular = (0..n).all(|i| lu.U()[(i, i)] != 0.0 && lu.U()[(i, i)].is_finite());
-        nonsingular.then_some(Factored::Lu(lu))
+        Lu::regular(matrix).map(Factored::Lu)
     }
 
     fn solve(&self, right: MatRef<'_, f64>) -> Mat<f64> {
@@ -244,11 +241,7 @@ impl Factored {
             Factored::Diagonal(diagonal) => Mat::from_fn(right.nrows(), right.ncols(), |i, j| {
                 right[(i, j)] / diagonal[i]
             }),
-            Factored::Lu(lu) => {
-                let solution = lu.solve(right);
-                settle();
-                solution
-            }
+            Factored::Lu(lu) => lu.solve(right.to_owned()),
         }
     }
 }

@@ -7,8 +7,8 @@
 //! so that the finite eigenvalues are those of (S − R (UᵀKU)⁻¹ Rᵀ, G). Of shapes in equilibrium, R is what rounding leaves. U holds
 //! unit vectors that the inverse of a Cholesky factor turns, so that UᵀKU is near to 1, and positive definite as that is.
 
-use eigentone_digits::DoubleDouble;
-use faer::{Mat, Side};
+use eigentone_digits::{Cholesky, DoubleDouble};
+use faer::Mat;
 
 use super::gram::{Form, UPWARD};
 use crate::structure::Structure;
@@ -52,13 +52,8 @@ impl Inert {
         // Scaled to a diagonal of 1.
         let scale: Vec<f64> = (0..count).map(|i| own[(i, i)].sqrt().recip()).collect();
         let scaled = Mat::from_fn(count, count, |i, j| own[(i, j)] * scale[i] * scale[j]);
-        let factor = scaled.llt(Side::Lower).ok()?;
         let mut inverse = Mat::<f64>::identity(count, count);
-        faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-            factor.L().transpose(),
-            inverse.as_mut(),
-            faer::Par::Seq,
-        );
+        Cholesky::of(scaled.as_ref())?.divide_by_upper(inverse.as_mut());
         let column = |j: usize| {
             let mut column = vec![DoubleDouble::ZERO; system.len()];
             for (i, at) in massless.iter().enumerate() {

@@ -1,11 +1,7 @@
 //! Eigenvalues of a balanced real matrix with right and left vectors.
 
-use eigentone_digits::{settle, workspace};
-use faer::diag::Diag;
-use faer::dyn_stack::MemStack;
-use faer::linalg::evd;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef, Par};
+use eigentone_digits::{Lu, real_eigen};
+use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::linear::balance::{Balanced, balance};
@@ -41,9 +37,7 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex<f64>>> {
             .iter_mut()
             .for_each(|entry| *entry = unit.divide(*entry));
     }
-    let roots = balanced.eigenvalues().ok();
-    settle();
-    let roots = roots?.into_iter();
+    let roots = eigentone_digits::eigenvalues(balanced.as_ref())?.into_iter();
     let roots = roots.map(|root| Complex::new(unit.multiply(root.re), unit.multiply(root.im)));
     let roots: Vec<Complex<f64>> = roots.collect();
     roots.iter().all(|root| root.is_finite()).then_some(roots)
@@ -69,33 +63,13 @@ pub(crate) fn eigenpairs(balanced: &Balanced, with_left: bool) -> Option<Eigenpa
 /// By the QR algorithm and substitution in the Schur form.
 fn by_schur_form(a: MatRef<'_, f64>, with_left: bool) -> Option<Eigenpairs> {
     let n = a.nrows();
-    let (mut right, mut left) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
-    let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
-    let wanted = evd::ComputeEigenvectors::Yes;
-    let wanted_left = if with_left {
-        wanted
-    } else {
-        evd::ComputeEigenvectors::No
-    };
-    let scratch = evd::evd_scratch::<f64>(n, wanted_left, wanted, Par::Seq, Default::default());
-    evd::evd_real(
-        a,
-        re.as_mut(),
-        im.as_mut(),
-        with_left.then_some(left.as_mut()),
-        Some(right.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut workspace(scratch)),
-        Default::default(),
-    )
-    .ok()?;
-    settle();
+    let found = real_eigen(a, with_left)?;
 
     // The columns that begin a pair, or are real.
     let mut firsts = Vec::with_capacity(n);
     let mut j = 0;
     while j < n {
-        let pair = im[j] != 0.0 && j + 1 < n;
+        let pair = found.values[j].im != 0.0 && j + 1 < n;
         firsts.push((j, pair));
         j += if pair { 2 } else { 1 };
     }
@@ -108,9 +82,9 @@ fn by_schur_form(a: MatRef<'_, f64>, with_left: bool) -> Option<Eigenpairs> {
         };
         firsts.iter().map(vector).collect()
     };
-    let value = |(j, _): &(usize, bool)| Complex::new(re[*j], im[*j]);
+    let value = |(j, _): &(usize, bool)| found.values[*j];
     let values: Vec<Complex<f64>> = firsts.iter().map(value).collect();
-    let mut right = vectors(&right);
+    let mut right = vectors(&found.right);
     for (value, z) in values.iter().zip(&mut right) {
         if !is_direction(z) {
             *z = by_inverse_iteration(a, *value);
@@ -119,7 +93,7 @@ fn by_schur_form(a: MatRef<'_, f64>, with_left: bool) -> Option<Eigenpairs> {
     Some(Eigenpairs {
         values,
         right,
-        left: with_left.then(|| vectors(&left)),
+        left: found.left.as_ref().map(vectors),
     })
 }
 
@@ -133,12 +107,10 @@ fn by_inverse_iteration(a: MatRef<'_, f64>, value: Complex<f64>) -> Vec<Complex<
         let own = if i == j { shift } else { Complex::ZERO };
         Complex::from(a[(i, j)]) - own
     });
-    let factors = shifted.partial_piv_lu();
-    settle();
+    let factors = Lu::of(shifted.as_ref());
     let mut z = Mat::from_fn(n, 1, |_, _| Complex::from(1.0));
     for _ in 0..3 {
-        let next = factors.solve(&z);
-        settle();
+        let next = factors.solve(z);
         let largest = next.norm_max();
         z = Mat::from_fn(n, 1, |i, _| next[(i, 0)] / largest);
     }

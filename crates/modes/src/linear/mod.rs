@@ -6,7 +6,6 @@ pub(crate) mod jacobi;
 pub(crate) mod plain_matrix;
 pub(crate) mod small;
 pub(crate) mod sorting;
-pub(crate) mod symmetric_eigen;
 pub(crate) mod wide;
 
 pub use balance::{Balanced, balance};

@@ -1,7 +1,6 @@
 //! Q(λ) = λ²M + λC + K applied to shapes, with the norms that scale its residuals.
 
-use eigentone_digits::{DoubleDouble, product};
-use faer::linalg::solvers::Solve;
+use eigentone_digits::{DoubleDouble, Lu, product, svd};
 use faer::{ColRef, Mat, MatRef};
 use num_complex::Complex;
 
@@ -158,7 +157,7 @@ impl Pencil {
         &self,
         near: &Approximate<'_>,
     ) -> Option<[Vec<Complex<f64>>; 2]> {
-        let lu = self.at(near.value)?.partial_piv_lu();
+        let lu = Lu::of(self.at(near.value)?.as_ref());
         let n = near.shape.len();
         let (mut x, mut y) = (near.shape.to_vec(), conjugates(near.shape));
         if let Some(left) = near.left {
@@ -187,7 +186,7 @@ impl Pencil {
     pub(crate) fn null_vectors(&self, near: &Approximate<'_>) -> Option<[Vec<Complex<f64>>; 2]> {
         let q = self.at(near.value)?;
         let n = q.nrows();
-        let svd = q.svd().ok()?;
+        let svd = svd(q.as_ref())?;
         let last = |vectors: MatRef<'_, Complex<f64>>| {
             vectors.col(n - 1).iter().copied().collect::<Vec<_>>()
         };

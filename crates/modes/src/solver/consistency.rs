@@ -10,9 +10,8 @@
 //! to first order, with norms of rows and columns in place of sums of sizes (Cauchy's inequality). Rounding of sums of n terms is
 //! taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides nothing.
 
-use eigentone_digits::{product, settle};
+use eigentone_digits::{Lu, product};
 use faer::Mat;
-use faer::linalg::solvers::DenseSolveCore;
 
 use crate::modes::Modes;
 use crate::structure::Structure;
@@ -112,8 +111,7 @@ fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
             steepness[i] += (unit * share(slopes)).powi(2);
         }
     }
-    let inverse = q.partial_piv_lu().inverse();
-    settle();
+    let inverse = Lu::of(q.as_ref()).inverse();
     let rest = product(q.as_ref(), inverse.as_ref());
     // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
     let columns: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();

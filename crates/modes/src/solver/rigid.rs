@@ -1,6 +1,7 @@
 //! The roots λ = 0 of systems that nothing holds in place.
 
 use crate::linear::sorting::sort_by_number;
+use eigentone_digits::svd;
 use faer::MatRef;
 use num_complex::Complex;
 
@@ -92,7 +93,7 @@ pub(crate) fn null_vectors(
     count: usize,
 ) -> Option<Vec<Vec<Complex<f64>>>> {
     let n = matrix.nrows();
-    let svd = matrix.svd().ok()?;
+    let svd = svd(matrix)?;
     let vector = |j: usize| svd.V().col(j).iter().map(|x| Complex::from(*x)).collect();
     Some((n - count.min(n)..n).map(vector).collect())
 }

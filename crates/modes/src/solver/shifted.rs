@@ -8,7 +8,7 @@
 //! are set aside. What rounding does to the others is for the inclusion to mend.
 
 use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, singular_values};
 use faer::Mat;
 use num_complex::Complex;
 
@@ -180,7 +180,7 @@ fn best_shift(matrices: &[Mat<f64>; 3]) -> Option<f64> {
     let size = sizes.into_iter().find(|x| x.is_normal()).unwrap_or(1.0);
     let size = size.log2().round().exp2();
     let reciprocal = |s: f64| {
-        let values = at(matrices, s).singular_values().ok()?;
+        let values = singular_values(at(matrices, s).as_ref())?;
         let (largest, least) = (*values.first()?, *values.last()?);
         let ratio = least / largest;
         ratio.is_finite().then_some(ratio)

@@ -7,10 +7,10 @@
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
 use crate::linear::sorting::sort_by_number;
+use eigentone_digits::symmetric_eigen;
 use faer::Mat;
 use num_complex::Complex;
 
-use crate::linear::symmetric_eigen::symmetric_eigen;
 use crate::model::Node;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;

@@ -1,12 +1,11 @@
 //! Undamped modes of assembled symmetric matrices.
 
 use crate::linear::sorting::sort_by_number;
-use eigentone_digits::product;
-use faer::{ColRef, Mat, Side};
+use eigentone_digits::{Cholesky, definite_eigen, product, symmetric_eigen};
+use faer::{ColRef, Mat};
 
 use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
-use crate::linear::symmetric_eigen::{definite_eigen, symmetric_eigen};
 use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;
 use crate::quality::real_forms::{Entries, RealForms};
@@ -23,6 +22,9 @@ const CONFIRMED: f64 = 1e-13;
 
 /// Relative errors of squares beyond which shapes are refined with more digits.
 const LOST: f64 = 1e-3;
+
+/// What an error of a square is at which shapes that are to be right, and cannot be refined, count as unknown.
+const HIDDEN: f64 = 1e-6;
 
 /// The symmetric eigenproblem of L⁻¹KL⁻ᵀ with M = LLᵀ (Golub & Van Loan, *Matrix Computations*,
 /// §8.7): for undamped systems with symmetric K and positive definite M. Its errors are small
@@ -64,9 +66,8 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     if !structure.massless().is_empty() && FirstOrder::of(system).is_err() {
         return Some("the mass matrix is singular".to_owned());
     }
-    let definite = massive_block(&system.mass_matrix(), structure)
-        .llt(Side::Lower)
-        .is_ok();
+    let massive = massive_block(&system.mass_matrix(), structure);
+    let definite = Cholesky::of(massive.as_ref()).is_some();
     (!definite).then(|| "the mass matrix is not positive definite".to_owned())
 }
 
@@ -116,7 +117,7 @@ pub(crate) fn real_modes(
     let elastic = || found[rigid..].iter();
     let mut entries = entries;
     let mut known = false;
-    if elastic().any(|(_, error, _)| *error > LOST) {
+    if entries == Entries::Refined || elastic().any(|(_, error, _)| *error > LOST) {
         let shapes = elastic().map(|(.., shape)| shape.clone()).collect();
         if let Some(refined) = congruence::refined(system, structure, shapes) {
             (known, entries) = (true, Entries::Exact);
@@ -129,6 +130,7 @@ pub(crate) fn real_modes(
         .map(|(square, error, shape)| ((square, error), shape))
         .unzip();
     let formed = unit_shapes(system, shapes, entries).zip(values).enumerate();
+    let wanted = entries == Entries::Refined;
     let modes = formed.map(|(rank, ((shape, mut forms), (square, reach)))| {
         let rigid = rank < rigid;
         // What massless nodes add may cancel.
@@ -172,7 +174,13 @@ pub(crate) fn real_modes(
             doubt,
         }
     });
-    Ok(modes.collect())
+    let modes: Vec<RealMode> = modes.collect();
+    let is_hidden = |mode: &RealMode| !mode.rigid && mode.doubt > HIDDEN;
+    if wanted && !known && modes.iter().any(is_hidden) {
+        let method = solver.name();
+        return Err(ModesError::OutOfRange { method });
+    }
+    Ok(modes)
 }
 
 /// What all springs and entries of K add to xᵀKx, by size.

@@ -7,6 +7,7 @@
 //! shape; others are found by runs that are orthogonal to what was found.
 
 use crate::linear::sorting::sort_by_number;
+use eigentone_digits::eigen;
 use faer::Mat;
 use num_complex::Complex;
 
@@ -163,13 +164,13 @@ impl<'a> Arnoldi<'a> {
         let form = Mat::from_fn(count, count, |i, j| {
             inner(&self.basis[i], &self.products[j])
         });
-        let Ok(eigen) = form.eigen() else {
+        let Some((values, vectors)) = eigen(form.as_ref()) else {
             return Vec::new();
         };
         let n = self.weights.len();
         let mut roots = Vec::new();
         for k in 0..count {
-            let inverse: Complex<f64> = eigen.S()[k];
+            let inverse = values[k];
             if inverse == Complex::ZERO {
                 continue;
             }
@@ -179,7 +180,7 @@ impl<'a> Arnoldi<'a> {
             }
             let mut shape = vec![Complex::ZERO; n];
             for (i, vector) in self.basis.iter().enumerate() {
-                let factor: Complex<f64> = eigen.U()[(i, k)];
+                let factor = vectors[(i, k)];
                 subtract(-factor, &vector[..n], &mut shape);
             }
             shape
@@ -234,13 +235,13 @@ impl Ritz {
         let count = columns.len();
         let entry = |i: usize, j: usize| columns[j].get(i).copied().unwrap_or(Complex::ZERO);
         let projected = Mat::from_fn(count, count, entry);
-        let eigen = projected.eigen().ok()?;
-        let value = |k: &usize| -> Complex<f64> { eigen.S()[*k] };
+        let (values, vectors) = eigen(projected.as_ref())?;
+        let value = |k: &usize| values[*k];
         let mut order: Vec<usize> = (0..count).collect();
         sort_by_number(&mut order, |k| -value(k).norm());
         Some(Ritz {
             values: order.iter().map(value).collect(),
-            vectors: Mat::from_fn(count, count, |i, j| eigen.U()[(i, order[j])]),
+            vectors: Mat::from_fn(count, count, |i, j| vectors[(i, order[j])]),
         })
     }
 

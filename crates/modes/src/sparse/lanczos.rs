@@ -6,12 +6,12 @@
 //! run can in exact arithmetic find one vector; the others are found by runs that have it locked.
 
 use crate::linear::sorting::sort_by_number;
+use eigentone_digits::symmetric_eigen;
 use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};
 use super::operator::ShiftInvert;
 use super::random::uniform;
-use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// What a run found.
 #[derive(Debug)]

@@ -6,9 +6,8 @@
 //! 22). Residuals are formed in double-double, so that this goes on far beyond the digits of a double; roots that
 //! nearly coincide are refined together, by the eigenvectors of Q(θ) in the span of their shapes.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Lu, eigen};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 use super::eigenpair::Eigenpair;
@@ -209,14 +208,14 @@ impl<'a> Block<'a> {
                 slope[(i, j)] = short(m * centre * 2.0 + c);
             }
         }
-        let solved: Mat<Complex<f64>> = slope.partial_piv_lu().solve(&*value);
-        let Ok(eigen) = solved.eigen() else {
+        let solved = Lu::of(slope.as_ref()).solve(value.clone());
+        let Some((values, vectors)) = eigen(solved.as_ref()) else {
             return false;
         };
         let combined = |part: &dyn Fn(&Shape) -> &Vec<Long>, k: usize| -> Vec<Long> {
             let mut sum = vec![Long::ZERO; self.shapes[0].x.len()];
             for (i, shape) in self.shapes.iter().enumerate() {
-                let factor = long(eigen.U()[(i, k)]);
+                let factor = long(vectors[(i, k)]);
                 sum.iter_mut()
                     .zip(part(shape))
                     .for_each(|(sum, x)| *sum += *x * factor);
@@ -227,7 +226,7 @@ impl<'a> Block<'a> {
             .map(|k| Shape {
                 x: combined(&|shape| &shape.x, k),
                 products: [0, 1, 2].map(|p| combined(&|shape| &shape.products[p], k)),
-                value: centre - long(eigen.S()[k]),
+                value: centre - long(values[k]),
             })
             .collect();
         self.shapes = shapes;

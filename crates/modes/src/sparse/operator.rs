@@ -1,9 +1,8 @@
 //! A = (K − σM)⁻¹M, whose eigenvalues 1/(λ − σ) are largest for the λ nearest to σ (Ericsson & Ruhe
 //! 1980, *Math. Comp.* 35, "The spectral transformation Lanczos method").
 
-use eigentone_digits::DoubleDouble;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use eigentone_digits::{Cholesky, DoubleDouble};
+use faer::Mat;
 
 use super::basis::dot;
 use super::factor::{Factor, Sum};
@@ -74,8 +73,7 @@ impl Rigid {
                 gram[(other, at)] = nodes.iter().map(|&node| product[node]).sum();
             }
         }
-        let unit = Mat::<f64>::identity(parts.len(), parts.len());
-        let inverse = gram.llt(Side::Lower).ok()?.solve(&unit);
+        let inverse = Cholesky::of(gram.as_ref())?.inverse();
         let weights = Weights::Inverse(inverse);
         Some(Rigid { part, weights })
     }

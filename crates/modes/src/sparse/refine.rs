@@ -9,14 +9,13 @@
 use crate::linear::sorting::sort_by_number;
 use faer::Mat;
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, definite_eigen};
 
 use super::basis::{STRETCH, combine, dot, short_dot};
 use super::form::Form;
 use super::operator::ShiftInvert;
 use super::pencil::Pencil;
 use super::search::Vector;
-use crate::linear::symmetric_eigen::definite_eigen;
 
 /// An eigenpair with its quality.
 #[derive(Clone, Debug)]

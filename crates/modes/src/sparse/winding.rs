@@ -21,7 +21,7 @@
 
 use std::f64::consts::PI;
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex, settle};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex, eigen};
 use faer::Mat;
 use num_complex::Complex;
 
@@ -215,10 +215,9 @@ impl Turn {
             let middle = matrix[j][i].middle();
             Complex::new(middle.re.to_f64(), middle.im.to_f64())
         });
-        let eigen = middles.eigen().ok()?;
-        settle();
+        let (_, right) = eigen(middles.as_ref())?;
         let vectors = square(count, |i, j| {
-            let entry: Complex<f64> = eigen.U()[(i, j)];
+            let entry: Complex<f64> = right[(i, j)];
             Ball::from(WideComplex::new(entry.re, entry.im))
         });
         let right = times(matrix, &vectors);

@@ -3,9 +3,8 @@
 //! With X near M⁻¹ and E = I − XM, M⁻¹r = (I − E)⁻¹Xr is no larger than ‖|X||r|‖/(1 − ‖E‖) in the maximum norm (Higham 2002,
 //! *Accuracy and Stability of Numerical Algorithms*, §13.4): so much is an approximate solution z of Mz = Kq off, whose residual is r.
 
-use eigentone_digits::{product, settle};
-use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, Side};
+use eigentone_digits::{Cholesky, product, settle};
+use faer::Mat;
 
 use crate::exact::matrix::ExactMatrix;
 
@@ -55,7 +54,7 @@ fn images_differ(m: &ExactMatrix, c: &ExactMatrix, k: &ExactMatrix) -> Option<bo
     }
     // Sums of n products, of entries that are sums and were scaled.
     let rounding = 4.0 * (n + most + 8) as f64 * f64::EPSILON;
-    let inverse = mass.value.llt(Side::Lower).ok()?.inverse();
+    let inverse = Cholesky::of(mass.value.as_ref())?.inverse();
     let inverse_size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].abs());
     let norm = |vector: &Mat<f64>| vector.norm_max();
     let ones = Mat::<f64>::full(n, 1, 1.0);
@@ -133,7 +132,7 @@ mod tests {
                 // C = αM + βK rounded, and C = K M⁻¹ K rounded: what differs is rounding.
                 let rayleigh = Mat::from_fn(n, n, |i, j| 0.3 * m[(i, j)] + 0.007 * k[(i, j)]);
                 assert!(!differs(&m, &rayleigh, &k), "{n}, {far}");
-                let caughey = &k * m.llt(Side::Lower).expect("definite").inverse() * &k;
+                let caughey = &k * Cholesky::of(m.as_ref()).expect("definite").inverse() * &k;
                 let caughey = Mat::from_fn(n, n, |i, j| caughey[(i.max(j), i.min(j))]);
                 assert!(!differs(&m, &caughey, &k), "{n}, {far}");
                 // A difference of a millionth shows.

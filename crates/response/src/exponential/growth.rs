@@ -1,6 +1,7 @@
 //! A bound of e^{At} that rounding errors cannot exceed.
 
-use faer::{Mat, MatRef, Side};
+use eigentone_digits::symmetric_eigenvalues;
+use faer::{Mat, MatRef};
 
 /// ‖e^{At}‖₂ ≤ e^{μt} with the logarithmic norm μ, the largest eigenvalue of (A + Aᵀ)/2 (Dahlquist
 /// 1958; Ström 1975, SIAM J. Numer. Anal. 12).
@@ -24,9 +25,9 @@ impl Growth {
             };
         }
         let half = Mat::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] / size + a[(j, i)] / size));
-        let largest = match half.self_adjoint_eigenvalues(Side::Lower) {
-            Ok(values) => values.last().copied().unwrap_or(0.0),
-            Err(_) => f64::INFINITY,
+        let largest = match symmetric_eigenvalues(&half) {
+            Some(values) => values.last().copied().unwrap_or(0.0),
+            None => f64::INFINITY,
         };
         let doubt = 4.0 * (n * n) as f64 * f64::EPSILON;
         let mu = if largest.abs() <= doubt {

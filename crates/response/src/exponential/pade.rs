@@ -1,7 +1,6 @@
 //! Scaling and squaring with the diagonal Padé approximant of degree 13.
 
-use eigentone_digits::product;
-use faer::linalg::solvers::Solve;
+use eigentone_digits::{Lu, product};
 use faer::{Mat, MatRef};
 
 use super::error::{ExpmError, check, in_range};
@@ -150,9 +149,7 @@ fn approximant(
         combine(b[6], b[4], b[2], b[0]),
     );
     // (even − odd) r = even + odd, as r = I + 2 (even − odd)⁻¹ odd to spare the identity's digits.
-    let mut result = (&even - &odd)
-        .partial_piv_lu()
-        .solve(&odd * faer::Scale(2.0));
+    let mut result = Lu::of((&even - &odd).as_ref()).solve(&odd * faer::Scale(2.0));
     for i in 0..n {
         result[(i, i)] += 1.0;
     }

@@ -1,8 +1,7 @@
 //! The inverse of the dynamic stiffness at one frequency, in doubles, and a proven bound of what it leaves.
 
-use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Lu};
 use faer::Mat;
-use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex;
 
 use super::elimination::Row;
@@ -38,7 +37,7 @@ impl Inverse<'_> {
                 }
             }
         }
-        let inverse = z.partial_piv_lu().inverse();
+        let inverse = Lu::of(z.as_ref()).inverse();
         let size = Mat::from_fn(n, n, |i, j| inverse[(i, j)].norm() * UPWARD);
         let defect = &inverse * z;
         let one = Mat::from_fn(n, 1, |_, _| 1.0);

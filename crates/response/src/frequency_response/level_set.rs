@@ -5,9 +5,9 @@
 //! Hamiltonian matrix of the level has imaginary eigenvalues (Boyd & Balakrishnan 1990, *Systems & Control Letters* 15;
 //! Bruinsma & Steinbuch 1990, *ibid.* 14).
 
+use eigentone_digits::{Lu, eigen};
 use eigentone_modes::{Balanced, FirstOrder, System, balance, eigenvalues};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 use super::brackets::{brackets, end, far, grid, narrow};
@@ -110,7 +110,8 @@ impl<'a> Search<'a> {
             let Balanced { matrix, scale } = balance(sizes.as_ref());
             let unit = unit(&matrix);
             let even = |i: usize, j: usize| turned(i, j) * (scale[j] / scale[i] / unit);
-            let mut poles = Mat::from_fn(states, states, even).eigenvalues().ok()?;
+            let mut poles =
+                eigentone_digits::eigenvalues(Mat::from_fn(states, states, even).as_ref())?;
             poles.iter_mut().for_each(|pole| *pole *= unit);
             // At frequencies below 0 losses would feed, so that what is there may grow.
             let above = poles.iter().copied().filter(|pole| pole.im >= 0.0);
@@ -253,12 +254,10 @@ impl PoleSum {
         let b: Vec<f64> = b.iter().map(|entry| entry * even).collect();
         let c: Vec<f64> = c.iter().map(|entry| entry / even).collect();
         let unit = unit(&a);
-        let eigen = Mat::from_fn(n, n, |i, j| a[(i, j)] / unit).eigen().ok()?;
-        let poles = eigen.S().column_vector().iter().map(|pole| pole * unit);
-        let poles: Vec<Complex<f64>> = poles.collect();
-        let u = eigen.U();
+        let (poles, u) = eigen(Mat::from_fn(n, n, |i, j| a[(i, j)] / unit).as_ref())?;
+        let poles: Vec<Complex<f64>> = poles.into_iter().map(|pole| pole * unit).collect();
         let mut share = Mat::from_fn(n, 1, |i, _| Complex::from(b[i]));
-        u.partial_piv_lu().solve_in_place(&mut share);
+        Lu::of(u.as_ref()).solve_in_place(share.as_mut());
         let residue = |k: usize| {
             let row: Complex<f64> = (0..n).map(|i| u[(i, k)] * c[i]).sum();
             row * share[(k, 0)]

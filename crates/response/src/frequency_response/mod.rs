@@ -35,6 +35,6 @@ pub use grid::peak_grid;
 pub use harmonic_motion::{HarmonicMotion, SteadyStateError};
 pub use question::{FrequencyError, FrequencyResponse};
 pub use receptance::receptance;
-pub(crate) use state_form::{Acts, Equations, Reads, StateForm, powers, regular};
+pub(crate) use state_form::{Acts, Equations, Reads, StateForm, powers};
 pub use steady_state::SteadyState;
 pub use transfer::{Adjoint, Transfer};

@@ -3,9 +3,8 @@
 //! Derivatives and integrals of the inputs and of what is read are taken out of the transfer function by
 //! s(s − A)⁻¹ = A(s − A)⁻¹ + 1 and s⁻¹(s − A)⁻¹ = A⁻¹(s − A)⁻¹ − A⁻¹s⁻¹.
 
-use eigentone_digits::{BallMatrix, Real};
+use eigentone_digits::{BallMatrix, Lu, Real};
 use eigentone_modes::{EnclosedFirstOrder, FirstOrder};
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
 /// Powers of s, from the least.
@@ -74,10 +73,9 @@ impl<T: Real> StateForm<T> {
         let (a, states) = (form.a.as_ref(), form.a.nrows());
         let integrates = inputs.iter().flatten().any(|(power, _)| *power < 0);
         let rounded = || Mat::from_fn(states, states, |i, j| a[(i, j)].to_f64());
-        let inverse = integrates.then(|| rounded().partial_piv_lu());
-        let inverse = match inverse {
-            Some(inverse) => Some(regular(inverse)?),
-            None => None,
+        let inverse = match integrates {
+            true => Some(Lu::regular(rounded().as_ref())?),
+            false => None,
         };
         let solves = match T::UNIT_LOG2 < f64::UNIT_LOG2 {
             true => REFINEMENTS,
@@ -90,7 +88,7 @@ impl<T: Real> StateForm<T> {
             let (mut left, mut solved) = (state.clone(), vec![T::ZERO; states]);
             for _ in 0..solves {
                 let mut right = Mat::from_fn(states, 1, |i, _| left[i].to_f64());
-                inverse.solve_in_place(&mut right);
+                inverse.solve_in_place(right.as_mut());
                 for (i, sum) in solved.iter_mut().enumerate() {
                     *sum = *sum + T::from(right[(i, 0)]);
                 }
@@ -201,13 +199,6 @@ impl<T: Real> StateForm<T> {
 /// The powers of s, from the least.
 pub(crate) fn powers() -> std::ops::Range<i32> {
     LEAST..LEAST + POWERS as i32
-}
-
-/// The factor of a matrix that is regular in doubles.
-pub(crate) fn regular(factor: PartialPivLu<f64>) -> Option<PartialPivLu<f64>> {
-    let u = factor.U();
-    let sound = |i: usize| u[(i, i)] != 0.0 && u[(i, i)].is_finite();
-    (0..u.nrows()).all(sound).then_some(factor)
 }
 
 fn pass<T: Real>(direct: &mut [T; POWERS], power: i32, value: T) {

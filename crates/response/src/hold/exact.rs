@@ -1,7 +1,7 @@
 //! Exact holds: how state and load at the start of an interval give the state at its end.
 
+use eigentone_digits::Lu;
 use eigentone_modes::balance;
-use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Scale};
 
 use super::laws::Laws;
@@ -125,7 +125,7 @@ fn fast_wave(
 ) -> [Mat<f64>; 2] {
     let a = a * Scale(frequency.recip());
     let matrix = Mat::<f64>::identity(a.nrows(), a.ncols()) + &a * &a;
-    let q = matrix.partial_piv_lu().solve(u * Scale(-frequency.recip()));
+    let q = Lu::of(matrix.as_ref()).solve(u * Scale(-frequency.recip()));
     let p = &a * &q;
     let (s, c) = reduced_angle(frequency, h.into(), 0.0).sin_cos();
     [

@@ -1,8 +1,7 @@
 //! A first-order estimate of how far a response computed in doubles is off.
 
-use eigentone_digits::product;
+use eigentone_digits::{Lu, product};
 use eigentone_modes::{Balanced, FirstOrder, MatrixKind, System, balance};
-use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
 
 use crate::problem::TimeGrid;
@@ -54,7 +53,7 @@ impl Estimate {
         let rate = norm(&balanced.matrix);
         let applies = structure.is_passive() && structure.zero_roots() == Some(0);
         let condition = if applies {
-            rate * norm(&balanced.matrix.partial_piv_lu().inverse())
+            rate * norm(&Lu::of(balanced.matrix.as_ref()).inverse())
         } else {
             f64::INFINITY
         };

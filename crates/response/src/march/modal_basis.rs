@@ -1,8 +1,7 @@
 //! The states of a system as sums of modes, each of which moves by itself.
 
-use eigentone_digits::{DoubleDouble, Magnitude, product};
+use eigentone_digits::{DoubleDouble, Lu, Magnitude, product};
 use eigentone_modes::{ClassicalModes, FirstOrder, Modes, ModesError, Precision, System};
-use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef, Scale};
 use thiserror::Error;
 
@@ -184,7 +183,7 @@ impl Basis {
             return Err("the shapes do not span the motion".to_owned());
         }
         let even = Mat::from_fn(n, n, |i, j| t[(i, j)] / rows[i]);
-        let mut inverse = even.partial_piv_lu().inverse();
+        let mut inverse = Lu::of(even.as_ref()).inverse();
         // A step of Newton's method: what an elimination leaves of T T⁻¹ − 1 may be larger than what products round.
         let left = Mat::<f64>::identity(n, n) - product(even.as_ref(), inverse.as_ref());
         // It leaves the square of that, and rounds by units of the entries before it, which may be all that there is.

@@ -6,9 +6,9 @@
 //! 1985, *Oper. Res.* 33), so that a spring of 1 beside one of 1e20 keeps its digits. What floats
 //! comes out of it as a part whose last node has no spring left.
 
+use eigentone_digits::{Lu, svd};
 use eigentone_modes::{MatrixKind, Structure, System};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 /// The motions that K does not resist.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ impl Floating {
         if counted == Some(0) {
             return none;
         }
-        let Ok(svd) = system.stiffness_matrix().svd() else {
+        let Some(svd) = svd(system.stiffness_matrix().as_ref()) else {
             return none;
         };
         let values = svd.S().column_vector();
@@ -164,7 +164,7 @@ fn by_factors(system: &System, floating: &Floating, force: &[f64]) -> Vec<f64> {
         (false, false) => 0.0,
     });
     let right = Mat::from_fn(n + d, 1, |i, _| if i < n { force[i] } else { 0.0 });
-    let solution = bordered.partial_piv_lu().solve(&right);
+    let solution = Lu::of(bordered.as_ref()).solve(right);
     (0..n).map(|i| solution[(i, 0)]).collect()
 }
 

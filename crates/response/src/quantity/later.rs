@@ -4,8 +4,8 @@
 //! energy: ½dᵀKd + ½vᵀMv of the distance d from rest does not grow, and (aᵀd)² ≤ aᵀK⁻¹a · dᵀKd. Where that is more than a
 //! band, the motion is followed until it is less, or until it is seen outside.
 
+use eigentone_digits::Lu;
 use eigentone_modes::{Modes, Motion, System};
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, c64};
 
 use super::extrema::{Band, was_outside};
@@ -123,8 +123,8 @@ struct Energy {
     size: f64,
     damping: Mat<f64>,
     stiffness: Mat<f64>,
-    factors_of_mass: PartialPivLu<f64>,
-    factors_of_stiffness: PartialPivLu<f64>,
+    factors_of_mass: Lu<f64>,
+    factors_of_stiffness: Lu<f64>,
 }
 
 impl Left {
@@ -172,8 +172,8 @@ impl Energy {
         Some(Energy {
             size: twice.sqrt(),
             damping: system.damping_matrix(),
-            factors_of_mass: mass.partial_piv_lu(),
-            factors_of_stiffness: stiffness.partial_piv_lu(),
+            factors_of_mass: Lu::of(mass.as_ref()),
+            factors_of_stiffness: Lu::of(stiffness.as_ref()),
             stiffness,
         })
     }
@@ -189,8 +189,10 @@ impl Energy {
             own.for_each(|(i, [a, b])| row[(*i, 0)] += a * b);
             row
         });
-        let through = |row: &Mat<f64>, factors: &PartialPivLu<f64>| {
-            (row.transpose() * factors.solve(row))[(0, 0)].abs().sqrt()
+        let through = |row: &Mat<f64>, factors: &Lu<f64>| {
+            (row.transpose() * factors.solve(row.clone()))[(0, 0)]
+                .abs()
+                .sqrt()
         };
         let mut reach = 0.0;
         if x.norm_max() > 0.0 {
@@ -200,7 +202,7 @@ impl Energy {
             reach += through(&v, &self.factors_of_mass);
         }
         if a.norm_max() > 0.0 {
-            let pushed = self.factors_of_mass.solve(&a);
+            let pushed = self.factors_of_mass.solve(a);
             let dragged = &self.damping * &pushed;
             reach += form(&self.stiffness, &pushed).sqrt();
             reach += through(&dragged, &self.factors_of_mass);
@@ -250,8 +252,7 @@ fn swings(
     let mut swings = Vec::new();
     if let Some(parts) = Parts::of(system, system.structure(), &moving, state, loads) {
         let count = moving.len();
-        let factors = parts.gram.partial_piv_lu();
-        let inverse = factors.solve(&Mat::<c64>::identity(count, count));
+        let inverse = Lu::of(parts.gram.as_ref()).solve(Mat::identity(count, count));
         let weight = |k: usize| parts.sizes[k].sqrt();
         let most = (0..count).flat_map(|i| (0..count).map(move |j| (i, j)));
         let mut most = most.map(|(i, j)| inverse[(i, j)].norm() * weight(i) * weight(j));

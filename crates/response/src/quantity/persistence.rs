@@ -4,8 +4,8 @@
 //! y_iᵀ((λ_i + λ_j)M + C)x_j = 0 for λ_i ≠ λ_j (Tisseur & Meerbergen 2001, *SIAM Rev.* 43, section
 //! 3). So c = yᵀ((λM + C)x + Mv) obeys c′ = λc + yᵀf by itself, whatever else moves.
 
+use eigentone_digits::{Lu, svd};
 use eigentone_modes::{Mode, Modes, Motion, Structure, System};
-use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 
 use crate::problem::{Harmonic, Problem};
@@ -91,7 +91,7 @@ impl Persistence {
         let Some(parts) = Parts::of(system, structure, lasting, (x, v), loads) else {
             return;
         };
-        let amplitudes = parts.gram.partial_piv_lu().solve(&parts.free);
+        let amplitudes = Lu::of(parts.gram.as_ref()).solve(parts.free);
         for (k, mode) in lasting.iter().enumerate() {
             let grows = !is_steady(mode) || mode.roots() > 1;
             for i in 0..system.len() {
@@ -233,7 +233,7 @@ pub(super) fn swing(system: &System, (coordinate, load): &(usize, Harmonic)) -> 
     });
     let mut amplitude = Mat::<c64>::zeros(n, 1);
     amplitude[(*coordinate, 0)] = c64::from(load.amplitude);
-    dynamic.partial_piv_lu().solve(&amplitude)
+    Lu::of(dynamic.as_ref()).solve(amplitude)
 }
 
 /// How close, relatively, a load's frequency must be to an undamped mode's to be its own: beyond
@@ -261,7 +261,7 @@ fn left_shape(system: &System, mode: &Mode) -> Vec<c64> {
     let q = Mat::from_fn(n, n, |i, j| {
         root * root * mass[(i, j)] + root * damping[(i, j)] + stiffness[(i, j)]
     });
-    let Ok(svd) = q.svd() else {
+    let Some(svd) = svd(q.as_ref()) else {
         return mode.shape().to_vec();
     };
     let least: Vec<c64> = (0..n).map(|i| svd.U()[(i, n - 1)].conj()).collect();

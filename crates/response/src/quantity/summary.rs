@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
+use eigentone_digits::{Lu, svd};
 use eigentone_modes::{Bounds, Modes, Motion, System};
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 
 use super::afterwards::{Afterwards, afterwards};
 use super::extrema::{Band, Extrema, Extremum, Fastest, followed, last_outside};
@@ -612,8 +612,8 @@ impl Resisted {
         let proved = structure.zero_roots().filter(|_| applies);
         let proved = proved.and_then(|zeros| zeros.checked_sub(d));
         let limit = 4.0 * (system.len() * d) as f64 * f64::EPSILON * damping.norm_max();
-        match reduced.svd() {
-            Ok(svd) if d > 0 => Resisted {
+        match svd(reduced.as_ref()) {
+            Some(svd) if d > 0 => Resisted {
                 values: (0..d)
                     .map(|k| (k, svd.S().column_vector()[k]))
                     .map(|(k, value)| match proved {
@@ -713,7 +713,7 @@ fn come_to_rest(
     let left = Mat::from_fn(n, centred.len(), |i, k| left[(i, centred[k])]);
     let right = Mat::from_fn(n, centred.len(), |i, k| resisted.right[(i, centred[k])]);
     let moment = left.transpose() * &mass;
-    let factors = (&moment * &right).partial_piv_lu();
+    let factors = Lu::of((&moment * &right).as_ref());
     let shift = &right * factors.solve(moment * away(&x));
     let scale = last.x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
     for (i, x) in x.iter_mut().enumerate() {

@@ -8,12 +8,11 @@
 use crate::linear::sorting::sort_by_number;
 use std::cmp::Ordering;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, symmetric_eigen};
 use faer::Mat;
 
 use super::forms::{Basis, Forms};
 use crate::inclusion::gram::SLICES;
-use crate::linear::symmetric_eigen::symmetric_eigen;
 
 /// How small the bound of relative errors is to become.
 #[derive(Clone, Copy, Debug)]

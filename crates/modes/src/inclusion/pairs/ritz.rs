@@ -5,13 +5,11 @@
 //! the digits that doubles have beside the largest root of the span, or beside the smallest, and again for what is still
 //! mixed then.
 
-use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, settle};
-use faer::linalg::solvers::{DenseSolveCore, Solve};
+use eigentone_digits::{ComplexDoubleDouble, DoubleDouble, Lu, definite_eigen, eigen};
 use faer::{Mat, c64};
 
 use super::pair::{Column, Origin, Pair, Pairs, Parts, plain};
 use super::rows::Rows;
-use crate::linear::symmetric_eigen::definite_eigen;
 
 /// Which roots of a span come out with most digits: those of B⁻¹A are the large ones, those of A⁻¹B the small ones.
 #[derive(Clone, Copy, PartialEq)]
@@ -106,25 +104,19 @@ impl Pairs<'_> {
         let on_axis = !in_plane;
         let definite = (on_axis && !self.has_left()).then(|| definite_pairs(matrix, other));
         let general = || {
-            let quotient = other.partial_piv_lu().solve(matrix);
-            settle();
+            let quotient = Lu::of(other.as_ref()).solve(matrix.clone());
             if !all_finite(&quotient) {
                 return None;
             }
-            let eigen = if on_axis {
-                Mat::from_fn(k, k, |p, q| quotient[(p, q)].re).eigen()
-            } else {
-                quotient.eigen()
-            };
-            let eigen = eigen.ok()?;
-            let values = eigen.S().column_vector().iter().copied().collect();
-            Some((values, eigen.U().to_owned()))
+            match on_axis {
+                true => eigen(Mat::from_fn(k, k, |p, q| quotient[(p, q)].re).as_ref()),
+                false => eigen(quotient.as_ref()),
+            }
         };
         let (values, right): (Vec<c64>, Mat<c64>) = definite.flatten().or_else(general)?;
         let left = self
             .has_left()
-            .then(|| (&b * &right).partial_piv_lu().inverse());
-        settle();
+            .then(|| Lu::of((&b * &right).as_ref()).inverse());
         if !all_finite(&right) || left.as_ref().is_some_and(|left| !all_finite(left)) {
             return None;
         }

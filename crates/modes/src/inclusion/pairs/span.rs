@@ -1,12 +1,11 @@
 //! Columns of a cluster of real roots that nearly depend on each other, given anew.
 
 use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, symmetric_eigen};
 use faer::Mat;
 
 use super::pair::{Pairs, Parts, plain};
 use super::rows::Rows;
-use crate::linear::symmetric_eigen::symmetric_eigen;
 
 impl Pairs<'_> {
     /// Replaces the shapes of k real roots that doubles do not distinguish by the k vectors that Q(ρ) of a symmetric system

@@ -10,15 +10,14 @@
 
 use std::slice::from_ref;
 
-use eigentone_digits::{DoubleDouble, Real, product};
+use eigentone_digits::{DoubleDouble, Lu, Real, product};
 use eigentone_modes::{EnclosedFirstOrder, FirstOrder};
 use faer::Mat;
-use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::RandomVibration;
 use super::settled::settled;
 use super::weighting::Weighting;
-use crate::frequency_response::{Acts, Equations, Reads, StateForm, powers, regular};
+use crate::frequency_response::{Acts, Equations, Reads, StateForm, powers};
 use crate::problem::{Combination, Quantity, Source, Sum};
 use crate::state_space::asked::Asked;
 use crate::state_space::error::StateSpaceError;
@@ -78,9 +77,8 @@ impl MeanSquare {
     ) -> Option<(MeanSquare, Smith)> {
         let n = form.c.len();
         // The geometric mean of the rates.
-        let factor = regular(form.a.partial_piv_lu())?;
-        let logarithm = |i: usize| factor.U()[(i, i)].abs().ln();
-        let q = ((0..n).map(logarithm).sum::<f64>() / n as f64).exp();
+        let factor = Lu::regular(form.a.as_ref())?;
+        let q = (factor.pivots().map(f64::ln).sum::<f64>() / n as f64).exp();
         let speed = f64::exp2(q.log2().round());
         let unit = |is_rate: &bool| if *is_rate { speed } else { 1.0 };
         let units: Vec<f64> = form.rates.iter().map(unit).collect();
@@ -252,7 +250,7 @@ fn columns<T>(n: usize, entry: impl Fn(usize, usize) -> T) -> Vec<Vec<T>> {
 
 /// A of doubles, ready to solve AP + PAᵀ + Q = 0.
 struct Smith {
-    shifted: PartialPivLu<f64>,
+    shifted: Lu<f64>,
     /// F.
     f: Mat<f64>,
     q: f64,
@@ -261,7 +259,7 @@ struct Smith {
 impl Smith {
     fn of(a: &Mat<f64>, q: f64) -> Option<Smith> {
         let shift = faer::Scale(q) * Mat::<f64>::identity(a.nrows(), a.nrows());
-        let shifted = regular((a - &shift).partial_piv_lu())?;
+        let shifted = Lu::regular((a - &shift).as_ref())?;
         let f = shifted.solve(a + &shift);
         Some(Smith { shifted, f, q })
     }
@@ -272,13 +270,13 @@ impl Smith {
         const DOUBLINGS: usize = 44;
         const NOTHING: f64 = 1e-16;
         let mut once = right.to_owned();
-        self.shifted.solve_in_place(&mut once);
+        self.shifted.solve_in_place(once.as_mut());
         let mut p = once.transpose().to_owned();
-        self.shifted.solve_in_place(&mut p);
+        self.shifted.solve_in_place(p.as_mut());
         let mut once = back.to_owned();
-        self.shifted.solve_transpose_in_place(&mut once);
+        self.shifted.solve_transpose_in_place(once.as_mut());
         let mut x = once.transpose().to_owned();
-        self.shifted.solve_transpose_in_place(&mut x);
+        self.shifted.solve_transpose_in_place(x.as_mut());
         let mut f = self.f.clone();
         for _ in 0..DOUBLINGS {
             p += product(product(f.as_ref(), p.as_ref()).as_ref(), f.transpose());

@@ -3,18 +3,16 @@
 //!
 //! Both ways end in implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
 
-use eigentone_digits::{settle, workspace};
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
-use faer::{Auto, Mat, Par, Side, Spec};
+use faer::{Auto, Mat, Par, Spec};
+
+use crate::{Cholesky, settle, workspace};
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
 /// `None` where the iteration does not converge.
-pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = matrix.nrows();
     if n == 0 {
         return Some((Vec::new(), Mat::zeros(0, 0)));
@@ -68,26 +66,42 @@ pub(crate) fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>
     Some((values.column_vector().iter().copied().collect(), vectors))
 }
 
+/// All eigenvalues, rising; `None` as for [`symmetric_eigen`].
+pub fn symmetric_eigenvalues(matrix: &Mat<f64>) -> Option<Vec<f64>> {
+    let n = matrix.nrows();
+    let mut values = Diag::<f64>::zeros(n);
+    let wanted = ComputeEigenvectors::No;
+    let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, params());
+    let done = evd::self_adjoint_evd(
+        matrix.as_ref(),
+        values.as_mut(),
+        None,
+        Par::Seq,
+        MemStack::new(&mut workspace(scratch)),
+        params(),
+    );
+    settle();
+    done.ok()?;
+    Some(values.column_vector().iter().copied().collect())
+}
+
 /// All λ with Ax = λBx, rising, with their vectors, for a symmetric A and a positive definite B: those of L⁻¹AL⁻ᵀ with
 /// B = LLᵀ (Golub & Van Loan, §8.7). `None` where B has no such factor, or numbers leave their range.
-pub(crate) fn definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+pub fn definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = a.nrows();
-    let factor = b.llt(Side::Lower).ok()?;
-    let lower = factor.L();
+    let factor = Cholesky::of(b.as_ref())?;
     let divided = |mut matrix: Mat<f64>| {
-        solve_lower_triangular_in_place(lower, matrix.as_mut(), Par::Seq);
+        factor.divide_by_lower(matrix.as_mut());
         matrix
     };
     let half = divided(a.to_owned());
     let scaled = divided(half.transpose().to_owned());
-    settle();
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
     if !symmetric.norm_max().is_finite() {
         return None;
     }
     let (values, mut vectors) = symmetric_eigen(&symmetric)?;
-    solve_upper_triangular_in_place(lower.transpose(), vectors.as_mut(), Par::Seq);
-    settle();
+    factor.divide_by_upper(vectors.as_mut());
     Some((values, vectors))
 }
 

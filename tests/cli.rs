@@ -928,11 +928,13 @@ fn systems_at_the_edge_pass_every_command() {
     }
     let table = fs::read_to_string(Path::new(out).join("free.md")).expect("a table");
     assert!(table.contains("| 1 | rigid | 2 |"), "{table}");
-    let grows = r#"{"masses": [{"name": "a", "mass": 1}, {"name": "free", "mass": 1}],
-        "springs": [{"between": ["ground", "a"], "stiffness": -1e14}],
-        "initial": {"NAME": {"displacement": 1}}, "time": {"end": 2, "step": 1}}"#;
-    for name in ["a", "free"] {
-        let file = scene("grows.json", &grows.replace("NAME", name));
+    let grows = r#"{"masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 1}],
+        "springs": [{"between": ["ground", "a"], "stiffness": -1e14}, {"between": ["ground", "b"], "stiffness": -1e14},
+            {"between": ["a", "b"], "stiffness": JOINT}],
+        "initial": {"a": {"displacement": 1}, "b": {"displacement": -1}}, "time": {"end": 2, "step": 1}}"#;
+    // Against each other they swing in the second, where what grows together is 0.
+    for joint in ["1e13", "1e14"] {
+        let file = scene("grows.json", &grows.replace("JOINT", joint));
         let started = std::time::Instant::now();
         let message = refused(&["analyze", &file, "--out", out], 1);
         assert!(message.contains("grow"), "{message}");

@@ -498,8 +498,9 @@ fn response_errors(listing: &mut Listing) {
     let soft = single(1.0, 0.0, 5e-324);
     let free = System::builder().mass("m0", 1.0).build().expect("a system");
     let beside = System::builder().mass("m0", 1.0).mass("m1", 1.0);
-    let beside = beside.spring(GROUND, "m0", -1e8).build().expect("a system");
-    let at_rest_beside = State::at_rest().displace("m1", 1.0);
+    let beside = beside.spring(GROUND, "m0", -1e8).spring(GROUND, "m1", -1e8);
+    let beside = beside.spring("m0", "m1", 1e8).build().expect("a system");
+    let apart = State::at_rest().displace("m0", 1.0).displace("m1", -1.0);
     let problem = Response::of(&one)
         .from(State::at_rest().displace("m0", 1.0))
         .every(1.0)
@@ -541,7 +542,7 @@ fn response_errors(listing: &mut Listing) {
         of(&far_apart).run_by(&BySuperposition);
         ModalTruncation { modes: 0 }.run(&problem);
         Response::of(&growing).every(1.0).until(100.0).from(away).run();
-        Response::of(&beside).every(1.0).until(1.0).from(at_rest_beside).run();
+        Response::of(&beside).every(1.0).until(1.0).from(apart).run();
         dopri.integrate(&problem, one_step);
         receptance(&one, "m0", 1.0);
         receptance(&free, "m0", 0.0);

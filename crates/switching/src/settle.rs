@@ -547,14 +547,59 @@ impl<T: Real> March<'_, '_, T> {
         each.collect()
     }
 
-    /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last.
+    /// The phases that all laws agree with.
+    ///
+    /// Where static limits are above the forces of sliding there may be several: of those that two precedences lead to, the one in
+    /// which more holds, as where friction is taken for a steep function of the speed that falls beyond its top. Where
+    /// neither ends, by the least index.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
-        const MOST: usize = 500;
-        /// Up to here by precedence, then by the least index, with which pivots end.
-        const PATIENT: usize = 100;
+        let mut best: Option<(usize, Vec<Phase>, Vec<usize>)> = None;
+        let ways = [
+            (Precedence::Path, 100),
+            (Precedence::Held, 100),
+            (Precedence::Index, 500),
+        ];
+        for (precedence, most) in ways {
+            if precedence == Precedence::Index && best.is_some() {
+                break;
+            }
+            let mut found = phases.to_vec();
+            if !self.pivots(&mut found, due, precedence, most)? {
+                continue;
+            }
+            let holding = found.iter().filter(|phase| is_stick(phase)).count();
+            if best.as_ref().is_none_or(|(most, ..)| holding > *most) {
+                best = Some((holding, found, self.orders.clone()));
+            }
+            if holding == phases.iter().filter(|phase| is_stick(phase)).count() {
+                break;
+            }
+        }
+        let Some((_, found, orders)) = best else {
+            let switch = due.first().copied().unwrap_or(0);
+            return Err(Halt::Failed(SwitchingError::Undecided {
+                time: self.now.to_f64(),
+                switch,
+                reason: "no combination of states agrees with the laws of all switches",
+            }));
+        };
+        phases.copy_from_slice(&found);
+        self.orders = orders;
+        Ok(())
+    }
+
+    /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last. `false` where so many
+    /// changes are not enough.
+    fn pivots(
+        &mut self,
+        phases: &mut [Phase],
+        due: &[usize],
+        precedence: Precedence,
+        most: usize,
+    ) -> Result<bool, Halt> {
         let mut turns = vec![0; phases.len()];
         let mut seen = HashSet::new();
-        for round in 0..MOST {
+        for _ in 0..most {
             let configuration = self.independent(phases)?;
             let mut derivatives = vec![self.zeta.clone()];
             for k in 1..ORDERS {
@@ -573,12 +618,11 @@ impl<T: Real> March<'_, '_, T> {
             self.orders = vec![usize::MAX; configuration.guards.len()];
             let mut wrong = None;
             let mut order: Vec<usize> = (0..configuration.guards.len()).collect();
-            let key = |at: &usize| self.precedence(phases, &configuration.guards[*at]);
-            match round < PATIENT {
-                true => order
-                    .sort_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1))),
-                false => order.sort_by_key(|at| key(at).0 > 0),
-            }
+            let key = |at: &usize| self.precedence(precedence, phases, &configuration.guards, *at);
+            order.sort_by(|a, b| {
+                let [a, b] = [key(a), key(b)];
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            });
             for at in order {
                 let guard = &configuration.guards[at];
                 let before = configuration.guards[..at].iter().rev();
@@ -619,8 +663,7 @@ impl<T: Real> March<'_, '_, T> {
                 }
             }
             let Some((switch, number, sign)) = wrong else {
-                self.current = configuration;
-                return Ok(());
+                return Ok(true);
             };
             // How often the sign of v_b was turned round, or lost.
             turns[switch] += usize::from(number == 0);
@@ -694,29 +737,57 @@ impl<T: Real> March<'_, '_, T> {
                 };
             }
         }
-        let switch = due.first().copied().unwrap_or(0);
-        Err(Halt::Failed(SwitchingError::Undecided {
-            time: self.now.to_f64(),
-            switch,
-            reason: "no combination of states agrees with the laws of all switches",
-        }))
+        Ok(false)
     }
 
-    /// Which laws are asked first: a class, and within it the least number.
+    /// Which laws are asked first, by rising numbers.
     ///
     /// Frictions come last: what holds by its static limit is asked beside laws that all others agree with, those of frictions
-    /// that stand aside among them. Where static limits are above the forces of sliding, several states may agree with all laws.
-    /// A friction that has slid and turns round gives way before one that has held, whose force runs on from what it was; of
-    /// several, the one that is farthest beyond its limit does.
-    fn precedence(&self, phases: &[Phase], guard: &Guard<T>) -> (u8, f64) {
-        match (phases[guard.switch], &self.places[guard.switch].switch) {
-            (Phase::Stick, Switch::Friction(friction)) => {
-                let has_held = matches!(self.phases[guard.switch], Phase::Stick | Phase::Idle(_));
-                let left = guard.row.at(&self.zeta).to_f64() / friction.static_force;
-                (if has_held { 3 } else { 2 }, left)
+    /// that stand aside among them. Of those that cannot hold the one gives way first that is first at its limit as forces
+    /// run on from what they were, or else, of those that have not held before, the one farthest beyond its limit.
+    fn precedence(
+        &self,
+        precedence: Precedence,
+        phases: &[Phase],
+        guards: &[Guard<T>],
+        at: usize,
+    ) -> (u8, f64) {
+        let switch = guards[at].switch;
+        let (Phase::Stick, Switch::Friction(friction)) =
+            (phases[switch], &self.places[switch].switch)
+        else {
+            return (u8::from(matches!(phases[switch], Phase::Slip(_))), 0.0);
+        };
+        let most = friction.static_force;
+        let after = guards[at].row.at(&self.zeta).to_f64();
+        match precedence {
+            Precedence::Index => (1, 0.0),
+            Precedence::Held => {
+                let has_held = matches!(self.phases[switch], Phase::Stick | Phase::Idle(_));
+                (2 + u8::from(has_held), after / most)
             }
-            (Phase::Slip(_), _) => (1, 0.0),
-            _ => (0, 0.0),
+            Precedence::Path => {
+                let number = guards[..at].iter().rev();
+                let number = number.take_while(|other| other.switch == switch).count();
+                let before = match self.phases[switch] {
+                    Phase::Slip(sign) => {
+                        let pulls = f64::from(sign) * if number == 0 { 1.0 } else { -1.0 };
+                        most + pulls * friction.force
+                    }
+                    Phase::Stick => {
+                        let own = self.current.guards.iter();
+                        let mut own = own.filter(|guard| guard.switch == switch);
+                        let before = own.nth(number);
+                        before.map_or(most, |guard| guard.row.at(&self.zeta).to_f64())
+                    }
+                    _ => most,
+                };
+                let share = match before > 0.0 {
+                    true => before / (before - after),
+                    false => after / most,
+                };
+                (2, if after < 0.0 { share } else { f64::INFINITY })
+            }
         }
     }
 
@@ -795,6 +866,21 @@ impl<T: Real> March<'_, '_, T> {
         self.errors.map(&map);
         change.compose(&map, n);
     }
+}
+
+/// Which of several frictions that cannot hold gives way first.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Precedence {
+    /// The first at its limit, as forces run on.
+    Path,
+    /// One that has not held before, and the farthest beyond its limit.
+    Held,
+    /// The one that is listed first: with it pivots end.
+    Index,
+}
+
+fn is_stick(phase: &Phase) -> bool {
+    *phase == Phase::Stick
 }
 
 /// Whether a damper holds its body.

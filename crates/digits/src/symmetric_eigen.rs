@@ -6,7 +6,7 @@
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
 use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
-use faer::{Auto, Mat, Par, Spec};
+use faer::{Auto, Mat, MatMut, Par, Spec};
 
 use crate::{Cholesky, settle, workspace};
 
@@ -17,23 +17,12 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     if n == 0 {
         return Some((Vec::new(), Mat::zeros(0, 0)));
     }
-    let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
     let Some(path) = path(matrix) else {
-        let wanted = ComputeEigenvectors::Yes;
-        let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, params());
-        evd::self_adjoint_evd(
-            matrix.as_ref(),
-            values.as_mut(),
-            Some(vectors.as_mut()),
-            Par::Seq,
-            MemStack::new(&mut workspace(scratch)),
-            params(),
-        )
-        .ok()?;
-        settle();
-        return Some((values.column_vector().iter().copied().collect(), vectors));
+        let values = whole(matrix, Some(vectors.as_mut()))?;
+        return Some((values, vectors));
     };
+    let mut values = Diag::<f64>::zeros(n);
     let mut diagonal = Diag::<f64>::zeros(n);
     let mut below = Diag::<f64>::zeros(n);
     for (place, &i) in path.iter().enumerate() {
@@ -68,14 +57,22 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
 
 /// All eigenvalues, rising; `None` as for [`symmetric_eigen`].
 pub fn symmetric_eigenvalues(matrix: &Mat<f64>) -> Option<Vec<f64>> {
+    whole(matrix, None)
+}
+
+/// Of a matrix that is not known to be tridiagonal in any order: its eigenvalues, and its vectors where there is room for them.
+fn whole(matrix: &Mat<f64>, vectors: Option<MatMut<'_, f64>>) -> Option<Vec<f64>> {
     let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
-    let wanted = ComputeEigenvectors::No;
+    let wanted = match vectors {
+        Some(_) => ComputeEigenvectors::Yes,
+        None => ComputeEigenvectors::No,
+    };
     let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, params());
     let done = evd::self_adjoint_evd(
         matrix.as_ref(),
         values.as_mut(),
-        None,
+        vectors,
         Par::Seq,
         MemStack::new(&mut workspace(scratch)),
         params(),

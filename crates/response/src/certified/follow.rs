@@ -2,15 +2,16 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use eigentone_digits::{DoubleDouble, Magnitude, Real};
-use pulp::Arch;
 
 use super::driven::Driven;
 use super::generator::Generator;
 use super::march::{Step, Walker};
+use super::products::{Columns, multiply};
 use super::quintic::Quintic;
+use super::remainder::Remainder;
 use super::stepper::{Stepper, is_quick};
 use crate::enclosed::{Halves, Normed};
 use crate::exponential::by_taylor;
@@ -79,12 +80,53 @@ pub(crate) struct Stretch<'a> {
     pub(crate) right: &'a Point,
     /// By how much the polynomials missed what they were tried at.
     missed: &'a [f64],
+    /// Whether each quantity may show something new; all may where there is nothing.
+    asked: &'a [bool],
     way: &'a mut Way,
     /// It is the way halved so many times.
     depth: usize,
 }
 
+/// What a motion is shown to, stretch by stretch.
+pub(crate) trait Viewer {
+    /// Whether a quantity may show something new on a stretch, where it and its derivative are no farther than so much from its
+    /// polynomial and the derivative of that.
+    fn asks(&self, stretch: &Stretch<'_>, i: usize, off: [f64; 2]) -> bool;
+
+    /// Looks at a stretch on which all that may show something new is as good as its polynomials.
+    fn see(&mut self, stretch: &mut Stretch<'_>);
+}
+
+/// Looks at everything.
+impl<F: FnMut(&mut Stretch<'_>)> Viewer for F {
+    fn asks(&self, _: &Stretch<'_>, _: usize, _: [f64; 2]) -> bool {
+        true
+    }
+
+    fn see(&mut self, stretch: &mut Stretch<'_>) {
+        self(stretch);
+    }
+}
+
 impl Stretch<'_> {
+    /// Whether a quantity may show something new; else its polynomial is known to be near enough to show that it does not.
+    pub(crate) fn is_asked(&self, i: usize) -> bool {
+        self.asked.get(i).is_none_or(|asked| *asked)
+    }
+
+    /// Which of so many quantities may show something new.
+    fn asked_by(&self, viewer: &dyn Viewer, count: usize) -> Vec<bool> {
+        let (off, missed) = (
+            self.way.outputs.remainder(),
+            self.left.values[3 * self.left.count..].iter(),
+        );
+        let sizes: Vec<f64> = missed.map(|entry| entry.abs()).collect();
+        match off.along(self.length, &sizes) {
+            Some(off) => (0..count).map(|i| viewer.asks(self, i, off[i])).collect(),
+            None => vec![true; count],
+        }
+    }
+
     /// A quantity by the fraction of the stretch.
     pub(crate) fn polynomial(&self, i: usize) -> Quintic {
         Quintic::between(self.left.knot(i), self.right.knot(i), self.length)
@@ -133,6 +175,7 @@ impl Stretch<'_> {
                 left,
                 right,
                 missed,
+                asked: self.asked,
                 way: &mut *self.way,
                 depth: self.depth + 1,
             })?;
@@ -142,43 +185,85 @@ impl Stretch<'_> {
 
     /// How far rounding may have moved a quantity, as steps in energy coordinates lengthen no error: an estimate.
     pub(crate) fn rounding(&self, i: usize) -> f64 {
-        let [states, loads] = self.left.sizes;
-        let [off_states, off_loads] = self.way.outputs.off[i];
-        off_states * states + off_loads * loads
+        let outputs = &self.way.outputs;
+        let made = outputs.rounding + outputs.rate * (self.start + self.length);
+        let parts = outputs.norms[i]
+            .iter()
+            .zip(&outputs.off[i])
+            .zip(&self.left.sizes);
+        parts
+            .map(|((norm, off), size)| (made * norm + off) * size)
+            .sum()
     }
 
     /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
     /// its first derivative there, which is largest or smallest.
     pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64) {
-        /// After so many halvings, each of which is exact, velocities are of degree three but for less than rounding.
-        const HALVINGS: usize = 10;
-        self.way.halvings += HALVINGS as u64;
-        let (mut left, mut right) = (self.left.knot(i), self.right.knot(i));
-        let rises = left[derivative] < 0.0;
-        let (states, more) = self.left.states();
-        let (mut states, mut more) = (states.to_vec(), more.to_vec());
-        let mut later = states.clone();
-        let (mut start, mut length) = (self.start, self.length);
-        for depth in self.depth + 1..=self.depth + HALVINGS {
-            length /= 2.0;
-            let later_more = self.way.advance((&states, &more), depth, &mut later);
-            let middle = self.way.outputs.knot((&later, &later_more), i);
-            if (middle[derivative] > 0.0) == rises {
-                right = middle;
-            } else {
-                left = middle;
-                std::mem::swap(&mut states, &mut later);
-                more = later_more;
-                start += length;
-            }
-        }
-        let polynomial = Quintic::short(left, right, length);
-        let (s, value) = match derivative {
+        let turn = |polynomial: Quintic| match derivative {
             1 => polynomial.turn(),
             _ => polynomial.slope().turn(),
         };
+        // Nearly always it is where the polynomial has it, which leaves half of the products.
+        let guess = turn(self.polynomial(i)).0;
+        let (mut start, mut length, mut ends) = self.part(i, derivative, Some(guess));
+        let is_up = |knot: &[f64; 3]| knot[derivative] > 0.0;
+        let rises = !is_up(&self.left.knot(i));
+        if ends.each_ref().map(is_up) != [!rises, rises] {
+            (start, length, ends) = self.part(i, derivative, None);
+        }
+        let (s, value) = turn(Quintic::short(ends[0], ends[1], length));
         let scale = length.powi(derivative as i32 - 1);
         (start + s * length, value / scale)
+    }
+
+    /// The small part of the stretch in which there is a guess, or a derivative changes sign as it does between the ends: when it
+    /// begins, its length in s, and the quantity at its ends.
+    fn part(
+        &mut self,
+        i: usize,
+        derivative: usize,
+        guess: Option<f64>,
+    ) -> (f64, f64, [[f64; 3]; 2]) {
+        /// After so many halvings, each of which is exact, velocities are of degree three but for less than rounding.
+        const HALVINGS: usize = 10;
+        let [mut left, mut right] = [self.left, self.right].map(|end| end.knot(i));
+        let is_up = left[derivative] > 0.0;
+        let (states, more) = self.left.states();
+        let (mut states, mut more) = (states.to_vec(), more.to_vec());
+        let mut later = states.clone();
+        let (mut start, mut part) = (0.0, 1.0);
+        for depth in self.depth + 1..=self.depth + HALVINGS {
+            part /= 2.0;
+            if guess.is_some_and(|guess| guess < start + part) {
+                continue;
+            }
+            self.way.halvings += 1;
+            let later_more = self.way.advance((&states, &more), depth, &mut later);
+            if guess.is_none() {
+                let middle = self.way.outputs.knot((&later, &later_more), i);
+                if (middle[derivative] > 0.0) != is_up {
+                    right = middle;
+                    continue;
+                }
+                left = middle;
+            }
+            std::mem::swap(&mut states, &mut later);
+            more = later_more;
+            start += part;
+        }
+        if guess.is_some() {
+            self.way.halvings += 1;
+            let depth = self.depth + HALVINGS;
+            let later_more = self.way.advance((&states, &more), depth, &mut later);
+            let outputs = &self.way.outputs;
+            left = outputs.knot((&states, &more), i);
+            right = outputs.knot((&later, &later_more), i);
+        }
+        (
+            self.start + start * self.length,
+            part * self.length,
+            [left, right],
+        )
     }
 }
 
@@ -188,7 +273,7 @@ struct Way {
     /// The states and loads after each half of the way, as matrices by rows.
     halves: Vec<Vec<f64>>,
     /// The same, where more digits are taken.
-    more: Vec<Vec<DoubleDouble>>,
+    more: Vec<Columns<DoubleDouble>>,
     /// How often searches for turns have halved it.
     halvings: u64,
     /// Makes them; `None` for a way of no length.
@@ -202,13 +287,22 @@ struct Outputs {
     count: usize,
     /// All quantities, then their first and their second derivatives, by rows.
     rows: Vec<f64>,
-    /// The same, where more digits are taken.
+    /// The same, where more digits are taken, and once more by columns, order by order.
     more: Vec<DoubleDouble>,
+    columns: Vec<Columns<DoubleDouble>>,
     /// How many entries of a row belong to states.
     states: usize,
-    /// How far each quantity may be off beside the 2-norms of states and of loads: by what rounding makes of it along some fifty
-    /// halvings, about, and by the error of its row, which is all there is where the exact entries cancel.
+    /// How far each quantity may be off beside the 2-norms of states and of loads: by the error of its row, which is all there
+    /// is where the exact entries cancel.
     off: Vec<[f64; 2]>,
+    /// The 2-norms of the parts of its row, and how far states and loads may be off, about, beside their own: by what
+    /// some fifty halvings round, and with more digits by what is not known of the generator, for each second.
+    norms: Vec<[f64; 2]>,
+    rounding: f64,
+    rate: f64,
+    /// W by rows, and what bounds remainders once it is asked for.
+    w: Vec<f64>,
+    remainder: OnceLock<Remainder>,
 }
 
 impl Outputs {
@@ -236,47 +330,61 @@ impl Outputs {
             }
         }
         let rows = || orders.iter().flatten().flatten();
-        let end = problem.grid().time(problem.grid().last());
-        let error = (generator.w.error() * Magnitude::from(end)).to_f64();
-        let (more, rounding) = match digits {
-            Digits::Once => (Vec::new(), HALVINGS * f64::EPSILON),
+        let size = generator.w.len();
+        let (mut more, mut columns) = (Vec::new(), Vec::new());
+        let (unit, rate) = match digits {
+            Digits::Once => (f64::EPSILON, 0.0),
             Digits::Twice => {
-                let unit = DoubleDouble::unit().to_f64();
-                (rows().copied().collect(), HALVINGS * unit + error)
+                let by_columns = |rows: &Vec<Vec<DoubleDouble>>| {
+                    Columns::of(rows.len(), size, |i, j| rows[i][j])
+                };
+                columns.extend(orders.iter().map(by_columns));
+                more.extend(rows().copied());
+                let rate = generator.w.error().to_f64();
+                (DoubleDouble::unit().to_f64(), rate)
             }
         };
         let rows: Vec<f64> = rows().map(|entry| entry.to_f64()).collect();
         let states = generator.states;
-        let size = generator.w.len();
-        let off = off.iter().enumerate().map(|(i, off)| {
-            let [of_states, of_loads] = sizes(&rows[i * size..][..size], states);
-            let [off_states, off_loads] = off.map(Magnitude::to_f64);
-            [
-                rounding * of_states + off_states,
-                rounding * of_loads + off_loads,
-            ]
-        });
+        let count = orders[0].len();
+        let norms = (0..count).map(|i| sizes(&rows[i * size..][..size], states));
+        let w = generator.w.entries().iter().map(|entry| entry.to_f64());
         Outputs {
-            count: orders[0].len(),
-            off: off.collect(),
+            count,
+            off: off.iter().map(|off| off.map(Magnitude::to_f64)).collect(),
+            norms: norms.collect(),
+            rounding: HALVINGS * unit,
+            rate,
+            w: w.collect(),
+            remainder: OnceLock::new(),
             rows,
             more,
+            columns,
             states,
         }
+    }
+
+    fn remainder(&self) -> &Remainder {
+        self.remainder.get_or_init(|| {
+            let second = &self.rows[self.rows.len() / 3 * 2..];
+            Remainder::of(self.count, second, &self.w)
+        })
     }
 
     /// So many quantities, from room for them and their derivatives, then states and loads, and those with more digits
     /// where they are taken.
     fn read(&self, count: usize, mut values: Vec<f64>, more: Vec<DoubleDouble>) -> Point {
         let (quantities, states) = values.split_at_mut(3 * count);
+        let mut exact = vec![DoubleDouble::ZERO; if more.is_empty() { 0 } else { self.count }];
         for derivative in 0..3 {
-            let rows = derivative * self.count * states.len()..;
             let quantities = &mut quantities[derivative * count..][..count];
             if more.is_empty() {
+                let rows = derivative * self.count * states.len()..;
                 multiply(&self.rows[rows], states, quantities);
             } else {
-                let rows = &self.more[rows][..count * states.len()];
-                multiply_more(rows, &more, |i, value| quantities[i] = value.to_f64());
+                self.columns[derivative].apply(&more, &mut exact);
+                let exact = quantities.iter_mut().zip(&exact);
+                exact.for_each(|(value, exact)| *value = exact.to_f64());
             }
         }
         Point {
@@ -292,15 +400,16 @@ impl Outputs {
         let size = states.len();
         [0, 1, 2].map(|derivative| {
             let row = (derivative * self.count + i) * size..;
-            let mut value = [0.0];
             if more.is_empty() {
+                let mut value = [0.0];
                 multiply(&self.rows[row][..size], states, &mut value);
+                value[0]
             } else {
-                multiply_more(&self.more[row][..size], more, |_, entry| {
-                    value[0] = entry.to_f64();
-                });
+                let terms = self.more[row].iter().zip(more).map(|(a, b)| *a * *b);
+                terms
+                    .fold(DoubleDouble::ZERO, |sum, term| sum + term)
+                    .to_f64()
             }
-            value[0]
         })
     }
 }
@@ -348,12 +457,11 @@ impl Way {
         if self.halves.len() <= depth {
             self.halve(depth, states.len());
         }
-        let mut later_more = Vec::with_capacity(more.len());
+        let mut later_more = vec![DoubleDouble::ZERO; more.len()];
         if let Some(half) = self.more.get(depth) {
-            multiply_more(half, more, |i, entry| {
-                later[i] = entry.to_f64();
-                later_more.push(entry);
-            });
+            half.apply(more, &mut later_more);
+            let rounded = later.iter_mut().zip(&later_more);
+            rounded.for_each(|(later, exact)| *later = exact.to_f64());
         } else {
             multiply(&self.halves[depth], states, later);
         }
@@ -398,45 +506,11 @@ impl Way {
         self.halves
             .push(entries.iter().map(|entry| entry.to_f64()).collect());
         if !self.outputs.more.is_empty() {
-            self.more.push(entries.to_vec());
+            let size = power.len();
+            let entry = |i, j| entries[i * size + j];
+            self.more.push(Columns::of(size, size, entry));
         }
     }
-}
-
-/// The product of a matrix, by rows, and a vector, with more digits: `take` gets each entry with its place.
-fn multiply_more(
-    matrix: &[DoubleDouble],
-    vector: &[DoubleDouble],
-    mut take: impl FnMut(usize, DoubleDouble),
-) {
-    let rows = matrix.chunks_exact(vector.len().max(1));
-    for (i, row) in rows.enumerate() {
-        let terms = row.iter().zip(vector).map(|(a, b)| *a * *b);
-        take(i, terms.fold(DoubleDouble::ZERO, |sum, term| sum + term));
-    }
-}
-
-/// The product of a matrix, by rows, and a vector.
-fn multiply(matrix: &[f64], vector: &[f64], product: &mut [f64]) {
-    const LANES: usize = 8;
-    let rows = matrix.chunks_exact(vector.len().max(1));
-    Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (entry, row) in product.iter_mut().zip(rows) {
-                let (row, rest) = row.as_chunks::<LANES>();
-                let (heads, tail) = vector.as_chunks::<LANES>();
-                let mut sums = [0.0; LANES];
-                for (row, head) in row.iter().zip(heads) {
-                    for lane in 0..LANES {
-                        sums[lane] += row[lane] * head[lane];
-                    }
-                }
-                let rest = rest.iter().zip(tail).map(|(a, b)| a * b);
-                *entry = sums.into_iter().chain(rest).sum();
-            }
-        },
-    );
 }
 
 /// How finely the motion is divided.
@@ -499,18 +573,18 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 /// Follows the motion of a problem, as often as it is asked for.
 pub(crate) struct Follower<'a, 'b> {
     problem: &'a Problem<'b>,
-    prepared: Vec<Prepared<'a, 'b>>,
+    prepared: Vec<Prepared>,
 }
 
 /// What it takes to follow a motion with so many digits, and what is known of it so far.
-struct Prepared<'a, 'b> {
+struct Prepared {
     digits: Digits,
     /// Whether the quantities beside displacements are among the outputs.
     beside: bool,
-    walker: Walker<'a, 'b, DoubleDouble>,
     ways: Ways,
     /// States and loads at every so many instants.
     marks: Vec<Vec<DoubleDouble>>,
+    apart: u64,
 }
 
 impl<'a, 'b> Follower<'a, 'b> {
@@ -525,6 +599,13 @@ impl<'a, 'b> Follower<'a, 'b> {
         self.problem
     }
 
+    /// The same motion until another instant, with all that is known of it.
+    pub(crate) fn until<'c>(self, problem: &'c Problem<'b>) -> Follower<'c, 'b> {
+        let mut prepared = self.prepared;
+        prepared.retain(|one| one.is_of(problem));
+        Follower { problem, prepared }
+    }
+
     /// Follows the motion from the instant `from` of the grid to its end, and shows every stretch in
     /// turn; the last one is the end itself, of no length, as loads that jump then leave it. Where the motion
     /// jumps, one stretch ends before the jump and the next begins after it. `range` is the largest displacement known of each
@@ -536,10 +617,10 @@ impl<'a, 'b> Follower<'a, 'b> {
         from: u64,
         range: Vec<f64>,
         (digits, products): (Digits, f64),
-        visit: &mut dyn FnMut(&mut Stretch<'_>),
+        viewer: &mut dyn Viewer,
     ) -> Option<()> {
         let beside = range.len() > self.problem.system().len();
-        let serves = |one: &Prepared<'_, '_>| one.digits == digits && one.beside >= beside;
+        let serves = |one: &Prepared| one.digits == digits && one.beside >= beside;
         let at = match self.prepared.iter().position(serves) {
             Some(at) => at,
             None => {
@@ -548,33 +629,32 @@ impl<'a, 'b> Follower<'a, 'b> {
                 self.prepared.len() - 1
             }
         };
-        self.prepared[at].follow(self.problem, from, range, products, visit)
+        self.prepared[at].follow(self.problem, from, range, products, viewer)
     }
 }
 
-impl<'a, 'b> Prepared<'a, 'b> {
-    fn of(problem: &'a Problem<'b>, beside: bool, digits: Digits) -> Option<Prepared<'a, 'b>> {
-        /// What the generator may lose of more digits.
-        const LEAST: f64 = 1e-26;
-        if !is_quick(problem) {
-            return None;
-        }
-        let lost = match digits {
-            Digits::Once => ROUNDING,
-            Digits::Twice => LEAST,
-        };
-        let stepper = Stepper::precise(problem, lost)?;
+impl Prepared {
+    fn of(problem: &Problem<'_>, beside: bool, digits: Digits) -> Option<Prepared> {
+        /// So many marks at most, and one.
+        const MARKS: u64 = 256;
+        let stepper = stepper(problem, digits)?;
         Some(Prepared {
             digits,
             beside,
+            apart: problem.grid().last().div_ceil(MARKS).max(1),
             ways: Ways {
                 outputs: Arc::new(Outputs::of(problem, &stepper.generator, beside, digits)),
                 stepper: stepper.clone(),
                 known: HashMap::new(),
             },
-            walker: Walker::new(Driven::new(problem, stepper, 0)),
             marks: Vec::new(),
         })
+    }
+
+    /// Whether it serves another problem too.
+    fn is_of(&self, problem: &Problem<'_>) -> bool {
+        let generator = &self.ways.stepper.generator;
+        stepper(problem, self.digits).is_some_and(|one| Arc::ptr_eq(&one.generator, generator))
     }
 
     fn follow(
@@ -583,12 +663,10 @@ impl<'a, 'b> Prepared<'a, 'b> {
         from: u64,
         range: Vec<f64>,
         products: f64,
-        visit: &mut dyn FnMut(&mut Stretch<'_>),
+        viewer: &mut dyn Viewer,
     ) -> Option<()> {
         /// What a stretch takes beside its products, in products.
         const STRETCH: f64 = 100.0;
-        /// So many marks at most, and one.
-        const MARKS: u64 = 256;
         let grid = problem.grid();
         let (last, count, size) = (
             grid.last(),
@@ -612,36 +690,36 @@ impl<'a, 'b> Prepared<'a, 'b> {
         };
         let from = from.min(last);
         // From the last mark on; without marks at once to where something is to be seen.
-        let apart = last.div_ceil(MARKS).max(1);
+        let apart = self.apart;
         let marks = self.marks.len() as u64;
         let mark = marks.checked_sub(1).map(|top| top.min(from / apart));
         let mut index = mark.map_or(from, |mark| mark * apart);
         let mut walk = Walk::of(problem);
-        self.walker.restart();
-        self.walker.begin(0);
+        let mut walker = Walker::new(Driven::new(problem, self.ways.stepper.clone(), 0));
+        walker.begin(0);
         if let Some(mark) = mark {
             let target = Instant::on_grid(grid, index);
             while let Some(leg) = walk.towards(&target) {
                 if let Leg::Begin = leg {
-                    self.walker.begin(walk.index());
+                    walker.begin(walk.index());
                 }
             }
-            self.walker.put(&self.marks[mark as usize]);
+            walker.put(&self.marks[mark as usize]);
         }
         loop {
             let target = Instant::on_grid(grid, index);
             while let Some(leg) = walk.towards(&target) {
                 let Leg::Pass { from: now, to } = leg else {
-                    self.walker.begin(walk.index());
+                    walker.begin(walk.index());
                     continue;
                 };
-                let (start, finish) = (self.walker.moment(&now), self.walker.moment(&to));
+                let (start, finish) = (walker.moment(&now), walker.moment(&to));
                 if mark.is_none() && index <= from {
-                    self.walker.go(start, finish);
+                    walker.go(start, finish);
                     continue;
                 }
-                let (length, error) = self.walker.seconds(start, finish);
-                let left = self.here(count);
+                let (length, error) = walker.seconds(start, finish);
+                let left = self.here(walker.exact(), count);
                 let way = self.ways.of(length, error)?;
                 let right = way.point(&left, 0);
                 if index > from {
@@ -651,27 +729,29 @@ impl<'a, 'b> Prepared<'a, 'b> {
                         left: &left,
                         right: &right,
                         missed: &[],
+                        asked: &[],
                         way,
                         depth: 0,
                     };
-                    divide(&mut stretch, &mut limits, visit)?;
+                    divide(&mut stretch, &mut limits, viewer)?;
                 }
                 if let Some(whole) = &way.whole {
-                    self.walker.hop(whole, finish);
+                    walker.hop(whole, finish);
                 }
             }
             if index == self.marks.len() as u64 * apart {
-                self.marks.push(self.walker.exact().to_vec());
+                self.marks.push(walker.exact().to_vec());
             }
             if index == last {
                 // What the loads make of the end itself.
-                let here = self.here(count);
-                visit(&mut Stretch {
+                let here = self.here(walker.exact(), count);
+                viewer.see(&mut Stretch {
                     start: target.time().to_f64(),
                     length: 0.0,
                     left: &here,
                     right: &here,
                     missed: &[],
+                    asked: &[],
                     way: &mut Way::of(&self.ways.outputs, None),
                     depth: 0,
                 });
@@ -682,8 +762,7 @@ impl<'a, 'b> Prepared<'a, 'b> {
     }
 
     /// Where the march is.
-    fn here(&self, count: usize) -> Point {
-        let exact = self.walker.exact();
+    fn here(&self, exact: &[DoubleDouble], count: usize) -> Point {
         let mut values = vec![0.0; 3 * count];
         values.extend(exact.iter().map(|entry| entry.to_f64()));
         let more = match self.digits {
@@ -692,6 +771,17 @@ impl<'a, 'b> Prepared<'a, 'b> {
         };
         self.ways.outputs.read(count, values, more)
     }
+}
+
+/// That of a problem, for so many digits; `None` where it takes long, or 32 digits do not suffice to set out.
+fn stepper(problem: &Problem<'_>, digits: Digits) -> Option<Stepper<DoubleDouble>> {
+    /// What the generator may lose of more digits.
+    const LEAST: f64 = 1e-26;
+    let lost = match digits {
+        Digits::Once => ROUNDING,
+        Digits::Twice => LEAST,
+    };
+    is_quick(problem).then(|| Stepper::precise(problem, lost))?
 }
 
 /// The ways that are known.
@@ -734,28 +824,35 @@ impl Ways {
     }
 }
 
-/// Shows the halves of a stretch, or divides them, until their polynomials meet the motion.
-fn divide(
-    stretch: &mut Stretch<'_>,
-    limits: &mut Limits,
-    visit: &mut dyn FnMut(&mut Stretch<'_>),
-) -> Option<()> {
+/// Shows the halves of a stretch, or divides them, until the polynomials of all that may show something new meet the motion.
+fn divide(stretch: &mut Stretch<'_>, limits: &mut Limits, viewer: &mut dyn Viewer) -> Option<()> {
     const DEEPEST: usize = 40;
     limits.count(stretch.start)?;
+    let asked = stretch.asked_by(viewer, limits.range.len());
+    let stretch = &mut Stretch {
+        asked: &asked,
+        way: &mut *stretch.way,
+        ..*stretch
+    };
+    if !asked.contains(&true) {
+        viewer.see(stretch);
+        return Some(());
+    }
     let depth = stretch.depth + 1;
     let middle = stretch.way.point(stretch.left, depth);
     limits.see(&middle);
     let displacements = &limits.range[..limits.displacements];
     let all = displacements.iter().copied().fold(0.0, f64::max);
     let (p, q, h) = (stretch.left, stretch.right, stretch.length);
-    let mut missed = Vec::with_capacity(limits.range.len());
-    let meets = (0..limits.range.len()).all(|i| {
+    let mut missed = vec![0.0; asked.len()];
+    let mut open = (0..asked.len()).filter(|i| asked[*i]);
+    let meets = open.all(|i| {
         let speed = 1.875 * (q.x(i) - p.x(i)) - 0.4375 * h * (p.v(i) + q.v(i))
             + 0.03125 * h * h * (q.a(i) - p.a(i));
         let off = (middle.x(i) - stretch.polynomial(i).at(0.5)).abs();
         let turn = (h * middle.v(i) - speed).abs();
         let off = off.max(turn / 8.0);
-        missed.push(off);
+        missed[i] = off;
         let hidden = || match i < limits.displacements && p.more.is_empty() {
             true => ROUNDING * all,
             // Of whatever unit, or size beside the others.
@@ -765,10 +862,10 @@ fn divide(
     });
     stretch.split(&middle, &missed, &mut |part| {
         if meets {
-            visit(part);
+            viewer.see(part);
             limits.count_halvings(part.way)
         } else if depth < DEEPEST {
-            divide(part, limits, visit)
+            divide(part, limits, viewer)
         } else {
             None
         }
@@ -800,9 +897,14 @@ mod tests {
         for digits in [Digits::Once, Digits::Twice] {
             let ends = |follower: &mut Follower<'_, '_>, from: u64| {
                 let mut ends = Vec::new();
-                let found = follower.follow(from, vec![1.0; 2], (digits, 1e9), &mut |stretch| {
-                    ends.push([stretch.start, stretch.right.x(0), stretch.right.v(1)]);
-                });
+                let found = follower.follow(
+                    from,
+                    vec![1.0; 2],
+                    (digits, 1e9),
+                    &mut |stretch: &mut Stretch<'_>| {
+                        ends.push([stretch.start, stretch.right.x(0), stretch.right.v(1)]);
+                    },
+                );
                 found.expect("it can be followed");
                 ends
             };

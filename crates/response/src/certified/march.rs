@@ -1,7 +1,5 @@
 //! From instant to instant with more digits, every error counted.
 
-use std::ops::Range;
-
 use eigentone_digits::{BallMatrix, Magnitude, Real};
 
 use super::attempt::Attempt;
@@ -10,10 +8,11 @@ use super::drift::Drift;
 use super::driven::Driven;
 use super::generator::{Generator, Output};
 use super::judge::Judge;
+use super::products::Columns;
 use super::stepper::Stepper;
 use crate::answer::{Collector, Operations, Wanted};
 use crate::enclosed::{Normed, counted, growth, squarings};
-use crate::problem::{Instant, Leg, Problem, ResponseError, StraightLoads, Walk};
+use crate::problem::{Instant, Leg, Problem, ResponseError, Walk};
 
 /// What a march is to answer.
 #[derive(Clone, Copy)]
@@ -124,16 +123,6 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         }
         let trajectory = collector.finish(march.method).after(self.operations);
         Ok(Attempt::Found(Box::new(trajectory)))
-    }
-
-    /// Back to t = 0, with all steps that are known.
-    pub(super) fn restart(&mut self) {
-        let (zeta, error) = self.driven.start();
-        self.zeta = zeta;
-        self.drift.restart(error);
-        self.straight_error = Magnitude::ZERO;
-        self.fresh = Some(self.driven.generator.given(self.driven.problem));
-        self.driven.straight = StraightLoads::of(self.driven.problem.drives());
     }
 
     /// To states and loads that it had at the same instant.
@@ -402,61 +391,6 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             error = error + part.norm * own + (part.error + rounding * part.norm) * size + floor;
         }
         error
-    }
-}
-
-/// A matrix by columns: all entries of a product with a vector are summed side by side.
-struct Columns<T> {
-    rows: usize,
-    blocks: Vec<Block<T>>,
-}
-
-/// So many columns are multiplied at once.
-const AT_ONCE: usize = 8;
-
-/// Some columns, in all rows in which one of them is not 0.
-struct Block<T> {
-    rows: Range<usize>,
-    columns: Vec<(usize, Vec<T>)>,
-}
-
-impl<T: Real> Columns<T> {
-    fn of(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> T) -> Columns<T> {
-        let is_filled = |i: usize, j: usize| !entry(i, j).is_zero();
-        let filled: Vec<usize> = (0..columns)
-            .filter(|&j| (0..rows).any(|i| is_filled(i, j)))
-            .collect();
-        let block = |columns: &[usize]| {
-            let is_empty = |i: &usize| !columns.iter().any(|&j| is_filled(*i, j));
-            let first = (0..rows).take_while(is_empty).count();
-            let last = (0..rows).rev().take_while(is_empty).count();
-            let rows = first..rows - last;
-            let column = |j: usize| rows.clone().map(|i| entry(i, j)).collect();
-            Block {
-                columns: columns.iter().map(|&j| (j, column(j))).collect(),
-                rows,
-            }
-        };
-        Columns {
-            rows,
-            blocks: filled.chunks(AT_ONCE).map(block).collect(),
-        }
-    }
-
-    /// The product with a vector.
-    fn apply(&self, vector: &[T], product: &mut [T]) {
-        product.fill(T::ZERO);
-        for block in &self.blocks {
-            let mut terms = [(T::ZERO, &[][..]); AT_ONCE];
-            let mut count = 0;
-            for (j, entries) in &block.columns {
-                if !vector[*j].is_zero() {
-                    terms[count] = (vector[*j], entries);
-                    count += 1;
-                }
-            }
-            T::add_multiples(&mut product[block.rows.clone()], &terms[..count]);
-        }
     }
 }
 

@@ -11,8 +11,10 @@ pub(crate) mod follow;
 mod generator;
 mod judge;
 mod march;
+mod products;
 pub(crate) mod quadratic;
 mod quintic;
+mod remainder;
 mod stepper;
 mod work;
 

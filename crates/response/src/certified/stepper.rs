@@ -82,7 +82,7 @@ pub(super) struct Chain<T> {
 
 impl<T: Real> Unit<T> {
     /// That of τ, which is known to a relative error, made when it is first asked for. `None` where there is too much of it to
-    /// be kept.
+    /// be kept, and of any other time than the first.
     pub(super) fn chain(&self, w: &Normed<T>, tau: T, error: Magnitude) -> Option<&Chain<T>> {
         /// Beyond so many squares most of 32 digits are lost.
         const MOST_SQUARES: usize = 32;
@@ -94,7 +94,8 @@ impl<T: Real> Unit<T> {
                 halves: Arc::new(halves),
             })
         };
-        self.0.get_or_init(make).as_ref()
+        let chain = self.0.get_or_init(make).as_ref()?;
+        (chain.length == tau).then_some(chain)
     }
 
     /// What has been made, if it is of this length.

@@ -7,9 +7,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// One value of each type: this room knows none of those that compute. A copy keeps nothing, as it may become another problem.
 #[derive(Default)]
-pub(super) struct Kept(Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>);
+pub(super) struct Kept(Arc<Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>>);
 
 impl Kept {
+    /// The same, for a problem of which all that is kept is true as well.
+    pub(super) fn shared(&self) -> Kept {
+        Kept(Arc::clone(&self.0))
+    }
+
     /// The value of this type, made when it is first asked for.
     pub(super) fn get<V: Send + Sync + 'static>(&self, make: impl FnOnce() -> V) -> Arc<V> {
         let id = TypeId::of::<V>();

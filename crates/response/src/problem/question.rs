@@ -257,11 +257,19 @@ impl<'a> Problem<'a> {
 
     /// The same problem until another instant of its grid, which goes on as far as that takes.
     pub(crate) fn until(&self, last: u64) -> Problem<'a> {
+        let grid = self.grid.until(last);
+        let ends = [&self.grid, &grid].map(|grid| grid.time(grid.last()));
+        // What is kept knows of no end, but of all changes of loads before it.
+        let kept = match ends.iter().all(|end| self.last_change() < *end) {
+            true => self.kept.shared(),
+            false => Kept::default(),
+        };
         Problem {
-            grid: self.grid.until(last),
+            grid,
             timeline: OnceLock::new(),
             courses: OnceLock::new(),
             instants: None,
+            kept,
             ..self.clone()
         }
     }

@@ -4,7 +4,7 @@ use eigentone_modes::ElementKind;
 
 use crate::answer::Trajectory;
 use crate::certified::ByCertifiedExponential;
-use crate::certified::follow::{Digits, Follower, INVISIBLE, PRODUCTS, ROUNDING, Stretch};
+use crate::certified::follow::{Digits, Follower, INVISIBLE, PRODUCTS, ROUNDING, Stretch, Viewer};
 use crate::problem::{Piece, Problem};
 
 /// The highest and the lowest displacement of each coordinate, and its largest velocity, from 0 to the
@@ -241,7 +241,7 @@ impl Extrema {
             velocity: problem.initial_velocity()[i],
             time: 0.0,
         };
-        let mut extrema = Extrema {
+        let extrema = Extrema {
             highest: (0..n).map(first).collect(),
             lowest: (0..n).map(first).collect(),
             fastest: (0..n).map(start).collect(),
@@ -260,74 +260,23 @@ impl Extrema {
             lowest: nothing,
             jumps: Vec::new(),
         };
-        let mut beside = vec![nothing; ranges.len() - n];
-        let mut hidden = vec![[f64::NEG_INFINITY; 2]; beside.len()];
-        let mut seen = false;
-        // Displacement and velocity at the end of the stretch before.
-        let mut before: Vec<[f64; 2]> = Vec::with_capacity(n);
-        let mut beside_before: Vec<f64> = Vec::with_capacity(beside.len());
+        let mut search = Search {
+            extrema,
+            beside: vec![nothing; ranges.len() - n],
+            hidden: vec![[f64::NEG_INFINITY; 2]; ranges.len() - n],
+            ranges,
+            has_begun: false,
+            before: Vec::with_capacity(n),
+            beside_before: Vec::new(),
+        };
         let effort = (digits, PRODUCTS);
-        follower.follow(0, ranges.clone(), effort, &mut |stretch| {
-            if !seen {
-                // A node without mass does not begin at the initial values given.
-                seen = true;
-                for i in 0..n {
-                    let displacement = stretch.left.x(i);
-                    let start = Extremum {
-                        displacement,
-                        time: 0.0,
-                    };
-                    (extrema.highest[i], extrema.lowest[i]) = (start, start);
-                    extrema.fastest[i] = Fastest {
-                        velocity: stretch.left.v(i),
-                        time: 0.0,
-                    };
-                }
-                for (i, peaks) in (n..).zip(&mut beside) {
-                    let start = Reached {
-                        value: stretch.left.x(i),
-                        time: 0.0,
-                        bound: stretch.rounding(i),
-                    };
-                    (peaks.highest, peaks.lowest) = (start, start);
-                }
-            }
-            if digits == Digits::Twice {
-                for (i, rounding) in extrema.roundings.iter_mut().enumerate() {
-                    *rounding = rounding.max(stretch.rounding(i));
-                }
-            }
-            for (i, range) in ranges.iter().enumerate().take(n) {
-                let limits = stretch.limits(i);
-                for (sign, all) in [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)] {
-                    let mut climb = Climb {
-                        i,
-                        sign,
-                        range: *range,
-                        best: all[i],
-                        beaten: false,
-                        hidden: f64::NEG_INFINITY,
-                    };
-                    climb.raise(stretch, limits, DEPTH);
-                    all[i] = climb.best;
-                }
-                hasten(stretch, i, DEPTH, &mut extrema.fastest[i]);
-            }
-            let each = beside.iter_mut().zip(&mut hidden);
-            for ((i, range), (peaks, hidden)) in ranges.iter().enumerate().skip(n).zip(each) {
-                if let Some(value) = beside_before.get(i - n) {
-                    peaks.note_jump(*value, stretch, i);
-                }
-                peaks.widen(stretch, i, *range, hidden);
-            }
-            beside_before.clear();
-            beside_before.extend((n..ranges.len()).map(|i| stretch.right.x(i)));
-            if !before.is_empty() {
-                extrema.note_jumps(&before, stretch);
-            }
-            before.clear();
-            before.extend((0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]));
-        })?;
+        follower.follow(0, search.ranges.clone(), effort, &mut search)?;
+        let Search {
+            mut extrema,
+            mut beside,
+            hidden,
+            ..
+        } = search;
         for (peaks, hidden) in beside.iter_mut().zip(hidden) {
             peaks.leave(hidden);
         }
@@ -467,6 +416,124 @@ impl Extrema {
     }
 }
 
+/// The extrema of the stretches seen so far.
+struct Search {
+    extrema: Extrema,
+    /// Of what is followed beside the displacements.
+    beside: Vec<Peaks>,
+    /// How far each of them may go unseen, up and down.
+    hidden: Vec<[f64; 2]>,
+    /// Each quantity reaches so much at least.
+    ranges: Vec<f64>,
+    has_begun: bool,
+    /// Displacement and velocity at the end of the stretch before, and what is followed beside them.
+    before: Vec<[f64; 2]>,
+    beside_before: Vec<f64>,
+}
+
+impl Search {
+    /// A node without mass does not begin at the initial values given.
+    fn begin(&mut self, stretch: &Stretch<'_>) {
+        self.has_begun = true;
+        let extrema = &mut self.extrema;
+        let n = extrema.highest.len();
+        for i in 0..n {
+            let displacement = stretch.left.x(i);
+            let start = Extremum {
+                displacement,
+                time: 0.0,
+            };
+            (extrema.highest[i], extrema.lowest[i]) = (start, start);
+            extrema.fastest[i] = Fastest {
+                velocity: stretch.left.v(i),
+                time: 0.0,
+            };
+        }
+        for (i, peaks) in (n..).zip(&mut self.beside) {
+            let start = Reached {
+                value: stretch.left.x(i),
+                time: 0.0,
+                bound: stretch.rounding(i),
+            };
+            (peaks.highest, peaks.lowest) = (start, start);
+        }
+    }
+}
+
+impl Viewer for Search {
+    fn asks(&self, stretch: &Stretch<'_>, i: usize, [off, speed_off]: [f64; 2]) -> bool {
+        let n = self.extrema.highest.len();
+        let (low, high) = match i.checked_sub(n) {
+            None => (
+                self.extrema.lowest[i].displacement,
+                self.extrema.highest[i].displacement,
+            ),
+            Some(beside) => {
+                let peaks = &self.beside[beside];
+                (peaks.lowest.value, peaks.highest.value)
+            }
+        };
+        let [lowest, highest] = stretch.limits(i);
+        let off = off + stretch.rounding(i) + INVISIBLE * self.ranges[i];
+        let is_slow = || {
+            let fastest = self.extrema.fastest[i].velocity.abs();
+            stretch.speed_limit(i) + speed_off < fastest
+        };
+        let is_within = highest + off < high && lowest - off > low;
+        !(self.has_begun && is_within && (i >= n || is_slow()))
+    }
+
+    fn see(&mut self, stretch: &mut Stretch<'_>) {
+        if !self.has_begun {
+            self.begin(stretch);
+        }
+        let extrema = &mut self.extrema;
+        let n = extrema.highest.len();
+        if extrema.digits == Digits::Twice {
+            for (i, rounding) in extrema.roundings.iter_mut().enumerate() {
+                *rounding = rounding.max(stretch.rounding(i));
+            }
+        }
+        for i in 0..n {
+            if !stretch.is_asked(i) {
+                continue;
+            }
+            let limits = stretch.limits(i);
+            for (sign, all) in [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)] {
+                let mut climb = Climb {
+                    i,
+                    sign,
+                    range: self.ranges[i],
+                    best: all[i],
+                    beaten: false,
+                    hidden: f64::NEG_INFINITY,
+                };
+                climb.raise(stretch, limits, DEPTH);
+                all[i] = climb.best;
+            }
+            hasten(stretch, i, DEPTH, &mut extrema.fastest[i]);
+        }
+        let each = self.beside.iter_mut().zip(&mut self.hidden);
+        for (i, (peaks, hidden)) in (n..).zip(each) {
+            if let Some(value) = self.beside_before.get(i - n) {
+                peaks.note_jump(*value, stretch, i);
+            }
+            if stretch.is_asked(i) {
+                peaks.widen(stretch, i, self.ranges[i], hidden);
+            }
+        }
+        self.beside_before.clear();
+        let beside = (n..self.ranges.len()).map(|i| stretch.right.x(i));
+        self.beside_before.extend(beside);
+        if !self.before.is_empty() {
+            extrema.note_jumps(&self.before, stretch);
+        }
+        self.before.clear();
+        let ends = (0..n).map(|i| [stretch.right.x(i), stretch.right.v(i)]);
+        self.before.extend(ends);
+    }
+}
+
 /// Values nearer to each other than this, in parts of them, are equal but for rounding.
 const EQUAL: f64 = 1e-12;
 
@@ -601,11 +668,53 @@ impl Band {
 /// A stretch is looked at in so many places.
 const PLACES: u32 = 32;
 
-/// The last of these places of a stretch, as a part of it, that the band excludes.
-pub(crate) fn was_outside(stretch: &Stretch<'_>, i: usize, band: &Band) -> Option<f64> {
-    let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
+/// Watches bands of what is followed.
+pub(crate) struct Watch<'a, F> {
+    pub(crate) bands: &'a [Option<Band>],
+    pub(crate) see: F,
+}
+
+impl<F: FnMut(&Stretch<'_>)> Viewer for Watch<'_, F> {
+    fn asks(&self, stretch: &Stretch<'_>, i: usize, [off, _]: [f64; 2]) -> bool {
+        let Some(Band { centre, half_width }) = self.bands.get(i).copied().flatten() else {
+            return false;
+        };
+        let [low, high] = stretch.limits(i);
+        let off = off + stretch.rounding(i);
+        let (low, high) = (low - off - centre, high + off - centre);
+        let is_inside = low > -half_width && high < half_width;
+        !(is_inside || low > half_width || high < -half_width)
+    }
+
+    fn see(&mut self, stretch: &mut Stretch<'_>) {
+        (self.see)(stretch);
+    }
+}
+
+/// The last part of a stretch that the band excludes.
+pub(crate) fn last_place(stretch: &Stretch<'_>, i: usize, band: &Band) -> Option<f64> {
+    if !stretch.is_asked(i) {
+        // All of it, or nothing.
+        return band.excludes(stretch.right.x(i)).then_some(1.0);
+    }
     let polynomial = stretch.polynomial(i);
-    places.find(|s| band.excludes(polynomial.at(*s)))
+    let excludes = |s: f64| band.excludes(polynomial.at(s));
+    let mut places = (0..=PLACES).rev().map(|k| f64::from(k) / f64::from(PLACES));
+    let mut out = places.find(|s| excludes(*s))?;
+    if out == 1.0 {
+        return Some(out);
+    }
+    // It comes in between this place and the next.
+    let mut inside = out + 1.0 / f64::from(PLACES);
+    for _ in 0..50 {
+        let middle = 0.5 * (out + inside);
+        if excludes(middle) {
+            out = middle;
+        } else {
+            inside = middle;
+        }
+    }
+    Some(out)
 }
 
 /// The ranges of so many quantities that are followed: of displacements, or of what is asked for beside them too.
@@ -629,33 +738,18 @@ pub(crate) fn last_outside(
 ) -> Option<Vec<Option<f64>>> {
     let mut last = vec![Some(0.0); bands.len()];
     let followed = followed(follower.problem(), trajectory, bands.len());
-    let effort = (digits, PRODUCTS);
-    follower.follow(from, followed, effort, &mut |stretch| {
+    let see = |stretch: &Stretch<'_>| {
         for (i, band) in bands.iter().enumerate() {
-            let Some(band) = band else { continue };
-            let polynomial = stretch.polynomial(i);
-            let excludes = |s: f64| band.excludes(polynomial.at(s));
-            let Some(mut out) = was_outside(stretch, i, band) else {
+            let Some(out) = band.and_then(|band| last_place(stretch, i, &band)) else {
                 continue;
             };
-            if out == 1.0 {
-                // Outside at the end of a stretch; what follows decides, but for the last one.
-                last[i] = (stretch.length > 0.0).then_some(stretch.start + stretch.length);
-                continue;
-            }
-            // It comes in between this place and the next.
-            let mut inside = out + 1.0 / f64::from(PLACES);
-            for _ in 0..50 {
-                let middle = 0.5 * (out + inside);
-                if excludes(middle) {
-                    out = middle;
-                } else {
-                    inside = middle;
-                }
-            }
-            last[i] = Some(stretch.start + out * stretch.length);
+            // Outside at the end of a stretch; what follows decides, but for the last one.
+            let is_last = out == 1.0 && stretch.length == 0.0;
+            last[i] = (!is_last).then_some(stretch.start + out * stretch.length);
         }
-    })?;
+    };
+    let mut watch = Watch { bands, see };
+    follower.follow(from, followed, (digits, PRODUCTS), &mut watch)?;
     Some(last)
 }
 
@@ -860,6 +954,42 @@ mod tests {
             let found = found.fastest()[0];
             assert!((found.velocity - fastest).abs() < 1e-12, "{found:?}");
             assert_eq!(found.time, if fastest > 0.0 { 0.0 } else { 1.25 });
+        }
+    }
+
+    /// Of two equal masses on like springs, joined by another, one swings as ½(cos at − cos bt) once the other is let go: of
+    /// hundreds of peaks the largest is found, and of its acceleration.
+    #[test]
+    fn the_largest_of_many_peaks_is_found() {
+        let system = System::builder().mass("p", 1.0).mass("q", 1.0);
+        let system = system.spring(GROUND, "p", 1.0).spring(GROUND, "q", 1.0);
+        let system = system.spring("p", "q", 2.9).build().expect("a system");
+        let (b, end) = (6.8f64.sqrt(), 300.0);
+        let found = extrema(&system, |response| {
+            let response = response.from(State::at_rest().displace("p", 1.0));
+            response.with_acceleration().every(7.0).until(end)
+        });
+        let acceleration = found.acceleration(1).expect("asked for");
+        let place = |t: f64| 0.5 * (t.cos() - (b * t).cos());
+        let pull = |t: f64| 0.5 * (b * b * (b * t).cos() - t.cos());
+        // About the highest of many places a parabola.
+        let highest = |of: &dyn Fn(f64) -> f64| {
+            let step = 1e-3;
+            let places = (1..300_000).map(|k| f64::from(k) * step);
+            let best = places.max_by(|s, t| of(*s).total_cmp(&of(*t)));
+            let best = best.expect("a place");
+            let [before, here, after] = [-1.0, 0.0, 1.0].map(|k| of(best + k * step));
+            let (slope, bend) = (after - before, before - 2.0 * here + after);
+            here - slope * slope / (8.0 * bend)
+        };
+        let both = [
+            (found.highest()[1].displacement, highest(&place)),
+            (found.lowest()[1].displacement, -highest(&|t| -place(t))),
+            (acceleration.highest.value, highest(&pull)),
+            (acceleration.lowest.value, -highest(&|t| -pull(t))),
+        ];
+        for (found, wanted) in both {
+            assert!((found - wanted).abs() < 1e-10, "{found} {wanted}");
         }
     }
 

@@ -8,7 +8,7 @@ use eigentone_digits::Lu;
 use eigentone_modes::{Modes, Motion, System};
 use faer::{Mat, c64};
 
-use super::extrema::{Band, was_outside};
+use super::extrema::{Band, Watch, last_place};
 use super::persistence::{Parts, Sustained, pair, sustained, swing};
 use crate::certified::follow::{Digits, Follower, Stretch};
 use crate::problem::{MAX_STEPS, Problem, Source, rest};
@@ -24,13 +24,14 @@ const CONDITION: f64 = 1e10;
 /// `x` and `v` and it is within, under all loads to come; `None` where that is not known, and without a band. Bands are those
 /// of [`last_outside`](super::extrema::last_outside), `ranges` those of what is followed.
 pub(crate) fn stays(
-    problem: &Problem<'_>,
+    mut follower: Follower<'_, '_>,
     modes: &Modes,
     step: u64,
     (mut x, mut v): (Vec<f64>, Vec<f64>),
     (ranges, digits): (&[f64], Digits),
     bands: &[Option<Band>],
 ) -> Vec<Option<bool>> {
+    let problem = follower.problem();
     let effort = (digits, PRODUCTS);
     let n = problem.system().len();
     let mut answers = vec![None; bands.len()];
@@ -52,8 +53,6 @@ pub(crate) fn stays(
     if digits == Digits::Twice && !open.is_empty() {
         // Those given have a bound that is common to all coordinates.
         let ends = &mut |stretch: &mut Stretch<'_>| (x, v) = of(stretch);
-        let until = problem.until(step);
-        let mut follower = Follower::of(&until);
         if follower
             .follow(step, ranges.to_vec(), effort, ends)
             .is_none()
@@ -84,11 +83,12 @@ pub(crate) fn stays(
             break;
         }
         let longer = problem.until(now);
+        let mut watched = vec![None; bands.len()];
+        open.iter().for_each(|(i, band)| watched[*i] = Some(*band));
         let mut ended = None;
-        let mut follower = Follower::of(&longer);
-        let followed = follower.follow(from, ranges.to_vec(), effort, &mut |stretch| {
+        let see = |stretch: &Stretch<'_>| {
             open.retain(|(i, band)| {
-                let outside = was_outside(stretch, *i, band).is_some();
+                let outside = last_place(stretch, *i, band).is_some();
                 if outside {
                     answers[*i] = Some(false);
                 }
@@ -97,7 +97,12 @@ pub(crate) fn stays(
             if stretch.length == 0.0 {
                 ended = Some(of(stretch));
             }
-        });
+        };
+        let bands = &watched;
+        let mut longer_follower = follower.until(&longer);
+        let watch = &mut Watch { bands, see };
+        let followed = longer_follower.follow(from, ranges.to_vec(), effort, watch);
+        follower = longer_follower.until(problem);
         let Some(state) = followed.and(ended) else {
             break;
         };

@@ -288,7 +288,7 @@ impl Summary {
         let inside: Vec<Option<Band>> = bands.into_iter().zip(&settled).map(inside).collect();
         let sizes = followed(problem, trajectory, n);
         let state = (last.x, last.v);
-        let stays = stays(problem, modes, step, state, (&sizes, digits), &inside);
+        let stays = stays(follower, modes, step, state, (&sizes, digits), &inside);
         let open = (0..n).map(|i| lost[i] || settled[i].is_some() && stays[i].is_none());
         let open = open.collect();
         for (i, destination) in destinations.iter_mut().enumerate() {
@@ -452,7 +452,7 @@ impl Summary {
         let [x, v] = state.map(|of| (0..n).map(|i| of[(i, latest)]).collect());
         let sizes = followed(problem, trajectory, bands.len());
         let step = steps[latest];
-        let stays = stays(problem, modes, step, (x, v), (&sizes, digits), &within);
+        let stays = stays(follower, modes, step, (x, v), (&sizes, digits), &within);
         let rests = outputs.map(|i| {
             Some(CombinationRest {
                 value: centres[i - before]?,

@@ -3,7 +3,7 @@
 use eigentone_modes::{Bounds, GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, ByExponential, BySuperposition, HalfSine, Harmonic, Hold, Impulse,
-    LoadError, ModalTruncation, Output, Polynomial, Quantity, Ramp, Response, ResponseError,
+    Load, LoadError, ModalTruncation, Output, Polynomial, Quantity, Ramp, Response, ResponseError,
     ResponseMethod, Samples, State, Step, Summary, Sweep, Versine,
 };
 use eigentone_response::{Destination, Trajectory};
@@ -436,17 +436,15 @@ fn what_cannot_be_is_refused() {
         ),
         "{jump}"
     );
-    // A damper passes the jump on to a node that only a spring holds: b has a damper to the support alone.
+    // A damper passes the jump on to a node on which another one pushes as much.
     let massless = System::builder()
         .mass("a", 1.0)
         .mass("p", 0.0)
-        .mass("q", 0.0)
         .support("s")
-        .point("both", [("p", 1.0), ("q", -1.0), ("s", 1.0)], 0.0)
         .spring("a", "p", 1.0)
         .spring("p", GROUND, 1.0)
-        .spring("q", GROUND, 1.0)
-        .damper("both", GROUND, 1.0)
+        .damper("s", "p", 1.0)
+        .damper("p", GROUND, -1.0)
         .build()
         .expect("a system");
     let jump = asked(&massless).motion("s", Quantity::Displacement, Step::of(1.0));
@@ -850,4 +848,71 @@ fn impulses_that_nothing_resists_are_named_as_given() {
         panic!("{refused}");
     };
     assert_eq!((index, name.as_str()), (3, "p"));
+}
+
+/// A support that jumps takes what a damper holds with it: of two nodes without mass on springs of 2 and 1 N/m, whose distance it
+/// holds, −1/3 and 2/3.
+#[test]
+fn what_a_damper_holds_jumps_with_its_support() {
+    let system = System::builder()
+        .mass("p", 0.0)
+        .mass("q", 0.0)
+        .support("s")
+        .point("both", [("p", 1.0), ("q", -1.0), ("s", 1.0)], 0.0)
+        .spring("p", GROUND, 2.0)
+        .spring("q", GROUND, 1.0)
+        .damper("both", GROUND, 1.0)
+        .build()
+        .expect("a system");
+    let jump = asked(&system).motion("s", Quantity::Displacement, Step::of(1.0));
+    let motion = jump.run().expect("a motion");
+    for (i, wanted) in [-1.0, 2.0].into_iter().enumerate() {
+        assert!((motion.displacement()[(i, 0)] - wanted / 3.0).abs() < 1e-15);
+    }
+}
+
+/// Two nodes without mass on springs, and a damper that their distance moves: what it resists displaces them at once, to
+/// ∓3e^(−t/2)/2, though neither has a damper that would resist it alone.
+#[test]
+fn an_impulse_on_what_a_damper_moves_is_resisted() {
+    let system = System::builder()
+        .mass("a", 0.0)
+        .mass("b", 0.0)
+        .point("p", [("a", -1.0), ("b", 1.0)], 0.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 1.0)
+        .damper(GROUND, "p", 1.0);
+    let system = system.build().expect("a system");
+    for precision in [Precision::default(), Precision::Double] {
+        let ask = Response::of(&system).load("p", Impulse::of(3.0));
+        let ask = ask.every(1.0).until(2.0).to(precision);
+        let motion = ask.run().expect("a motion");
+        for (k, t) in motion.times().iter().enumerate() {
+            for (i, way) in [-1.5, 1.5].into_iter().enumerate() {
+                let found = motion.displacement()[(i, k)];
+                let wanted = way * (-t / 2.0).exp();
+                assert!((found - wanted).abs() < 1e-14, "{t}: {found} {wanted}");
+            }
+        }
+    }
+}
+
+/// Where stiffness is a quotient that does not end in binary digits, what rounding leaves of 0 is not what loads are measured by.
+#[test]
+fn what_follows_by_a_damper_and_stays_is_known() {
+    let system = System::builder().mass("a", 0.0).mass("b", 0.0);
+    let system = system.spring(GROUND, "b", 3.0).damper("a", "b", 1.0);
+    let system = system.build().expect("a system");
+    let loads = [
+        (Load::from(Step::of(1.0)), 1.0 / 3.0),
+        (Load::from(Versine::of(1.0, 0.5)), 0.0),
+    ];
+    for (load, wanted) in loads {
+        let ask = Response::of(&system).load("b", load);
+        let motion = ask.every(1.0).until(2.0).run().expect("a motion");
+        for i in 0..2 {
+            let found = motion.displacement()[(i, 2)];
+            assert!((found - wanted).abs() < 1e-16, "{found} {wanted}");
+        }
+    }
 }

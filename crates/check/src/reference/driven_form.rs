@@ -149,10 +149,10 @@ impl DrivenForm {
         // What momenta on coordinates add to the states.
         let changed_by = |direction: &[(usize, f64)], load: usize| {
             let mut changes = vec![BigRational::zero(); r];
+            if form.gives_way(direction) {
+                return Err(ReferenceError::ImpulseGivesWay { load });
+            }
             for &(row, factor) in direction {
-                if form.gives_way[row] {
-                    return Err(ReferenceError::ImpulseGivesWay { load });
-                }
                 for (i, change) in changes.iter_mut().enumerate() {
                     *change += form.motion.at(i, r + row) * exactly(factor);
                 }

@@ -24,8 +24,8 @@ pub(super) struct FirstOrderForm {
     pub(super) motion: RationalMatrix,
     /// X beside D: n × (r + n).
     pub(super) output: RationalMatrix,
-    /// For each coordinate, whether an impulse on it would displace without limit.
-    pub(super) gives_way: Vec<bool>,
+    /// What impulses displace without limit, from those on all coordinates.
+    yields: RationalMatrix,
     /// z at t = 0 from all displacements and velocities: r × 2n.
     start: RationalMatrix,
 }
@@ -105,15 +105,21 @@ impl FirstOrderForm {
         for (row, column, entry) in relaxed.nonzeros() {
             *start.at_mut(2 * m.len() + row, p[column]) = entry.clone();
         }
-        let mut gives_way = vec![false; n];
-        for (_, column, _) in left.nonzeros() {
-            gives_way[p[column]] = true;
-        }
+        let yields = left.times(&RationalMatrix::selection(&p, n));
         Ok(FirstOrderForm {
             motion: v_m.over(v_rate).over(b_rate),
             output,
-            gives_way,
+            yields,
             start,
+        })
+    }
+
+    /// Whether an impulse of these parts on coordinates would displace without limit: no damper resists it.
+    pub(super) fn gives_way(&self, direction: &[(usize, f64)]) -> bool {
+        (0..self.yields.nrows()).any(|i| {
+            let parts = direction.iter();
+            let parts = parts.map(|(row, factor)| self.yields.at(i, *row) * exactly(*factor));
+            !parts.sum::<BigRational>().is_zero()
         })
     }
 

@@ -91,9 +91,8 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
     /// [`ResponseError::ImpulseOnMassless`].
     pub(super) fn check_momenta(&self) -> Result<(), ResponseError> {
         for piece in 0..self.problem.timeline().pieces().len() {
-            let momenta = self.problem.momenta(piece).into_iter();
-            let mut momenta = momenta.filter(|(_, momentum)| *momentum != 0.0);
-            if let Some((on, _)) = momenta.find(|(on, _)| self.generator.gives_way[*on]) {
+            let momenta = self.problem.momenta(piece);
+            if let Some(on) = self.generator.gives_way(&momenta) {
                 return Err(self.problem.unresisted(on, piece));
             }
         }
@@ -146,8 +145,7 @@ impl<'a, 'b, T: Real> Driven<'a, 'b, T> {
 
     /// Whether a force along a form displaces something at once.
     pub fn gives_way(&self, form: &Form) -> bool {
-        let mut coordinates = form.coordinates.iter();
-        coordinates.any(|(coordinate, _)| self.generator.gives_way[*coordinate])
+        self.generator.gives_way(&form.coordinates).is_some()
     }
 
     /// ζ at t = 0, before the first piece begins.

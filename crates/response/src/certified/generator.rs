@@ -18,8 +18,8 @@ pub(crate) struct Generator<T> {
     pulses: usize,
     /// The first entry of the straight loads, beyond the sines and cosines.
     pub(crate) straight: usize,
-    /// By coordinate: whether a force on it displaces something at once, so that an impulse would without limit.
-    pub(crate) gives_way: Vec<bool>,
+    /// What forces displace at once, by coordinates: impulses would without limit.
+    yields: BallMatrix<T>,
     channels: Vec<Channel>,
     /// Each entry of ζ beyond the states is 2 to this power times the load; 0 for the states.
     units: Vec<i64>,
@@ -220,11 +220,6 @@ impl<T: Real> Generator<T> {
                 course = course.times(&motion);
             }
         }
-        let displaces = |j: usize| {
-            let d = form.d();
-            (0..system.len()).any(|i| d.radius(i, j) < d.middle(i, j).upper())
-        };
-        let gives_way = (0..system.len()).map(displaces).collect();
         let mut whole = form.b().times(&forces);
         whole.put(0, 0, form.a());
         let mut moved = form.d().times(&forces);
@@ -235,11 +230,18 @@ impl<T: Real> Generator<T> {
         motion.put(0, 0, &whole);
         let own_motion = motion;
 
-        // Units of the loads.
+        // Units of the loads, by what is known not to be rounding of 0.
+        let known = |matrix: &BallMatrix<G>, i: usize, j: usize| {
+            let size = matrix.middle(i, j).upper();
+            match matrix.radius(i, j) < size {
+                true => size,
+                false => Magnitude::ZERO,
+            }
+        };
         let pushed = energy.r.times(&whole.block(0, own, own, size - own));
         let strength = |column: usize| {
             let squares = (0..own).map(|i| {
-                let size = pushed.middle(i, column - own).upper();
+                let size = known(&pushed, i, column - own);
                 size * size
             });
             let norm = squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt();
@@ -251,7 +253,7 @@ impl<T: Real> Generator<T> {
         let feeds = |units: &[i64], column: usize| {
             let rows = (own..states).filter(|row| !own_motion.is_zero(*row, column));
             let fed = rows.map(|row| {
-                let factor = own_motion.middle(row, column).upper();
+                let factor = known(&own_motion, row, column);
                 units[row] + (factor * Magnitude::from(horizon)).exponent()
             });
             fed.max().unwrap_or(i64::MIN)
@@ -310,7 +312,7 @@ impl<T: Real> Generator<T> {
             states,
             pulses,
             straight,
-            gives_way,
+            yields: form.d().rounded(),
             channels,
             units,
             impulse: energy.r.times(form.b()).rounded(),
@@ -433,6 +435,22 @@ impl<T: Real> Generator<T> {
             error = error + rounding + (momentum.upper() + off) * radius + factor.upper() * off;
         }
         error
+    }
+
+    /// The first of these coordinates by whose momenta, in N·s, something would be displaced without limit: those together that no
+    /// damper resists.
+    pub(crate) fn gives_way(&self, momenta: &[(usize, f64)]) -> Option<usize> {
+        let mut column = BallMatrix::zeros(self.yields.columns(), 1);
+        for &(coordinate, momentum) in momenta {
+            // Each is a rounded product.
+            let rounding = Magnitude::from(momentum) * Magnitude::from(f64::EPSILON);
+            column.add(coordinate, 0, T::from(momentum), rounding);
+        }
+        let moved = self.yields.times(&column);
+        let moves = |i: &usize| moved.radius(*i, 0) < moved.middle(*i, 0).upper();
+        let row = (0..moved.rows()).find(moves)?;
+        let mut coordinates = momenta.iter().map(|(coordinate, _)| *coordinate);
+        coordinates.find(|coordinate| !self.yields.is_zero(row, *coordinate))
     }
 
     /// Sets the straight loads in ζ, each with its coordinate; the error that they have there.

@@ -287,12 +287,22 @@ fn add_momenta(
     b: MatRef<'_, f64>,
     z: &mut [f64],
 ) -> Result<(), ResponseError> {
-    let n = problem.system().len();
-    for (coordinate, magnitude) in momenta {
-        let moves_at_once = |d: &Mat<f64>| (0..n).any(|i| d[(i, coordinate)] * magnitude != 0.0);
-        if outputs.feed[0].as_ref().is_some_and(moves_at_once) {
-            return Err(problem.unresisted(coordinate, piece));
+    /// Beside its parts, a displacement below this is rounding.
+    const ROUNDING: f64 = 1e-12;
+    if let Some(d) = &outputs.feed[0] {
+        for i in 0..problem.system().len() {
+            let parts = momenta
+                .iter()
+                .map(|(coordinate, momentum)| d[(i, *coordinate)] * momentum);
+            let size: f64 = parts.clone().map(f64::abs).sum();
+            if parts.clone().sum::<f64>().abs() > ROUNDING * size {
+                let first = parts.zip(&momenta).find(|(part, _)| *part != 0.0);
+                let coordinate = first.map_or(0, |(_, (coordinate, _))| *coordinate);
+                return Err(problem.unresisted(coordinate, piece));
+            }
         }
+    }
+    for (coordinate, magnitude) in momenta {
         for (entry, column) in z.iter_mut().zip(b.col(coordinate).iter()) {
             *entry += column * magnitude;
         }

@@ -2598,6 +2598,31 @@ fn forces_have_the_names_of_what_their_springs_join() {
     assert_eq!(names, wanted, "{short}");
 }
 
+/// A force of 1e312 N cannot be shown, the motion can: what is left out of an analysis is said.
+#[test]
+fn what_cannot_be_shown_is_left_out_with_a_word() {
+    let folder = fresh("too-strong");
+    fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("strong.json");
+    let text = r#"{"masses": [{"name": "m", "mass": 1e10}],
+            "springs": [{"between": ["ground", "m"], "stiffness": 1e300}],
+            "initial": {"m": {"displacement": 1e12}},
+            "time": {"step": 1e-146, "end": 1e-145}}"#;
+    fs::write(&file, text).expect("it can be written");
+    let out = folder.join("out");
+    let [file, into] = [&file, &out].map(|path| path.to_str().expect("a UTF-8 path"));
+    let output = eigentone(&["analyze", file, "--out", into]);
+    assert!(output.status.success());
+    let notes = String::from_utf8(output.stderr).expect("UTF-8");
+    for what in ["accelerations and forces", "energies"] {
+        let note = format!("{what} are left out: ");
+        assert!(notes.contains(&note), "{notes}");
+    }
+    for name in ["accelerations.csv", "forces.csv", "energy.csv"] {
+        assert!(!out.join(name).exists(), "{name}");
+    }
+}
+
 /// The peaks of a ball that is thrown against a ceiling lie between the samples, and the plots say when it hits.
 #[test]
 fn motions_with_switches_are_analysed_between_the_samples() {

@@ -49,6 +49,7 @@ impl Analyze {
             .map_err(Failure::modes(file))?;
         let switches = scene.switch_places();
         let linear = scene.problem().filter(|_| switches.is_empty());
+        let mut without_demands = None;
         let solved = match linear {
             None => None,
             Some(problem) => Some(
@@ -63,7 +64,11 @@ impl Analyze {
                         }
                         let all = problem.clone().with_acceleration().with_forces();
                         // A force may leave the range of doubles where the motion does not.
-                        solve(all, &modes, &progress).or_else(|_| solve(problem, &modes, &progress))
+                        solve(all, &modes, &progress).or_else(|error| {
+                            let solved = solve(problem, &modes, &progress)?;
+                            without_demands = Some(error.to_string());
+                            Ok(solved)
+                        })
                     })
                     .map_err(Failure::response(file))?,
             ),
@@ -118,12 +123,14 @@ impl Analyze {
             without_energy = write(&analysis, &scene, files, &progress)?;
         }
         drop(progress);
-        if let Some(reason) = without_energy {
-            let _ = writeln!(
-                io::stderr(),
-                "note: {}: energies are left out: {reason}",
-                file.display()
-            );
+        for (what, reason) in [
+            ("accelerations and forces", without_demands),
+            ("energies", without_energy),
+        ] {
+            if let Some(reason) = reason {
+                let file = file.display();
+                let _ = writeln!(io::stderr(), "note: {file}: {what} are left out: {reason}");
+            }
         }
         report_switches(&self.question.scene, &scene);
         print(|out| {
@@ -204,7 +211,9 @@ fn frequency_response(scene: &Scene, modes: &Modes) -> Option<(FrequencyFunction
 }
 
 fn write_demands(report: &DemandReport<'_>, title: &str, files: &mut Files) -> Result<(), Failure> {
-    files.write("accelerations.csv", |out| report.accelerations(out))?;
+    if report.has_accelerations() {
+        files.write("accelerations.csv", |out| report.accelerations(out))?;
+    }
     if report.has_forces() {
         files.write("forces.csv", |out| report.forces(out))?;
     }

@@ -99,6 +99,11 @@ impl<'a> DemandReport<'a> {
         self.csv(out, &all, &bounds.collect::<Vec<_>>())
     }
 
+    /// Whether accelerations were asked for.
+    pub fn has_accelerations(&self) -> bool {
+        !self.of_coordinates().is_empty()
+    }
+
     /// Whether there are springs or dampers.
     pub fn has_forces(&self) -> bool {
         !self.of_elements().is_empty()

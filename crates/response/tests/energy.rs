@@ -592,3 +592,14 @@ fn instants_in_any_order() {
         assert!((some.work()[k] - all.work()[step]).abs() <= 1e-12 * most(&all));
     }
 }
+
+/// A node without mass goes with a support that moves: no energy, though the spring between them is of 3 N/m.
+#[test]
+fn what_only_follows_has_none() {
+    let system = System::builder().mass("a", 0.0).support("s");
+    let system = system.spring("s", "a", 3.0).build().expect("a system");
+    let ask = Response::of(&system).motion("s", Quantity::Velocity, Step::of(0.1));
+    let energy = energy(ask.every(1.0).until(2.0));
+    assert!(most(&energy) <= 1e-25);
+    assert!(energy.bound().iter().all(|bound| *bound <= 1e-25));
+}

@@ -89,9 +89,10 @@ impl Energy {
             return refuse(&reason);
         }
         let found = Course::of(problem).and_then(|course| Energy::of(course, problem, steps));
-        // What springs would hold if only one of their ends were displaced as at first: where all of it cancels nothing is left.
+        // What springs would hold if only one of their ends were displaced: where all of it cancels nothing is left.
         let displaced = problem.initial_displacement().iter();
-        let displaced = displaced.fold(0.0f64, |most, x| most.max(x.abs()));
+        let farthest = trajectory.displacement().norm_max();
+        let displaced = displaced.fold(farthest, |most, x| most.max(x.abs()));
         let springs = system.terms(MatrixKind::Stiffness);
         let springs = springs.map(|term| term.value.abs()).sum::<f64>();
         let cancelled = CANCELLED * springs * displaced * displaced;

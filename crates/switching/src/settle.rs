@@ -554,6 +554,11 @@ impl<T: Real> March<'_, '_, T> {
     /// neither ends, by the least index.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
         let mut best: Option<(usize, Vec<Phase>, Vec<usize>)> = None;
+        let holding_in = |phases: &[Phase]| phases.iter().filter(|phase| is_stick(phase)).count();
+        // Of one friction there is no order.
+        let frictions = self.places.iter();
+        let frictions = frictions.filter(|place| matches!(place.switch, Switch::Friction(_)));
+        let is_alone = frictions.count() <= 1;
         let ways = [
             (Precedence::Path, 100),
             (Precedence::Held, 100),
@@ -567,11 +572,11 @@ impl<T: Real> March<'_, '_, T> {
             if !self.pivots(&mut found, due, precedence, most)? {
                 continue;
             }
-            let holding = found.iter().filter(|phase| is_stick(phase)).count();
+            let holding = holding_in(&found);
             if best.as_ref().is_none_or(|(most, ..)| holding > *most) {
                 best = Some((holding, found, self.orders.clone()));
             }
-            if holding == phases.iter().filter(|phase| is_stick(phase)).count() {
+            if is_alone || holding == holding_in(phases) {
                 break;
             }
         }

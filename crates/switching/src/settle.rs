@@ -553,7 +553,7 @@ impl<T: Real> March<'_, '_, T> {
     /// which more holds, as where friction is taken for a steep function of the speed that falls beyond its top. Where
     /// neither ends, by the least index.
     fn pivot(&mut self, phases: &mut [Phase], due: &[usize]) -> Result<(), Halt> {
-        let mut best: Option<(usize, Vec<Phase>, Vec<usize>)> = None;
+        let mut best: Option<(usize, Vec<Phase>, Vec<usize>, Precedence)> = None;
         let holding_in = |phases: &[Phase]| phases.iter().filter(|phase| is_stick(phase)).count();
         // Of one friction there is no order.
         let frictions = self.places.iter();
@@ -569,37 +569,81 @@ impl<T: Real> March<'_, '_, T> {
                 break;
             }
             let mut found = phases.to_vec();
-            if !self.pivots(&mut found, due, precedence, most)? {
+            if !self.pivots(&mut found, due, (precedence, false), most)? {
                 continue;
             }
             let holding = holding_in(&found);
             if best.as_ref().is_none_or(|(most, ..)| holding > *most) {
-                best = Some((holding, found, self.orders.clone()));
+                best = Some((holding, found, self.orders.clone(), precedence));
             }
             if is_alone || holding == holding_in(phases) {
                 break;
             }
         }
-        let Some((_, found, orders)) = best else {
-            let switch = due.first().copied().unwrap_or(0);
-            return Err(Halt::Failed(SwitchingError::Undecided {
-                time: self.now.to_f64(),
+        let time = self.now.to_f64();
+        let refuse = |switch: Option<usize>, reason| {
+            let switch = switch.or(due.first().copied()).unwrap_or(0);
+            Err(Halt::Failed(SwitchingError::Undecided {
+                time,
                 switch,
-                reason: "no combination of states agrees with the laws of all switches",
-            }));
+                reason,
+            }))
         };
+        let Some((holding, found, orders, precedence)) = best else {
+            return refuse(
+                None,
+                "no combination of states agrees with the laws of all switches",
+            );
+        };
+        if !is_alone && holding != holding_in(phases) && precedence != Precedence::Index {
+            let mut other = phases.to_vec();
+            let ended = self.pivots(&mut other, due, (precedence, true), 100);
+            let differs = |at: &usize| found[*at] != other[*at];
+            let first = (0..found.len()).find(differs);
+            if matches!(ended, Ok(true))
+                && first.is_some()
+                && holding_in(&other) == holding
+                && !self.moves_alike(&found, &other)?
+            {
+                return refuse(
+                    first,
+                    "several frictions are at their limits at once, and which of them gives way is not determined",
+                );
+            }
+        }
         phases.copy_from_slice(&found);
         self.orders = orders;
         Ok(())
     }
 
-    /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last. `false` where so many
-    /// changes are not enough.
+    /// Whether the state goes on in the same way, but for rounding.
+    fn moves_alike(&mut self, phases: &[Phase], others: &[Phase]) -> Result<bool, Halt> {
+        const ROUNDING: f64 = 1e-12;
+        const ALIKE: f64 = 1e-9;
+        let mut rates = Vec::new();
+        for phases in [phases, others] {
+            let rate = self.configuration(phases)?.apply(&self.zeta);
+            rates.push(
+                rate.into_iter()
+                    .map(|entry| entry.to_f64())
+                    .collect::<Vec<_>>(),
+            );
+        }
+        let size = length(&rates[0]).max(length(&rates[1]));
+        let mut pairs = rates[0].iter().zip(&rates[1]);
+        Ok(pairs.all(|(a, b)| {
+            let least = (ALIKE * a.abs().max(b.abs())).max(ROUNDING * size);
+            (a - b).abs() <= least
+        }))
+    }
+
+    /// Changes the first phase that disagrees with its own law, until none does; of all, frictions come last, and of those that
+    /// give way together the last listed one first where that is asked for. `false` where so many changes are not enough.
     fn pivots(
         &mut self,
         phases: &mut [Phase],
         due: &[usize],
-        precedence: Precedence,
+        (precedence, last_first): (Precedence, bool),
         most: usize,
     ) -> Result<bool, Halt> {
         let mut turns = vec![0; phases.len()];
@@ -625,8 +669,12 @@ impl<T: Real> March<'_, '_, T> {
             let mut order: Vec<usize> = (0..configuration.guards.len()).collect();
             let key = |at: &usize| self.precedence(precedence, phases, &configuration.guards, *at);
             order.sort_by(|a, b| {
-                let [a, b] = [key(a), key(b)];
-                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+                let (first, second) = (key(a), key(b));
+                let order = first.0.cmp(&second.0).then(first.1.total_cmp(&second.1));
+                match last_first && first.0 >= 2 {
+                    true => order.then(b.cmp(a)),
+                    false => order,
+                }
             });
             for at in order {
                 let guard = &configuration.guards[at];
@@ -763,13 +811,16 @@ impl<T: Real> March<'_, '_, T> {
         else {
             return (u8::from(matches!(phases[switch], Phase::Slip(_))), 0.0);
         };
+        // Nearer to each other they are equal.
+        const TOGETHER: f64 = 1e10;
+        let together = |share: f64| (TOGETHER * share).round();
         let most = friction.static_force;
         let after = guards[at].row.at(&self.zeta).to_f64();
         match precedence {
             Precedence::Index => (1, 0.0),
             Precedence::Held => {
                 let has_held = matches!(self.phases[switch], Phase::Stick | Phase::Idle(_));
-                (2 + u8::from(has_held), after / most)
+                (2 + u8::from(has_held), together(after / most))
             }
             Precedence::Path => {
                 let number = guards[..at].iter().rev();
@@ -791,6 +842,7 @@ impl<T: Real> March<'_, '_, T> {
                     true => before / (before - after),
                     false => after / most,
                 };
+                let share = together(share);
                 (2, if after < 0.0 { share } else { f64::INFINITY })
             }
         }

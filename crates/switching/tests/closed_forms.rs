@@ -110,6 +110,37 @@ fn what_has_held_outlasts_what_turns_round() {
     }
 }
 
+/// Of two masses on each other, pulled by 2.5 N, the lower one slides on the ground and the upper one stays on it, or the upper one slides and
+/// the lower one stays: each friction would hold 2 N, and both are asked for 2.5 N at once.
+#[test]
+fn what_gives_way_of_two_at_once_is_not_guessed() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    let run = |limits: [f64; 2]| {
+        let switches = vec![
+            friction(GROUND, "a", 1.0, limits[0]),
+            friction("a", "b", 1.0, limits[1]),
+        ];
+        let ask = Response::of(&system).load("b", Step::of(2.5));
+        let problem = ask.every(0.5).until(1.0).problem().expect("a problem");
+        Switching::new(&problem, switches).expect("switches").run()
+    };
+    let error = run([2.0, 2.0]).expect_err("either may give way");
+    assert!(
+        matches!(error, SwitchingError::Undecided { time: 0.0, .. })
+            && error.to_string().contains("at their limits at once"),
+        "{error}"
+    );
+    // The one with the lower limit: both at 0.75 m/s², or the upper one alone at 1.5 m/s².
+    for (limits, wanted) in [([1.9, 2.0], [0.375, 0.375]), ([2.0, 1.9], [0.0, 0.75])] {
+        let motion = run(limits).expect("a motion");
+        for (i, wanted) in wanted.into_iter().enumerate() {
+            let found = motion.trajectory().displacement()[(i, 2)];
+            assert!((found - wanted).abs() <= 1e-14, "{found} {wanted}");
+        }
+    }
+}
+
 /// A ball that falls from h bounces after √(2h/g)·(1 + 2r + 2r² + …) s.
 #[test]
 fn a_ball_bounces_until_it_lies() {

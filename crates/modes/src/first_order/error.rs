@@ -6,10 +6,10 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum FirstOrderError {
-    /// The masses that are there do not determine all accelerations: loads on what has no inertia act
-    /// through its derivatives, and not every initial state is consistent.
+    /// The masses that are there do not determine all accelerations, or not as far as digits show: loads on what has no
+    /// inertia act through its derivatives, and not every initial state is consistent.
     #[error(
-        "the mass matrix is singular although no row of it vanishes, so that only modes can be computed; \
+        "the mass matrix is singular, or too nearly so to be told from it, although no row of it vanishes, so that only modes can be computed; \
          a motion needs coordinates in which what has no mass is a row and column of zeros"
     )]
     SingularMass,

@@ -10,6 +10,7 @@ use eigentone_digits::{DoubleDouble, Lu, Real};
 use faer::{Mat, MatRef};
 
 use crate::linear::plain_matrix::PlainMatrix;
+use crate::linear::wide::Number;
 use crate::model::MatrixKind;
 use crate::system::System;
 use elimination::Eliminated;
@@ -24,7 +25,7 @@ pub use error::FirstOrderError;
 /// for each independent damper between massless nodes. Massless nodes that no damper holds have no
 /// state: they follow from equilibrium. The elimination does not round the count of states. It is done in double-double, so
 /// that doubles keep all their digits in what springs and dampers on massless nodes leave of each other; where every
-/// coordinate has mass, A = −M⁻¹(K, C) is that of an LU factorisation in doubles.
+/// coordinate has mass, A = −M⁻¹(K, C) is that of an LU factorisation in doubles, unless these lose M⁻¹.
 #[derive(Clone, Debug)]
 pub struct FirstOrder {
     massive: Vec<usize>,
@@ -53,8 +54,20 @@ impl FirstOrder {
         }
         let massless = Massless::of_system(system);
         let form = match massless.is_empty() {
-            true => FirstOrder::without_massless(system)?,
-            false => FirstOrder::without_nodes(system, &massless)?,
+            true => (FirstOrder::without_massless(system), f64::EPSILON),
+            false => {
+                let unit = f64::EPSILON * f64::EPSILON;
+                (
+                    FirstOrder::eliminated::<DoubleDouble>(system, &massless),
+                    unit,
+                )
+            }
+        };
+        let form = match form {
+            (Ok(form), unit) if form.keeps_masses(system, unit) => form,
+            (Ok(form), _) => FirstOrder::with_digits(system, &massless).unwrap_or(form),
+            (Err(FirstOrderError::SingularMass), _) => FirstOrder::with_digits(system, &massless)?,
+            (Err(error), _) => return Err(error),
         };
         // Rounding may hide that a block is singular.
         let certain = massless.is_empty() && system.added(MatrixKind::Mass).is_none();
@@ -103,17 +116,40 @@ impl FirstOrder {
         })
     }
 
-    /// Of a system with massless nodes. Springs on them may cancel in what they leave, so that it takes more digits than
+    /// With as many digits as leave masses what they are beside others that are far heavier; double-doubles where that would
+    /// take long.
+    fn with_digits(system: &System, massless: &Massless) -> Result<FirstOrder, FirstOrderError> {
+        const LARGEST: usize = 64;
+        match system.len() <= LARGEST {
+            true => FirstOrder::eliminated::<Number>(system, massless),
+            false => FirstOrder::eliminated::<DoubleDouble>(system, massless),
+        }
+    }
+
+    /// Whether the condition of M leaves some digits of its inverse, given the unit of rounding: by the trace of M⁻¹ in units
+    /// in which M has 1 on its diagonal.
+    fn keeps_masses(&self, system: &System, unit: f64) -> bool {
+        const LOST: f64 = 1e-6;
+        let (nf, mass) = (self.massive.len(), system.mass_matrix());
+        let share = |(row, i): (usize, &usize)| (self.b[(nf + row, *i)] * mass[(*i, *i)]).abs();
+        let condition: f64 = self.massive.iter().enumerate().map(share).sum();
+        condition * unit <= LOST
+    }
+
+    /// By elimination of massless nodes. Springs on them may cancel in what they leave, so that it takes more digits than
     /// doubles have.
-    fn without_nodes(system: &System, massless: &Massless) -> Result<FirstOrder, FirstOrderError> {
-        let form = Eliminated::<PlainMatrix<DoubleDouble>>::of(system, massless)?;
-        let rounded = |matrix: &PlainMatrix<DoubleDouble>| {
+    fn eliminated<T: Real>(
+        system: &System,
+        massless: &Massless,
+    ) -> Result<FirstOrder, FirstOrderError> {
+        let form = Eliminated::<PlainMatrix<T>>::of(system, massless)?;
+        let rounded = |matrix: &PlainMatrix<T>| {
             let [rows, columns] = matrix.size();
             Mat::from_fn(rows, columns, |i, j| matrix.get(i, j).to_f64())
         };
-        let rest = |matrix: &PlainMatrix<DoubleDouble>| {
+        let rest = |matrix: &PlainMatrix<T>| {
             let [rows, columns] = matrix.size();
-            let rest = |entry: DoubleDouble| (entry - DoubleDouble::from(entry.to_f64())).to_f64();
+            let rest = |entry: T| (entry - T::from(entry.to_f64())).to_f64();
             Some(Mat::from_fn(rows, columns, |i, j| rest(matrix.get(i, j))))
         };
         let (n, nf) = (system.len(), massless.massive().len());

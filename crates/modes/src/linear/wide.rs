@@ -60,7 +60,17 @@ pub(crate) fn solve<T: Real>(mut a: Rows<T>, mut b: Rows<T>) -> Option<Rows<T>> 
 /// The modes of K x = ω²M x by rising ω²: ω², and as rows the forces M x for shapes with xᵀMx = 1. `None` where M is not
 /// positive definite. What is below [`least`] of the largest ω² is 0.
 pub(crate) fn modes<T: Real>(mass: &Rows<T>, stiffness: &Rows<T>) -> Option<(Vec<T>, Rows<T>)> {
-    let n = mass.len();
+    let (mut squares, forces) = pairs(mass, stiffness)?;
+    let size = largest(squares.iter().copied());
+    let hidden = squares
+        .iter_mut()
+        .filter(|square| square.abs() <= least(size));
+    hidden.for_each(|square| *square = T::ZERO);
+    Some((squares, forces))
+}
+
+/// The same with every ω² as it is found, however small.
+pub(crate) fn pairs<T: Real>(mass: &Rows<T>, stiffness: &Rows<T>) -> Option<(Vec<T>, Rows<T>)> {
     // M = L Lᵀ, and A = L⁻¹ K L⁻ᵀ.
     let factor = cholesky(mass)?;
     let mut half = forward(&factor, stiffness.clone());
@@ -70,17 +80,15 @@ pub(crate) fn modes<T: Real>(mass: &Rows<T>, stiffness: &Rows<T>) -> Option<(Vec
     let mut forces = factor;
     transpose(&mut forces);
     rotate(&mut a, &mut forces);
-    let size = largest((0..n).map(|i| a[i][i]));
-    let mut found: Vec<(T, Vec<T>)> = forces
-        .into_iter()
-        .enumerate()
-        .map(|(i, forces)| match a[i][i].abs() <= least(size) {
-            true => (T::ZERO, forces),
-            false => (a[i][i], forces),
-        })
-        .collect();
+    let squares = (0..a.len()).map(|i| a[i][i]);
+    let mut found: Vec<(T, Vec<T>)> = squares.zip(forces).collect();
     found.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
     Some(found.into_iter().unzip())
+}
+
+/// Whether a symmetric matrix is positive definite, as far as digits show.
+pub(crate) fn is_definite<T: Real>(matrix: &Rows<T>) -> bool {
+    cholesky(matrix).is_some()
 }
 
 fn largest<T: Real>(values: impl Iterator<Item = T>) -> T {

@@ -435,6 +435,31 @@ fn in_discs(
     tolerance: f64,
     most_work: f64,
 ) -> Option<Proof> {
+    let (found, digits) = discs(system, structure, known, tolerance, most_work)?;
+    Some(Proof {
+        roots: found.into_iter().flat_map(|disc| disc.roots).collect(),
+        claim: format!(
+            "discs in the complex plane that contain all roots, computed with {digits} digits"
+        ),
+        shapes_may_gain: false,
+    })
+}
+
+/// What a disc holds.
+pub(super) struct InDisc {
+    /// The approximate roots that its own ones belong to.
+    pub(super) owners: Vec<usize>,
+    pub(super) roots: Vec<Root>,
+}
+
+/// The same by discs, and the decimal digits that it took.
+pub(super) fn discs(
+    system: &System,
+    structure: &Structure,
+    known: &[Root],
+    tolerance: f64,
+    most_work: f64,
+) -> Option<(Vec<InDisc>, usize)> {
     // Approximations of all nonzero roots, and the one that each belongs to.
     let mut approximations = Vec::new();
     let mut owner = Vec::new();
@@ -469,41 +494,33 @@ fn in_discs(
             }
         }
     }
-    let mut roots = Vec::new();
     let (found, digits) = certify(system, structure, &approximations, tolerance, most_work)?;
-    for certificate in found {
-        let mut owners: Vec<usize> = certificate
-            .members
-            .iter()
-            .map(|member| owner[*member])
-            .collect();
+    let each = found.into_iter().map(|certificate| {
+        let members = certificate.members.iter();
+        let mut owners: Vec<usize> = members.map(|member| owner[*member]).collect();
         owners.sort_unstable();
         owners.dedup();
         let count = certificate.members.len();
         // As many shapes as roots: they coincide, but nothing is missing.
         let complete = owners.len() == count;
         let entries = if complete { count } else { 1 };
-        for owner in owners.into_iter().take(entries) {
-            let shape = known[owner].shape.clone();
+        let root = |owner: &usize| {
+            let shape = known[*owner].shape.clone();
             let mut found = Root::simple(certificate.value, shape);
             if let Some(shapes) = certificate.shapes.as_ref().filter(|_| entries == 1) {
                 found.enclose(shapes.clone());
             }
-            roots.push(Root {
+            Root {
                 count: count / entries,
                 repeats: Some(of_disc(count)),
                 error: Some((certificate.bound, certificate.real_bound)),
                 ..found
-            });
-        }
-    }
-    Some(Proof {
-        roots,
-        claim: format!(
-            "discs in the complex plane that contain all roots, computed with {digits} digits"
-        ),
-        shapes_may_gain: false,
-    })
+            }
+        };
+        let roots = owners.iter().take(entries).map(root).collect();
+        InDisc { owners, roots }
+    });
+    Some((each.collect(), digits))
 }
 
 /// Modes as if C did not couple the undamped shapes: crude, but of the right size however stiff the

@@ -307,6 +307,14 @@ fn modal_forms(
     let [of_damping, of_stiffness] = [MatrixKind::Damping, MatrixKind::Stiffness].map(slip);
     let form = |mode: RealMode| {
         let mut forms = mode.forms;
+        if mode.is_exact {
+            return ModalForms {
+                shape: mode.shape,
+                forms,
+                rigid: mode.rigid,
+                error: 0.0,
+            };
+        }
         let size: f64 = mode.shape.iter().map(|x| x * x).sum();
         forms.rounding[1] += of_damping * size;
         // A square beyond the range of doubles says nothing of the quotient.
@@ -438,6 +446,7 @@ fn uncouple(
         let turned = unit_shapes(system, shapes, entries).enumerate();
         for (mode, (i, (shape, forms))) in modes.iter_mut().zip(turned) {
             (mode.shape, mode.forms, mode.doubt) = (shape, forms, doubt);
+            mode.is_exact = false;
             mode.square = first + squares[(i, i)];
         }
     }

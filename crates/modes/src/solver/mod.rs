@@ -7,8 +7,10 @@ mod classical;
 mod cluster;
 mod coincidence;
 mod consistency;
+mod crowded;
 mod improvement;
 mod low_rank;
+mod many_digits;
 mod modal_damping;
 mod modal_matrix;
 mod mode_solver;
@@ -106,6 +108,9 @@ fn solve_part(system: &System, precision: Precision) -> Result<Modes, ModesError
     };
     if answer.bounds() == Bounds::Estimated && !consistency::holds(system, structure, &answer) {
         (solver, answer) = consistent(system, structure, solver, answer);
+    }
+    if answer.bounds() == Bounds::Estimated {
+        crowded::enclose(solver, system, structure, &mut answer);
     }
     coincidence::settle(system, structure, &mut answer);
     // Squares of frequencies can leave the range of doubles where frequencies themselves do not.

@@ -17,6 +17,8 @@ pub(crate) struct RealMode {
     pub(crate) rigid: bool,
     /// How far ω may be off beyond its own rounding, relative.
     pub(crate) doubt: f64,
+    /// Whether its forms are those of the shape before it was rounded.
+    pub(crate) is_exact: bool,
 }
 
 impl RealMode {

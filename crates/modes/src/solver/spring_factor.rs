@@ -88,15 +88,16 @@ pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
     for mode in elastic {
         let shape = mode.complex_shape();
         let omega = mode.square.abs().sqrt();
+        let error = (4.0 * f64::EPSILON + mode.doubt) * omega;
+        let root = |value, real_error, shape| Root {
+            error: Some((error, real_error)),
+            ..Root::simple(value, shape)
+        };
         if mode.square >= 0.0 {
-            let error = Some(((4.0 * f64::EPSILON + mode.doubt) * omega, 0.0));
-            roots.push(Root {
-                error,
-                ..Root::simple(Complex::new(0.0, omega), shape)
-            });
+            roots.push(root(Complex::new(0.0, omega), 0.0, shape));
         } else {
-            roots.push(Root::simple(Complex::from(omega), shape.clone()));
-            roots.push(Root::simple(Complex::from(-omega), shape));
+            roots.push(root(Complex::from(omega), error, shape.clone()));
+            roots.push(root(Complex::from(-omega), error, shape));
         }
     }
     roots
@@ -139,6 +140,7 @@ pub(crate) fn real_modes(
             rigid: false,
             // Values that are less good than the quotients do not put these in doubt.
             doubt: if singular.rough { 0.0 } else { doubt },
+            is_exact: false,
         });
     }
     let floating = structure.spring_floating().iter();
@@ -156,6 +158,7 @@ pub(crate) fn real_modes(
             forms,
             rigid: true,
             doubt: 0.0,
+            is_exact: false,
         }),
     );
     Ok(modes)

@@ -12,6 +12,7 @@ use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
+use super::many_digits;
 use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::{RealMode, unit_shapes};
 use super::roots::collect;
@@ -67,7 +68,7 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
         return Some("the mass matrix is singular".to_owned());
     }
     let massive = massive_block(&system.mass_matrix(), structure);
-    let definite = Cholesky::of(massive.as_ref()).is_some();
+    let definite = Cholesky::of(massive.as_ref()).is_some() || many_digits::has_modes(system);
     (!definite).then(|| "the mass matrix is not positive definite".to_owned())
 }
 
@@ -88,20 +89,28 @@ pub(crate) fn real_modes(
     structure: &Structure,
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
-    let (squares, shapes) = match lumped(system) {
-        Some(masses) => lumped_modes(solver, system, &masses)?,
-        None => assembled_modes(solver, system, structure)?,
-    };
-    let nf = squares.len();
-    let mut order: Vec<usize> = (0..nf).collect();
-    let square = |j: &usize| squares[*j];
-    sort_by_number(&mut order, |j| square(j).abs());
     let rigid = match structure.zero_roots() {
         Some(0) => 0,
         zeros => structure
             .rigid_motions_counted()
             .unwrap_or(zeros.unwrap_or(0) / 2),
     };
+    let found = match lumped(system) {
+        Some(masses) => lumped_modes(solver, system, &masses),
+        None => assembled_modes(solver, system, structure),
+    };
+    let Pairs {
+        squares,
+        shapes,
+        spoiled,
+    } = match found {
+        Ok(found) => found,
+        Err(error) => return with_digits(solver, system, rigid, entries).unwrap_or(Err(error)),
+    };
+    let nf = squares.len();
+    let mut order: Vec<usize> = (0..nf).collect();
+    let square = |j: &usize| squares[*j];
+    sort_by_number(&mut order, |j| square(j).abs());
     let largest = order.last().map_or(0.0, |j| square(j).abs());
     // Small against the largest square, so perhaps not against this one.
     let error = |largest: f64, square: f64| {
@@ -110,7 +119,7 @@ pub(crate) fn real_modes(
     let mut found: Vec<(f64, f64, Vec<f64>)> = order
         .iter()
         .map(|j| {
-            let error = error(largest, square(j));
+            let error = spoiled[*j] + error(largest, square(j));
             (square(j), error, shapes.col(*j).iter().copied().collect())
         })
         .collect();
@@ -123,6 +132,8 @@ pub(crate) fn real_modes(
             (known, entries) = (true, Entries::Exact);
             found = refined;
             sort_by_number(&mut found, |pair| pair.0.abs());
+        } else if let Some(modes) = with_digits(solver, system, rigid, entries) {
+            return modes;
         }
     }
     let (values, shapes): (Vec<(f64, f64)>, Vec<Vec<f64>>) = found
@@ -139,7 +150,7 @@ pub(crate) fn real_modes(
         } else {
             largest.max(gross_stiffness(system, &shape) / forms.m.to_f64())
         };
-        let error = error(largest, square).max(CONFIRMED);
+        let error = reach.max(error(largest, square)).max(CONFIRMED);
         let (square, doubt) = match square {
             _ if rigid => (0.0, 0.0),
             square if known => (square, reach),
@@ -157,7 +168,11 @@ pub(crate) fn real_modes(
                 } else {
                     0.0
                 };
-                let doubt = doubt.max(2.0 * apart / sigma);
+                let mut doubt = doubt.max(2.0 * apart / sigma);
+                // A shape that is lost so far may have the same wrong quotient as its square: it is off by the square of its error.
+                if error > LOST {
+                    doubt = doubt.max(error * error);
+                }
                 (
                     size.copysign(square),
                     doubt.max(0.5 * forms.quotient_error()),
@@ -172,6 +187,7 @@ pub(crate) fn real_modes(
             forms,
             rigid,
             doubt,
+            is_exact: false,
         }
     });
     let modes: Vec<RealMode> = modes.collect();
@@ -181,6 +197,27 @@ pub(crate) fn real_modes(
         return Err(ModesError::OutOfRange { method });
     }
     Ok(modes)
+}
+
+/// The undamped modes by far more digits, where these do. Shapes that are to be right, and whose frequencies rounding to
+/// doubles spoils, are refused.
+fn with_digits(
+    solver: &dyn ModeSolver,
+    system: &System,
+    rigid: usize,
+    entries: Entries,
+) -> Option<Result<Vec<RealMode>, ModesError>> {
+    let modes = many_digits::undamped_modes(system, rigid)?;
+    let shapes: Vec<&[f64]> = modes.iter().map(|mode| mode.shape.as_slice()).collect();
+    let rounded = RealForms::of(system, &shapes, Entries::Exact);
+    let is_hidden = |(mode, rounded): (&RealMode, RealForms)| {
+        !mode.rigid && (rounded.quotient() / mode.square - 1.0).abs() > HIDDEN
+    };
+    if entries == Entries::Refined && modes.iter().zip(rounded).any(is_hidden) {
+        let method = solver.name();
+        return Some(Err(ModesError::OutOfRange { method }));
+    }
+    Some(Ok(modes))
 }
 
 /// What all springs and entries of K add to xᵀKx, by size.
@@ -223,8 +260,44 @@ fn lumped(system: &System) -> Option<Vec<f64>> {
     masses.iter().all(|mass| *mass > 0.0).then_some(masses)
 }
 
-/// All ω² with their shapes, column by column.
-type Pairs = (Vec<f64>, Mat<f64>);
+/// All ω² with their shapes, column by column, and what the condition of M adds to the relative error of each ω².
+struct Pairs {
+    squares: Vec<f64>,
+    shapes: Mat<f64>,
+    spoiled: Vec<f64>,
+}
+
+impl Pairs {
+    /// Of shapes X with XᵀMX = I. In units in which M has 1 on its diagonal, rounding of M moves each ω² by as much as
+    /// ‖M‖‖M⁻¹‖ allows, M⁻¹ being XXᵀ, and that of K by ‖K‖‖x‖².
+    fn of(mass: &Mat<f64>, stiffness: &Mat<f64>, (squares, shapes): (Vec<f64>, Mat<f64>)) -> Pairs {
+        const UNITS: f64 = 4.0 * f64::EPSILON;
+        let own = |i: usize| mass[(i, i)];
+        let norm = |matrix: &Mat<f64>| {
+            let column = |j: usize| (0..matrix.nrows()).map(move |i| (i, j));
+            let entries = (0..matrix.ncols()).flat_map(column);
+            let square = |at: (usize, usize)| (matrix[at] / own(at.0)) * (matrix[at] / own(at.1));
+            entries.map(square).sum::<f64>().sqrt()
+        };
+        let size = |x: ColRef<'_, f64>| -> f64 {
+            let each = x.iter().enumerate();
+            each.map(|(i, x)| own(i) * x * x).sum()
+        };
+        let sizes: Vec<f64> = shapes.col_iter().map(size).collect();
+        let inverse: f64 = sizes.iter().sum();
+        let (mass, stiffness) = (norm(mass), norm(stiffness));
+        let each = squares.iter().zip(&sizes);
+        let spoiled = each.map(|(square, size)| {
+            let of_stiffness = stiffness / square.abs() * size;
+            UNITS * (mass * inverse + of_stiffness)
+        });
+        Pairs {
+            spoiled: spoiled.collect(),
+            squares,
+            shapes,
+        }
+    }
+}
 
 /// Of M^{-1/2} K M^{-1/2}.
 fn lumped_modes(
@@ -238,7 +311,11 @@ fn lumped_modes(
     let scaled = Mat::from_fn(n, n, |i, j| stiffness[(i, j)] / roots[i] / roots[j]);
     let (squares, vectors) = eigen(solver, &scaled, None)?;
     let shapes = Mat::from_fn(n, n, |i, j| vectors[(i, j)] / roots[i]);
-    Ok((squares, shapes))
+    Ok(Pairs {
+        spoiled: vec![0.0; squares.len()],
+        squares,
+        shapes,
+    })
 }
 
 /// Of L⁻¹KL⁻ᵀ, K without the coordinates that have no mass.
@@ -260,16 +337,19 @@ fn assembled_modes(
     if !massless {
         let stiffness = system.stiffness_matrix();
         let stiffness = Mat::from_fn(nf, nf, |i, j| units[i] * stiffness[(i, j)] * units[j]);
-        let (squares, shapes) = eigen(solver, &stiffness, Some(&mass))?;
-        let shapes = Mat::from_fn(nf, nf, |i, j| units[i] * shapes[(i, j)]);
-        return Ok((squares, shapes));
+        let found = eigen(solver, &stiffness, Some(&mass))?;
+        let mut found = Pairs::of(&mass, &stiffness, found);
+        found.shapes = Mat::from_fn(nf, nf, |i, j| units[i] * found.shapes[(i, j)]);
+        return Ok(found);
     }
     let form = FirstOrder::of(system)?;
     // A₂₁ = −M⁻¹K.
     let stiffness = -product(mass.as_ref(), form.a().submatrix(nf, 0, nf, nf));
-    let (squares, shapes) = eigen(solver, &stiffness, Some(&mass))?;
+    let found = eigen(solver, &stiffness, Some(&mass))?;
+    let mut found = Pairs::of(&mass, &stiffness, found);
     let extended = form.x().submatrix(0, 0, system.len(), nf);
-    Ok((squares, product(extended, shapes.as_ref())))
+    found.shapes = product(extended, found.shapes.as_ref());
+    Ok(found)
 }
 
 /// Eigenvalues and eigenvectors of a symmetric K, with M or with masses of 1.
@@ -277,7 +357,7 @@ fn eigen(
     solver: &dyn ModeSolver,
     stiffness: &Mat<f64>,
     mass: Option<&Mat<f64>>,
-) -> Result<Pairs, ModesError> {
+) -> Result<(Vec<f64>, Mat<f64>), ModesError> {
     let method = solver.name();
     if !stiffness.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });

@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use eigentone_digits::{DoubleDouble, Real};
 
 use super::BuildError;
+use super::condensed::{Condensed, dense};
 use crate::exact::matrix::ExactMatrix;
 use crate::exact::null_space::{NullVector, null_space};
 use crate::exact::sum::ExactSum;
@@ -144,36 +145,19 @@ impl ModalRatios {
         }
         let no_modes = |reason| BuildError::NoModes { reason };
         let kinds = [MatrixKind::Mass, MatrixKind::Stiffness];
-        let [mass, stiffness] = kinds.map(|kind| dense::<T>(model, kind));
         if !kinds.into_iter().all(|kind| is_symmetric(model, kind)) {
             return Err(no_modes("M or K is not symmetric"));
         }
         let zero = T::ZERO;
-        let (massless, massive): (Vec<usize>, Vec<usize>) =
-            (0..n).partition(|&i| mass[i].iter().all(|entry| *entry == zero));
-        let block = |rows: &Rows<T>, of: &[usize], with: &[usize]| -> Rows<T> {
-            let row = |i: &usize| with.iter().map(|j| rows[*i][*j]).collect();
-            of.iter().map(row).collect()
-        };
-        let mut condensed = block(&stiffness, &massive, &massive);
-        if !massless.is_empty() {
-            let follow = solve(
-                block(&stiffness, &massless, &massless),
-                block(&stiffness, &massless, &massive),
-            )
+        let Condensed {
+            massless,
+            massive,
+            mass,
+            stiffness,
+            ..
+        } = Condensed::<T>::of(model)
             .ok_or(no_modes("springs do not hold the coordinates without mass"))?;
-            for (row, beside) in condensed
-                .iter_mut()
-                .zip(block(&stiffness, &massive, &massless))
-            {
-                for (force, moved) in beside.into_iter().zip(&follow) {
-                    for (entry, moved) in row.iter_mut().zip(moved) {
-                        *entry = *entry - force * *moved;
-                    }
-                }
-            }
-        }
-        let found = modes(&block(&mass, &massive, &massive), &condensed);
+        let found = modes(&mass, &stiffness);
         let (squares, forces) = found.ok_or(no_modes("M is not positive definite"))?;
         let (count, modes) = (self.ratios.len(), squares.len());
         if count > modes.max(1) {
@@ -474,15 +458,4 @@ fn times(factor: f64, terms: impl Iterator<Item = Term>) -> Result<Vec<Term>, Bu
     }
     all.retain(|term| term.value != 0.0);
     Ok(all)
-}
-
-/// One of the matrices with all its digits.
-fn dense<T: Real>(model: &Model, kind: MatrixKind) -> Rows<T> {
-    let n = model.len();
-    let mut rows: Rows<T> = vec![vec![T::ZERO; n]; n];
-    for term in model.terms(kind) {
-        let entry = &mut rows[term.row][term.column];
-        *entry = *entry + T::from(term.value);
-    }
-    rows
 }

@@ -3,6 +3,7 @@
 
 mod beams;
 mod builder;
+mod condensed;
 mod damping;
 mod given;
 mod gyroscopic;
@@ -26,6 +27,7 @@ use crate::structure::{Structure, determinant};
 
 pub use beams::{Beam, BeamEnd, Rod, RodEnd};
 pub use builder::{BuildError, SystemBuilder};
+pub(crate) use condensed::{Condensed, dense};
 pub use parameter::Parameter;
 pub(crate) use parameter::Place;
 

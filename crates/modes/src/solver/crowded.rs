@@ -24,7 +24,7 @@ pub(super) fn enclose(
     found: &mut Modes,
 ) {
     const TOLERANCE: f64 = 1e-9;
-    const MOST_WORK: f64 = 1e8;
+    const MOST_WORK: f64 = 2e7;
     let is_moving = |mode: &Mode| mode.eigenvalue.value != Complex::ZERO;
     let is_crowded = |mode: &Mode| {
         is_moving(mode) && (mode.roots > 1 || mode.cluster().is_some_and(|count| count > 1))

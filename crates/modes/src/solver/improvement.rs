@@ -51,6 +51,8 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
     } else {
         Vec::new()
     };
+    // How far from each of these the others reach that it may be as well.
+    let mut crowd = vec![0.0; values.len()];
     for group in groups {
         let count = group.len();
         let first = group[0];
@@ -58,6 +60,10 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
             .iter()
             .all(|i| collinearity(&found[*i], &found[first]) > 1.0 - 1e-6);
         if count == 1 || !parallel {
+            for &i in group.iter().filter(|_| count > 1) {
+                let reach = |j: &usize| (values[*j] - values[i]).norm() + radii[*j];
+                crowd[i] = group.iter().map(reach).fold(0.0, f64::max);
+            }
             alone.extend(group.into_iter().filter(|i| values[*i].im >= 0.0));
             continue;
         }
@@ -91,16 +97,24 @@ pub(crate) fn refine(system: &System, structure: &Structure, mut found: Vec<Root
         roots.push(root);
     }
     let reaches: Vec<f64> = alone.iter().map(|i| radii[*i]).collect();
-    let alone = alone.into_iter().map(|i| found[i].take());
-    let alone = improved(
+    let taken = alone.iter().map(|i| found[*i].take());
+    let mut better = improved(
         system,
         structure,
         &pencil,
-        alone.collect(),
+        taken.collect(),
         &values,
         &reaches,
     );
-    roots.extend(alone);
+    // Of few coordinates discs tell more.
+    for (root, i) in better.iter_mut().zip(alone) {
+        if system.len() > FEW && crowd[i] > 0.0 {
+            let reach = crowd[i] + (root.value - values[i]).norm();
+            let (whole, real) = root.error.unwrap_or((0.0, 0.0));
+            root.error = Some((whole.max(reach), real.max(reach)));
+        }
+    }
+    roots.extend(better);
     roots
 }
 

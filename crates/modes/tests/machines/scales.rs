@@ -206,3 +206,61 @@ fn participation_of_shapes_that_rounding_spoils_is_refused() {
         }
     }
 }
+
+/// The same of more coordinates, with a dashpot that couples them.
+#[test]
+fn estimates_of_many_roots_that_crowd_hold() {
+    const ROOTS: [f64; 29] = [
+        -18_167_065_131.162_18,
+        -14_491_464_620.584_747,
+        -9_553_432_623.593_927,
+        -5_384_494_943.552_891,
+        -2_604_961_881.463_144,
+        -1_040_505_239.920_373,
+        -308_653_202.067_326_1,
+        -51_905_698.784_175_67,
+        -1_823_555.304_852_474_5,
+        -2.665_682_015_126_976,
+        -0.628_931_099_888_817_9,
+        -0.628_930_835_216_425_8,
+        -0.628_930_819_536_313_6,
+        -0.628_930_818_001_264_3,
+        -0.628_930_817_851_205_6,
+        -0.628_930_817_693_364_2,
+        -0.628_930_817_654_435_5,
+        -0.628_930_817_643_980_2,
+        -0.628_930_817_632_458,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        -0.628_930_817_610_062_9,
+        0.0,
+    ];
+    let lumped = Beam {
+        lumped: true,
+        ..beam(0.09, 9, 5.54, 2.26, [Guided, Free])
+    };
+    let system = System::builder()
+        .beam(lumped)
+        .damper(GROUND, "b.6.w", 0.5422)
+        .rayleigh(0.0, 1.59, None)
+        .build()
+        .expect("a system");
+    let modes = system.modes_to(Precision::Double).expect("modes");
+    let mut found = modes.eigenvalues().to_vec();
+    found.sort_by(|a, b| a.value.re.total_cmp(&b.value.re));
+    assert_eq!(found.len(), ROOTS.len());
+    for (root, wanted) in found.iter().zip(ROOTS) {
+        let off = (root.value - wanted).norm();
+        let rounding = 2.0 * f64::EPSILON * wanted.abs();
+        assert!(
+            root.bound.is_none_or(|bound| off <= bound + rounding),
+            "{root:?}: {off:e}"
+        );
+    }
+}

@@ -33,6 +33,32 @@ fn since(start: f64, t: f64, course: impl Fn(f64) -> Course) -> Course {
     }
 }
 
+/// 1e-20 kg on 1 N/m and on 2 N/m, and 1 kg on the difference of the two: det M = 2e-20 kg², which rounding to doubles makes 0. By the
+/// exponential of the exact doubles with 240 digits.
+#[test]
+fn light_masses_within_a_heavy_one_are_no_constraint() {
+    let system = System::builder()
+        .mass("a", 1e-20)
+        .mass("b", 1e-20)
+        .point("p", [("a", 1.0), ("b", -1.0)], 1.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 2.0)
+        .build()
+        .expect("a system");
+    let response = Response::of(&system).from(State::at_rest().displace("a", 1.0));
+    let motion = response.every(0.5).until(1.0).run().expect("a motion");
+    let truth = [
+        [0.290_136_607_276_965_2, -0.627_681_055_857_589_6],
+        [0.744_292_533_294_37, 0.059_514_007_770_819_72],
+    ];
+    for (k, truth) in truth.into_iter().enumerate() {
+        for (i, truth) in truth.into_iter().enumerate() {
+            let found = motion.displacement()[(i, k + 1)];
+            assert!((found - truth).abs() < 1e-15, "{i}, {k}: {found}");
+        }
+    }
+}
+
 /// 2 kg on 3 N/m to a node without mass, and that on 6 N/m to the ground: ω = 1/s, and a force f on the
 /// node moves the mass as f/3 would. The node itself is at (3x + f)/9.
 #[test]

@@ -1,5 +1,6 @@
 //! How far the signals of channels have been integrated, in doubles.
 
+use super::angle::reduced_angle;
 use super::channel::Channel;
 use super::grid::TimeGrid;
 use super::timeline::Timeline;
@@ -79,7 +80,8 @@ impl Courses {
                 return;
             }
             // Integrals of sin(angle + rate·τ) and cos(angle + rate·τ), by the half angle.
-            let (half, way) = ((rate * time / 2.0).sin(), angle + rate * time / 2.0);
+            let turned = |from: f64| reduced_angle(0.5 * rate, time.into(), from);
+            let (half, way) = (turned(0.0).sin(), turned(angle));
             let by_sine = 2.0 / rate * half * way.sin();
             let by_cosine = 2.0 / rate * half * way.cos();
             *once += sine * by_sine + cosine * by_cosine;

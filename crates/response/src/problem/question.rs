@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use eigentone_digits::{Magnitude, Real};
 use eigentone_modes::{Form, Precision, System};
 
+use super::angle::reduced_angle;
 use super::applied_load::AppliedLoad;
 use super::channel::{Channel, Quantity};
 use super::combination::{Combination, Source};
@@ -465,7 +466,7 @@ impl<'a> Problem<'a> {
             for (_, harmonic) in harmonics.iter().filter(|(on, _)| *on == own) {
                 for (k, derivative) in derivatives.iter_mut().enumerate() {
                     let turns = k as i32 - channel.integrals as i32;
-                    let angle = harmonic.frequency * t + harmonic.phase;
+                    let angle = reduced_angle(harmonic.frequency, t.into(), harmonic.phase);
                     let swing = harmonic.amplitude * harmonic.frequency.powi(turns);
                     let part = swing * (angle + f64::from(turns) * FRAC_PI_2).sin();
                     if harmonic.frequency != 0.0 && part.is_finite() {
@@ -656,6 +657,23 @@ mod tests {
 
     use super::*;
     use crate::problem::{Polynomial, Step};
+
+    /// A support that swings pulls through a spring: apart from what swings nothing is left, whatever piece of time an instant
+    /// is in.
+    #[test]
+    fn what_swings_is_taken_out_after_very_many_turns() {
+        let builder = System::builder().mass("m", 1.0).support("s");
+        let system = builder.spring("s", "m", 1.0).build().expect("a system");
+        let response = crate::Response::of(&system)
+            .motion("s", Quantity::Displacement, Harmonic::of(1.0, 1e16 / 3.0))
+            .load("m", Step::of(0.0).starting_at(1.3));
+        let problem = response.every(0.5).until(10.0).problem();
+        let problem = problem.expect("a problem");
+        for piece in [0, 1] {
+            let [force, _] = problem.steady(piece, 3.3, false);
+            assert!(force[0].abs() < 1e-14, "{piece}: {force:?}");
+        }
+    }
 
     #[test]
     fn loads_act_on_coordinates_that_there_are() {

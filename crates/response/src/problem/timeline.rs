@@ -137,17 +137,17 @@ impl Timeline {
     /// piece and without impulses: the index of the coordinate, or beyond them of the channel, and its value.
     pub fn signals(&self, piece: usize, t: f64, order: u8, mut push: impl FnMut(usize, f64)) {
         let begun = &self.pieces[piece];
-        let elapsed = (DoubleDouble::from(t) - begun.start.time).to_f64();
+        let elapsed = DoubleDouble::from(t) - begun.start.time;
         for straight in &begun.straight {
             let value = match order {
-                0 => straight.value + straight.slope * elapsed,
+                0 => straight.value + straight.slope * elapsed.to_f64(),
                 1 => straight.slope,
                 _ => 0.0,
             };
             push(straight.coordinate, value);
         }
         self.waves(piece, |on, [sine, cosine], start, rate| {
-            let (s, c) = (start + rate * elapsed).sin_cos();
+            let (s, c) = reduced_angle(rate, elapsed, start).sin_cos();
             let value = match order % 4 {
                 0 => sine * s + cosine * c,
                 1 => sine * c - cosine * s,
@@ -342,6 +342,25 @@ fn sample_laws(samples: &Samples, grid: &TimeGrid, mut law: impl FnMut(Instant, 
 
 #[cfg(test)]
 mod tests {
+    /// sin(Ωt + φ) to 17 digits where Ωt is 3.3e17, and the same from a step on.
+    #[test]
+    fn the_angle_of_very_many_turns_is_known() {
+        let system = eigentone_modes::System::builder().mass("m", 1.0);
+        let system = system.build().expect("a system");
+        let response = crate::Response::of(&system)
+            .load("m", crate::Harmonic::of(1.0, 1e17).with_phase(1e17))
+            .load("m", crate::Step::of(0.0).starting_at(1.3));
+        let problem = response.every(0.5).until(10.0).problem();
+        let problem = problem.expect("a problem");
+        for piece in [0, 1] {
+            let mut force = 0.0;
+            let timeline = problem.timeline();
+            timeline.signals(piece, 3.3, 0, |_, value| force += value);
+            let wanted = -0.329_619_931_339_242_55;
+            assert!((force - wanted).abs() < 1e-14, "{piece}: {force}");
+        }
+    }
+
     /// A sine of phase, a step at 1 s and a ramp from 2 s on.
     #[test]
     fn the_force_of_an_instant_is_the_sum_of_its_loads() {

@@ -4,16 +4,17 @@
 //! y_iᵀ((λ_i + λ_j)M + C)x_j = 0 for λ_i ≠ λ_j (Tisseur & Meerbergen 2001, *SIAM Rev.* 43, section
 //! 3). So c = yᵀ((λM + C)x + Mv) obeys c′ = λc + yᵀf by itself, whatever else moves.
 
-use eigentone_digits::{Lu, svd};
+use eigentone_digits::{DoubleDouble, Lu, svd};
 use eigentone_modes::{Mode, Modes, Motion, Structure, System};
 use faer::{Mat, MatRef, c64};
 
-use crate::problem::{Harmonic, Problem};
+use crate::problem::{Harmonic, Instant, Problem, reduced_angle};
 
 /// Loads as they go on from an instant, in N, N/s and as sinusoids.
 #[derive(Clone, Debug)]
 pub(crate) struct Sustained {
-    pub(crate) time: f64,
+    /// In s, as it is before it is rounded to a double.
+    pub(crate) time: DoubleDouble,
     pub(crate) force: Vec<f64>,
     pub(crate) rate: Vec<f64>,
     pub(crate) harmonics: Vec<(usize, Harmonic)>,
@@ -39,7 +40,7 @@ pub(super) fn sustained(problem: &Problem<'_>, t: f64) -> Sustained {
         force[coordinate] += load.amplitude * load.phase.sin();
     }
     Sustained {
-        time: t,
+        time: Instant::event(problem.grid(), t).time,
         force,
         rate,
         harmonics,
@@ -185,11 +186,12 @@ impl Parts {
                 -along(&|i| c64::from(loads.force[i]) / root + loads.rate[i] / (root * root));
             for (coordinate, load) in &loads.harmonics {
                 let omega = c64::new(0.0, load.frequency);
-                let phase = c64::new(0.0, load.frequency * loads.time + load.phase);
+                let angle = reduced_angle(load.frequency, loads.time, load.phase);
+                let phase = c64::new(0.0, angle);
                 let force = left[(*coordinate, k)] * load.amplitude / c64::new(0.0, 2.0);
                 for (omega, phase, sign) in [(omega, phase, 1.0), (-omega, -phase, -1.0)] {
                     if (omega - root).norm() <= RESONANCE * root.norm() {
-                        free[(k, 1)] += force.norm() * loads.time;
+                        free[(k, 1)] += force.norm() * loads.time.to_f64();
                     } else {
                         forced += sign * force * phase.exp() / (omega - root);
                     }

@@ -12,7 +12,7 @@ use super::later::stays;
 use super::persistence::{Persistence, Sustained, sustained};
 use crate::answer::Trajectory;
 use crate::certified::follow::{Digits, Follower};
-use crate::problem::{Floating, Load, Problem, equilibrium, equilibrium_rounding};
+use crate::problem::{Floating, Load, Problem, equilibrium, equilibrium_rounding, reduced_angle};
 
 /// Beside the largest displacement of the coordinate, a motion below this cannot be seen in a table
 /// of six digits.
@@ -688,7 +688,7 @@ fn come_to_rest(
     let mut kept = floating.left.transpose() * (&damping * away(&x) + &mass * velocity);
     for (coordinate, load) in &now.harmonics {
         // A sinusoidal load swings it about this mean.
-        let angle = load.frequency * now.time + load.phase;
+        let angle = reduced_angle(load.frequency, now.time, load.phase);
         let swing = load.amplitude / load.frequency * angle.cos();
         (0..kept.nrows()).for_each(|k| kept[(k, 0)] += floating.left[(*coordinate, k)] * swing);
     }
@@ -1501,6 +1501,35 @@ mod tests {
             response.every(0.5).until(10.0)
         });
         assert_rests(destinations(&summary)[0], 1.0 + 1e-5 / 100.0 / 0.5);
+    }
+
+    /// The same where the angle Ωt of the latest instant is about 3e16, which no double holds: the force's mean momentum a/Ω is
+    /// that since it began.
+    #[test]
+    fn the_angle_of_a_load_after_very_many_turns_is_known() {
+        let frequency = 1e16 / 3.0;
+        let free = System::builder().mass("m", 2.0).damper(GROUND, "m", 0.5);
+        let summary = summary(free, |response| {
+            let response = response.from(State::at_rest().push("m", 0.25));
+            let response = response.load("m", Harmonic::of(0.1 * frequency, frequency));
+            response.every(0.97).until(9.7)
+        });
+        assert_rests(destinations(&summary)[0], 1.0 + 0.1 / 0.5);
+    }
+
+    /// Pushed so that the load alone moves it, mv = −a/Ω, an undamped mass that a constant force holds at 16/8 stays there but for
+    /// what the load swings it by, a/(mΩ²): nothing is seen to oscillate.
+    #[test]
+    fn a_mass_in_step_with_a_very_fast_load_rests() {
+        let frequency = 1e16 / 3.0;
+        let held = System::builder().mass("m", 2.0).spring(GROUND, "m", 8.0);
+        let summary = summary(held, |response| {
+            let response = response.from(State::at_rest().displace("m", 2.0).push("m", -0.05));
+            let response = response.load("m", Step::of(16.0));
+            let response = response.load("m", Harmonic::of(0.1 * frequency, frequency));
+            response.every(0.97).until(9.7)
+        });
+        assert_rests(destinations(&summary)[0], 2.0);
     }
 
     #[test]

@@ -18,8 +18,8 @@ pub struct Fit {
     pub residuals: Vec<f64>,
     /// Half the width of the interval that has each parameter with 95 % probability, if residuals are independent and normal and the
     /// model is nearly linear over it (Student's t with as many degrees of freedom as there are residuals beyond the parameters, or
-    /// the normal distribution where deviations are known). `None` for one that is not determined, and where as many
-    /// measurements as parameters leave nothing to estimate the deviation from.
+    /// the normal distribution where deviations are known). `None` for one that is not determined, where as many
+    /// measurements as parameters leave nothing to estimate the deviation from, and where the search did not come to rest.
     pub interval: Vec<Option<f64>>,
     /// Standard deviation of a residual: 1 where it was said to be, else as it shows in them; `None` without degrees of freedom.
     pub deviation: Option<f64>,
@@ -164,7 +164,7 @@ pub fn fit_with(
         let unit = slopes.deviation(i) * model.units[i];
         let rounding = f64::EPSILON * (point[i] * model.units[i]).abs();
         deviation
-            .filter(|_| is_determined && !is_alone)
+            .filter(|_| is_determined && is_settled)
             .map(|deviation| (width * deviation * unit).max(rounding))
     });
     Ok(Fit {
@@ -259,6 +259,8 @@ where
         const LARGEST: f64 = 0.02;
         const ROUNDS: usize = 8;
         const ALIKE: f64 = 1e-11;
+        /// What no two spacings agree about to this part of it is rounding, which is no dependence.
+        const UNLIKE: f64 = 0.1;
         let mut best: Option<(f64, Vec<f64>)> = None;
         let mut before: Option<Vec<f64>> = None;
         let size = point[i].abs().max(1e-3);
@@ -286,7 +288,11 @@ where
             }
             before = Some(slope);
         }
-        best.map(|(_, slope)| slope).or(before)
+        match best {
+            Some((apart, _)) if apart > UNLIKE => Some(vec![0.0; self.count]),
+            Some((_, slope)) => Some(slope),
+            None => before,
+        }
     }
 
     /// A difference of eighth order.

@@ -70,12 +70,7 @@ impl Fit {
             let scene = varied.scene_of(values);
             let model = scene.and_then(|scene| measured.model(&scene, precision));
             match model {
-                Ok(Some(model)) => Some(model),
-                Ok(None) => {
-                    let message = "the scene gives no good number in place of a measurement";
-                    why.get_or_init(|| message.to_owned());
-                    None
-                }
+                Ok(model) => Some(model),
                 Err(message) => {
                     why.get_or_init(|| format!("{}: {message}", varied.named(values)));
                     None
@@ -126,7 +121,7 @@ impl Fit {
         let point = found.as_ref().ok().map(|found| found.point.clone());
         let proven = point.and_then(|point| residuals(model(&point, Precision::default())));
         drop(progress);
-        let found = found.map_err(|error| {
+        let mut found = found.map_err(|error| {
             varied.refuse(match (error, why.into_inner()) {
                 (FitError::NoAnswer, Some(why)) => why,
                 (FitError::Start { index, value }, _) => format!(
@@ -148,10 +143,14 @@ impl Fit {
             }
             None => true,
         };
+        let is_settled = found.is_settled && !is_doubtful;
+        if !is_settled {
+            found.interval.fill(None);
+        }
         let answer = Answer {
             varied: &varied,
             measured: &measured,
-            is_settled: found.is_settled && !is_doubtful,
+            is_settled,
             found,
             known,
         };
@@ -244,7 +243,7 @@ impl Answer<'_> {
                 "residuals: {mean:.1e} of the measured values, root mean square"
             ),
         };
-        if found.undetermined.is_empty() && found.interval.iter().all(Option::is_none) {
+        if self.is_settled && found.undetermined.is_empty() && found.deviation.is_none() {
             let _ = writeln!(
                 text,
                 "no intervals: there are no more measurements than parameters"

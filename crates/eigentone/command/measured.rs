@@ -9,7 +9,7 @@ use std::path::Path;
 use eigentone::modes::Precision;
 use eigentone::report::{FrequencyReport, motion_columns};
 use eigentone::response::{
-    Adjoint, Combination, FrequencyFunctions, Problem, Quantity, ResponsePlan, Trajectory, Transfer,
+    Adjoint, Combination, FrequencyFunctions, Problem, Quantity, ResponsePlan, Transfer,
 };
 use eigentone::scene::{RecordError, Scene, Table, did_you_mean};
 use num_complex::Complex;
@@ -122,6 +122,21 @@ impl From<RecordError> for Unfit {
     }
 }
 
+/// Why a scene gives no numbers in place of the measurements.
+#[derive(Debug)]
+enum Lack {
+    /// It has no good one for one of them.
+    Number(String),
+    /// It has no answer at all.
+    Answer(String),
+}
+
+impl From<String> for Lack {
+    fn from(message: String) -> Lack {
+        Lack::Answer(message)
+    }
+}
+
 /// What stands before the name of a column that has the standard deviations of another.
 const DEVIATION: &str = "sd ";
 
@@ -154,8 +169,19 @@ impl Measured {
         all.all(|entry| entry.deviation.is_some())
     }
 
-    /// What the scene gives, column by column; `None` where it gives no number that is good.
-    pub fn model(&self, scene: &Scene, precision: Precision) -> Result<Option<Vec<f64>>, String> {
+    /// What the scene gives, column by column: with proof also where doubles give no good number.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    pub fn model(&self, scene: &Scene, precision: Precision) -> Result<Vec<f64>, String> {
+        let found = match (self.model_to(scene, precision), precision) {
+            (Err(Lack::Number(_)), Precision::Double) => self.model_to(scene, Precision::default()),
+            (found, _) => found,
+        };
+        found.map_err(|(Lack::Number(message) | Lack::Answer(message))| message)
+    }
+
+    fn model_to(&self, scene: &Scene, precision: Precision) -> Result<Vec<f64>, Lack> {
         match &self.source {
             Source::Modes => self.of_modes(scene, precision),
             Source::Frequencies { at, asked } => self.of_functions(scene, precision, at, asked),
@@ -169,7 +195,9 @@ impl Measured {
     pub fn derivatives(&self, varied: &Varied, values: &[f64]) -> Option<Vec<Vec<f64>>> {
         let scene = varied.scene_of(values).ok()?;
         match &self.source {
-            Source::Modes => self.of_roots(varied, values, &scene),
+            Source::Modes => [Precision::Double, Precision::default()]
+                .into_iter()
+                .find_map(|precision| self.of_roots(varied, values, &scene, precision)),
             Source::Frequencies { at, asked } => {
                 self.of_adjoints(varied, values, &scene, at, asked)
             }
@@ -179,8 +207,16 @@ impl Measured {
         }
     }
 
-    fn of_roots(&self, varied: &Varied, values: &[f64], scene: &Scene) -> Option<Vec<Vec<f64>>> {
-        let modes = scene.system().modes_to(Precision::Double).ok()?;
+    fn of_roots(
+        &self,
+        varied: &Varied,
+        values: &[f64],
+        scene: &Scene,
+        precision: Precision,
+    ) -> Option<Vec<Vec<f64>>> {
+        /// Double-doubles show no smaller change of a ratio.
+        const LEAST: f64 = 1e-26;
+        let modes = scene.system().modes_to(precision).ok()?;
         let all: Vec<_> = modes.into_iter().collect();
         let entries = self.columns.iter().flat_map(|column| &column.entries);
         let mut used: Vec<usize> = entries.map(|entry| entry.at).collect();
@@ -189,7 +225,15 @@ impl Measured {
         let modes = used.iter().map(|at| all.get(*at).copied());
         let modes: Vec<_> = modes.collect::<Option<_>>()?;
         let known = sensitivities(scene, modes.into_iter())?;
-        varied.derivatives(values, None, &|other| {
+        let least = self.each(|of, at| {
+            let (root, _) = known[used.binary_search(&at).unwrap_or_default()];
+            Ok(Some(match of {
+                Of::Natural(unit) => f64::EPSILON * root.norm() / unit,
+                Of::Damped(unit) => f64::EPSILON * root.im.abs() / unit,
+                _ => (f64::EPSILON * (root.re / root.norm()).abs()).max(LEAST),
+            }))
+        });
+        let columns = varied.derivatives(values, None, &|other| {
             let rates_of = known
                 .iter()
                 .map(|(root, sensitivity)| Some((*root, sensitivity.toward(other.system()).ok()?)));
@@ -204,8 +248,9 @@ impl Measured {
                     _ => None,
                 })
             });
-            each.ok()?
-        })
+            each.ok()
+        });
+        Some(cleared(columns?, values, &least.ok()?))
     }
 
     fn of_adjoints(
@@ -216,6 +261,8 @@ impl Measured {
         at: &[f64],
         asked: &[Asked],
     ) -> Option<Vec<Vec<f64>>> {
+        /// What rounding may leave of the differences of eighth order, in parts of the function.
+        const ROUNDING: f64 = 2048.0 * f64::EPSILON;
         let place = |of: Of| match of {
             Of::Function {
                 asked, function, ..
@@ -246,9 +293,13 @@ impl Measured {
                 .map(|frequency| transfer.adjoint(*frequency))
                 .collect()
         });
-        let adjoints: Vec<Vec<Adjoint>> = adjoints.collect::<Option<_>>()?;
-        varied.derivatives(values, None, &|other| {
-            let slopes = ends.iter().zip(&adjoints).map(|(one, adjoints)| {
+        let adjoints_of: Vec<Vec<Adjoint>> = adjoints.collect::<Option<_>>()?;
+        let least = self.each(|of, k| {
+            let adjoints = place(of).and_then(|place| used.binary_search(&place).ok());
+            Ok(adjoints.map(|at| ROUNDING * adjoints_of[at][k].value().norm()))
+        });
+        let columns = varied.derivatives(values, None, &|other| {
+            let slopes = ends.iter().zip(&adjoints_of).map(|(one, adjoints)| {
                 let transfer = one.transfer(other)?;
                 let along = adjoints.iter().map(|adjoint| adjoint.along(&transfer));
                 Some(along.collect::<Vec<_>>())
@@ -257,8 +308,9 @@ impl Measured {
             let each = self.each_value(|asked, function, k| {
                 Some(slopes[used.binary_search(&(asked, function)).ok()?][k])
             });
-            each.ok()?
-        })
+            each.ok()
+        });
+        Some(cleared(columns?, values, &least.ok()?))
     }
 
     fn of_tangents(
@@ -276,28 +328,66 @@ impl Measured {
         })?;
         let each = rates.iter().map(|rates| {
             let system = here.tangent_system(rates).ok()?;
-            let problem = here.tangent(&system, rates);
-            let trajectory = ResponsePlan::of(&problem).ok()?.run(&problem).ok()?;
-            self.each_instant(&trajectory).ok()?
+            let slopes = |precision: Precision| {
+                let problem = here.tangent(&system, rates).to(precision);
+                let trajectory = ResponsePlan::of(&problem).ok()?.run(&problem).ok()?;
+                let bounded = self.each(|of, k| {
+                    let Of::Output(output) = of else {
+                        return Ok(None);
+                    };
+                    let bound = trajectory.output_bound(output)[k];
+                    let bound = bound.filter(|_| !trajectory.is_doubtful(k));
+                    Ok(bound.map(|bound| (trajectory.output(output)[k], bound)))
+                });
+                bounded.ok()
+            };
+            let quick = slopes(Precision::Double);
+            let is_good = quick.as_ref().is_some_and(|slopes| self.is_good(slopes));
+            let found = match is_good {
+                true => quick,
+                false => slopes(Precision::default()).or(quick),
+            };
+            // What lies within its bound is not shown to be any dependence.
+            let each = found?.into_iter();
+            let each = each.map(|(slope, bound)| if slope.abs() <= bound { 0.0 } else { slope });
+            Some(each.collect())
         });
         each.collect()
+    }
+
+    /// Whether derivatives, with their bounds, are known to as many digits as a fit needs to tell parameters apart.
+    fn is_good(&self, slopes: &[(f64, f64)]) -> bool {
+        const ENOUGH: f64 = 1e-9;
+        let entries = self.columns.iter().flat_map(|column| &column.entries);
+        let (mut size, mut off) = (0f64, 0f64);
+        for (entry, (slope, bound)) in entries.zip(slopes) {
+            let weight = entry.per_model(false);
+            size = size.hypot(slope * weight);
+            off = off.hypot(bound * weight);
+        }
+        off <= ENOUGH * size
     }
 
     fn each<T>(
         &self,
         value: impl Fn(Of, usize) -> Result<Option<T>, String>,
-    ) -> Result<Option<Vec<T>>, String> {
+    ) -> Result<Vec<T>, Lack> {
         let all = self.columns.iter();
         let all = all.flat_map(|column| {
-            column
-                .entries
-                .iter()
-                .map(|entry| value(column.of, entry.at))
+            let each = column.entries.iter();
+            each.map(|entry| {
+                value(column.of, entry.at)?.ok_or_else(|| {
+                    Lack::Number(format!(
+                        "the scene gives no good number in place of {:?} in column {:?}, line {}",
+                        entry.value, column.name, entry.line
+                    ))
+                })
+            })
         });
         all.collect()
     }
 
-    fn of_modes(&self, scene: &Scene, precision: Precision) -> Result<Option<Vec<f64>>, String> {
+    fn of_modes(&self, scene: &Scene, precision: Precision) -> Result<Vec<f64>, Lack> {
         let modes = scene.system().modes_to(precision);
         let modes = modes.map_err(|error| error.to_string())?;
         let all: Vec<_> = modes.into_iter().collect();
@@ -328,7 +418,7 @@ impl Measured {
         precision: Precision,
         at: &[f64],
         asked: &[Asked],
-    ) -> Result<Option<Vec<f64>>, String> {
+    ) -> Result<Vec<f64>, Lack> {
         let all: Vec<FrequencyFunctions> = asked
             .iter()
             .map(|one| one.at(scene, precision, at))
@@ -343,7 +433,7 @@ impl Measured {
     fn each_value(
         &self,
         value: impl Fn(usize, usize, usize) -> Option<Complex<f64>>,
-    ) -> Result<Option<Vec<f64>>, String> {
+    ) -> Result<Vec<f64>, Lack> {
         self.each(|of, k| {
             let Of::Function {
                 asked,
@@ -364,14 +454,10 @@ impl Measured {
         precision: Precision,
         instants: &[u64],
         outputs: &[Combination],
-    ) -> Result<Option<Vec<f64>>, String> {
+    ) -> Result<Vec<f64>, Lack> {
         let problem = question(scene, precision, instants, outputs)?;
         let plan = ResponsePlan::of(&problem).map_err(|error| error.to_string())?;
         let trajectory = plan.run(&problem).map_err(|error| error.to_string())?;
-        self.each_instant(&trajectory)
-    }
-
-    fn each_instant(&self, trajectory: &Trajectory) -> Result<Option<Vec<f64>>, String> {
         self.each(|of, k| {
             let Of::Output(output) = of else {
                 return Ok(None);
@@ -380,6 +466,18 @@ impl Measured {
             Ok((!trajectory.is_doubtful(k)).then_some(value))
         })
     }
+}
+
+/// Derivatives by some numbers: those by which a change of such a number by all of itself shows no more than the least are 0.
+fn cleared(mut columns: Vec<Vec<f64>>, numbers: &[f64], least: &[f64]) -> Vec<Vec<f64>> {
+    for (column, number) in columns.iter_mut().zip(numbers) {
+        for (slope, least) in column.iter_mut().zip(least) {
+            if (*slope * number).abs() <= *least {
+                *slope = 0.0;
+            }
+        }
+    }
+    columns
 }
 
 /// The motion that gives these outputs at these instants.

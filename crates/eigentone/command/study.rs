@@ -369,6 +369,7 @@ impl Varied {
             let most = ((values[i] - low) / spacing).floor().min(8.0);
             let below = 4.0f64.max(least).min(most.max(0.0)) as usize;
             let mut sum: Option<Vec<f64>> = None;
+            let mut first: Option<Vec<f64>> = None;
             for (node, weight) in difference(below.min(8)).into_iter().enumerate() {
                 let mut moved = values.to_vec();
                 moved[i] += (node as f64 - below as f64) * spacing;
@@ -377,8 +378,10 @@ impl Varied {
                 if sum.len() != measured.len() {
                     return None;
                 }
-                let terms = sum.iter_mut().zip(measured);
-                terms.for_each(|(sum, value)| *sum += weight * value / spacing);
+                // The weights sum to 0, and beside the first value what does not change leaves exactly nothing.
+                let first = first.get_or_insert_with(|| measured.clone());
+                let terms = sum.iter_mut().zip(measured.iter().zip(&*first));
+                terms.for_each(|(sum, (value, first))| *sum += weight * (value - first) / spacing);
             }
             sum.filter(|sum| sum.iter().all(|slope| slope.is_finite()))
         };
@@ -587,9 +590,9 @@ pub fn sensitivities<'a, 'm>(
     each.collect()
 }
 
-/// The numbers of a problem beside another; `None` where loads differ too.
+/// How far the numbers of a problem are from those of another beside it; `None` where loads differ too.
 pub fn numbers_beside(here: &Problem<'_>, there: &Problem<'_>) -> Option<Vec<f64>> {
-    (there.drives() == here.drives()).then(|| there.numbers())
+    (there.drives() == here.drives()).then(|| there.numbers_beyond(here))?
 }
 
 /// Refuses what has no linear motion in time.

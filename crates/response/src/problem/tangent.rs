@@ -4,6 +4,7 @@
 //! system, [M 0; M′ M] and so on: its state matrix is block-triangular, and its exponential has the derivative of the exponential
 //! beside it (Van Loan 1978, *IEEE Trans. Autom. Control* 23; Najfeld & Havel 1995, *Adv. Appl. Math.* 16).
 
+use eigentone_digits::DoubleDouble;
 use eigentone_modes::{BuildError, MatrixKind, System};
 use faer::Mat;
 
@@ -14,6 +15,7 @@ use super::question::Problem;
 const KINDS: [MatrixKind; 3] = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
 
 /// Where in a list of numbers those of each part are.
+#[derive(PartialEq)]
 struct Layout {
     n: usize,
     supports: usize,
@@ -56,36 +58,50 @@ impl<'a> Problem<'a> {
     /// The numbers of its equations: M, C, K, the initial state, where signals act, and what combinations are made of, in an order
     /// that is the same for problems alike but for numbers.
     pub fn numbers(&self) -> Vec<f64> {
+        let mut numbers = vec![0.0; Layout::of(self).len()];
+        self.each_number(|at, by| numbers[at] += by);
+        numbers
+    }
+
+    /// By how much these numbers are more than those of another problem: what springs and dampers add to both is no part of the
+    /// rounding. `None` for one with other matrices, signals or combinations than in number.
+    pub fn numbers_beyond(&self, other: &Problem<'_>) -> Option<Vec<f64>> {
+        let (layout, others) = (Layout::of(self), Layout::of(other));
+        if layout != others {
+            return None;
+        }
+        let mut numbers = vec![DoubleDouble::from(0.0); layout.len()];
+        self.each_number(|at, by| numbers[at] += by.into());
+        other.each_number(|at, by| numbers[at] -= by.into());
+        Some(numbers.into_iter().map(DoubleDouble::to_f64).collect())
+    }
+
+    /// What each number is the sum of.
+    fn each_number(&self, mut add: impl FnMut(usize, f64)) {
         let layout = Layout::of(self);
-        let mut numbers = vec![0.0; layout.len()];
         for (k, kind) in KINDS.into_iter().enumerate() {
             let start = layout.matrix(k);
             for term in self.system().terms(kind) {
-                numbers[start + term.row * layout.n + term.column] += term.value;
+                add(start + term.row * layout.n + term.column, term.value);
             }
         }
         let initial = [self.initial_displacement(), self.initial_velocity()];
         for (order, values) in initial.into_iter().enumerate() {
             let start = layout.initial(order);
-            numbers[start..start + layout.n].copy_from_slice(values);
+            (start..).zip(values).for_each(|(at, by)| add(at, *by));
         }
         for (at, channel) in self.channels().iter().enumerate() {
             for (order, direction) in channel.directions.iter().enumerate() {
                 let start = layout.channel(at, order);
-                direction
-                    .iter()
-                    .for_each(|(row, by)| numbers[start + row] += by);
+                direction.iter().for_each(|(row, by)| add(start + row, *by));
             }
         }
         for (at, source) in self.sources().iter().enumerate() {
             for (order, terms) in source.terms.iter().enumerate() {
                 let start = layout.source(at, order);
-                terms
-                    .iter()
-                    .for_each(|(i, [a, b])| numbers[start + i] += a * b);
+                terms.iter().for_each(|(i, [a, b])| add(start + i, a * b));
             }
         }
-        numbers
     }
 
     /// The system of a motion beside its derivative, where its [`numbers`](Self::numbers) change at these rates. Of its 2n coordinates
@@ -136,7 +152,7 @@ impl<'a> Problem<'a> {
     /// let (here, there) = (system(4.0)?, system(5.0)?);
     /// let question = |system| Response::of(system).load("m", Step::of(1.0)).every(0.5).until(2.0).problem();
     /// let (here, there) = (question(&here)?, question(&there)?);
-    /// let rates: Vec<f64> = there.numbers().iter().zip(here.numbers()).map(|(b, a)| b - a).collect();
+    /// let rates = there.numbers_beyond(&here).expect("alike");
     /// let system = here.tangent_system(&rates)?;
     /// let problem = here.tangent(&system, &rates);
     /// let motion = ResponsePlan::of(&problem)?.run(&problem)?;

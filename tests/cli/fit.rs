@@ -261,9 +261,113 @@ fn measurements_that_do_not_fit_the_scene_are_refused() {
         let error = refused(&["fit", &start, "--vary", vary, "--to", file], 2);
         assert!(error.contains(says), "{table}: {error}");
     }
+    // A mode that does not swing has no damping ratio.
+    let creeping = scene(&folder.join("creeping.json"), [1.0, 0.05, 9.0]);
+    fs::write(file, "mode,damping_ratio\n2,0.03\n1,0.25\n").expect("it can be written");
+    let error = refused(
+        &["fit", &creeping, "--vary", "k.stiffness", "--to", file],
+        2,
+    );
+    let says = "no good number in place of 0.25 in column \"damping_ratio\", line 3";
+    assert!(error.contains(says), "{error}");
     let lost = refused(
         &["fit", &start, "--vary", "k.stiffness", "--to", "lost.csv"],
         2,
     );
     assert!(lost.contains("lost.csv"), "{lost}");
+}
+
+/// Numbers on which no measurement depends: a mass that stays where its spring holds a force, and halves that move alike, between
+/// which nothing is stretched.
+#[test]
+fn what_nothing_depends_on_is_not_determined() {
+    let folder = fresh("fit-independent");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let write = |name: &str, text: &str| {
+        let file = folder.join(name);
+        fs::write(&file, text).expect("it can be written");
+        file.to_str().expect("a UTF-8 path").to_owned()
+    };
+    let held = write(
+        "held.json",
+        r#"{"masses": [{"name": "a", "mass": 1}],
+  "springs": [{"name": "k", "between": ["ground", "a"], "stiffness": 4}],
+  "dampers": [{"name": "c", "between": ["ground", "a"], "damping": 1}],
+  "initial": {"a": {"displacement": 1}}, "loads": [{"on": "a", "step": {"force": 4}}],
+  "time": {"end": 0.5, "step": 0.25}}"#,
+    );
+    let alike = write(
+        "alike.json",
+        r#"{"masses": [{"name": "a", "mass": 1.3}, {"name": "b", "mass": 1.3}], "supports": ["s"],
+  "springs": [{"between": ["s", "a"], "stiffness": 4.1}, {"between": ["s", "b"], "stiffness": 4.1},
+              {"name": "k", "between": ["a", "b"], "stiffness": 0.77}],
+  "dampers": [{"between": ["s", "a"], "damping": 0.1}, {"between": ["s", "b"], "damping": 0.1},
+              {"name": "c", "between": ["a", "b"], "damping": 0.1}],
+  "initial": {"a": {"displacement": 0.3}, "b": {"displacement": 0.3}}, "time": {"end": 1, "step": 0.5}}"#,
+    );
+    let still =
+        "time [s],displacement a [m],velocity a [m/s]\n0,1,0.001\n0.25,1,-0.001\n0.5,1,0.0005\n";
+    let mode = "mode,natural_frequency [rad/s],damping_ratio\n1,1.7759,0.0217\n";
+    let moves = "time [s],displacement a [m],velocity b [m/s]\n0.5,0.19,-0.41\n1,-0.05,-0.5\n";
+    let passes = "frequency [rad/s],s → a re [m/m],s → a im [m/m]\n0.3,1.03,-0.001\n1,1.4,-0.01\n";
+    for (scene, table, named) in [
+        (&held, still, "c.damping"),
+        (&alike, mode, "k.stiffness"),
+        (&alike, mode, "c.damping"),
+        (&alike, moves, "k.stiffness"),
+        (&alike, moves, "c.damping"),
+        (&alike, passes, "k.stiffness"),
+        (&alike, passes, "c.damping"),
+    ] {
+        let file = write("data.csv", table);
+        let text = printed(&["fit", scene, "--to", &file, "--vary", named]);
+        let says = format!("not determined: no measurement changes with {named}");
+        assert!(
+            text.contains("± ?") && text.contains(&says) && !text.contains("best found"),
+            "{table}{text}"
+        );
+    }
+}
+
+/// What doubles do not show: a mass that no spring holds, m x″ + c x′ = 0 in closed form, and ratios below the rounding of other roots.
+#[test]
+fn what_doubles_do_not_show_is_fitted_with_proof() {
+    let folder = fresh("fit-proven");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let found = |scene: &str, table: &str, named: &str| {
+        let [to, from] = ["data.csv", "scene.json"].map(|name| folder.join(name));
+        fs::write(&to, table).expect("it can be written");
+        fs::write(&from, scene).expect("it can be written");
+        let [to, from] = [&to, &from].map(|file| file.to_str().expect("a UTF-8 path"));
+        let answer = parsed(&["fit", from, "--to", to, "--vary", named, "--json"]);
+        assert_eq!(answer["local_minimum"], true, "{answer}");
+        answer["parameters"][named].as_f64().expect("a number")
+    };
+    let free = r#"{"masses": [{"name": "a", "mass": 1}], "dampers": [{"name": "c", "between": ["ground", "a"], "damping": 0.7}],
+  "initial": {"a": {"velocity": 1}}, "time": {"end": 2, "step": 0.25}}"#;
+    let mut table = "time [s],displacement a [m],velocity a [m/s]\n".to_owned();
+    for k in 0..=8 {
+        let time = 0.25 * f64::from(k);
+        let (x, v) = ((1.0 - (-0.5 * time).exp()) / 0.5, (-0.5 * time).exp());
+        table += &format!("{time:?},{x:?},{v:?}\n");
+    }
+    assert!((found(free, &table, "c.damping") - 0.5).abs() < 1e-13);
+    // The beam is damped by what moves with its end alone.
+    let beam = |stiffness: f64| {
+        format!(
+            r#"{{"masses": [{{"name": "a", "mass": 2.7}}, {{"name": "b", "mass": 0.43}}],
+  "springs": [{{"name": "k", "between": ["ground", "a"], "stiffness": {stiffness:?}}},
+              {{"between": ["a", "b"], "stiffness": 2.89}}, {{"between": ["a", "beam.2.w"], "stiffness": 1}}],
+  "dampers": [{{"between": ["ground", "a"], "damping": 0.1}}, {{"between": ["a", "b"], "damping": 0.04}}],
+  "beams": [{{"name": "beam", "length": 1.3, "elements": 2, "flexural_rigidity": 2, "mass_per_length": 0.5,
+             "ends": ["clamped", "free"]}}]}}"#
+        )
+    };
+    let file = folder.join("truth.json");
+    fs::write(&file, beam(3.16)).expect("it can be written");
+    let modes = printed(&["modes", file.to_str().expect("a UTF-8 path"), "--csv"]);
+    let table = kept(&modes, |name| {
+        name == "natural_frequency [rad/s]" || name == "damping_ratio"
+    });
+    assert!((found(&beam(3.3), &table, "k.stiffness") - 3.16).abs() < 1e-12);
 }

@@ -182,6 +182,8 @@ fn the_best_model_may_lie_at_the_border_of_all_models() {
     assert!((0.25..0.3).contains(&found.point[0]), "{found:?}");
     assert_eq!(found.residuals[0], found.point[0] + 1.0);
     assert!(found.evaluations > 10);
+    // It did not come to rest where no step makes the sum less.
+    assert!(!found.is_settled && found.interval == [None], "{found:?}");
     // Below 0.9 there is the first model that is asked for, and none beside it.
     let mut first = None;
     let found = fit(&[1.0], false, |p| {
@@ -199,4 +201,17 @@ fn the_best_model_may_lie_at_the_border_of_all_models() {
     for wrong in [0.0, f64::NAN, f64::INFINITY] {
         assert!(named(start(&[1.0, wrong])), "{wrong}");
     }
+}
+
+/// The second parameter cancels from the last residual, but for rounding.
+#[test]
+fn what_rounding_leaves_is_no_dependence() {
+    let found = fit(&[2.0, 3.0], false, |p| {
+        let rest = 0.7 * p[1] + 0.1 - 0.1 - 0.7 * p[1];
+        Some(vec![p[0] - 2.5, p[0] - 2.4, rest])
+    });
+    let found = found.expect("a fit");
+    assert_eq!(found.undetermined, [[0.0, 1.0]], "{found:?}");
+    assert!(found.interval[0].is_some() && found.interval[1].is_none());
+    assert!((found.point[0] - 2.45).abs() < 1e-14 && found.point[1] == 3.0);
 }

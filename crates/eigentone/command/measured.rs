@@ -378,7 +378,7 @@ impl Measured {
             each.map(|entry| {
                 value(column.of, entry.at)?.ok_or_else(|| {
                     Lack::Number(format!(
-                        "the scene gives no good number in place of {:?} in column {:?}, line {}",
+                        "the scene gives no good number in place of {:?} in column {:?}, line {} of the measurements",
                         entry.value, column.name, entry.line
                     ))
                 })

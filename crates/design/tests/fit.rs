@@ -207,7 +207,7 @@ fn the_best_model_may_lie_at_the_border_of_all_models() {
 #[test]
 fn what_rounding_leaves_is_no_dependence() {
     let found = fit(&[2.0, 3.0], false, |p| {
-        let rest = 0.7 * p[1] + 0.1 - 0.1 - 0.7 * p[1];
+        let rest = 0.7 * p[1] + 1e3 - 1e3 - 0.7 * p[1];
         Some(vec![p[0] - 2.5, p[0] - 2.4, rest])
     });
     let found = found.expect("a fit");

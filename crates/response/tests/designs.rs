@@ -866,6 +866,34 @@ fn rates(numbers: &[f64], at: usize, asked: fn(&System) -> Response<'_>) -> Vec<
     both.map(|(up, down)| (up - down) / numbers[at]).collect()
 }
 
+/// A spring is added to another on the diagonal, and alone beside it: both change by the same double, to the last bit.
+#[test]
+fn numbers_differ_by_what_springs_differ_by() {
+    let (here, there) = (0.77, 0.77 * (1.0 + 1.0 / 128.0));
+    let system = |between: f64| {
+        let builder = System::builder().mass("a", 1.3).mass("b", 1.3);
+        let builder = builder.spring(GROUND, "a", 4.1).spring(GROUND, "b", 4.1);
+        builder.spring("a", "b", between).build().unwrap()
+    };
+    let [first, second] = [here, there].map(system);
+    let problem = |system| {
+        Response::of(system)
+            .every(0.5)
+            .until(1.0)
+            .problem()
+            .unwrap()
+    };
+    let by = problem(&second).numbers_beyond(&problem(&first)).unwrap();
+    // M, C and K, each by rows, and nothing in the initial state.
+    let step: f64 = there - here;
+    assert_eq!(by[8..12], [step, -step, -step, step]);
+    assert!(by[..8].iter().chain(&by[12..]).all(|by| *by == 0.0));
+    let sums = [here, there].map(|between| 4.1 + between);
+    assert_ne!(sums[1] - sums[0], step);
+    let one = System::builder().mass("a", 1.0).build().unwrap();
+    assert_eq!(problem(&one).numbers_beyond(&problem(&first)), None);
+}
+
 #[test]
 fn derivatives_of_motions_are_those_of_proven_motions() {
     let numbers = random(&mut Dice(31), 3, 0.03);

@@ -292,6 +292,8 @@ struct Outputs {
     columns: Vec<Columns<DoubleDouble>>,
     /// How many entries of a row belong to states.
     states: usize,
+    /// Where the straight loads begin.
+    straight: usize,
     /// How far each quantity may be off beside the 2-norms of states and of loads: by the error of its row, which is all there
     /// is where the exact entries cancel.
     off: Vec<[f64; 2]>,
@@ -361,6 +363,7 @@ impl Outputs {
             more,
             columns,
             states,
+            straight: generator.straight,
         }
     }
 
@@ -496,7 +499,9 @@ impl Way {
 
     /// The whole way, its half, ….
     fn begin(&mut self, squares: &[Normed<DoubleDouble>]) {
-        self.whole = squares.first().cloned().map(Step::of);
+        let straight = self.outputs.straight;
+        let whole = squares.first().cloned();
+        self.whole = whole.map(|power| Step::of(power, straight));
         squares.iter().for_each(|power| self.know(power));
     }
 

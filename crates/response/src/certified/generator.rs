@@ -8,7 +8,7 @@ use crate::problem::{Known, Piece, Problem, Pulse, Rate, Source, StraightLoad, m
 
 /// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
 /// frequency, and of each pulse; the force on each coordinate, or the signal of each channel, with a straight load; its
-/// slope where it has one. Loads are in units of powers of two in which their work over the whole time is about that of 1.
+/// slope where it has one. Loads are in units of powers of two in which what they do in a step is about 1.
 pub(crate) struct Generator<T> {
     /// W: block upper triangular, the states first.
     pub(crate) w: Normed<T>,
@@ -230,7 +230,19 @@ impl<T: Real> Generator<T> {
         motion.put(0, 0, &whole);
         let own_motion = motion;
 
-        // Units of the loads, by what is known not to be rounding of 0.
+        // W but for the units of the loads.
+        let turned = energy.r.times(&whole);
+        let states_alone = turned.block(0, 0, own, own).times(&energy.y);
+        let mut w = own_motion.clone();
+        w.put(0, 0, &turned);
+        w.put(0, 0, &states_alone);
+        // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
+        let inexact = energy.defect + energy.defect;
+        let inside = inexact * frobenius(&states_alone);
+
+        // Units of the loads: by what they do in a step, so that a step does not lengthen errors, and those of loads weigh little.
+        let span = Magnitude::from(problem.grid().step().min(horizon));
+        // By what is known not to be rounding of 0.
         let known = |matrix: &BallMatrix<G>, i: usize, j: usize| {
             let size = matrix.middle(i, j).upper();
             match matrix.radius(i, j) < size {
@@ -238,23 +250,22 @@ impl<T: Real> Generator<T> {
                 false => Magnitude::ZERO,
             }
         };
-        let pushed = energy.r.times(&whole.block(0, own, own, size - own));
         let strength = |column: usize| {
             let squares = (0..own).map(|i| {
-                let size = known(&pushed, i, column - own);
+                let size = known(&w, i, column);
                 size * size
             });
             let norm = squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt();
-            (norm * Magnitude::from(horizon)).exponent()
+            (norm * span).exponent()
         };
-        let epoch = Magnitude::from(horizon).exponent();
+        let epoch = span.exponent();
         let mut units = vec![0i64; size];
         // What a unit of a load adds to the integrals of its own channel.
         let feeds = |units: &[i64], column: usize| {
             let rows = (own..states).filter(|row| !own_motion.is_zero(*row, column));
             let fed = rows.map(|row| {
                 let factor = known(&own_motion, row, column);
-                units[row] + (factor * Magnitude::from(horizon)).exponent()
+                units[row] + (factor * span).exponent()
             });
             fed.max().unwrap_or(i64::MIN)
         };
@@ -291,17 +302,18 @@ impl<T: Real> Generator<T> {
             }
         }
 
-        let (mut enter, mut leave) = (BallMatrix::zeros(size, size), BallMatrix::zeros(size, size));
-        enter.put(0, 0, &energy.r);
+        let mut leave = BallMatrix::zeros(size, size);
         leave.put(0, 0, &energy.y);
         for (i, unit) in units.iter().enumerate().skip(own) {
-            enter.set(i, i, G::ONE.scale(*unit), Magnitude::ZERO);
             leave.set(i, i, G::ONE.scale(-*unit), Magnitude::ZERO);
         }
-        // R⁻¹ = Y (RY)⁻¹ and ‖(RY)⁻¹ − I‖ ≤ δ/(1 − δ) ≤ 2δ.
-        let inexact = energy.defect + energy.defect;
-        let w = enter.times(&own_motion).times(&leave);
-        let inside = inexact * frobenius(&w.block(0, 0, own, own));
+        for i in 0..size {
+            for j in own..size {
+                let power = units[i] - units[j];
+                let radius = w.radius(i, j) * Magnitude::power_of_two(power);
+                w.set(i, j, w.middle(i, j).scale(power), radius);
+            }
+        }
         let w = Normed::of(&w.rounded(), states).with_more_error(inside);
         let output =
             |map: &BallMatrix<G>| Output::of(&map.times(&leave).rounded(), states, inexact);

@@ -202,7 +202,8 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
         } else {
             let (time, error) = self.driven.clock.seconds::<T>(now, end);
             let relative = (error + error) / time.magnitude();
-            let hop = Step::of(self.exponential(time, relative));
+            let power = self.exponential(time, relative);
+            let hop = Step::of(power, self.driven.generator.straight);
             self.hop(&hop, end);
         }
     }
@@ -218,7 +219,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             &mut self.next,
             self.straight_error,
         );
-        let total = step.power.true_norm() * self.drift.total() + error;
+        let total = step.carried * self.drift.total() + error;
         self.drift.restart(total);
         self.follow_slopes(end);
     }
@@ -264,8 +265,9 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
                     self.unit(time, (error + error) / time.magnitude())
                 }
             };
-            self.drift.know(self.powers.len(), power.true_norm());
-            self.powers.push(Step::of(power));
+            let step = Step::of(power, self.driven.generator.straight);
+            self.drift.know(self.powers.len(), step.carried);
+            self.powers.push(step);
         }
     }
 
@@ -308,7 +310,7 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
             if !value.is_finite() && error.is_finite() {
                 return Err(ResponseError::Overflow { index });
             }
-            // Loads are in units of what they make of the states in all the time.
+            // Loads are in units of what they do in a step.
             let parts = self.driven.generator.combinations[row].parts.iter();
             let norm = parts.fold(Magnitude::ZERO, |sum, part| sum + part.norm);
             let made_of = norm * length(&self.zeta);
@@ -398,13 +400,17 @@ impl<'a, 'b, T: Real> Walker<'a, 'b, T> {
 pub(super) struct Step<T> {
     power: Normed<T>,
     columns: Columns<T>,
+    /// By how much it lengthens errors: straight loads, which are set anew, have none that it would carry on.
+    carried: Magnitude,
 }
 
 impl<T: Real> Step<T> {
-    pub(super) fn of(power: Normed<T>) -> Step<T> {
+    /// Where the straight loads begin in ζ.
+    pub(super) fn of(power: Normed<T>, straight: usize) -> Step<T> {
         let n = power.len();
         Step {
             columns: Columns::of(n, n, |i, j| power.row(i)[j]),
+            carried: power.leading(straight).true_norm(),
             power,
         }
     }

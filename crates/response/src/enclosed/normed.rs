@@ -90,6 +90,16 @@ impl<T: Real> Normed<T> {
         self
     }
 
+    /// Its first rows and columns.
+    pub(crate) fn leading(&self, size: usize) -> Normed<T> {
+        if size == self.n {
+            return self.clone();
+        }
+        let rows = (0..size).flat_map(|i| &self.row(i)[..size]);
+        let lead = self.lead.min(size);
+        Normed::new(size, lead, rows.copied().collect(), self.error)
+    }
+
     pub(crate) fn transposed(&self) -> Normed<T> {
         let n = self.n;
         let entries = (0..n * n).map(|at| self.entries[at % n * n + at / n]);

@@ -160,7 +160,7 @@ impl<T: Real> Configuration<T> {
         let sizes: Vec<f64> = (0..n * n)
             .map(|at| whole.middle(at / n, at % n).to_f64().abs())
             .collect();
-        let scales = balance(n, &sizes);
+        let scales = balance(n, &sizes, longest);
         let entry = |i: usize, j: usize| sizes[i * n + j] * scales[i] / scales[j];
         let sums = (0..n).map(|i| {
             let across: f64 = (0..n).map(|j| entry(i, j)).sum();
@@ -304,7 +304,7 @@ impl<T: Real> Configuration<T> {
 }
 
 /// Powers of two by which rows and columns of a matrix come to about the same size (Osborne, J. ACM 7, 1960).
-fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
+fn balance(n: usize, sizes: &[f64], longest: f64) -> Vec<f64> {
     /// What is smaller beside the largest is rounding.
     const ROUNDING: f64 = 1e-15;
     /// No scale is larger, nor smaller than its inverse: what is left out of series is bounded in these scales.
@@ -317,6 +317,11 @@ fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
             0.0
         }
     };
+    /// Beside what goes to and fro, what only follows it is smaller than this part, so that steps are not shorter for it.
+    const PART: f64 = 1.0 / 64.0;
+    // What goes to and fro between two entries, which no scales change.
+    let mutual = (0..n * n).map(|at| (size(at) * size(at % n * n + at / n)).sqrt());
+    let follows = (PART * mutual.fold(0.0, f64::max)).max(1.0 / longest);
     let mut scales = vec![1.0f64; n];
     for _ in 0..20 {
         let mut done = true;
@@ -337,7 +342,7 @@ fn balance(n: usize, sizes: &[f64]) -> Vec<f64> {
                 }
             } else if across > 0.0 {
                 // Nothing depends on it: it is made small beside what it depends on.
-                scales[i] *= 2f64.powi(-across.log2().floor() as i32);
+                scales[i] *= 2f64.powi((follows / across).log2().floor() as i32);
             }
         }
         if done {

@@ -322,7 +322,11 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             let [_, body] = driven.form(2 * index + 1).map(row);
             let reply = dot(&rate.entries, &push).to_f64();
             let moved = dot(&stretch.entries, &push).to_f64().abs();
-            let certain = rate.norm * length_of(&push);
+            // A support moves with no force, however far.
+            let felt = rate.rounded.iter().zip(&push);
+            let felt = felt.filter(|(_, push)| !push.is_zero());
+            let felt: Vec<f64> = felt.map(|(entry, _)| *entry).collect();
+            let certain = length(&felt) * length_of(&push);
             if driven.gives_way(&question.forms[index][0])
                 || reply <= 1e-12 * certain
                 || moved > 1e-12 * certain * longest
@@ -1037,4 +1041,139 @@ fn moved<T: Real>(configuration: &Configuration<T>, zeta: &[T]) -> Vec<f64> {
     let zeta: Vec<f64> = zeta.iter().map(|entry| entry.to_f64()).collect();
     let row = |i: usize| configuration.rounded[i * n..(i + 1) * n].iter().zip(&zeta);
     (0..n).map(|i| row(i).map(|(a, b)| a * b).sum()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use eigentone_digits::Wide;
+    use eigentone_modes::{GROUND, System};
+    use eigentone_response::{Harmonic, Ramp, Response, State};
+
+    use super::*;
+    use crate::event::EventKind;
+    use crate::switch::{ControlledDamper, Friction, Stop};
+    use crate::switching::Switching;
+
+    /// Units of mass, time and length.
+    type Units = [f64; 3];
+
+    /// What came of a motion, in units of its own.
+    #[derive(Debug)]
+    struct Passed {
+        events: Vec<(usize, EventKind, f64)>,
+        steps: f64,
+        /// Displacements and then velocities.
+        end: Vec<f64>,
+    }
+
+    fn passed(ask: Response<'_>, switches: Vec<Switch>, [_, s, m]: Units) -> Passed {
+        let problem = ask.problem().expect("a problem");
+        let switching = Switching::new(&problem, switches).expect("switches");
+        let question = switching.question();
+        let march = March::<DoubleDouble>::of::<Wide<4>>(question, Doubt::Refused, 1e-15);
+        let mut march = march.unwrap_or_else(|halt| panic!("{}", SwitchingError::from(halt)));
+        let end = problem.grid().time(problem.grid().last());
+        let gone = march.go((DoubleDouble::from(end), 0.0), true, &mut |_, _, _, _| {});
+        gone.unwrap_or_else(|halt| panic!("{}", SwitchingError::from(halt)));
+        let motion = march.motion();
+        let units = |i: usize| if 2 * i < motion.len() { m } else { m / s };
+        let at = |(i, row): (usize, &Row<_>)| row.at(&march.zeta).to_f64() / units(i);
+        let events = march.events.iter();
+        Passed {
+            end: motion.iter().enumerate().map(at).collect(),
+            events: events
+                .map(|event| (event.switch, event.kind, event.time / s))
+                .collect(),
+            steps: (BUDGET - march.budget) / march.cost,
+        }
+    }
+
+    fn between(a: &str, b: &str) -> [String; 2] {
+        [a.into(), b.into()]
+    }
+
+    /// Half swings of π s, each of which loses 2·0.02 m of 0.25 m.
+    fn friction([kg, s, m]: Units) -> Passed {
+        let [force, stiffness] = [kg * m / (s * s), kg / (s * s)];
+        let system = System::builder().mass("m", kg);
+        let system = system.spring(GROUND, "m", stiffness).build();
+        let system = system.expect("a system");
+        let from = State::at_rest().displace("m", 0.25 * m);
+        let ask = Response::of(&system).from(from);
+        let friction = Switch::Friction(Friction {
+            between: between(GROUND, "m"),
+            force: 0.02 * force,
+            static_force: 0.02 * force,
+        });
+        passed(
+            ask.every(0.5 * s).until(32.0 * s),
+            vec![friction],
+            [kg, s, m],
+        )
+    }
+
+    /// Half swings of π s on one side of 0, and of π/2 s in the stop on the other.
+    fn stop([kg, s, m]: Units) -> Passed {
+        let stiffness = kg / (s * s);
+        let system = System::builder().mass("m", kg);
+        let system = system.spring(GROUND, "m", stiffness).build();
+        let system = system.expect("a system");
+        let from = State::at_rest().displace("m", -0.25 * m);
+        let ask = Response::of(&system).from(from);
+        let stop = Switch::Stop(Stop {
+            between: between(GROUND, "m"),
+            gap: 0.0,
+            stiffness: 3.0 * stiffness,
+            damping: 0.0,
+        });
+        passed(ask.every(0.5 * s).until(32.0 * s), vec![stop], [kg, s, m])
+    }
+
+    /// A ramp and a harmonic load beside an on-off damper.
+    fn loaded([kg, s, m]: Units) -> Passed {
+        let force = kg * m / (s * s);
+        let system = System::builder().mass("a", 0.9 * kg).mass("b", 0.4 * kg);
+        let system = system.spring(GROUND, "a", 12.0 * kg / (s * s));
+        let system = system.spring("a", "b", 90.0 * kg / (s * s)).build();
+        let system = system.expect("a system");
+        let from = State::at_rest()
+            .displace("a", -0.2 * m)
+            .push("a", -0.3 * m / s);
+        let ask = Response::of(&system).from(from);
+        let ask = ask.load("b", Harmonic::of(16.0 * force, 5.5 / s).with_phase(2.5));
+        let ask = ask.load("b", Ramp::of(-2.7 * force / s));
+        let damper = Switch::ControlledDamper(ControlledDamper {
+            between: between("a", "b"),
+            low: 0.11 * kg / s,
+            high: 10.0 * kg / s,
+            law: DamperLaw::OnOffSkyhook,
+        });
+        passed(ask.every(0.1 * s).until(2.4 * s), vec![damper], [kg, s, m])
+    }
+
+    #[test]
+    fn a_motion_takes_as_many_steps_in_any_units() {
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * (1.0 + b.abs());
+        for scene in [friction, stop, loaded] {
+            let plain = scene([1.0; 3]);
+            assert!(plain.events.len() > 3 && plain.steps < 200.0, "{plain:?}");
+            for (unit, power) in (0..9).map(|k| (k / 3, 30 * (k % 3) - 30)) {
+                let mut units = [1.0; 3];
+                units[unit as usize] = 2f64.powi(power);
+                let other = scene(units);
+                let mut events = plain.events.iter().zip(&other.events);
+                let alike = plain.events.len() == other.events.len()
+                    && events.all(|(a, b)| (a.0, a.1) == (b.0, b.1) && close(a.2, b.2));
+                let ends = plain.end.iter().zip(&other.end).all(|(a, b)| close(*a, *b));
+                let steps = (plain.steps - other.steps).abs() <= 0.25 * plain.steps;
+                assert!(alike && ends && steps, "{unit} {power} {plain:?} {other:?}");
+            }
+        }
+        // Each half swing of π s loses 2·0.02 m: the sixth ends within 0.02 m of 0.
+        let rest = friction([1.0; 3]);
+        let (_, kind, time) = rest.events[rest.events.len() - 1];
+        assert!(kind == EventKind::Stick && close(time, 6.0 * PI) && close(rest.end[0], 0.01));
+    }
 }

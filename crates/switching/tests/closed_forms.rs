@@ -80,6 +80,21 @@ fn friction_takes_the_same_from_every_swing() {
     }
 }
 
+/// A support moves as 1e6 m·sin(t/µs) below 1 kg that 5e17 N drag along, so that in units of 1e6 m and µs the speeds are cos t and t/2 until they
+/// meet. However far a support moves, the mass stays a mass.
+#[test]
+fn what_a_support_drags_very_far_has_a_mass() {
+    let system = System::builder().support("s").mass("m", 1.0);
+    let system = system.build().expect("a system");
+    let ask = Response::of(&system);
+    let ask = ask.motion("s", Quantity::Displacement, Harmonic::of(1e6, 1e6));
+    let motion = run(
+        ask.every(1e-7).until(2e-6),
+        vec![friction("s", "m", 5e17, 5e17)],
+    );
+    close(motion.events()[0].time, 1.0298665293222589 * 1e-6, 1e-13);
+}
+
 /// Two masses stick together and slide on the ground until they stop at 1/3 s, where 5 N turn them round. While the force of the ground
 /// turns from 1 N to 2 N the other way, the friction between them carries 2 to 3.5 N of its 4 N: it holds. In whatever order they are listed.
 #[test]

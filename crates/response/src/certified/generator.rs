@@ -230,6 +230,8 @@ impl<T: Real> Generator<T> {
         motion.put(0, 0, &whole);
         let own_motion = motion;
 
+        /// Far below all units.
+        const NOTHING: i64 = i64::MIN / 2;
         // W but for the units of the loads.
         let turned = energy.r.times(&whole);
         let states_alone = turned.block(0, 0, own, own).times(&energy.y);
@@ -256,7 +258,10 @@ impl<T: Real> Generator<T> {
                 size * size
             });
             let norm = squares.fold(Magnitude::ZERO, |a, b| a + b).sqrt();
-            (norm * span).exponent()
+            match norm.is_zero() {
+                true => NOTHING,
+                false => (norm * span).exponent(),
+            }
         };
         let epoch = span.exponent();
         let mut units = vec![0i64; size];
@@ -267,7 +272,7 @@ impl<T: Real> Generator<T> {
                 let factor = known(&own_motion, row, column);
                 units[row] + (factor * span).exponent()
             });
-            fed.max().unwrap_or(i64::MIN)
+            fed.max().unwrap_or(NOTHING)
         };
         for column in own..states {
             units[column] = strength(column).max(feeds(&units, column));
@@ -284,6 +289,9 @@ impl<T: Real> Generator<T> {
                     .max(units[at] + epoch);
             }
         }
+        // What moves nothing has any.
+        let idle = units.iter_mut().filter(|unit| **unit < NOTHING / 2);
+        idle.for_each(|unit| *unit = 0);
         let velocity = position.times(&own_motion);
         let acceleration = velocity.times(&own_motion);
         let sources = || problem.sources().iter().chain(more);

@@ -424,11 +424,11 @@ fn mode_errors(listing: &mut Listing) {
     let constraint = matrices(node, zero, [[1.0, 1.0], [1.0, 0.0]]);
     let one_way = matrices(node, [[0.0, 1.0], [1.0, 0.0]], unit);
     let massless = single(0.0, 1.0, 1.0);
-    // Beside dampers of 1e20 and 1 double-doubles lose that of 1e-20, by which p and q hang on a.
+    // Beside dampers of 1e100 and 1 even 384 bits lose that of 1e-100, by which p and q hang on a.
     let weak = System::builder().mass("a", 1.0).damper(GROUND, "a", 1.0);
     let weak = weak.mass("p", 0.0).mass("q", 0.0).spring("p", "q", 1.0);
-    let weak = weak.damper("p", "q", 1e20).damper("p", "q", 1.0);
-    let weak = weak.damper("a", "p", 1e-20);
+    let weak = weak.damper("p", "q", 1e100).damper("p", "q", 1.0);
+    let weak = weak.damper("a", "p", 1e-100);
     let weak = weak.build().expect("a system");
     let twins = matrices(unit, zero, unit);
     let at_rest = Frequency::from_radians_per_second(0.0);
@@ -575,6 +575,14 @@ fn response_errors(listing: &mut Listing) {
         .damper("both", GROUND, 1.0)
         .build()
         .expect("a system");
+    // What the support's damper passes on, another one takes back.
+    let passed_on = System::builder().mass("p", 0.0).support("road");
+    let passed_on = passed_on
+        .spring("p", GROUND, 1.0)
+        .damper("road", "p", 1.0)
+        .damper("p", GROUND, -1.0)
+        .build()
+        .expect("a system");
     let carried = System::builder().mass("m0", 1.0).support("road");
     let carried = carried
         .point("p", [("m0", 1.0), ("road", 1.0)], 1.0)
@@ -643,7 +651,7 @@ fn response_errors(listing: &mut Listing) {
     }
     list! { listing:
         kerb(&quarter, "wall", Step::of(1.0).into()).run();
-        kerb(&quarter, "road", Step::of(1.0).into()).run();
+        kerb(&passed_on, "road", Step::of(1.0).into()).run();
         kerb(&quarter, "road", Impulse::of(1.0).into()).run();
         of(&one).pull("tyre force", "tyre").run();
         of_motion(&quarter, Impulse::of(1.0).into());

@@ -8,7 +8,7 @@ use crate::problem::{Known, Piece, Problem, Pulse, Rate, Source, StraightLoad, m
 
 /// ζ holds, in this order: the state in energy coordinates; the integrals of the channels' signals; sine and cosine of each
 /// frequency, and of each pulse; the force on each coordinate, or the signal of each channel, with a straight load; its
-/// slope where it has one. Loads are in units of powers of two in which what they do in a step is about 1.
+/// slope where it has one. Loads are in units of powers of two in which what they do in some span of time is about 1.
 pub(crate) struct Generator<T> {
     /// W: block upper triangular, the states first.
     pub(crate) w: Normed<T>,
@@ -69,14 +69,15 @@ impl<T: Real> Generator<T> {
     /// `None` where the digits do not suffice to divide by the masses, or to change coordinates: those of G, in which W
     /// is computed before it is rounded to T. Where matrices are ill-conditioned, dividing by the masses and changing
     /// coordinates costs digits, and the exponential costs none.
-    /// Sources in `more` are combinations beside those of the problem.
+    /// Sources in `more` are combinations beside those of the problem. Loads are in units of what they do in all the time.
     pub(crate) fn of<G: Real>(problem: &Problem<'_>, more: &[Source]) -> Option<Generator<T>> {
         let form = EnclosedFirstOrder::<G>::of(problem.system()).ok()?;
-        Generator::of_form(problem, &form, more)
+        Generator::of_form(problem, &form, more, f64::INFINITY)
     }
 
-    /// The same without the states that nothing moves, where no force acts but those of the problem: what is at rest may
-    /// be unstable, and errors would grow in it.
+    /// The same for a march by steps of the grid, with loads in units of what they do in a step, so that a step does not lengthen
+    /// errors, and those of loads weigh little. It is without the states that nothing moves, where no force acts but those of
+    /// the problem: what is at rest may be unstable, and errors would grow in it.
     pub(crate) fn of_moving<G: Real>(problem: &Problem<'_>) -> Option<Generator<T>> {
         let form = EnclosedFirstOrder::<G>::of(problem.system()).ok()?;
         let start = form.initial().times(&motion(problem));
@@ -87,9 +88,10 @@ impl<T: Real> Generator<T> {
             |i, j| !form.b().is_zero(i, j),
             |i, j| !form.a().is_zero(i, j),
         );
+        let step = problem.grid().step();
         match moving.contains(&false) {
-            true => Generator::of_form(problem, &form.within(&moving), &[]),
-            false => Generator::of_form(problem, &form, &[]),
+            true => Generator::of_form(problem, &form.within(&moving), &[], step),
+            false => Generator::of_form(problem, &form, &[], step),
         }
     }
 
@@ -97,6 +99,7 @@ impl<T: Real> Generator<T> {
         problem: &Problem<'_>,
         form: &EnclosedFirstOrder<G>,
         more: &[Source],
+        span: f64,
     ) -> Option<Generator<T>> {
         let system = problem.system();
         let end = problem.grid().time(problem.grid().last());
@@ -230,8 +233,6 @@ impl<T: Real> Generator<T> {
         motion.put(0, 0, &whole);
         let own_motion = motion;
 
-        /// Far below all units.
-        const NOTHING: i64 = i64::MIN / 2;
         // W but for the units of the loads.
         let turned = energy.r.times(&whole);
         let states_alone = turned.block(0, 0, own, own).times(&energy.y);
@@ -242,8 +243,10 @@ impl<T: Real> Generator<T> {
         let inexact = energy.defect + energy.defect;
         let inside = inexact * frobenius(&states_alone);
 
-        // Units of the loads: by what they do in a step, so that a step does not lengthen errors, and those of loads weigh little.
-        let span = Magnitude::from(problem.grid().step().min(horizon));
+        // Units of the loads.
+        let span = Magnitude::from(span.min(horizon));
+        /// Far below all units.
+        const NOTHING: i64 = i64::MIN / 2;
         // By what is known not to be rounding of 0.
         let known = |matrix: &BallMatrix<G>, i: usize, j: usize| {
             let size = matrix.middle(i, j).upper();

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{Real, Wide};
 use serde::Deserialize;
 
 use crate::scene::Scene;
@@ -133,28 +133,28 @@ impl Decimal {
         self.0.parse().expect("checked when it was read")
     }
 
-    /// How much it is more than `value`, to within 1e-29 of itself and 1e-320: what an error in a
+    /// How much it is more than `value`, to within 1e-70 of itself and a unit of rounding of the difference: what an error in a
     /// double is measured with.
     pub fn minus(&self, value: f64) -> f64 {
-        (self.to_double_double() - DoubleDouble::from(value)).to_f64()
+        (self.to_wide() - Wide::from(value)).to_f64()
     }
 
-    fn to_double_double(&self) -> DoubleDouble {
+    fn to_wide(&self) -> Wide<4> {
         const DIGITS_AT_ONCE: usize = 15; // exact in a double
         if self.to_f64() == 0.0 {
-            return DoubleDouble::ZERO;
+            return Wide::ZERO;
         }
         let (mantissa, exponent) = self.0.split_once(['e', 'E']).unwrap_or((&self.0, "0"));
         let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
         let exponent: i32 = exponent.parse().expect("a number's exponent is whole");
         let digits: Vec<u8> = whole.bytes().chain(fraction.bytes()).collect();
         let digits: Vec<u8> = digits.into_iter().filter(u8::is_ascii_digit).collect();
-        let mut value = DoubleDouble::ZERO;
+        let mut value = Wide::ZERO;
         for chunk in digits.chunks(DIGITS_AT_ONCE) {
             let number = chunk
                 .iter()
                 .fold(0.0, |sum, digit| 10.0 * sum + f64::from(digit - b'0'));
-            value = value * power_of_ten(chunk.len() as u32) + number;
+            value = value * power_of_ten(chunk.len() as u32) + Wide::from(number);
         }
         // In two steps, so that no power on the way leaves the range of doubles.
         let shift = exponent - fraction.len() as i32;
@@ -174,9 +174,9 @@ impl Decimal {
     }
 }
 
-fn power_of_ten(exponent: u32) -> DoubleDouble {
-    let mut power = DoubleDouble::from(1.0);
-    let mut square = DoubleDouble::from(10.0);
+fn power_of_ten(exponent: u32) -> Wide<4> {
+    let mut power = Wide::from(1.0);
+    let mut square = Wide::from(10.0);
     let mut rest = exponent;
     while rest > 0 {
         if rest % 2 == 1 {

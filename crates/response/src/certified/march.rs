@@ -451,7 +451,7 @@ fn apply<T: Real>(
     zeta[..generator.straight].copy_from_slice(&next[..generator.straight]);
     let floor = T::floor() * Magnitude::from((n * n) as f64);
     let psi = &step.power;
-    (psi.error() + growth::<T>(n) * psi.frobenius()) * size
+    (psi.error() + growth::<T>(n) * psi.sizes()) * size
         + psi.true_norm() * straight_error
         + if size.is_zero() {
             Magnitude::ZERO

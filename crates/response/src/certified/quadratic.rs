@@ -157,7 +157,7 @@ fn form<T: Real>(p: &Normed<T>, walker: &mut Walker<'_, '_, T>) -> Known<T> {
     let value = rows.fold(T::ZERO, |sum, row| sum + row);
     let size = length(zeta);
     let moved = p.true_norm() * off * (size + size + off);
-    let rounding = growth::<T>(2 * n) * p.frobenius() * size * size;
+    let rounding = growth::<T>(2 * n) * p.sizes() * size * size;
     (
         value,
         p.error() * size * size + moved + rounding + lost::<T>(n),

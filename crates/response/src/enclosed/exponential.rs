@@ -46,7 +46,7 @@ fn until<T: Real>(
     (power, products)
 }
 
-/// e^W as a matrix of Frobenius norm ½ to 1 and the exponent of a power of two beside it, so that neither growth nor
+/// e^W as a matrix whose sizes have norm ½ to 1 and the exponent of a power of two beside it, so that neither growth nor
 /// decay leads out of range; `None` where no digit is left. Below 2^-`least` it may be anything that small.
 pub(crate) fn of_any_size<T: Real>(w: &Normed<T>, least: f64) -> Option<(Normed<T>, i64)> {
     /// Logarithms of norms are as near as this to the true ones, by far.
@@ -74,7 +74,7 @@ pub(crate) fn of_any_size<T: Real>(w: &Normed<T>, least: f64) -> Option<(Normed<
             return Some((power, i64::MIN));
         }
         let ahead = Magnitude::power_of_two(left.min(AHEAD));
-        if power.frobenius() <= power.error() * ahead {
+        if power.sizes() <= power.error() * ahead {
             return None;
         }
     }
@@ -172,7 +172,7 @@ pub(crate) fn products<T: Real>(size: f64) -> f64 {
 /// Whether nothing is known of a matrix, nor of any power of it: an error of at least 1 and at least what is
 /// kept of the matrix only grows in a square, in proportion too.
 fn is_lost<T: Real>(power: &Normed<T>) -> bool {
-    Magnitude::from(1.0) <= power.error() && power.frobenius() <= power.error()
+    Magnitude::from(1.0) <= power.error() && power.sizes() <= power.error()
 }
 
 /// How often τW is halved before the polynomial, at most.
@@ -312,7 +312,7 @@ fn of_powers<T: Real>(powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
             for (sum, entry) in entries.iter_mut().zip(power.entries()) {
                 *sum = *sum + coefficient * *entry;
             }
-            let rounding = power.frobenius() * growth::<T>(first + i + count + 2);
+            let rounding = power.sizes() * growth::<T>(first + i + count + 2);
             error = error + coefficient.upper() * (power.error() + rounding);
         }
         let lost = T::floor() * Magnitude::from((n * n * count) as f64);
@@ -327,7 +327,7 @@ fn of_powers<T: Real>(powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
         let entries = entries.map(|(a, b)| *a + *b).collect();
         let error = product.error() + lower.error();
         let rounded = Normed::new(n, lead, entries, error);
-        let rounding = rounded.frobenius() * T::unit();
+        let rounding = rounded.sizes() * T::unit();
         sum = rounded.with_more_error(rounding);
     }
     sum

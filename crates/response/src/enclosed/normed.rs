@@ -15,17 +15,17 @@ pub(crate) struct Normed<T> {
     /// Row by row.
     entries: Vec<T>,
     error: Magnitude,
-    /// Upper bounds of the norms of what is kept.
+    /// Upper bounds of the 2-norms of what is kept, and of the matrix of the sizes of its entries.
     norm: Magnitude,
-    frobenius: Magnitude,
+    sizes: Magnitude,
 }
 
 impl<T: Real> Normed<T> {
     /// From entries row by row and the error they have already.
     pub(crate) fn new(n: usize, lead: usize, entries: Vec<T>, error: Magnitude) -> Normed<T> {
-        let (frobenius, norm) = norms(n, &entries);
+        let (sizes, norm) = norms(n, &entries);
         // Entries that left the range of T say nothing, though their bounds may be finite.
-        let error = if frobenius.is_finite() {
+        let error = if sizes.is_finite() {
             error
         } else {
             Magnitude::INFINITY
@@ -36,7 +36,7 @@ impl<T: Real> Normed<T> {
             entries,
             error,
             norm,
-            frobenius,
+            sizes,
         }
     }
 
@@ -79,9 +79,9 @@ impl<T: Real> Normed<T> {
         self.norm + self.error
     }
 
-    /// An upper bound of the Frobenius norm of what is kept.
-    pub(crate) fn frobenius(&self) -> Magnitude {
-        self.frobenius
+    /// An upper bound of the 2-norm of the matrix of the sizes |aᵢⱼ| of what is kept: rounding errs by units of it.
+    pub(crate) fn sizes(&self) -> Magnitude {
+        self.sizes
     }
 
     /// The same matrix, farther from the true one.
@@ -111,7 +111,7 @@ impl<T: Real> Normed<T> {
         let entries = pairs.map(|(a, b)| *a + *b).collect();
         let lead = self.lead.min(other.lead);
         let sum = Normed::new(self.n, lead, entries, self.error + other.error);
-        let rounding = sum.frobenius * T::unit();
+        let rounding = sum.sizes * T::unit();
         sum.with_more_error(rounding)
     }
 
@@ -123,16 +123,16 @@ impl<T: Real> Normed<T> {
             entries: self.entries.iter().map(|x| x.scale(power)).collect(),
             error: self.error * factor + lost,
             norm: self.norm * factor + lost,
-            frobenius: self.frobenius * factor + lost,
+            sizes: self.sizes * factor + lost,
             ..*self
         }
     }
 
-    /// The matrix over a power of two that is near its Frobenius norm, and the exponent of that. Entries so small beside
+    /// The matrix over a power of two that is near the norm of its sizes, and the exponent of that. Entries so small beside
     /// the others that their squares could leave the range of T become 0, within the error.
     pub(crate) fn normalised(&self) -> (Normed<T>, i64) {
         const END: i64 = -1 << 50;
-        let exponent = self.frobenius.exponent();
+        let exponent = self.sizes.exponent();
         let mut scaled = self.scaled(-exponent);
         let end = Magnitude::power_of_two(END);
         for entry in &mut scaled.entries {
@@ -147,15 +147,15 @@ impl<T: Real> Normed<T> {
     /// `factor` times the matrix, for a factor known to a relative `error`.
     pub(crate) fn times_scalar(&self, factor: T, error: Magnitude) -> Normed<T> {
         let size = factor.upper();
-        let rounding = size * self.frobenius * (T::unit() + error)
-            + T::floor() * Magnitude::from(self.n as f64);
+        let rounding =
+            size * self.sizes * (T::unit() + error) + T::floor() * Magnitude::from(self.n as f64);
         let error = size * self.error * (Magnitude::from(1.0) + error) + rounding;
         let entries = self.entries.iter().map(|x| *x * factor).collect();
         Normed::new(self.n, self.lead, entries, error)
     }
 
     /// The product. With k = n terms in each sum, its rounding is at most (k + 2)U in parts of the
-    /// product of sizes (Higham 2002, §3.5), in the Frobenius norm.
+    /// product of sizes |A||B| (Higham 2002, §3.5).
     pub(crate) fn times(&self, other: &Normed<T>) -> Normed<T> {
         let (n, lead) = (self.n, self.lead);
         let mut entries = vec![T::ZERO; n * n];
@@ -173,7 +173,7 @@ impl<T: Real> Normed<T> {
             }
             add(&mut row[lead..], i, lead..n, lead);
         }
-        let rounding = self.frobenius * other.frobenius * growth::<T>(n)
+        let rounding = self.sizes * other.sizes * growth::<T>(n)
             + T::floor() * Magnitude::from((n * n) as f64 * 2.0);
         let error = self.norm * other.error + self.error * other.true_norm() + rounding;
         Normed::new(n, lead, entries, error)
@@ -185,8 +185,9 @@ pub(crate) fn growth<T: Real>(k: usize) -> Magnitude {
     T::unit() * Magnitude::from(k as f64 + 2.0)
 }
 
-/// Upper bounds of the Frobenius norm, and of the 2-norm: ‖A‖² = ‖G‖ for G = AᵀA, and ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, computed in
-/// doubles with their rounding added. The second exceeds the norm by at most the eighth root of n.
+/// Upper bounds of the 2-norms of the sizes, and of the matrix itself, computed in doubles with their rounding added. Of the
+/// sizes: ‖A‖_F, or ‖|A|‖² ≤ ‖A‖₁‖A‖_∞ where that is less, as it is near I. Of the matrix: ‖A‖² = ‖G‖ for G = AᵀA, and
+/// ‖G‖⁴ = ‖G⁴‖ ≤ ‖G⁴‖_∞, which exceeds the norm by at most the eighth root of n.
 fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     const UNIT: f64 = f64::EPSILON / 2.0;
     let largest = |largest: Magnitude, entry: &T| {
@@ -206,12 +207,21 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     let count = entries.len() as f64;
     let squares: f64 = a.iter().map(|x| x * x).sum();
     let frobenius = (squares * (1.0 + (count + 8.0) * 2.0 * UNIT)).sqrt() * (1.0 + 4.0 * UNIT);
+    let (mut longest, mut columns) = (0.0f64, vec![0.0; n]);
+    for row in a.chunks_exact(n) {
+        longest = longest.max(row.iter().map(|x| x.abs()).sum());
+        let pairs = columns.iter_mut().zip(row);
+        pairs.for_each(|(sum, x)| *sum += x.abs());
+    }
+    let tallest = columns.into_iter().fold(0.0, f64::max);
+    let sizes = (longest * tallest).sqrt() * (1.0 + (n as f64 + 8.0) * 4.0 * UNIT);
+    let sizes = sizes.min(frobenius);
     // Over a power of two that leaves at most 1 of it.
     let excess = frobenius.log2().ceil() as i32 + 1;
     let factor = 2f64.powi(-excess);
     a.iter_mut().for_each(|x| *x *= factor);
     let unit = Magnitude::power_of_two(exponent);
-    let frobenius = Magnitude::from(frobenius) * unit;
+    let sizes = Magnitude::from(sizes) * unit;
 
     let first = gram(n, &a);
     let second = gram(n, &first);
@@ -232,7 +242,7 @@ fn norms<T: Real>(n: usize, entries: &[T]) -> (Magnitude, Magnitude) {
     let of_square = of_gram * (1.0 + 8.0 * UNIT) + (n as f64 + 8.0) * 2.0 * UNIT;
     let norm = Magnitude::from(of_square * (1.0 + 8.0 * UNIT)).sqrt();
     let norm = norm * Magnitude::power_of_two(excess.into()) * unit;
-    (frobenius, if norm < frobenius { norm } else { frobenius })
+    (sizes, if norm < sizes { norm } else { sizes })
 }
 
 /// AᵀA for a matrix A by rows, given as B = Aᵀ by columns: BBᵀ.
@@ -367,5 +377,29 @@ mod tests {
             let exact = (n as f64).sqrt();
             assert!(row >= exact * (1.0 - 1e-15) && row <= 1.01 * exact, "{row}");
         }
+    }
+
+    /// I and a ring of entries ±ε beside it: |A| has the norm 1 + 2ε, where ‖A‖_F is √n and more. Of ones in the first
+    /// row and the last column sums of rows and columns are n, and ‖A‖_F = √(2n − 1) is nearer.
+    #[test]
+    fn the_norm_of_the_sizes_is_bounded_both_ways() {
+        let (n, small) = (100, 1.0 / 1024.0);
+        let mut ring = vec![0.0; n * n];
+        for i in 0..n {
+            ring[i * n + i] = 1.0;
+            ring[i * n + (i + 1) % n] = small;
+            ring[(i + 1) % n * n + i] = -small;
+        }
+        let found = normed::<DoubleDouble>(n, &ring).sizes().to_f64();
+        let exact = 1.0 + 2.0 * small;
+        assert!(found >= exact && found <= exact * (1.0 + 1e-12), "{found}");
+        let cross: Vec<f64> = (0..n * n)
+            .map(|at| f64::from(at < n || at % n == n - 1))
+            .collect();
+        // |A|ᵀ|A| = J + (n − 1)eeᵀ for J of ones, on the span of the ones and e.
+        let (a, b) = (n as f64, n as f64 - 1.0);
+        let exact = ((a + b + ((a + b).powi(2) - 4.0 * b * b).sqrt()) / 2.0).sqrt();
+        let found = normed::<DoubleDouble>(n, &cross).sizes().to_f64();
+        assert!(found >= exact && found <= 1.5 * exact, "{found} {exact}");
     }
 }

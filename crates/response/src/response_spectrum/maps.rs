@@ -81,7 +81,7 @@ impl<T: Real> Maps<T> {
             };
             let rows = [0, 1, 2, 3].map(|i| [0, 1, 2, 3, 4].map(|j| entry(i, j)));
             // Rounding to T, and sums of five products.
-            let rounding = power.frobenius() * growth::<T>(8);
+            let rounding = power.sizes() * growth::<T>(8);
             let error = (power.error() + rounding).to_f64();
             Map { rows, error }
         })

@@ -61,7 +61,7 @@ impl Question for Discrete<'_> {
         };
         let error = power.error();
         // Of states of size 1, of which a decaying map leaves less.
-        let size = Magnitude::from(1.0) + power.frobenius();
+        let size = Magnitude::from(1.0) + power.sizes();
         if !error.is_finite() || error > size * Magnitude::power_of_two(WORTH) {
             return Ok(None);
         }

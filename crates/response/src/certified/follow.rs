@@ -116,12 +116,10 @@ impl Stretch<'_> {
 
     /// Which of so many quantities may show something new.
     fn asked_by(&self, viewer: &dyn Viewer, count: usize) -> Vec<bool> {
-        let (off, missed) = (
-            self.way.outputs.remainder(),
-            self.left.values[3 * self.left.count..].iter(),
-        );
-        let sizes: Vec<f64> = missed.map(|entry| entry.abs()).collect();
-        match off.along(self.length, &sizes) {
+        let state = self.left.values[3 * self.left.count..].iter();
+        let sizes: Vec<f64> = state.map(|entry| entry.abs()).collect();
+        let remainder = self.way.outputs.remainder();
+        match remainder.along(self.length, &sizes) {
             Some(off) => (0..count).map(|i| viewer.asks(self, i, off[i])).collect(),
             None => vec![true; count],
         }

@@ -71,7 +71,7 @@ pub const ENUMS: [(&str, &str); 29] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 29] = [
+const LEFT_OUT: [(&str, &str); 31] = [
     (
         "CampbellError::Modes",
         "passes on a `ModesError`, all of which are shown or named here",
@@ -115,6 +115,14 @@ const LEFT_OUT: [(&str, &str); 29] = [
     (
         "CycleError::Switching",
         "passes on a `SwitchingError`, all of which are shown or named here",
+    ),
+    (
+        "CycleError::Halted",
+        "passes on a `SwitchingError` of a motion that the search tries",
+    ),
+    (
+        "CycleError::NoMultipliers",
+        "no motion is known whose multipliers doubles do not give",
     ),
     (
         "CycleError::Lost",

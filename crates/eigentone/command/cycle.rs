@@ -59,6 +59,7 @@ impl Cycle {
             error => Failure::Cycle {
                 scene: file.clone(),
                 error,
+                switches: switches.clone(),
             },
         };
         let cycle = {

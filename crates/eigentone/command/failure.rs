@@ -1,5 +1,6 @@
 //! What can go wrong, and the exit status it ends with.
 
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -60,7 +61,7 @@ pub enum Failure {
         scene: PathBuf,
         error: ResponseError,
     },
-    #[error("{}: {}", scene.display(), named(error, switches))]
+    #[error("{}: {}", scene.display(), named(error, error.switch(), switches))]
     Switching {
         scene: PathBuf,
         error: SwitchingError,
@@ -76,8 +77,13 @@ pub enum Failure {
         first: String,
         what: &'static str,
     },
-    #[error("{}: {error}", scene.display())]
-    Cycle { scene: PathBuf, error: CycleError },
+    #[error("{}: {}", scene.display(), named(error, error.switch(), switches))]
+    Cycle {
+        scene: PathBuf,
+        error: CycleError,
+        /// What each switch is in the scene.
+        switches: Vec<String>,
+    },
     #[error("{}: {}", scene.display(), frequency(error))]
     Frequency {
         scene: PathBuf,
@@ -152,12 +158,9 @@ fn frequency(error: &FrequencyError) -> String {
 }
 
 /// What goes wrong with switches, by their names.
-fn named(error: &SwitchingError, switches: &[String]) -> String {
+fn named(error: &impl Display, switch: Option<usize>, switches: &[String]) -> String {
     let text = error.to_string();
-    match error
-        .switch()
-        .and_then(|switch| switches.get(switch).map(|name| (switch, name)))
-    {
+    match switch.and_then(|switch| switches.get(switch).map(|name| (switch, name))) {
         Some((switch, name)) => text.replacen(&format!("switch {switch}"), name, 1),
         None => text,
     }
@@ -295,7 +298,7 @@ impl Failure {
                 _ => 1,
             },
             Failure::Cycle { error, .. } => match error {
-                CycleError::Lost => 1,
+                CycleError::Lost | CycleError::Halted(_) | CycleError::NoMultipliers { .. } => 1,
                 _ => 2,
             },
             Failure::Modes { .. }

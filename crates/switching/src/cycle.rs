@@ -8,6 +8,7 @@ use faer::{Mat, c64};
 
 use crate::change::product;
 use crate::cycle_error::CycleError;
+use crate::error::SwitchingError;
 use crate::event::Event;
 use crate::march::{Doubt, March, Question};
 use crate::rows::{Row, dot, length};
@@ -133,7 +134,9 @@ impl Search<'_, '_, '_> {
             leave_out(&mut monodromy, &fixed.rate());
         }
         let matrix = Mat::from_fn(n, n, |i, j| monodromy[i * n + j]);
-        let mut multipliers = eigenvalues(matrix.as_ref()).ok_or(CycleError::Lost)?;
+        let seconds = fixed.period.to_f64();
+        let unknown = CycleError::NoMultipliers { period: seconds };
+        let mut multipliers = eigenvalues(matrix.as_ref()).ok_or(unknown)?;
         multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
         multipliers.truncate(n - usize::from(free));
         let (displacement, velocity): (Vec<f64>, Vec<f64>) = {
@@ -145,7 +148,6 @@ impl Search<'_, '_, '_> {
             .zip(displacement.iter().chain(&velocity))
             .map(|(off, value)| off + value.abs() * f64::EPSILON / 2.0)
             .collect();
-        let seconds = fixed.period.to_f64();
         Ok(LimitCycle {
             period: seconds,
             period_bound: off_period + seconds * f64::EPSILON / 2.0,
@@ -167,7 +169,10 @@ impl Search<'_, '_, '_> {
             .filter(|parts| count.is_multiple_of(*parts))
         {
             let period = fixed.period / Digits::from(parts as f64);
-            let pass = self.pass(&fixed.motion, period, &vec![0.0; fixed.scales.len()])?;
+            let known = vec![0.0; fixed.scales.len()];
+            let Some(pass) = tried(self.pass(&fixed.motion, period, &known))?.ok() else {
+                continue;
+            };
             let off = length(&scaled(&pass.motion, &fixed.motion, &fixed.scales));
             if off <= ALIKE * length(&scaled(&fixed.motion, &[], &fixed.scales)) {
                 return self.newton(fixed.motion, period, true);
@@ -220,13 +225,17 @@ impl Search<'_, '_, '_> {
         Ok(Pass::of(march, &[]))
     }
 
-    /// From displacements and velocities, which are known to these bounds.
+    /// From displacements and velocities, which are known to these bounds: a motion that is tried, not that of the problem.
     fn pass(&self, from: &[Digits], until: Digits, off: &[f64]) -> Result<Pass, CycleError> {
         let mut march =
             March::<Digits>::of::<Digits>(self.question, Doubt::Coincidence, f64::INFINITY)?;
         march.spare(1.0 / 32.0);
         let enter = march.place(from, off);
-        march.go((until, 0.0), false, &mut |_, _, _, _| {})?;
+        let gone = march.go((until, 0.0), false, &mut |_, _, _, _| {});
+        gone.map_err(|halt| match halt.into() {
+            error @ SwitchingError::Response(_) => CycleError::Switching(error),
+            error => CycleError::Halted(error),
+        })?;
         Ok(Pass::of(march, &enter))
     }
 
@@ -245,34 +254,47 @@ impl Search<'_, '_, '_> {
         let known = vec![0.0; n];
         let mut best: Option<Fixed> = None;
         let mut part = 1.0;
+        // Why the last steps were too long, where the motion after one could not be followed.
+        let mut halted = None;
         for _ in 0..MOST {
             let turn = period.to_f64() / std::f64::consts::TAU;
             let scale = |i: usize| if i < n / 2 { 1.0 } else { turn };
             let scales: Vec<f64> = (0..n).map(scale).collect();
-            let pass = self.pass(&motion, period, &known)?;
-            let size = length(&scaled(&pass.motion, &[], &scales));
-            let residual = length(&scaled(&pass.motion, &motion, &scales));
-            let relative = residual / size.max(f64::MIN_POSITIVE);
             let before = best.as_ref().map_or(f64::INFINITY, |best| best.residual);
-            if relative < before {
-                part = if part < 1.0 { 2.0 * part } else { 1.0 };
-                best = Some(Fixed {
-                    motion,
-                    period,
-                    pass,
-                    residual: relative,
-                    scales,
-                });
-            } else if before <= GOOD {
-                break;
-            } else {
-                part /= 2.0;
+            let closer = match tried(self.pass(&motion, period, &known))? {
+                Ok(pass) => {
+                    let size = length(&scaled(&pass.motion, &[], &scales));
+                    let residual = length(&scaled(&pass.motion, &motion, &scales));
+                    let relative = residual / size.max(f64::MIN_POSITIVE);
+                    (relative < before).then_some((pass, relative))
+                }
+                Err(error) => {
+                    halted = Some(error);
+                    None
+                }
+            };
+            match closer {
+                Some((pass, residual)) => {
+                    part = if part < 1.0 { 2.0 * part } else { 1.0 };
+                    halted = None;
+                    best = Some(Fixed {
+                        motion,
+                        period,
+                        pass,
+                        residual,
+                        scales,
+                    });
+                }
+                None if before <= GOOD => break,
+                None => part /= 2.0,
             }
-            let best = best.as_ref().ok_or(CycleError::Lost)?;
+            let Some(best) = &best else { break };
             if best.residual <= BEST {
                 break;
             }
-            let (step, delay) = best.step(free)?;
+            let Some((step, delay)) = best.step(free) else {
+                break;
+            };
             let each = best.pass.motion.iter().zip(&best.motion);
             // The map's own image keeps what holds, which rounded steps would let go.
             let carried = best.carried(&step);
@@ -290,7 +312,7 @@ impl Search<'_, '_, '_> {
             }
         }
         best.filter(|best| best.residual <= GOOD)
-            .ok_or(CycleError::Lost)
+            .ok_or(halted.unwrap_or(CycleError::Lost))
     }
 }
 
@@ -359,8 +381,8 @@ impl Fixed {
         each.map(|(rate, scale)| rate * scale).collect()
     }
 
-    /// The step of Newton's method: of the motion, in the scales, and of the period.
-    fn step(&self, free: bool) -> Result<(Vec<f64>, f64), CycleError> {
+    /// The step of Newton's method: of the motion, in the scales, and of the period; `None` where doubles give none.
+    fn step(&self, free: bool) -> Option<(Vec<f64>, f64)> {
         let n = self.scales.len();
         let residual = scaled(&self.pass.motion, &self.motion, &self.scales);
         let right = Mat::from_fn(n + usize::from(free), 1, |i, _| match i < n {
@@ -372,9 +394,7 @@ impl Fixed {
         let speed = length(&self.rate()).max(f64::MIN_POSITIVE);
         let delay = if free { answer[(n, 0)] / speed } else { 0.0 };
         let is_known = step.iter().chain([&delay]).all(|entry| entry.is_finite());
-        is_known
-            .then_some((step, delay))
-            .ok_or(CycleError::NotIsolated)
+        is_known.then_some((step, delay))
     }
 
     /// What a step, in the scales, has become at the end.
@@ -407,6 +427,14 @@ impl Fixed {
         let off = 2.0 * growth * (length(&residual) + length(&errors));
         let speed = length(&self.rate()).max(f64::MIN_POSITIVE);
         Ok([off, if free { off / speed } else { 0.0 }])
+    }
+}
+
+/// What a motion that is tried comes to, or why it cannot be followed; limits of the search itself end it.
+fn tried(pass: Result<Pass, CycleError>) -> Result<Result<Pass, CycleError>, CycleError> {
+    match pass {
+        Err(error) if !matches!(error, CycleError::Halted(_)) => Err(error),
+        pass => Ok(pass),
     }
 }
 

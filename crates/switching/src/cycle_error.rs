@@ -41,11 +41,24 @@ pub enum CycleError {
         "no periodic motion was found near where the motion ends, which may come to rest: give more time, or a start nearer to the periodic motion"
     )]
     Lost,
-    /// Neighbours of the motion repeat themselves too.
+    /// A motion that the search tries cannot be followed; the problem's own can.
     #[error(
-        "motions beside it repeat themselves too, as without damping, so that no single one can be determined: start where it is wanted, and take the response"
+        "the search for a periodic motion cannot go on: give more time, or a start nearer to the periodic motion; of a motion that it tries, not the scene's own, this is said: {0}"
+    )]
+    Halted(SwitchingError),
+    /// It repeats itself, but doubles do not show whether its neighbours do so too.
+    #[error(
+        "a motion that repeats itself was found, but cannot be told from motions beside it, which may do so too, as without damping or where a friction or a contact holds all the time: start where it is wanted, and take the response"
     )]
     NotIsolated,
+    /// What becomes of disturbances of a periodic motion that was found is not known.
+    #[error(
+        "a periodic motion was found, of {period:?} s, but doubles do not give its multipliers, so that it is not known whether it is stable"
+    )]
+    NoMultipliers {
+        /// In s.
+        period: f64,
+    },
     /// It comes back after one period, but not after two.
     #[error(
         "with a period of {period:?} s the motion does not repeat itself, as loads or supports go another way in the next: give a period that is theirs too; loads that change but once must do so by t = 0, and supports at dampers must start from 0"
@@ -54,6 +67,16 @@ pub enum CycleError {
         /// In s.
         period: f64,
     },
+}
+
+impl CycleError {
+    /// The switch that it is about, by its place among those given.
+    pub fn switch(&self) -> Option<usize> {
+        match self {
+            CycleError::Switching(error) | CycleError::Halted(error) => error.switch(),
+            _ => None,
+        }
+    }
 }
 
 impl From<Halt> for CycleError {

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use eigentone_modes::{GROUND, System};
-use eigentone_response::{Harmonic, Problem, Quantity, Ramp, Response, State};
+use eigentone_response::{Harmonic, Problem, Quantity, Ramp, Response, State, Step};
 use eigentone_switching::{
     ControlledDamper, CycleError, DamperLaw, EventKind, Friction, Impact, LimitCycle, Period, Stop,
     Switch, Switching,
@@ -348,4 +348,68 @@ fn what_does_not_repeat_itself_is_refused() {
         damping: 0.0,
     });
     assert_eq!(free(&[stop]), Err(CycleError::NotIsolated));
+}
+
+/// A whole step of the search leads beyond a rigid stop, where no motion starts: it is shortened, or said to be the search's
+/// own, as the motion itself is followed to its end.
+#[test]
+fn steps_beyond_a_rigid_stop_are_those_of_the_search() {
+    // Mass, stiffness and damping of a chain; force on its end and frequency; gap and restitution at its first mass; the end.
+    let mended: &[[f64; 3]] = &[[1.17, 38.2, 1.0], [1.82, 41.3, 0.51]];
+    let ended: &[[f64; 3]] = &[[1.42, 62.5, 0.26]];
+    let cases = [
+        (mended, [14.12, 9.42, 0.074, 0.32, 40.0]),
+        (ended, [6.51, 14.64, 0.033, 0.87, 20.0]),
+    ];
+    for (chain, [force, frequency, gap, restitution, end]) in cases {
+        let names = ["m0", "m1"];
+        let mut system = System::builder();
+        let mut before = GROUND;
+        for (name, [m, k, c]) in names.into_iter().zip(chain) {
+            system = system
+                .mass(name, *m)
+                .spring(before, name, *k)
+                .damper(before, name, *c);
+            before = name;
+        }
+        let system = system.build().expect("a system");
+        let ask = |state| {
+            Response::of(&system)
+                .load(before, Harmonic::of(force, frequency))
+                .from(state)
+        };
+        let switches = [Switch::Impact(Impact {
+            between: [GROUND.into(), "m0".into()],
+            gap,
+            restitution,
+        })];
+        let problem = ask(State::at_rest()).every(0.1).until(end).problem();
+        let problem = problem.expect("a problem");
+        match cycle(&problem, &switches, Period::Cycles(1)) {
+            Ok(found) if chain == mended => comes_back(&system, ask, &switches, &found),
+            Err(error @ CycleError::Halted(_)) if chain == ended => {
+                assert_eq!(error.switch(), Some(0));
+                let switching = Switching::new(&problem, switches.to_vec());
+                switching.expect("switches").run().expect("a motion");
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// A free mass under a constant force is faster after each period: no motion repeats itself, though a friction holds another
+/// mass where it is.
+#[test]
+fn where_none_repeats_itself_none_is_said_to() {
+    let system = System::builder().mass("m", 2.0).mass("held", 1.0).build();
+    let system = system.expect("a system");
+    let problem = Response::of(&system)
+        .load("m", Step::of(1.0))
+        .every(0.1)
+        .until(10.0)
+        .problem()
+        .expect("a problem");
+    let holds = friction(GROUND, "held", 1.0, 1.0);
+    let found = cycle(&problem, &[holds], Period::Seconds(2.0));
+    assert_eq!(found, Err(CycleError::Lost));
 }

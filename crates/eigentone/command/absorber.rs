@@ -190,10 +190,11 @@ impl Absorber {
         }
         let shape = modes.shapes().col(at);
         let moved: f64 = place.iter().map(|(i, factor)| factor * shape[*i]).sum();
-        if moved.abs() <= STILL * shape.norm_max() {
+        let share = moved.abs() / shape.norm_max();
+        if share <= STILL {
             let on = &self.on;
             return Err(format!(
-                "--mode {mode}: it does not move {on}: take another place"
+                "--mode {mode}: it moves {on} by {share:.1e} of its largest motion: take another place"
             ));
         }
         Ok((square.sqrt(), m[at] / (moved * moved)))

@@ -75,7 +75,12 @@ impl Part {
         if resume && known.exists() {
             let text = read(&known, fs::read_to_string(&known))?;
             let answered: Value = serde_json::from_str(&text).unwrap_or_default();
-            same(&known, &answered, &self.question)?;
+            same(
+                &known,
+                &answered,
+                &self.question,
+                "take another directory, or leave --resume out",
+            )?;
             let whole = self.file(".csv");
             if !growing.exists() && whole.exists() {
                 let designs = self.question["designs"].as_u64().unwrap_or(0);
@@ -164,8 +169,8 @@ impl Part {
     }
 }
 
-/// Refuses a table that answers another question.
-fn same(file: &Path, written: &Value, asked: &Value) -> Result<(), Failure> {
+/// Refuses a table that answers another question, and says what to do.
+fn same(file: &Path, written: &Value, asked: &Value, advice: &str) -> Result<(), Failure> {
     let keys = [
         "eigentone",
         "scene",
@@ -179,9 +184,7 @@ fn same(file: &Path, written: &Value, asked: &Value) -> Result<(), Failure> {
         None => Ok(()),
         Some(key) => Err(unfit(
             file,
-            format!(
-                "it is of a sweep with another {key:?}: take another directory, or leave --resume out"
-            ),
+            format!("it is of a sweep with another {key:?}: {advice}"),
         )),
     }
 }
@@ -295,7 +298,12 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
         ));
     }
     for (_, file) in &parts {
-        same(file, &question(file)?, &asked)?;
+        same(
+            file,
+            &question(file)?,
+            &asked,
+            "give the parts of one sweep",
+        )?;
     }
     asked["part"] = json!([1, 1]);
     let mut files = Files::into(directory)?;

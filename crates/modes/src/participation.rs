@@ -564,6 +564,37 @@ mod tests {
         close(half.total_mass(), 5.0, 1e-15);
     }
 
+    /// Frequencies of 1 rad/s that are 7e-15 apart, of five masses: as 60 digits have it.
+    #[test]
+    fn nearly_equal_frequencies_have_their_own_masses() {
+        let mut builder = System::builder();
+        for i in 0..5 {
+            builder = builder.mass(format!("m{i}"), 2.0);
+        }
+        let springs = [
+            (GROUND, "m0", 1.999999999999891),
+            ("m0", "m1", 1.999999999999936),
+            ("m0", "m2", 1.9999999999999312),
+            (GROUND, "m3", 1.9999999999999967),
+            ("m2", "m3", 2.000000000000052),
+            ("m0", "m4", 2.0),
+        ];
+        for (from, to, stiffness) in springs {
+            builder = builder.spring(from, to, stiffness);
+        }
+        let found = Participation::of(&builder.build().unwrap()).unwrap();
+        let wanted = [
+            9.0597194370319184,
+            0.44566313809933916,
+            0.35433686190067485,
+            0.058035473736806488,
+            0.082245089231261088,
+        ];
+        for (found, wanted) in found.effective_masses().iter().zip(wanted) {
+            assert!((found / wanted - 1.0).abs() < 1e-13, "{found} {wanted}");
+        }
+    }
+
     #[test]
     fn what_does_not_fit_is_refused() {
         let damped = chain(2, true).damper(GROUND, "m1", 0.3).build().unwrap();

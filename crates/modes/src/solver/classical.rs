@@ -266,7 +266,13 @@ pub(crate) fn undamped_modes(
     entries: Entries,
 ) -> Result<Vec<RealMode>, ModesError> {
     match spring_factor::refuses_springs(system) {
-        None => spring_factor::real_modes(solver, system, structure),
+        None => {
+            let modes = spring_factor::real_modes(solver, system, structure)?;
+            match entries {
+                Entries::Refined => symmetric::with_right_shapes(solver, system, structure, modes),
+                Entries::Plain | Entries::Exact => Ok(modes),
+            }
+        }
         Some(_) => symmetric::real_modes(solver, system, structure, entries),
     }
 }

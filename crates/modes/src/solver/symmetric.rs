@@ -128,10 +128,9 @@ pub(crate) fn real_modes(
     let mut known = false;
     if entries == Entries::Refined || elastic().any(|(_, error, _)| *error > LOST) {
         let shapes = elastic().map(|(.., shape)| shape.clone()).collect();
-        if let Some(refined) = congruence::refined(system, structure, shapes) {
+        if let Some(refined) = refined_shapes(system, structure, shapes, entries) {
             (known, entries) = (true, Entries::Exact);
             found = refined;
-            sort_by_number(&mut found, |pair| pair.0.abs());
         } else if let Some(modes) = with_digits(solver, system, rigid, entries) {
             return modes;
         }
@@ -197,6 +196,65 @@ pub(crate) fn real_modes(
         return Err(ModesError::OutOfRange { method });
     }
     Ok(modes)
+}
+
+/// All squares by rising size, how far each may be off, relative, and their shapes, in double-double from those of the elastic
+/// modes. Shapes that are to be right are, where they are given.
+fn refined_shapes(
+    system: &System,
+    structure: &Structure,
+    elastic: Vec<Vec<f64>>,
+    entries: Entries,
+) -> Option<Vec<(f64, f64, Vec<f64>)>> {
+    /// How far a shape that is right may lean towards another: by the error of its square over the distance of the two.
+    const LEAN: f64 = 1e-12;
+    const EQUAL: f64 = 1e-24;
+    let wanted = entries == Entries::Refined;
+    let goal = if wanted { 1e-27 } else { 1e-14 };
+    let mut found = congruence::refined(system, structure, elastic, goal)?;
+    sort_by_number(&mut found, |pair| pair.0.abs());
+    // Of squares that are equal in far more digits than doubles have any shapes serve.
+    let is_apart = |pair: &[(f64, f64, Vec<f64>)]| {
+        let [(one, reach, _), (other, more, _)] = pair else {
+            return true;
+        };
+        let reach = reach * one.abs() + more * other.abs();
+        reach <= LEAN * (one - other).abs() || reach <= EQUAL * (one.abs() + other.abs())
+    };
+    (!wanted || found.windows(2).all(is_apart)).then_some(found)
+}
+
+/// The same modes with shapes that are right to the last digit.
+pub(super) fn with_right_shapes(
+    solver: &dyn ModeSolver,
+    system: &System,
+    structure: &Structure,
+    modes: Vec<RealMode>,
+) -> Result<Vec<RealMode>, ModesError> {
+    let (mut rigid, elastic): (Vec<RealMode>, Vec<RealMode>) =
+        modes.into_iter().partition(|mode| mode.rigid);
+    let count = rigid.len();
+    let shapes = elastic.into_iter().map(|mode| mode.shape).collect();
+    let Some(mut found) = refined_shapes(system, structure, shapes, Entries::Refined) else {
+        let method = solver.name();
+        return with_digits(solver, system, count, Entries::Refined)
+            .unwrap_or(Err(ModesError::OutOfRange { method }));
+    };
+    let elastic = found.split_off(count);
+    let (values, shapes): (Vec<(f64, f64)>, Vec<Vec<f64>>) = elastic
+        .into_iter()
+        .map(|(square, error, shape)| ((square, error), shape))
+        .unzip();
+    let formed = unit_shapes(system, shapes, Entries::Exact).zip(values);
+    rigid.extend(formed.map(|((shape, forms), (square, doubt))| RealMode {
+        square,
+        shape,
+        forms,
+        rigid: false,
+        doubt,
+        is_exact: false,
+    }));
+    Ok(rigid)
 }
 
 /// The undamped modes by far more digits, where these do. Shapes that are to be right, and whose frequencies rounding to

@@ -117,16 +117,17 @@ pub(crate) fn squares(
 }
 
 /// All σ = ω² of (K, M), how far each may be off, relative, and their shapes, given the elastic ones approximately, refined
-/// until doubles are about as near as they come. `None` where these are too far from the true ones.
+/// until the forms of all are as near to diagonal as the goal, or as 32 digits come. `None` where these are too far from the true
+/// ones.
 pub(crate) fn refined(
     system: &System,
     structure: &Structure,
     shapes: Vec<Vec<f64>>,
+    goal: f64,
 ) -> Option<Vec<(f64, f64, Vec<f64>)>> {
-    const GOAL: f64 = 1e-14;
     const KNOWN: f64 = 1e-3;
     let mut basis = basis(system, structure, shapes)?;
-    let forms = basis.refine(Goal::always(GOAL))?;
+    let forms = basis.refine(Goal::always(goal))?;
     if forms.spread > KNOWN {
         return None;
     }

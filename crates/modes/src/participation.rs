@@ -584,11 +584,11 @@ mod tests {
         }
         let found = Participation::of(&builder.build().unwrap()).unwrap();
         let wanted = [
-            9.0597194370319184,
-            0.44566313809933916,
-            0.35433686190067485,
-            0.058035473736806488,
-            0.082245089231261088,
+            9.059719437031918,
+            0.445663138099339,
+            0.354336861900675,
+            0.0580354737368065,
+            0.0822450892312611,
         ];
         for (found, wanted) in found.effective_masses().iter().zip(wanted) {
             assert!((found / wanted - 1.0).abs() < 1e-13, "{found} {wanted}");

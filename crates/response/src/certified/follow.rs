@@ -10,7 +10,7 @@ use super::driven::Driven;
 use super::generator::Generator;
 use super::march::{Step, Walker};
 use super::products::{Columns, multiply};
-use super::quintic::Quintic;
+use super::quintic::{Quintic, turn_of};
 use super::remainder::Remainder;
 use super::stepper::{Stepper, is_quick};
 use crate::enclosed::{Halves, Normed};
@@ -80,8 +80,11 @@ pub(crate) struct Stretch<'a> {
     pub(crate) right: &'a Point,
     /// By how much the polynomials missed what they were tried at.
     missed: &'a [f64],
-    /// Whether each quantity may show something new; all may where there is nothing.
+    /// Whether each quantity may show something new; all may where there is nothing. What may not, and so is not where the
+    /// extrema or the edges of bands are, may be at the ends as it was some time before.
     asked: &'a [bool],
+    /// [`Remainder::sizes`] of a stretch that it is part of.
+    sizes: [f64; 2],
     way: &'a mut Way,
     /// It is the way halved so many times.
     depth: usize,
@@ -116,13 +119,10 @@ impl Stretch<'_> {
 
     /// Which of so many quantities may show something new.
     fn asked_by(&self, viewer: &dyn Viewer, count: usize) -> Vec<bool> {
-        let state = self.left.values[3 * self.left.count..].iter();
-        let sizes: Vec<f64> = state.map(|entry| entry.abs()).collect();
         let remainder = self.way.outputs.remainder();
-        match remainder.along(self.length, &sizes) {
-            Some(off) => (0..count).map(|i| viewer.asks(self, i, off[i])).collect(),
-            None => vec![true; count],
-        }
+        let off = remainder.along(self.length, self.sizes);
+        let asks = |i| self.is_asked(i) && viewer.asks(self, i, off(i));
+        (0..count).map(asks).collect()
     }
 
     /// A quantity by the fraction of the stretch.
@@ -148,7 +148,7 @@ impl Stretch<'_> {
     /// Shows both halves, one after the other.
     pub(crate) fn halves(&mut self, visit: &mut dyn FnMut(&mut Stretch<'_>)) {
         self.way.halvings += 1;
-        let middle = self.way.point(self.left, self.depth + 1);
+        let middle = self.way.point(self.left, self.depth + 1, self.asked);
         self.split(&middle, self.missed, &mut |half| {
             visit(half);
             Some(())
@@ -174,6 +174,7 @@ impl Stretch<'_> {
                 right,
                 missed,
                 asked: self.asked,
+                sizes: self.sizes,
                 way: &mut *self.way,
                 depth: self.depth + 1,
             })?;
@@ -197,35 +198,33 @@ impl Stretch<'_> {
     /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
     /// its first derivative there, which is largest or smallest.
     pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64) {
-        let turn = |polynomial: Quintic| match derivative {
-            1 => polynomial.turn(),
-            _ => polynomial.slope().turn(),
-        };
         // Nearly always it is where the polynomial has it, which leaves half of the products.
-        let guess = turn(self.polynomial(i)).0;
-        let (mut start, mut length, mut ends) = self.part(i, derivative, Some(guess));
+        let slope = self.polynomial(i).slope();
+        let guess = match derivative {
+            1 => slope.zero(),
+            _ => slope.turn().0,
+        };
+        let (mut start, mut length, mut knots) = self.part(i, derivative, Some(guess));
         let is_up = |knot: &[f64; 3]| knot[derivative] > 0.0;
-        let rises = !is_up(&self.left.knot(i));
-        if ends.each_ref().map(is_up) != [!rises, rises] {
-            (start, length, ends) = self.part(i, derivative, None);
+        let is_high = is_up(&self.left.knot(i));
+        if [&knots[0], &knots[2]].map(is_up) != [is_high, !is_high] {
+            (start, length, knots) = self.part(i, derivative, None);
         }
-        let (s, value) = turn(Quintic::short(ends[0], ends[1], length));
-        let scale = length.powi(derivative as i32 - 1);
-        (start + s * length, value / scale)
+        let (s, value) = turn_of(&knots, derivative, length);
+        (start + s * length, value)
     }
 
     /// The small part of the stretch in which there is a guess, or a derivative changes sign as it does between the ends: when it
-    /// begins, its length in s, and the quantity at its ends.
+    /// begins, its length in s, and the quantity at its beginning, middle and end.
     fn part(
         &mut self,
         i: usize,
         derivative: usize,
         guess: Option<f64>,
-    ) -> (f64, f64, [[f64; 3]; 2]) {
-        /// After so many halvings, each of which is exact, velocities are of degree three but for less than rounding.
-        const HALVINGS: usize = 10;
-        let [mut left, mut right] = [self.left, self.right].map(|end| end.knot(i));
-        let is_up = left[derivative] > 0.0;
+    ) -> (f64, f64, [[f64; 3]; 3]) {
+        /// After so many halvings, each of which is exact, velocities are of degree five but for less than rounding.
+        const HALVINGS: usize = 4;
+        let is_up = self.left.knot(i)[derivative] > 0.0;
         let (states, more) = self.left.states();
         let (mut states, mut more) = (states.to_vec(), more.to_vec());
         let mut later = states.clone();
@@ -240,28 +239,22 @@ impl Stretch<'_> {
             if guess.is_none() {
                 let middle = self.way.outputs.knot((&later, &later_more), i);
                 if (middle[derivative] > 0.0) != is_up {
-                    right = middle;
                     continue;
                 }
-                left = middle;
             }
             std::mem::swap(&mut states, &mut later);
             more = later_more;
             start += part;
         }
-        if guess.is_some() {
+        let mut knots = [self.way.outputs.knot((&states, &more), i); 3];
+        for knot in &mut knots[1..] {
             self.way.halvings += 1;
-            let depth = self.depth + HALVINGS;
-            let later_more = self.way.advance((&states, &more), depth, &mut later);
-            let outputs = &self.way.outputs;
-            left = outputs.knot((&states, &more), i);
-            right = outputs.knot((&later, &later_more), i);
+            let depth = self.depth + HALVINGS + 1;
+            more = self.way.advance((&states, &more), depth, &mut later);
+            std::mem::swap(&mut states, &mut later);
+            *knot = self.way.outputs.knot((&states, &more), i);
         }
-        (
-            self.start + start * self.length,
-            part * self.length,
-            [left, right],
-        )
+        (self.start + start * self.length, part * self.length, knots)
     }
 }
 
@@ -368,20 +361,34 @@ impl Outputs {
     fn remainder(&self) -> &Remainder {
         self.remainder.get_or_init(|| {
             let second = &self.rows[self.rows.len() / 3 * 2..];
-            Remainder::of(self.count, second, &self.w)
+            Remainder::of(self.count, second, &self.w, self.states)
         })
     }
 
     /// So many quantities, from room for them and their derivatives, then states and loads, and those with more digits
-    /// where they are taken.
-    fn read(&self, count: usize, mut values: Vec<f64>, more: Vec<DoubleDouble>) -> Point {
+    /// where they are taken. Those that are not `asked` for may be left as they are.
+    fn read(
+        &self,
+        count: usize,
+        asked: &[bool],
+        mut values: Vec<f64>,
+        more: Vec<DoubleDouble>,
+    ) -> Point {
         let (quantities, states) = values.split_at_mut(3 * count);
+        let size = states.len();
         let mut exact = vec![DoubleDouble::ZERO; if more.is_empty() { 0 } else { self.count }];
         for derivative in 0..3 {
-            let quantities = &mut quantities[derivative * count..][..count];
+            let mut quantities = &mut quantities[derivative * count..][..count];
             if more.is_empty() {
-                let rows = derivative * self.count * states.len()..;
-                multiply(&self.rows[rows], states, quantities);
+                let mut rows = &self.rows[derivative * self.count * size..];
+                for run in asked.chunk_by(|one, next| one == next) {
+                    let (now, later) = quantities.split_at_mut(run.len());
+                    if run[0] {
+                        multiply(rows, states, now);
+                    }
+                    (quantities, rows) = (later, &rows[run.len() * size..]);
+                }
+                multiply(rows, states, quantities);
             } else {
                 self.columns[derivative].apply(&more, &mut exact);
                 let exact = quantities.iter_mut().zip(&exact);
@@ -469,11 +476,11 @@ impl Way {
         later_more
     }
 
-    /// What is followed, so much later.
-    fn point(&mut self, from: &Point, depth: usize) -> Point {
-        let mut values = vec![0.0; from.values.len()];
+    /// What is followed, so much later; what is not `asked` for may be as it was.
+    fn point(&mut self, from: &Point, depth: usize, asked: &[bool]) -> Point {
+        let mut values = from.values.clone();
         let more = self.advance(from.states(), depth, &mut values[3 * from.count..]);
-        self.outputs.read(from.count, values, more)
+        self.outputs.read(from.count, asked, values, more)
     }
 
     /// As far as the depth.
@@ -542,7 +549,7 @@ impl Limits {
         let (seen, last) = self.sampled;
         if self.seen - seen > self.most / SAMPLE {
             let left = (self.seen - seen) as f64 * ((self.end - start) / (start - last));
-            if self.seen as f64 + left > 2.0 * self.most as f64 {
+            if self.seen as f64 + left > self.most as f64 {
                 return None;
             }
             self.sampled = (self.seen, start);
@@ -724,7 +731,7 @@ impl Prepared {
                 let (length, error) = walker.seconds(start, finish);
                 let left = self.here(walker.exact(), count);
                 let way = self.ways.of(length, error)?;
-                let right = way.point(&left, 0);
+                let right = way.point(&left, 0, &[]);
                 if index > from {
                     let mut stretch = Stretch {
                         start: now.time().to_f64(),
@@ -733,6 +740,7 @@ impl Prepared {
                         right: &right,
                         missed: &[],
                         asked: &[],
+                        sizes: [0.0; 2],
                         way,
                         depth: 0,
                     };
@@ -755,6 +763,7 @@ impl Prepared {
                     right: &here,
                     missed: &[],
                     asked: &[],
+                    sizes: [0.0; 2],
                     way: &mut Way::of(&self.ways.outputs, None),
                     depth: 0,
                 });
@@ -772,7 +781,7 @@ impl Prepared {
             Digits::Once => Vec::new(),
             Digits::Twice => exact.to_vec(),
         };
-        self.ways.outputs.read(count, values, more)
+        self.ways.outputs.read(count, &[], values, more)
     }
 }
 
@@ -830,7 +839,13 @@ impl Ways {
 /// Shows the halves of a stretch, or divides them, until the polynomials of all that may show something new meet the motion.
 fn divide(stretch: &mut Stretch<'_>, limits: &mut Limits, viewer: &mut dyn Viewer) -> Option<()> {
     const DEEPEST: usize = 40;
+    /// After so many halvings what moves may have decayed.
+    const ANEW: usize = 4;
     limits.count(stretch.start)?;
+    if stretch.depth.is_multiple_of(ANEW) {
+        let remainder = stretch.way.outputs.remainder();
+        stretch.sizes = remainder.sizes(stretch.length, stretch.left.states().0);
+    }
     let asked = stretch.asked_by(viewer, limits.range.len());
     let stretch = &mut Stretch {
         asked: &asked,
@@ -842,7 +857,7 @@ fn divide(stretch: &mut Stretch<'_>, limits: &mut Limits, viewer: &mut dyn Viewe
         return Some(());
     }
     let depth = stretch.depth + 1;
-    let middle = stretch.way.point(stretch.left, depth);
+    let middle = stretch.way.point(stretch.left, depth, &asked);
     limits.see(&middle);
     let displacements = &limits.range[..limits.displacements];
     let all = displacements.iter().copied().fold(0.0, f64::max);

@@ -21,13 +21,23 @@ impl Quintic {
         ])
     }
 
-    /// The integral of the polynomial of degree three that has a motion's velocity and acceleration at both ends of a stretch:
-    /// so short that differences of places are rounding.
-    pub(super) fn short([x, v, a]: [f64; 3], right: [f64; 3], length: f64) -> Quintic {
-        let (rise, a, b) = (right[1] - v, length * a, length * right[2]);
-        let velocity = [v, a, 3.0 * rise - 2.0 * a - b, a + b - 2.0 * rise];
-        let [v, a, c, d] = velocity.map(|coefficient| length * coefficient);
-        Quintic([x, v, a / 2.0, c / 3.0, d / 4.0, 0.0])
+    /// From values and derivatives by time at both ends and in the middle of a stretch of so many seconds, by Newton's divided
+    /// differences.
+    pub(super) fn through(knots: [[f64; 2]; 3], length: f64) -> Quintic {
+        let [[x, a], [y, b], [z, c]] = knots.map(|[value, rate]| [value, length * rate]);
+        let (first, second) = (2.0 * (y - x), 2.0 * (z - y));
+        let [ab, ba, bc, cb] = [first - a, b - first, second - b, c - second].map(|d| 2.0 * d);
+        let (left, middle, right) = (2.0 * (ba - ab), bc - ba, 2.0 * (cb - bc));
+        let fourth = middle - left;
+        let fifth = right - middle - fourth;
+        Quintic([
+            x,
+            a,
+            ab - left / 2.0 + (fourth - fifth) / 4.0,
+            left - fourth + 1.25 * fifth,
+            fourth - 2.0 * fifth,
+            fifth,
+        ])
     }
 
     /// Its value at s.
@@ -89,26 +99,94 @@ impl Quintic {
         Quintic(slope)
     }
 
-    /// Where its slope changes sign, as it does between 0 and 1, and its value there.
-    pub(crate) fn turn(&self) -> (f64, f64) {
-        let slope = self.slope();
+    /// Its integral from 0 to s.
+    pub(super) fn integral(&self, s: f64) -> f64 {
+        let shares = [0, 1, 2, 3, 4, 5].map(|k| self.0[k] / (k + 1) as f64);
+        s * Quintic(shares).at(s)
+    }
+
+    /// Where it changes sign, as it does between 0 and 1.
+    pub(super) fn zero(&self) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
-        let rises = slope.at(low) > 0.0;
+        let is_above = self.at(low) > 0.0;
         for _ in 0..f64::MANTISSA_DIGITS {
             let middle = 0.5 * (low + high);
-            if (slope.at(middle) > 0.0) == rises {
+            if (self.at(middle) > 0.0) == is_above {
                 low = middle;
             } else {
                 high = middle;
             }
         }
-        (low, self.at(low))
+        low
     }
+
+    /// Where its slope changes sign, as it does between 0 and 1, and its value there.
+    pub(crate) fn turn(&self) -> (f64, f64) {
+        let s = self.slope().zero();
+        (s, self.at(s))
+    }
+}
+
+/// Where the first or second derivative of a quantity changes sign between the ends of a short stretch, as a part of it, and the
+/// quantity or its first derivative there: from the quantity and both derivatives at the beginning, in the middle and at the end.
+pub(super) fn turn_of(knots: &[[f64; 3]; 3], derivative: usize, length: f64) -> (f64, f64) {
+    let velocity = Quintic::through(knots.map(|[_, v, a]| [v, a]), length);
+    let (s, value) = match derivative {
+        1 => {
+            let s = velocity.zero();
+            (s, knots[0][0] + length * velocity.integral(s))
+        }
+        _ => velocity.turn(),
+    };
+    // Where the derivatives are rounding, as those of stiff parts at rest are, what they are taken of is not.
+    let near = knots.map(|knot| knot[derivative - 1]);
+    let [low, high] = [f64::min, f64::max].map(|further| near.into_iter().fold(near[1], further));
+    let spread = high - low;
+    if (low - spread..=high + spread).contains(&value) {
+        return (s, value);
+    }
+    let farthest = if knots[0][derivative] > 0.0 {
+        high
+    } else {
+        low
+    };
+    let place = near.iter().position(|value| *value == farthest);
+    (0.5 * place.unwrap_or(1) as f64, farthest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 1 − (t − 0.3)² is highest at 0.3, and −cos lowest at 0, as a quantity and as the velocity of one.
+    #[test]
+    fn a_turn_is_found_from_three_places() {
+        let knots = [0.0, 0.5, 1.0].map(|t: f64| [1.0 - (t - 0.3).powi(2), 0.6 - 2.0 * t, -2.0]);
+        let (s, value) = turn_of(&knots, 1, 1.0);
+        assert!((s - 0.3).abs() < 1e-14 && (value - 1.0).abs() < 1e-15);
+        let length = 0.2;
+        let knots = [0.0, 0.5, 1.0].map(|s| {
+            let (sine, cosine) = f64::sin_cos(-0.07 + length * s);
+            [-cosine, sine, cosine]
+        });
+        let (s, value) = turn_of(&knots, 1, length);
+        assert!((length * s - 0.07).abs() < 1e-9 && (value + 1.0).abs() < 1e-11);
+        let knots = knots.map(|[x, v, _]| [0.0, x, v]);
+        let (s, value) = turn_of(&knots, 2, length);
+        assert!((length * s - 0.07).abs() < 1e-6 && (value + 1.0).abs() < 1e-9);
+    }
+
+    /// Of a part that hardly moves only rounding is left in velocities and accelerations.
+    #[test]
+    fn a_turn_by_derivatives_that_are_rounding_goes_no_further_than_the_values() {
+        let knots = [
+            [2e-12, 1e-4, 3e7],
+            [2.1e-12, 3e-5, -1e8],
+            [1.9e-12, -2e-4, 5e7],
+        ];
+        let (s, value) = turn_of(&knots, 1, 0.01);
+        assert_eq!((s, value), (0.5, 2.1e-12));
+    }
 
     /// t⁵/5 − t⁴/2 + t about t = 1, where its slope t⁴ − 2t³ + 1 changes sign.
     #[test]
@@ -134,16 +212,19 @@ mod tests {
         let (at, value) = quintic.turn();
         assert!((at - 0.5).abs() < 1e-13, "{at}");
         assert!((value - 0.7).abs() < 1e-14, "{value}");
-        // A velocity of degree three: of 2t³ − t² + t⁴/4 it is 0 where t² + 6t = 2.
-        let velocity = |t: f64| 6.0 * t * t - 2.0 * t + t * t * t;
-        let knot_of = |t: f64| {
-            let place = 2.0 * t.powi(3) - t * t + t.powi(4) / 4.0;
-            [place, velocity(t), 12.0 * t - 2.0 + 3.0 * t * t]
-        };
-        let (at, value) = Quintic::short(knot_of(0.25), knot_of(0.5), 0.25).turn();
-        let zero = 11f64.sqrt() - 3.0;
-        assert!((0.25 + 0.25 * at - zero).abs() < 1e-15, "{at}");
-        assert!((value - knot_of(zero)[0]).abs() < 1e-16, "{value}");
+        // The same through three places.
+        let places = [0.5, 1.0, 1.5].map(|t| [knot(t)[0], knot(t)[1]]);
+        let same = Quintic::through(places, 1.0);
+        for (coefficient, same) in quintic.0.iter().zip(&same.0) {
+            assert!((coefficient - same).abs() < 1e-13, "{quintic:?} {same:?}");
+        }
+        // Its integral from t = 0.5 is t⁶/30 − t⁵/10 + t²/2, less 1/1920 − 1/320 + 1/8.
+        for s in [0.0, 0.3, 1.0] {
+            let t: f64 = 0.5 + s;
+            let wanted = t.powi(6) / 30.0 - t.powi(5) / 10.0 + t * t / 2.0;
+            let wanted = wanted - 1.0 / 1920.0 + 1.0 / 320.0 - 0.125;
+            assert!((same.integral(s) - wanted).abs() < 1e-14, "{s}");
+        }
         // The slope is least where t = 3/2.
         let (at, value) = Quintic::between(knot(1.2), knot(1.7), 0.5).slope().turn();
         assert!((at - 0.6).abs() < 1e-10, "{at}");

@@ -44,8 +44,19 @@ impl Stepper<DoubleDouble> {
         shared.0.clone()
     }
 
-    /// The same, computed with more digits where what is not known of it would come to more than `lost` in all the time.
+    /// The same, computed with more digits where what is not known of it would come to more than `lost` in all the time, or where
+    /// the march has made its step with them.
     pub(super) fn precise(problem: &Problem<'_>, lost: f64) -> Option<Stepper<DoubleDouble>> {
+        let wide = problem.found::<Shared<Wide<4>>>();
+        let with_step =
+            |stepper: &&Stepper<_>| stepper.unit.as_ref().is_some_and(|unit| unit.is_made());
+        if let Some(stepper) = wide
+            .as_ref()
+            .and_then(|wide| wide.0.as_ref())
+            .filter(with_step)
+        {
+            return Some(stepper.clone());
+        }
         let stepper = Stepper::shared::<DoubleDouble>(problem)?;
         let end = Magnitude::from(problem.grid().time(problem.grid().last()));
         match (stepper.generator.w.error() * end).to_f64() > lost {
@@ -96,6 +107,10 @@ impl<T: Real> Unit<T> {
         };
         let chain = self.0.get_or_init(make).as_ref()?;
         (chain.length == tau).then_some(chain)
+    }
+
+    fn is_made(&self) -> bool {
+        self.0.get().is_some()
     }
 
     /// What has been made, if it is of this length.

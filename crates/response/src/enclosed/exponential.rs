@@ -116,13 +116,8 @@ impl<T: Real> Halves<T> {
     /// e^{τW/2^depth}, for a depth that is no less.
     pub(crate) fn at(&self, depth: usize) -> Normed<T> {
         let down = depth as i64 - self.plan.squarings;
-        let powers = self.powers.iter().enumerate();
-        let powers: Vec<Normed<T>> = powers
-            .map(|(k, power)| power.scaled(-down * k as i64))
-            .collect();
-        let x = powers[1]
-            .clone()
-            .with_more_error(self.error * Magnitude::power_of_two(-down));
+        let error = self.error * Magnitude::power_of_two(-down);
+        let x = self.powers[1].scaled(-down).with_more_error(error);
         // The shorter the step, the fewer terms.
         let size = x.true_norm().log2();
         let reaches = |height: &usize| {
@@ -135,7 +130,7 @@ impl<T: Real> Halves<T> {
                 .unwrap_or(self.plan.height),
             ..self.plan
         };
-        of_small_powers(&x, &powers, &plan)
+        of_small_powers(&x, &self.powers, down, &plan)
     }
 
     /// e^{τW}, its half, …, down to the ground, each the square of the next.
@@ -235,11 +230,16 @@ impl Plan {
 
 /// Σ X^k/k! up to the degree, with the error of the polynomial, of its truncation and of X.
 fn polynomial<T: Real>(x: &Normed<T>, plan: &Plan) -> Normed<T> {
-    of_small_powers(x, &powers(x, plan), plan)
+    of_small_powers(x, &powers(x, plan), 0, plan)
 }
 
-/// The same, given the powers of X.
-fn of_small_powers<T: Real>(x: &Normed<T>, powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
+/// The same, given the powers of 2^down·X.
+fn of_small_powers<T: Real>(
+    x: &Normed<T>,
+    powers: &[Normed<T>],
+    down: i64,
+    plan: &Plan,
+) -> Normed<T> {
     // x ≤ 1: Σ_{k > degree} x^k/k! ≤ x^{degree+1}/(degree+1)!·2, and e^x ≤ 1 + x + x².
     let size = x.true_norm();
     let mut tail = Magnitude::from(2.0);
@@ -247,7 +247,7 @@ fn of_small_powers<T: Real>(x: &Normed<T>, powers: &[Normed<T>], plan: &Plan) ->
         tail = tail * size / Magnitude::from(k as f64);
     }
     let slope = Magnitude::from(1.0) + size + size * size;
-    of_powers(powers, plan).with_more_error(tail + x.error() * slope)
+    of_powers(powers, down, plan).with_more_error(tail + x.error() * slope)
 }
 
 /// I, X, …, X^width of what is kept of X.
@@ -290,12 +290,12 @@ fn by_powers<T: Real>(x: &Normed<T>, plan: &Plan) -> (Normed<T>, i64) {
         factor = factor / Magnitude::from((width * height + k) as f64);
         tail = tail + power.true_norm() * factor;
     }
-    let sum = of_powers(&powers, plan);
+    let sum = of_powers(&powers, 0, plan);
     (sum.with_more_error(tail), plan.squarings - spare)
 }
 
-/// Σ X^k/k! up to the degree from the first powers, with the error of the polynomial.
-fn of_powers<T: Real>(powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
+/// Σ X^k/k! up to the degree from the first powers of 2^down·X, with the error of the polynomial.
+fn of_powers<T: Real>(powers: &[Normed<T>], down: i64, plan: &Plan) -> Normed<T> {
     let (n, lead, width) = (powers[0].len(), powers[0].lead(), plan.width);
     let degree = width * plan.height;
     let mut coefficients = vec![T::ONE];
@@ -306,27 +306,28 @@ fn of_powers<T: Real>(powers: &[Normed<T>], plan: &Plan) -> Normed<T> {
     // Σ c_{first + i} X^i for i below `count`; a coefficient errs by a unit for each quotient.
     let block = |first: usize, count: usize| {
         let mut entries = vec![T::ZERO; n * n];
-        let mut error = Magnitude::ZERO;
+        let mut error = T::floor() * Magnitude::from((n * n * count) as f64);
+        let mut terms = Vec::with_capacity(count);
         for (i, power) in powers.iter().enumerate().take(count) {
-            let coefficient = coefficients[first + i];
-            for (sum, entry) in entries.iter_mut().zip(power.entries()) {
-                *sum = *sum + coefficient * *entry;
-            }
+            let coefficient = coefficients[first + i].scale(-down * i as i64);
+            terms.push((coefficient, power.entries()));
             let rounding = power.sizes() * growth::<T>(first + i + count + 2);
             error = error + coefficient.upper() * (power.error() + rounding);
+            error = error + T::floor() * power.sizes();
         }
-        let lost = T::floor() * Magnitude::from((n * n * count) as f64);
-        Normed::new(n, lead, entries, error + lost)
+        T::add_multiples(&mut entries, &terms);
+        (entries, error)
     };
     // The highest block takes the last coefficient with it.
-    let mut sum = block(degree - width, width + 1);
+    let (entries, error) = block(degree - width, width + 1);
+    let mut sum = Normed::new(n, lead, entries, error);
+    let widest = powers[width].scaled(-down * width as i64);
     for height in (0..plan.height - 1).rev() {
-        let product = sum.times(&powers[width]);
-        let lower = block(height * width, width);
-        let entries = product.entries().iter().zip(lower.entries());
-        let entries = entries.map(|(a, b)| *a + *b).collect();
-        let error = product.error() + lower.error();
-        let rounded = Normed::new(n, lead, entries, error);
+        let (mut entries, error) = sum.product(&widest);
+        let (lower, more) = block(height * width, width);
+        let pairs = entries.iter_mut().zip(lower);
+        pairs.for_each(|(sum, entry)| *sum = *sum + entry);
+        let rounded = Normed::new(n, lead, entries, error + more);
         let rounding = rounded.sizes() * T::unit();
         sum = rounded.with_more_error(rounding);
     }

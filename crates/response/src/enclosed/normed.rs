@@ -157,6 +157,12 @@ impl<T: Real> Normed<T> {
     /// The product. With k = n terms in each sum, its rounding is at most (k + 2)U in parts of the
     /// product of sizes |A||B| (Higham 2002, §3.5).
     pub(crate) fn times(&self, other: &Normed<T>) -> Normed<T> {
+        let (entries, error) = self.product(other);
+        Normed::new(self.n, self.lead, entries, error)
+    }
+
+    /// Entries and error of the same.
+    pub(super) fn product(&self, other: &Normed<T>) -> (Vec<T>, Magnitude) {
         let (n, lead) = (self.n, self.lead);
         let mut entries = vec![T::ZERO; n * n];
         let mut terms = Vec::with_capacity(n);
@@ -176,7 +182,7 @@ impl<T: Real> Normed<T> {
         let rounding = self.sizes * other.sizes * growth::<T>(n)
             + T::floor() * Magnitude::from((n * n) as f64 * 2.0);
         let error = self.norm * other.error + self.error * other.true_norm() + rounding;
-        Normed::new(n, lead, entries, error)
+        (entries, error)
     }
 }
 

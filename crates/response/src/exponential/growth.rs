@@ -9,20 +9,19 @@ use faer::{Mat, MatRef};
 /// When ‖A‖u exceeds 1, no phase of a fast oscillation is known any more, and the rounding errors
 /// of the squarings alone would let it grow without end. This keeps its size right.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Growth {
+pub(crate) struct Growth {
     /// μ / ln 2: how often the bound doubles in a unit of time.
     doublings: f64,
 }
 
 impl Growth {
     /// The bound for A, to rounding: a μ that rounding alone could have made positive is taken as 0.
-    pub(super) fn of(a: MatRef<'_, f64>) -> Growth {
+    pub(crate) fn of(a: MatRef<'_, f64>) -> Growth {
         let n = a.nrows();
         let size = a.norm_max();
         if size == 0.0 || !size.is_finite() {
-            return Growth {
-                doublings: f64::INFINITY,
-            };
+            let doublings = if size == 0.0 { 0.0 } else { f64::INFINITY };
+            return Growth { doublings };
         }
         let half = Mat::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] / size + a[(j, i)] / size));
         let largest = match symmetric_eigenvalues(&half) {
@@ -38,6 +37,11 @@ impl Growth {
         Growth {
             doublings: mu * size / std::f64::consts::LN_2,
         }
+    }
+
+    /// A bound of ‖e^{As}‖₂ for all s from 0 to `time`.
+    pub(crate) fn until(self, time: f64) -> f64 {
+        (self.doublings.max(0.0) * time).exp2()
     }
 
     /// By how many powers of two (S + X)·2^exponent, S the diagonal matrix of `ones`, exceeds every

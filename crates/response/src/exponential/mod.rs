@@ -32,6 +32,7 @@ pub use condition::expm_condition;
 pub use energy_condition::energy_condition;
 pub use error::ExpmError;
 pub use expm::{BoundedExponential, expm, expm_bounded};
+pub(crate) use growth::Growth;
 pub use method::Exponential;
 pub use pade::Pade13;
 pub use second_order::SecondOrder;

@@ -15,16 +15,21 @@ impl Kept {
         Kept(Arc::clone(&self.0))
     }
 
-    /// The value of this type, made when it is first asked for.
+    /// The value of this type, once it has been made.
+    pub(super) fn found<V: Send + Sync + 'static>(&self) -> Option<Arc<V>> {
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = known.get(&TypeId::of::<V>()).cloned();
+        found.map(|value| value.downcast().expect("kept by its type"))
+    }
+
+    /// The same, made when it is first asked for.
     pub(super) fn get<V: Send + Sync + 'static>(&self, make: impl FnOnce() -> V) -> Arc<V> {
-        let id = TypeId::of::<V>();
-        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = known().get(&id).cloned();
-        let value = found.unwrap_or_else(|| {
+        self.found().unwrap_or_else(|| {
             let made = Arc::new(make());
-            known().entry(id).or_insert(made).clone()
-        });
-        value.downcast().expect("kept by its type")
+            let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let kept = known.entry(TypeId::of::<V>()).or_insert(made).clone();
+            kept.downcast().expect("kept by its type")
+        })
     }
 }
 

@@ -338,6 +338,11 @@ impl<'a> Problem<'a> {
         self.kept.get(make)
     }
 
+    /// The same, if it has been made.
+    pub(crate) fn found<V: Send + Sync + 'static>(&self) -> Option<Arc<V>> {
+        self.kept.found()
+    }
+
     /// The system that moves.
     pub fn system(&self) -> &'a System {
         self.system

@@ -13,7 +13,9 @@ use crate::problem::{Piece, Problem};
 ///
 /// Between the instants the exact solution is halved until it is, to nine digits of its range, a
 /// polynomial of degree five through displacement, velocity and acceleration at both ends; so is what is asked for beside
-/// it, with its own derivatives. Each extremum is then a root of the exact velocity, or acceleration, found by bisection. All is done in doubles, from
+/// it, with its own derivatives. Stretches on which nothing can go beyond what the instants show, by a bound of the sixth derivatives, are
+/// left whole. An extremum is then where the velocity or acceleration changes sign, of polynomials through exact values on a
+/// sixteenth of the stretch. All is done in doubles, from
 /// steps that are right to their last digits: values are good to about 12 digits, and times to half of
 /// them, for there a motion is flat. [`ByCertifiedExponential::at`](crate::ByCertifiedExponential::at)
 /// gives the displacement at such a time with a proven bound.
@@ -101,16 +103,17 @@ impl Peaks {
         }
     }
 
-    /// Takes what a stretch has of a quantity, and how far it may go beyond. Values that are equal but for rounding are not
+    /// Takes what a stretch has of a quantity, of which so much is known, and how far it may go beyond. Values that are equal but for rounding are not
     /// distinguished.
-    fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, range: f64, hidden: &mut [f64; 2]) {
+    fn widen(&mut self, stretch: &mut Stretch<'_>, i: usize, known: &Known, hidden: &mut [f64; 2]) {
         let both = [(1.0, &mut self.highest), (-1.0, &mut self.lowest)];
         let limits = stretch.limits(i);
-        for ((sign, best), hidden) in both.into_iter().zip(hidden) {
+        for (((sign, best), hidden), level) in both.into_iter().zip(hidden).zip(known.levels) {
             let mut climb = Climb {
                 i,
                 sign,
-                range,
+                range: known.range,
+                level,
                 best: Extremum {
                     displacement: best.value,
                     time: best.time,
@@ -212,93 +215,34 @@ impl Extrema {
         if problem.system().is_large() {
             return None;
         }
-        let mut all = ranges(trajectory);
-        let displacements = all.len();
-        all.extend(ranges_beside(problem, trajectory));
+        let (n, mut all) = (problem.system().len(), known(problem, trajectory));
+        let v = trajectory.velocity();
+        let speeds = (0..n).map(|i| largest(v.row(i).iter().skip(1)) * (1.0 - INVISIBLE));
+        let speeds: Vec<f64> = speeds.collect();
+        let found = Extrema::follow(follower, &all, &speeds, digits);
         // What is asked for beside the displacements may be harder to follow than they are.
-        let found = Extrema::follow(follower, all.clone(), digits);
-        let more = all.len() > displacements;
-        all.truncate(displacements);
+        let more = all.len() > n;
+        all.truncate(n);
         found.or_else(|| {
-            more.then(|| Extrema::follow(follower, all, digits))
+            more.then(|| Extrema::follow(follower, &all, &speeds, digits))
                 .flatten()
         })
     }
 
-    /// Of the displacements and, with ranges of it, of what is asked for beside them.
+    /// Of the displacements and, where something is known of it, of what is asked for beside them too.
     fn follow(
         follower: &mut Follower<'_, '_>,
-        ranges: Vec<f64>,
+        known: &[Known],
+        speeds: &[f64],
         digits: Digits,
     ) -> Option<Extrema> {
-        let problem = follower.problem();
-        let n = problem.system().len();
-        let first = |i: usize| Extremum {
-            displacement: problem.initial_displacement()[i],
-            time: 0.0,
-        };
-        let start = |i: usize| Fastest {
-            velocity: problem.initial_velocity()[i],
-            time: 0.0,
-        };
-        let extrema = Extrema {
-            highest: (0..n).map(first).collect(),
-            lowest: (0..n).map(first).collect(),
-            fastest: (0..n).map(start).collect(),
-            jumps: vec![Vec::new(); n],
-            beside: None,
-            digits,
-            roundings: vec![0.0; n],
-        };
-        let nothing = Reached {
-            value: 0.0,
-            time: 0.0,
-            bound: 0.0,
-        };
-        let nothing = Peaks {
-            highest: nothing,
-            lowest: nothing,
-            jumps: Vec::new(),
-        };
-        let mut search = Search {
-            extrema,
-            beside: vec![nothing; ranges.len() - n],
-            hidden: vec![[f64::NEG_INFINITY; 2]; ranges.len() - n],
-            ranges,
-            has_begun: false,
-            before: Vec::with_capacity(n),
-            beside_before: Vec::new(),
-        };
-        let effort = (digits, PRODUCTS);
-        follower.follow(0, search.ranges.clone(), effort, &mut search)?;
-        let Search {
-            mut extrema,
-            mut beside,
-            hidden,
-            ..
-        } = search;
-        for (peaks, hidden) in beside.iter_mut().zip(hidden) {
-            peaks.leave(hidden);
+        let mut search = Search::over(follower, known, speeds, digits)?;
+        if !search.is_level() {
+            // The instants given are of another motion, or of none, as at an instant at which it jumps.
+            let known: Vec<Known> = known.iter().map(|known| known.alone()).collect();
+            search = Search::over(follower, &known, &vec![0.0; speeds.len()], digits)?;
         }
-        if digits == Digits::Once {
-            let size = |i: usize| extrema.peak(i).displacement.abs();
-            let all = (0..n).map(size).fold(0.0, f64::max);
-            extrema.roundings.fill(10.0 * ROUNDING * all);
-        }
-        let mut accelerations = beside;
-        let outputs = accelerations.len().checked_sub(problem.sources().len());
-        if let Some(outputs) = outputs.filter(|_| !accelerations.is_empty()) {
-            let mut outputs = accelerations.split_off(outputs);
-            let mut springs = outputs.split_off(problem.combinations().len());
-            let count = problem.system().elements(ElementKind::Spring).len();
-            let dampers = springs.split_off(count.min(springs.len()));
-            extrema.beside = Some(Beside {
-                accelerations,
-                outputs,
-                forces: [springs, dampers],
-            });
-        }
-        Some(extrema)
+        Some(search.extrema(follower.problem()))
     }
 
     /// With how many digits they were followed.
@@ -423,8 +367,9 @@ struct Search {
     beside: Vec<Peaks>,
     /// How far each of them may go unseen, up and down.
     hidden: Vec<[f64; 2]>,
-    /// Each quantity reaches so much at least.
-    ranges: Vec<f64>,
+    /// What is known beforehand: of each quantity, and the size of a velocity of each coordinate.
+    known: Vec<Known>,
+    speeds: Vec<f64>,
     has_begun: bool,
     /// Displacement and velocity at the end of the stretch before, and what is followed beside them.
     before: Vec<[f64; 2]>,
@@ -432,6 +377,112 @@ struct Search {
 }
 
 impl Search {
+    /// Over all the motion.
+    fn over(
+        follower: &mut Follower<'_, '_>,
+        known: &[Known],
+        speeds: &[f64],
+        digits: Digits,
+    ) -> Option<Search> {
+        let (n, problem) = (speeds.len(), follower.problem());
+        let first = |i: usize| Extremum {
+            displacement: problem.initial_displacement()[i],
+            time: 0.0,
+        };
+        let start = |i: usize| Fastest {
+            velocity: problem.initial_velocity()[i],
+            time: 0.0,
+        };
+        let extrema = Extrema {
+            highest: (0..n).map(first).collect(),
+            lowest: (0..n).map(first).collect(),
+            fastest: (0..n).map(start).collect(),
+            jumps: vec![Vec::new(); n],
+            beside: None,
+            digits,
+            roundings: vec![0.0; n],
+        };
+        let nothing = Reached {
+            value: 0.0,
+            time: 0.0,
+            bound: 0.0,
+        };
+        let nothing = Peaks {
+            highest: nothing,
+            lowest: nothing,
+            jumps: Vec::new(),
+        };
+        let mut search = Search {
+            extrema,
+            beside: vec![nothing; known.len() - n],
+            hidden: vec![[f64::NEG_INFINITY; 2]; known.len() - n],
+            known: known.to_vec(),
+            speeds: speeds.to_vec(),
+            has_begun: false,
+            before: Vec::with_capacity(n),
+            beside_before: Vec::new(),
+        };
+        let ranges = known.iter().map(|known| known.range).collect();
+        follower.follow(0, ranges, (digits, PRODUCTS), &mut search)?;
+        Some(search)
+    }
+
+    /// The lowest and the highest value found of a quantity.
+    fn found(&self, i: usize) -> [f64; 2] {
+        let extrema = &self.extrema;
+        match i.checked_sub(extrema.highest.len()) {
+            None => [&extrema.lowest, &extrema.highest].map(|all| all[i].displacement),
+            Some(beside) => {
+                let peaks = &self.beside[beside];
+                [peaks.lowest.value, peaks.highest.value]
+            }
+        }
+    }
+
+    /// Whether all that was known beforehand has been found.
+    fn is_level(&self) -> bool {
+        let mut fastest = self.extrema.fastest.iter().zip(&self.speeds);
+        let mut known = self.known.iter().enumerate();
+        fastest.all(|(found, known)| found.velocity.abs() >= *known)
+            && known.all(|(i, known)| {
+                let [low, high] = self.found(i);
+                high >= known.levels[0] && -low >= known.levels[1]
+            })
+    }
+
+    /// What was found, once all has been seen.
+    fn extrema(self, problem: &Problem<'_>) -> Extrema {
+        let Search {
+            mut extrema,
+            mut beside,
+            hidden,
+            ..
+        } = self;
+        for (peaks, hidden) in beside.iter_mut().zip(hidden) {
+            peaks.leave(hidden);
+        }
+        if extrema.digits == Digits::Once {
+            let n = extrema.highest.len();
+            let size = |i: usize| extrema.peak(i).displacement.abs();
+            let all = (0..n).map(size).fold(0.0, f64::max);
+            extrema.roundings.fill(10.0 * ROUNDING * all);
+        }
+        let mut accelerations = beside;
+        let outputs = accelerations.len().checked_sub(problem.sources().len());
+        if let Some(outputs) = outputs.filter(|_| !accelerations.is_empty()) {
+            let mut outputs = accelerations.split_off(outputs);
+            let mut springs = outputs.split_off(problem.combinations().len());
+            let count = problem.system().elements(ElementKind::Spring).len();
+            let dampers = springs.split_off(count.min(springs.len()));
+            extrema.beside = Some(Beside {
+                accelerations,
+                outputs,
+                forces: [springs, dampers],
+            });
+        }
+        extrema
+    }
+
     /// A node without mass does not begin at the initial values given.
     fn begin(&mut self, stretch: &Stretch<'_>) {
         self.has_begun = true;
@@ -463,20 +514,12 @@ impl Search {
 impl Viewer for Search {
     fn asks(&self, stretch: &Stretch<'_>, i: usize, [off, speed_off]: [f64; 2]) -> bool {
         let n = self.extrema.highest.len();
-        let (low, high) = match i.checked_sub(n) {
-            None => (
-                self.extrema.lowest[i].displacement,
-                self.extrema.highest[i].displacement,
-            ),
-            Some(beside) => {
-                let peaks = &self.beside[beside];
-                (peaks.lowest.value, peaks.highest.value)
-            }
-        };
+        let ([low, high], known) = (self.found(i), &self.known[i]);
+        let (low, high) = (low.min(-known.levels[1]), high.max(known.levels[0]));
         let [lowest, highest] = stretch.limits(i);
-        let off = off + stretch.rounding(i) + INVISIBLE * self.ranges[i];
+        let off = off + stretch.rounding(i) + INVISIBLE * known.range;
         let is_slow = || {
-            let fastest = self.extrema.fastest[i].velocity.abs();
+            let fastest = self.extrema.fastest[i].velocity.abs().max(self.speeds[i]);
             stretch.speed_limit(i) + speed_off < fastest
         };
         let is_within = highest + off < high && lowest - off > low;
@@ -499,11 +542,14 @@ impl Viewer for Search {
                 continue;
             }
             let limits = stretch.limits(i);
-            for (sign, all) in [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)] {
+            let known = &self.known[i];
+            let both = [(1.0, &mut extrema.highest), (-1.0, &mut extrema.lowest)];
+            for ((sign, all), level) in both.into_iter().zip(known.levels) {
                 let mut climb = Climb {
                     i,
                     sign,
-                    range: self.ranges[i],
+                    range: known.range,
+                    level,
                     best: all[i],
                     beaten: false,
                     hidden: f64::NEG_INFINITY,
@@ -511,7 +557,7 @@ impl Viewer for Search {
                 climb.raise(stretch, limits, DEPTH);
                 all[i] = climb.best;
             }
-            hasten(stretch, i, DEPTH, &mut extrema.fastest[i]);
+            hasten(stretch, i, DEPTH, self.speeds[i], &mut extrema.fastest[i]);
         }
         let each = self.beside.iter_mut().zip(&mut self.hidden);
         for (i, (peaks, hidden)) in (n..).zip(each) {
@@ -519,11 +565,11 @@ impl Viewer for Search {
                 peaks.note_jump(*value, stretch, i);
             }
             if stretch.is_asked(i) {
-                peaks.widen(stretch, i, self.ranges[i], hidden);
+                peaks.widen(stretch, i, &self.known[i], hidden);
             }
         }
         self.beside_before.clear();
-        let beside = (n..self.ranges.len()).map(|i| stretch.right.x(i));
+        let beside = (n..self.known.len()).map(|i| stretch.right.x(i));
         self.beside_before.extend(beside);
         if !self.before.is_empty() {
             extrema.note_jumps(&self.before, stretch);
@@ -547,22 +593,48 @@ fn is_first(values: [f64; 2], times: [f64; 2]) -> bool {
     }
 }
 
-/// The largest displacement of each coordinate among the instants.
-fn ranges(trajectory: &Trajectory) -> Vec<f64> {
-    let x = trajectory.displacement();
-    (0..x.nrows()).map(|i| largest(x.row(i).iter())).collect()
+/// What is known of a quantity from the instants.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// Its largest size.
+    range: f64,
+    /// It is as high as this, and its negative too, but for what does not show: after the first instant, at which a node without
+    /// mass may leave the place given.
+    levels: [f64; 2],
 }
 
-/// The same of what the problem asks for beside them, as far as the trajectory has it.
-fn ranges_beside(problem: &Problem<'_>, trajectory: &Trajectory) -> Vec<f64> {
+impl Known {
+    fn of<'a>(values: impl Iterator<Item = &'a f64>) -> Known {
+        let (mut range, mut levels) = (0.0f64, [f64::NEG_INFINITY; 2]);
+        for (instant, value) in values.enumerate() {
+            range = range.max(value.abs());
+            if instant > 0 {
+                levels = [levels[0].max(*value), levels[1].max(-value)];
+            }
+        }
+        let levels = levels.map(|level| level - INVISIBLE * range);
+        Known { range, levels }
+    }
+
+    /// The range alone.
+    fn alone(self) -> Known {
+        let levels = [f64::NEG_INFINITY; 2];
+        Known { levels, ..self }
+    }
+}
+
+/// Of the displacement of each coordinate, and of what the problem asks for beside them, as far as the trajectory has it.
+fn known(problem: &Problem<'_>, trajectory: &Trajectory) -> Vec<Known> {
+    let x = trajectory.displacement();
+    let mut all: Vec<Known> = (0..x.nrows()).map(|i| Known::of(x.row(i).iter())).collect();
+    let nothing = || Known::of([].iter());
     let a = trajectory.acceleration();
     let accelerations = (0..problem.system().len()).filter(|_| problem.wants_acceleration());
-    let accelerations = accelerations.map(|i| a.map_or(0.0, |a| largest(a.row(i).iter())));
-    let mut ranges: Vec<f64> = accelerations.collect();
-    let combined = trajectory.combined().map(|values| largest(values.iter()));
-    let combined = combined.chain(std::iter::repeat(0.0));
-    ranges.extend(combined.take(problem.sources().len()));
-    ranges
+    all.extend(accelerations.map(|i| a.map_or_else(nothing, |a| Known::of(a.row(i).iter()))));
+    let combined = trajectory.combined().map(|values| Known::of(values.iter()));
+    let combined = combined.chain(std::iter::repeat_with(nothing));
+    all.extend(combined.take(problem.sources().len()));
+    all
 }
 
 fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
@@ -578,6 +650,8 @@ struct Climb {
     sign: f64,
     /// The whole motion reaches it at least.
     range: f64,
+    /// And this, times `sign`.
+    level: f64,
     best: Extremum,
     /// Whether the best is another than at first.
     beaten: bool,
@@ -592,7 +666,9 @@ impl Climb {
         let (left, right) = (stretch.left, stretch.right);
         let range = self.range.max(left.x(i).abs()).max(right.x(i).abs());
         let limit = if sign > 0.0 { high } else { low };
-        let is_below = |value: f64, best: f64| sign * (value - best) < -INVISIBLE * range;
+        let level = self.level;
+        let is_below =
+            |value: f64, best: f64| sign * value < (sign * best).max(level) - INVISIBLE * range;
         if is_below(limit, self.best.displacement) {
             return;
         }
@@ -627,15 +703,16 @@ impl Climb {
     }
 }
 
-/// Takes the largest velocity of a stretch, which may be halved so often, if it beats the best. Either end may be beside a jump.
-fn hasten(stretch: &mut Stretch<'_>, i: usize, depth: usize, best: &mut Fastest) {
+/// Takes the largest velocity of a stretch, which may be halved so often, if it beats the best and what is known. Either end may be
+/// beside a jump.
+fn hasten(stretch: &mut Stretch<'_>, i: usize, depth: usize, known: f64, best: &mut Fastest) {
     let (left, right) = (stretch.left, stretch.right);
     best.compare(left.v(i), stretch.start);
     best.compare(right.v(i), stretch.start + stretch.length);
     if stretch.length == 0.0 {
         return;
     }
-    let beyond = stretch.speed_limit(i) - best.velocity.abs();
+    let beyond = stretch.speed_limit(i) - best.velocity.abs().max(known);
     if beyond.is_nan() || beyond <= 0.0 {
         return;
     }
@@ -644,7 +721,7 @@ fn hasten(stretch: &mut Stretch<'_>, i: usize, depth: usize, best: &mut Fastest)
     let is_open = stretch.polynomial(i).slope().turns() > usize::from(turns);
     // By a polynomial of degree five a slope is as near as eight times that over the length.
     if is_open && depth > 0 && beyond * stretch.length > 8.0 * stretch.off(i) {
-        return stretch.halves(&mut |half| hasten(half, i, depth - 1, best));
+        return stretch.halves(&mut |half| hasten(half, i, depth - 1, known, best));
     }
     if turns {
         let (time, velocity) = stretch.turn(i, 2);
@@ -719,11 +796,8 @@ pub(crate) fn last_place(stretch: &Stretch<'_>, i: usize, band: &Band) -> Option
 
 /// The ranges of so many quantities that are followed: of displacements, or of what is asked for beside them too.
 pub(crate) fn followed(problem: &Problem<'_>, trajectory: &Trajectory, count: usize) -> Vec<f64> {
-    let mut followed = ranges(trajectory);
-    if count > followed.len() {
-        followed.extend(ranges_beside(problem, trajectory));
-    }
-    followed
+    let known = known(problem, trajectory);
+    known.iter().take(count).map(|known| known.range).collect()
 }
 
 /// When each coordinate that has a band was last outside it, in s, at any time from the instant
@@ -809,6 +883,46 @@ mod tests {
             let peak = found.peak(0);
             assert!(peak.displacement > 0.0, "{velocity}: {peak:?}");
             assert!((peak.time - wanted).abs() < 1e-6, "{velocity}: {peak:?}");
+        }
+    }
+
+    /// The instants of another motion lead to the same extrema.
+    #[test]
+    fn what_other_instants_show_is_not_believed() {
+        let system = oscillator(2.0, 0.1);
+        let pushed = |velocity: f64| {
+            let from = State::at_rest().push("m", velocity);
+            let problem = Response::of(&system).from(from).every(0.3).until(6.0);
+            problem.with_acceleration().problem().expect("a problem")
+        };
+        let (weak, strong) = (pushed(1.0), pushed(1.5));
+        let plan = ResponsePlan::of(&strong).expect("a plan");
+        let other = plan.run(&strong).expect("a motion");
+        let found = Extrema::of(&weak, &other).expect("it can be followed");
+        let wanted = extrema(&system, |response| {
+            let from = State::at_rest().push("m", 1.0);
+            response
+                .from(from)
+                .with_acceleration()
+                .every(0.3)
+                .until(6.0)
+        });
+        let all = |found: &Extrema| {
+            let acceleration = found.acceleration(0).expect("asked for");
+            let ([high], [low], [fastest]) = (found.highest(), found.lowest(), found.fastest())
+            else {
+                panic!("there is one mass");
+            };
+            [
+                high.displacement,
+                low.displacement,
+                fastest.velocity,
+                acceleration.highest.value,
+                acceleration.lowest.value,
+            ]
+        };
+        for (found, wanted) in all(&found).into_iter().zip(all(&wanted)) {
+            assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
         }
     }
 

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::modes::{Modes, Participation, System};
 use eigentone::report::{
-    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, MOST_DEMANDS, ModeReport, Page,
-    ResponseReport, SwitchedReport, events_csv,
+    Analysis, Answer, DemandReport, EnergyReport, FrequencyReport, MOST_DEMANDS,
+    MOST_PARTICIPATING, ModeReport, Page, ResponseReport, SwitchedReport, events_csv,
 };
 use eigentone::response::{
     Energy, Features, FrequencyFunctions, FrequencyValue, Problem, ResponseError, ResponsePlan,
@@ -106,7 +106,10 @@ impl Analyze {
             motion,
             switches: &switches,
         });
-        let participation = Participation::of_parts(system);
+        let participation = match self.out {
+            Some(_) => Participation::of_parts(system),
+            None => Participation::of_parts_up_to(system, MOST_PARTICIPATING),
+        };
         let analysis = Analysis {
             participation: &participation,
             title: scene.title().unwrap_or(&name),

@@ -41,8 +41,8 @@ pub struct Analysis<'a> {
     pub switched: Option<SwitchedReport<'a>>,
 }
 
-/// Modes of which participation is looked at.
-const MOST_PARTICIPATING: usize = 24;
+/// The text has participation of parts of so many coordinates at most; [`Page`](super::Page) has all that there are.
+pub const MOST_PARTICIPATING: usize = 24;
 
 /// A response, how it was computed, and what becomes of each coordinate.
 pub struct Answer<'a> {

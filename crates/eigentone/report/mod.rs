@@ -41,7 +41,7 @@ pub(crate) mod unit;
 
 use eigentone_modes::Bounds;
 
-pub use analysis::{Analysis, Answer};
+pub use analysis::{Analysis, Answer, MOST_PARTICIPATING};
 pub use axis::{Axis, Scale};
 pub use campbell::CampbellReport;
 #[cfg(feature = "check")]

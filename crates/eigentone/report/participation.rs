@@ -19,7 +19,6 @@ what supports and held ends carry, and so do moments of inertia.";
 
 /// A heading and a table for each part that has effective masses, or why there are none.
 pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, String>)> {
-    let several = analysis.participation.len() > 1;
     let part =
         |(coordinates, participation): &(Vec<usize>, Result<Participation, ParticipationError>)| {
             match participation {
@@ -28,7 +27,7 @@ pub(super) fn parts(analysis: &Analysis<'_>) -> Vec<(String, Result<Table, Strin
                         .iter()
                         .map(|i| analysis.system.names()[*i].as_str());
                     let names = shorten(&names.collect::<Vec<&str>>().join(", "), 60);
-                    let of = if several {
+                    let of = if coordinates.len() < analysis.system.len() {
                         format!(" of {}", visible(&names))
                     } else {
                         String::new()

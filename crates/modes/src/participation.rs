@@ -85,6 +85,14 @@ impl Participation {
     pub fn of_parts(
         system: &System,
     ) -> Vec<(Vec<usize>, Result<Participation, ParticipationError>)> {
+        Participation::of_parts_up_to(system, usize::MAX)
+    }
+
+    /// The same without the directions in which more coordinates than `most` are joined, whose modes take longest.
+    pub fn of_parts_up_to(
+        system: &System,
+        most: usize,
+    ) -> Vec<(Vec<usize>, Result<Participation, ParticipationError>)> {
         let matrices = [MatrixKind::Mass, MatrixKind::Stiffness];
         let is_given = |kind: &MatrixKind| system.model().added_whole(*kind).is_given;
         let given: Vec<MatrixKind> = matrices.into_iter().filter(is_given).collect();
@@ -99,11 +107,14 @@ impl Participation {
                 (coordinates, part)
             })
             .collect();
-        let each = directions(system).into_iter().map(|direction| {
+        let each = directions(system).into_iter().filter_map(|direction| {
             let (coordinates, part) = parts
                 .iter()
                 .find(|(coordinates, _)| coordinates.binary_search(&direction[0]).is_ok())
                 .expect("each coordinate is in a part");
+            if coordinates.len() > most {
+                return None;
+            }
             let moves = |i: &usize| f64::from(u8::from(direction.binary_search(i).is_ok()));
             let whole: Vec<f64> = (0..system.len()).map(|i| moves(&i)).collect();
             let carried = Carried::of(system, &whole);
@@ -113,7 +124,7 @@ impl Participation {
                 ..carried
             };
             let participation = Participation::with(part, &influence, &carried);
-            (direction, participation)
+            Some((direction, participation))
         });
         each.collect()
     }
@@ -495,12 +506,15 @@ mod tests {
     fn parts_are_summed_by_themselves() {
         let both = chain(3, true).mass("p", 7.0).mass("q", 9.0);
         let both = both.spring(GROUND, "q", 9.0).spring("p", "q", 2.0);
-        let parts = Participation::of_parts(&both.build().unwrap());
+        let both = both.build().unwrap();
+        let parts = Participation::of_parts(&both);
         let found: Vec<(Vec<usize>, f64)> = parts
             .into_iter()
             .map(|(coordinates, part)| (coordinates, part.unwrap().total_mass()))
             .collect();
         assert_eq!(found, [(vec![0, 1, 2], 3.0), (vec![3, 4], 16.0)]);
+        let small = Participation::of_parts_up_to(&both, 2);
+        assert_eq!((small.len(), &small[0].0), (1, &vec![3, 4]));
     }
 
     /// The ground shakes held ends and supports, and what their mass couples to: 8/π² and 8/(9π²) of the mass of a rod, 61.31 % and 18.83 % of

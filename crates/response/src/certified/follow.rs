@@ -196,8 +196,8 @@ impl Stretch<'_> {
     }
 
     /// Where a quantity's first or second derivative changes sign, as it does between the ends: the time, and the quantity or
-    /// its first derivative there, which is largest or smallest.
-    pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64) {
+    /// its first derivative there, which is largest or smallest; and how far the quantity may be off.
+    pub(crate) fn turn(&mut self, i: usize, derivative: usize) -> (f64, f64, f64) {
         // Nearly always it is where the polynomial has it, which leaves half of the products.
         let slope = self.polynomial(i).slope();
         let guess = match derivative {
@@ -210,8 +210,8 @@ impl Stretch<'_> {
         if [&knots[0], &knots[2]].map(is_up) != [is_high, !is_high] {
             (start, length, knots) = self.part(i, derivative, None);
         }
-        let (s, value) = turn_of(&knots, derivative, length);
-        (start + s * length, value)
+        let (s, value, off) = turn_of(&knots, derivative, length);
+        (start + s * length, value, off)
     }
 
     /// The small part of the stretch in which there is a guess, or a derivative changes sign as it does between the ends: when it

@@ -129,21 +129,27 @@ impl Quintic {
 
 /// Where the first or second derivative of a quantity changes sign between the ends of a short stretch, as a part of it, and the
 /// quantity or its first derivative there: from the quantity and both derivatives at the beginning, in the middle and at the end.
-pub(super) fn turn_of(knots: &[[f64; 3]; 3], derivative: usize, length: f64) -> (f64, f64) {
+/// The last number is how far the quantity may be off: the most by which its polynomial misses it at the knots.
+pub(super) fn turn_of(knots: &[[f64; 3]; 3], derivative: usize, length: f64) -> (f64, f64, f64) {
     let velocity = Quintic::through(knots.map(|[_, v, a]| [v, a]), length);
-    let (s, value) = match derivative {
+    let (s, value, off) = match derivative {
         1 => {
             let s = velocity.zero();
-            (s, knots[0][0] + length * velocity.integral(s))
+            let at = |s: f64| knots[0][0] + length * velocity.integral(s);
+            let missed = |knot: usize| (at(0.5 * knot as f64) - knots[knot][0]).abs();
+            (s, at(s), missed(1).max(missed(2)))
         }
-        _ => velocity.turn(),
+        _ => {
+            let (s, value) = velocity.turn();
+            (s, value, 0.0)
+        }
     };
     // Where the derivatives are rounding, as those of stiff parts at rest are, what they are taken of is not.
     let near = knots.map(|knot| knot[derivative - 1]);
     let [low, high] = [f64::min, f64::max].map(|further| near.into_iter().fold(near[1], further));
     let spread = high - low;
     if (low - spread..=high + spread).contains(&value) {
-        return (s, value);
+        return (s, value, off);
     }
     let farthest = if knots[0][derivative] > 0.0 {
         high
@@ -151,7 +157,7 @@ pub(super) fn turn_of(knots: &[[f64; 3]; 3], derivative: usize, length: f64) -> 
         low
     };
     let place = near.iter().position(|value| *value == farthest);
-    (0.5 * place.unwrap_or(1) as f64, farthest)
+    (0.5 * place.unwrap_or(1) as f64, farthest, spread)
 }
 
 #[cfg(test)]
@@ -162,17 +168,32 @@ mod tests {
     #[test]
     fn a_turn_is_found_from_three_places() {
         let knots = [0.0, 0.5, 1.0].map(|t: f64| [1.0 - (t - 0.3).powi(2), 0.6 - 2.0 * t, -2.0]);
-        let (s, value) = turn_of(&knots, 1, 1.0);
+        let (s, value, _) = turn_of(&knots, 1, 1.0);
         assert!((s - 0.3).abs() < 1e-14 && (value - 1.0).abs() < 1e-15);
         let length = 0.2;
         let knots = [0.0, 0.5, 1.0].map(|s| {
             let (sine, cosine) = f64::sin_cos(-0.07 + length * s);
             [-cosine, sine, cosine]
         });
-        let (s, value) = turn_of(&knots, 1, length);
+        let (s, value, _) = turn_of(&knots, 1, length);
         assert!((length * s - 0.07).abs() < 1e-9 && (value + 1.0).abs() < 1e-11);
+        // A longer one shows what its polynomial misses.
+        let knots_of = |length: f64| {
+            [0.0, 0.5, 1.0].map(|s| {
+                let (sine, cosine) = f64::sin_cos(-0.4 + length * s);
+                [-cosine, sine, cosine]
+            })
+        };
+        for length in [0.5, 1.0, 2.0] {
+            let (_, value, off) = turn_of(&knots_of(length), 1, length);
+            let error = (value + 1.0).abs();
+            assert!(
+                error > 1e-11 && error <= off && off < 1e-3,
+                "{length}: {error:e} {off:e}"
+            );
+        }
         let knots = knots.map(|[x, v, _]| [0.0, x, v]);
-        let (s, value) = turn_of(&knots, 2, length);
+        let (s, value, _) = turn_of(&knots, 2, length);
         assert!((length * s - 0.07).abs() < 1e-6 && (value + 1.0).abs() < 1e-9);
     }
 
@@ -184,7 +205,7 @@ mod tests {
             [2.1e-12, 3e-5, -1e8],
             [1.9e-12, -2e-4, 5e7],
         ];
-        let (s, value) = turn_of(&knots, 1, 0.01);
+        let (s, value, _) = turn_of(&knots, 1, 0.01);
         assert_eq!((s, value), (0.5, 2.1e-12));
     }
 

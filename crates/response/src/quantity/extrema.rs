@@ -87,7 +87,7 @@ pub struct Reached {
     /// In s; the first time, where it is reached more than once.
     pub time: f64,
     /// How far the value may be off: an estimate of what rounding makes of it, which is much where a stiff element or a sum
-    /// cancels, and of what may be hidden. Nothing is where the polynomials between the instants rise or fall all along, or
+    /// cancels, of what polynomials miss at a turn, and of what may be hidden. Nothing is where the polynomials between the instants rise or fall all along, or
     /// turn once, for turns are found in the exact motion. Where one is as good as level, or turns several times, by no more than it is off, the
     /// motion may go further than the value by that: up to 1e-9 of the range, as where a quantity stays at 0 for some time.
     pub bound: f64,
@@ -118,17 +118,17 @@ impl Peaks {
                     displacement: best.value,
                     time: best.time,
                 },
-                beaten: false,
+                beaten: None,
                 hidden: *hidden,
             };
             climb.raise(stretch, limits, DEPTH);
             *hidden = climb.hidden;
-            if climb.beaten {
+            if let Some(off) = climb.beaten {
                 let found = climb.best;
                 *best = Reached {
                     value: found.displacement,
                     time: found.time,
-                    bound: stretch.rounding(i) + EQUAL * found.displacement.abs(),
+                    bound: stretch.rounding(i) + EQUAL * found.displacement.abs() + off,
                 };
             }
         }
@@ -551,7 +551,7 @@ impl Viewer for Search {
                     range: known.range,
                     level,
                     best: all[i],
-                    beaten: false,
+                    beaten: None,
                     hidden: f64::NEG_INFINITY,
                 };
                 climb.raise(stretch, limits, DEPTH);
@@ -653,8 +653,8 @@ struct Climb {
     /// And this, times `sign`.
     level: f64,
     best: Extremum,
-    /// Whether the best is another than at first.
-    beaten: bool,
+    /// How far the best may be from the exact motion that it is read off; `None` where it is the same as at first.
+    beaten: Option<f64>,
     /// Times `sign`, the farthest that the motion may go unseen.
     hidden: f64,
 }
@@ -673,8 +673,8 @@ impl Climb {
             return;
         }
         // The left end may be beside a jump.
-        self.compare(left.x(i), stretch.start);
-        self.compare(right.x(i), stretch.start + stretch.length);
+        self.compare(left.x(i), stretch.start, 0.0);
+        self.compare(right.x(i), stretch.start + stretch.length, 0.0);
         let polynomial = stretch.polynomial(i);
         let off = stretch.off(i);
         let [before, after] = [left, right].map(|end| sign * end.v(i));
@@ -689,16 +689,16 @@ impl Climb {
             self.hidden = self.hidden.max(sign * limit + off);
         }
         if before > 0.0 && after < 0.0 && !is_below(polynomial.turn().1, self.best.displacement) {
-            let (time, displacement) = stretch.turn(i, 1);
-            self.compare(displacement, time);
+            let (time, displacement, off) = stretch.turn(i, 1);
+            self.compare(displacement, time, off);
         }
     }
 
     /// Takes a value that beats the best. What is equal but for rounding is reached first where it is reached first.
-    fn compare(&mut self, displacement: f64, time: f64) {
+    fn compare(&mut self, displacement: f64, time: f64, off: f64) {
         if self.sign * (displacement - self.best.displacement) > EQUAL * displacement.abs() {
             self.best = Extremum { displacement, time };
-            self.beaten = true;
+            self.beaten = Some(off);
         }
     }
 }
@@ -724,7 +724,7 @@ fn hasten(stretch: &mut Stretch<'_>, i: usize, depth: usize, known: f64, best: &
         return stretch.halves(&mut |half| hasten(half, i, depth - 1, known, best));
     }
     if turns {
-        let (time, velocity) = stretch.turn(i, 2);
+        let (time, velocity, _) = stretch.turn(i, 2);
         best.compare(velocity, time);
     }
 }

@@ -90,6 +90,8 @@ pub(crate) struct March<'a, 'b, T> {
     /// Of each guard, how many derivatives are 0 at the start of the step; none of those of `usize::MAX` leaves 0.
     pub(crate) orders: Vec<usize>,
     pub(crate) zeta: Vec<T>,
+    /// ζ before anything jumped at the last instant at which something did.
+    pub(crate) earlier: Vec<T>,
     pub(crate) errors: ErrorSet,
     pub(crate) now: T,
     pub(crate) doubt: Doubt,
@@ -394,6 +396,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             current: Rc::new(current),
             orders: Vec::new(),
             errors: ErrorSet::new(n + 1, upper(error)),
+            earlier: zeta.clone(),
             zeta,
             now: T::ZERO,
             doubt,
@@ -503,7 +506,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
                 next.map_or((end, blur), |(start, uncertain)| (start, upper(uncertain)));
             self.change = (next.is_some() || !of_all).then_some(until);
             self.pass_on(&before, added)?;
-            let change = self.settle(&[])?;
+            let change = self.settle(&[], before)?;
             if let Some(map) = &change.map {
                 self.turn(map);
             }
@@ -900,7 +903,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         }
         let errors = self.errors.clone();
         let time_bound = bound;
-        let change = self.settle(&due)?;
+        let change = self.settle(&due, self.zeta.clone())?;
         let new = self.current.clone();
         // W′ζ after, in the old step's unit, less what becomes of Wζ.
         let ratio = old.step / new.step;

@@ -4,6 +4,7 @@
 //! is that of the masses as the contacts feel them. It is solved by principal pivots at the least index (Murty, Opsearch 11,
 //! 1974); signs are those of the first derivative that is not 0, so that what is at its limit is decided by where it goes.
 
+use std::cmp::Ordering;
 use std::collections::HashSet;
 use std::rc::Rc;
 
@@ -66,9 +67,11 @@ impl<T: Real> March<'_, '_, T> {
         self.sign(switch, value, error, row.norm * self.size(), is_due)
     }
 
-    /// Lets impulses act and finds the phases that follow, where these switches are at their limits.
-    pub(crate) fn settle(&mut self, due: &[usize]) -> Result<Change, Halt> {
+    /// Lets impulses act and finds the phases that follow, where these switches are at their limits; `earlier` is ζ before
+    /// anything jumped at this instant.
+    pub(crate) fn settle(&mut self, due: &[usize], earlier: Vec<T>) -> Result<Change, Halt> {
         let before = self.phases.clone();
+        self.earlier = earlier;
         self.added.fill(0.0);
         self.bounced.iter_mut().for_each(|bounced| *bounced = false);
         let mut change = Change {
@@ -648,8 +651,10 @@ impl<T: Real> March<'_, '_, T> {
     ) -> Result<bool, Halt> {
         let mut turns = vec![0; phases.len()];
         let mut seen = HashSet::new();
+        // What stood aside and slides, as what held its ends moves them.
+        let mut parted = Vec::new();
         for _ in 0..most {
-            let configuration = self.independent(phases)?;
+            let configuration = self.independent(phases, last_first)?;
             let mut derivatives = vec![self.zeta.clone()];
             for k in 1..ORDERS {
                 let mut next = configuration.apply(&derivatives[k - 1]);
@@ -770,6 +775,14 @@ impl<T: Real> March<'_, '_, T> {
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
             let slides = matches!(phases[switch], Phase::Slip(_) | Phase::Free);
             let gives = slides || matches!(phases[switch], Phase::Idle(_));
+            match old {
+                Phase::Idle(0) => parted.push(switch),
+                Phase::Stick => {
+                    let others = parted.drain(..).filter(|other| *other != switch);
+                    others.for_each(|other| phases[other] = Phase::Stick);
+                }
+                _ => {}
+            }
             for (other, phase) in phases.iter_mut().enumerate() {
                 *phase = match *phase {
                     Phase::Idle(0) if other != switch && gives => Phase::Stick,
@@ -826,6 +839,8 @@ impl<T: Real> March<'_, '_, T> {
                 let number = guards[..at].iter().rev();
                 let number = number.take_while(|other| other.switch == switch).count();
                 let before = match self.phases[switch] {
+                    // Nothing acted before the start.
+                    _ if !self.started => most,
                     Phase::Slip(sign) => {
                         let pulls = f64::from(sign) * if number == 0 { 1.0 } else { -1.0 };
                         most + pulls * friction.force
@@ -834,7 +849,7 @@ impl<T: Real> March<'_, '_, T> {
                         let own = self.current.guards.iter();
                         let mut own = own.filter(|guard| guard.switch == switch);
                         let before = own.nth(number);
-                        before.map_or(most, |guard| guard.row.at(&self.zeta).to_f64())
+                        before.map_or(most, |guard| guard.row.at(&self.earlier).to_f64())
                     }
                     _ => most,
                 };
@@ -855,8 +870,13 @@ impl<T: Real> March<'_, '_, T> {
         phases.iter().any(is_hold) && self.configuration(&held).is_err()
     }
 
-    /// The system of some phases, where frictions that hold what others hold already stand aside.
-    fn independent(&mut self, phases: &mut [Phase]) -> Result<Rc<Configuration<T>>, Halt> {
+    /// The system of some phases, where frictions that hold what others hold already stand aside: those that did not hold before
+    /// do so first, and then the weaker ones; of equals the last listed one, or the first where that is asked for.
+    fn independent(
+        &mut self,
+        phases: &mut [Phase],
+        last_first: bool,
+    ) -> Result<Rc<Configuration<T>>, Halt> {
         loop {
             if let Ok(configuration) = self.configuration(phases) {
                 return Ok(configuration);
@@ -865,7 +885,15 @@ impl<T: Real> March<'_, '_, T> {
             if phases.iter().any(is_hold) {
                 self.configuration(phases)?;
             }
-            // The last that makes the relations dependent.
+            let mut order: Vec<usize> = (0..phases.len()).collect();
+            if last_first {
+                order.reverse();
+            }
+            order.sort_by(|a, b| {
+                self.firmness(*b)
+                    .partial_cmp(&self.firmness(*a))
+                    .unwrap_or(Ordering::Equal)
+            });
             let mut partial: Vec<Phase> = phases
                 .iter()
                 .map(|phase| {
@@ -877,7 +905,7 @@ impl<T: Real> March<'_, '_, T> {
                 })
                 .collect();
             self.configuration(&partial)?;
-            for switch in 0..phases.len() {
+            for switch in order {
                 if phases[switch] == Phase::Stick {
                     partial[switch] = Phase::Stick;
                     if self.configuration(&partial).is_err() {
@@ -886,6 +914,15 @@ impl<T: Real> March<'_, '_, T> {
                 }
             }
             phases.copy_from_slice(&partial);
+        }
+    }
+
+    /// Which of frictions that hold the same goes on: the larger.
+    fn firmness(&self, switch: usize) -> (bool, f64) {
+        let has_held = self.started && matches!(self.phases[switch], Phase::Stick | Phase::Idle(_));
+        match &self.places[switch].switch {
+            Switch::Friction(friction) => (has_held, friction.static_force),
+            _ => (has_held, 0.0),
         }
     }
 

@@ -131,27 +131,116 @@ fn what_has_held_outlasts_what_turns_round() {
 fn what_gives_way_of_two_at_once_is_not_guessed() {
     let system = System::builder().mass("a", 1.0).mass("b", 1.0);
     let system = system.build().expect("a system");
-    let run = |limits: [f64; 2]| {
+    let run = |limits: [f64; 2], turned: u8| {
+        let [mut lower, mut upper] = [[GROUND, "a"], ["a", "b"]];
+        match turned {
+            1 => lower.reverse(),
+            2 => upper.reverse(),
+            _ => {}
+        }
         let switches = vec![
-            friction(GROUND, "a", 1.0, limits[0]),
-            friction("a", "b", 1.0, limits[1]),
+            friction(lower[0], lower[1], 1.0, limits[0]),
+            friction(upper[0], upper[1], 1.0, limits[1]),
         ];
         let ask = Response::of(&system).load("b", Step::of(2.5));
         let problem = ask.every(0.5).until(1.0).problem().expect("a problem");
         Switching::new(&problem, switches).expect("switches").run()
     };
-    let error = run([2.0, 2.0]).expect_err("either may give way");
-    assert!(
-        matches!(error, SwitchingError::Undecided { time: 0.0, .. })
-            && error.to_string().contains("at their limits at once"),
-        "{error}"
-    );
-    // The one with the lower limit: both at 0.75 m/s², or the upper one alone at 1.5 m/s².
-    for (limits, wanted) in [([1.9, 2.0], [0.375, 0.375]), ([2.0, 1.9], [0.0, 0.75])] {
-        let motion = run(limits).expect("a motion");
-        for (i, wanted) in wanted.into_iter().enumerate() {
-            let found = motion.trajectory().displacement()[(i, 2)];
-            assert!((found - wanted).abs() <= 1e-14, "{found} {wanted}");
+    for turned in 0..3 {
+        let error = run([2.0, 2.0], turned).expect_err("either may give way");
+        assert!(
+            matches!(error, SwitchingError::Undecided { time: 0.0, .. })
+                && error.to_string().contains("at their limits at once"),
+            "{error}"
+        );
+        // The one with the lower limit: both at 0.75 m/s², or the upper one alone at 1.5 m/s².
+        for (limits, wanted) in [([1.9, 2.0], [0.375, 0.375]), ([2.0, 1.9], [0.0, 0.75])] {
+            let motion = run(limits, turned).expect("a motion");
+            for (i, wanted) in wanted.into_iter().enumerate() {
+                let found = motion.trajectory().displacement()[(i, 2)];
+                assert!(
+                    (found - wanted).abs() <= 1e-14,
+                    "{turned}: {found} {wanted}"
+                );
+            }
+        }
+    }
+}
+
+/// The lower of two masses needs 1.9 N of the 2 N that hold it on the ground. As loads rise to 2.2 N on the upper one and 2.1 N in
+/// all, be it at once or in a while, the ground is asked for 2 N when the upper mass is asked for 1.1 N: both slide on it
+/// with (2.1 − 1)/2 m/s².
+#[test]
+fn loads_that_jump_are_the_limit_of_ramps() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    for rise in [0.0, 1e-3, 1e-6] {
+        let mut ask = Response::of(&system).load("a", Step::of(1.9));
+        for (mass, force) in [("a", -2.0), ("b", 2.2)] {
+            ask = match rise {
+                0.0 => ask.load(mass, Step::of(force).starting_at(1.0)),
+                rise => ask
+                    .load(mass, Ramp::of(force / rise).starting_at(1.0))
+                    .load(mass, Ramp::of(-force / rise).starting_at(1.0 + rise)),
+            };
+        }
+        let ask = ask.every(0.5).until(2.0);
+        let [ground, upper] = [
+            friction(GROUND, "a", 1.0, 2.0),
+            friction("a", "b", 1.0, 2.0),
+        ];
+        for switches in [[ground.clone(), upper.clone()], [upper, ground]] {
+            let motion = run(ask.clone(), switches.to_vec());
+            for i in 0..2 {
+                let found = motion.trajectory().displacement()[(i, 4)];
+                let off = (found - 0.275).abs();
+                assert!(off <= 1e-15 + 2.0 * rise, "{rise}: {found}");
+            }
+        }
+    }
+}
+
+/// A mass that lies on the ground stays there as a plate on it turns, though the plate could as well take it along; one that moves
+/// with the plate does so until that turns, where it would have to slide on the ground the other way.
+#[test]
+fn what_turns_under_a_mass_takes_nothing_along() {
+    let (amplitude, frequency) = (0.05, 4.0);
+    let system = System::builder()
+        .mass("m", 1.0)
+        .support("plate")
+        .build()
+        .expect("a system");
+    let swing = Harmonic::of(amplitude, frequency);
+    let from = |speed| {
+        Response::of(&system)
+            .from(State::at_rest().push("m", speed))
+            .motion("plate", Quantity::Displacement, swing)
+            .every(0.125)
+            .until(2.0)
+    };
+    let cases = [
+        // At the turns m a = 0.8 N: the plate could hold that and the ground's 1 N.
+        (0.0, [1.0, 3.0], [1.0, 2.0]),
+        // It holds 2.5 N − 0.8 N before the turn, and would hold 2.5 N + 0.8 N after it.
+        (amplitude * frequency, [2.5, 3.45], [1.92, 2.98]),
+    ];
+    for (speed, on_ground, on_plate) in cases {
+        let ground = friction(GROUND, "m", on_ground[0], on_ground[1]);
+        let plate = friction("plate", "m", on_plate[0], on_plate[1]);
+        for switches in [[ground.clone(), plate.clone()], [plate, ground]] {
+            let motion = run(from(speed), switches.to_vec());
+            let x = motion.trajectory().displacement();
+            for (k, time) in motion.trajectory().times().iter().enumerate() {
+                let wanted = match speed {
+                    0.0 => 0.0,
+                    _ => amplitude * (frequency * time.min(PI / 2.0 / frequency)).sin(),
+                };
+                assert!(
+                    (x[(0, k)] - wanted).abs() < 1e-15,
+                    "{time}: {} {wanted}",
+                    x[(0, k)]
+                );
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What switches do to the equation of motion in each of their phases, in doubles, and which phases agree with a state.
+//! What switches do to the equation of motion in each of their phases, in doubles.
 
 use eigentone_modes::{Form, System};
 use eigentone_response::Problem;
@@ -11,6 +11,8 @@ use crate::integrator::{EquationOfMotion, Forces};
 pub(super) enum Phase {
     /// A friction that holds.
     Stick,
+    /// One that pulls with all that it has against this sign where others hold its ends.
+    Full(i8),
     /// A friction against a rate of this sign.
     Slip(i8),
     /// A stop or a rigid stop that is not pressed.
@@ -29,8 +31,9 @@ impl Phase {
     pub(super) fn becomes(self, next: Phase) -> Option<EventKind> {
         match (self, next) {
             _ if self == next => None,
+            (Phase::Stick | Phase::Full(_), Phase::Stick | Phase::Full(_)) => None,
             (_, Phase::Slip(_)) => Some(EventKind::Slip),
-            (_, Phase::Stick) => Some(EventKind::Stick),
+            (_, Phase::Stick | Phase::Full(_)) => Some(EventKind::Stick),
             (_, Phase::Closed) => Some(EventKind::Contact),
             (_, Phase::Open) => Some(EventKind::Release),
             _ => Some(EventKind::Switch),
@@ -72,8 +75,8 @@ impl Direction {
     }
 }
 
-struct Placed<'a> {
-    switch: &'a Switch,
+pub(super) struct Placed<'a> {
+    pub(super) switch: &'a Switch,
     stretch: Direction,
     body: Direction,
 }
@@ -82,7 +85,7 @@ struct Placed<'a> {
 pub(super) struct Law<'a> {
     pub(super) equation: &'a EquationOfMotion,
     problem: &'a Problem<'a>,
-    placed: Vec<Placed<'a>>,
+    pub(super) placed: Vec<Placed<'a>>,
     /// Of displacements and of velocities: what is far smaller counts as 0.
     pub(super) sizes: [f64; 2],
 }
@@ -91,7 +94,18 @@ pub(super) struct Law<'a> {
 pub(super) struct Moment {
     pub(super) accelerations: Vec<f64>,
     /// Of each switch on b along its stretch.
-    forces: Vec<f64>,
+    pub(super) forces: Vec<f64>,
+    /// The largest acceleration if nothing held.
+    size: f64,
+}
+
+impl Moment {
+    /// Whether all moves in the same way, but for rounding.
+    pub(super) fn is_like(&self, other: &Moment) -> bool {
+        let mut pairs = self.accelerations.iter().zip(&other.accelerations);
+        let size = self.size.max(other.size);
+        pairs.all(|(a, b)| (a - b).abs() <= ROUNDING * size)
+    }
 }
 
 /// Where a motion is.
@@ -104,7 +118,10 @@ pub(super) struct Place<'a> {
 }
 
 /// What counts as 0 beside the largest so far.
-const NOTHING: f64 = 1e-11;
+pub(super) const NOTHING: f64 = 1e-11;
+
+/// How far accelerations that are equal may differ beside the largest.
+const ROUNDING: f64 = 1e-9;
 
 impl<'a> Law<'a> {
     pub(super) fn of(
@@ -192,6 +209,9 @@ impl<'a> Law<'a> {
     fn force(&self, k: usize, phase: Phase, rate: f64, stretch: f64, body: f64) -> f64 {
         match (self.placed[k].switch, phase) {
             (Switch::Friction(friction), Phase::Slip(sign)) => -f64::from(sign) * friction.force,
+            (Switch::Friction(friction), Phase::Full(sign)) => {
+                -f64::from(sign) * friction.static_force
+            }
             (Switch::Stop(stop), Phase::Closed) => {
                 -stop.stiffness * (stretch - stop.gap) - stop.damping * rate
             }
@@ -211,6 +231,34 @@ impl<'a> Law<'a> {
             (_, Phase::Stick) | (Switch::Impact(_), Phase::Closed) => Some(&placed.stretch),
             (_, Phase::Hold) => Some(&placed.body),
             _ => None,
+        }
+    }
+
+    /// Takes the sizes of a state, and those of what is at rest by what accelerates it.
+    pub(super) fn see(&mut self, place: Place<'_>) {
+        const PART: f64 = 1e4;
+        let n = self.equation.len();
+        let mut accelerations = vec![0.0; n];
+        let forces = Forces {
+            problem: self.problem,
+            piece: place.piece,
+        };
+        self.equation.acceleration(
+            place.state,
+            &forces,
+            place.elapsed + self.soon(),
+            &mut accelerations,
+        );
+        let largest = |values: &[f64]| {
+            values
+                .iter()
+                .fold(0.0f64, |size, value| size.max(value.abs()))
+        };
+        let (x, v) = place.state.split_at(n);
+        let gained = largest(&accelerations) * self.soon() * PART;
+        let sizes = [largest(x), largest(v).max(gained)];
+        for (known, size) in self.sizes.iter_mut().zip(sizes) {
+            *known = known.max(size);
         }
     }
 
@@ -240,6 +288,8 @@ impl<'a> Law<'a> {
             acting[k] = self.force(k, *phase, rate, stretch, body);
             add(&mut accelerations, acting[k], &placed.stretch.mobility);
         }
+        let sizes = accelerations.iter().map(|value| value.abs());
+        let size = sizes.fold(0.0, f64::max);
         // Σⱼ (rₖ·bⱼ) λⱼ = −rₖ·x″.
         let count = held.len();
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(count);
@@ -260,6 +310,7 @@ impl<'a> Law<'a> {
         Some(Moment {
             accelerations,
             forces: acting,
+            size,
         })
     }
 
@@ -278,6 +329,10 @@ impl<'a> Law<'a> {
                 (most - moment.forces[k].abs()) / most.max(f64::MIN_POSITIVE) + NOTHING
             }
             (_, Phase::Slip(sign)) => f64::from(sign) * rate / v_size + NOTHING,
+            (_, Phase::Full(_)) => {
+                let apart = placed.stretch.value(&moment.accelerations, &supports, 2);
+                ROUNDING - apart.abs() / moment.size.max(f64::MIN_POSITIVE)
+            }
             (Switch::Impact(_), Phase::Closed) => -moment.forces[k] + NOTHING * v_size,
             (Switch::Stop(_) | Switch::Impact(_), _) => {
                 let beyond = placed.stretch.value(x, &supports, 0) - gap(placed.switch);
@@ -310,7 +365,7 @@ impl<'a> Law<'a> {
     }
 
     /// The phases that a switch may have, those that hold first.
-    fn candidates(&self, k: usize, place: Place<'_>) -> Vec<Phase> {
+    pub(super) fn candidates(&self, k: usize, place: Place<'_>) -> Vec<Phase> {
         const NEAR: f64 = 10.0 * NOTHING;
         let placed = &self.placed[k];
         let (x, v) = place.state.split_at(self.equation.len());
@@ -351,61 +406,12 @@ impl<'a> Law<'a> {
         }
     }
 
-    /// The first combination of phases whose laws all agree a moment later; dampers and stops change before frictions.
-    pub(super) fn phases(&self, place: Place<'_>) -> Result<Vec<Phase>, String> {
-        const MOST: usize = 20_000;
-        let all: Vec<Vec<Phase>> = (0..self.len()).map(|k| self.candidates(k, place)).collect();
-        let count = all
-            .iter()
-            .fold(1usize, |count, own| count.saturating_mul(own.len()));
-        if count > MOST {
-            return Err(format!(
-                "too many switches are at their limits at once: {count} combinations"
-            ));
-        }
-        for number in 0..count {
-            let mut rest = number;
-            let pick = |own: &Vec<Phase>| {
-                let phase = own[rest % own.len()];
-                rest /= own.len();
-                phase
-            };
-            let phases: Vec<Phase> = all.iter().map(pick).collect();
-            if self.agree(&phases, place) {
-                return Ok(phases);
-            }
-        }
-        Err("no combination of states agrees with the laws of all switches".to_owned())
-    }
-
-    fn agree(&self, phases: &[Phase], place: Place<'_>) -> bool {
-        let Some(moment) = self.moment(phases, place) else {
-            return false;
-        };
-        let n = self.equation.len();
-        let soon = 1e-6 / self.equation.fastest().max(f64::MIN_POSITIVE);
-        let mut state = place.state.to_vec();
-        for i in 0..n {
-            state[i] += soon * (state[n + i] + 0.5 * soon * moment.accelerations[i]);
-            state[n + i] += soon * moment.accelerations[i];
-        }
-        let later = Place {
-            elapsed: place.elapsed + soon,
-            state: &state,
-            ..place
-        };
-        let Some(moment) = self.moment(phases, later) else {
-            return false;
-        };
-        let mut each = phases.iter().enumerate();
-        each.all(|(k, phase)| {
-            // A body that stays still has the low damping.
-            let least = match phase {
-                Phase::High => 2.0 * NOTHING * NOTHING,
-                _ => 0.0,
-            };
-            self.guard(k, *phase, later, &moment) >= least
-        })
+    /// Seconds in which nothing moves far.
+    pub(super) fn soon(&self) -> f64 {
+        let grid = self.problem.grid();
+        let loads = self.problem.timeline().fastest();
+        let end = grid.time(grid.last()).max(f64::MIN_POSITIVE);
+        1e-6 / self.equation.fastest().max(loads).max(1.0 / end)
     }
 
     /// Reverses what hits rigid stops, and gives the stops that were hit.
@@ -472,6 +478,10 @@ impl<'a> Law<'a> {
                 }
             }
         }
+        // Squares of what is left would be lost.
+        let least = f64::EPSILON * f64::EPSILON * self.sizes[1];
+        let left = state[n..].iter_mut().filter(|value| value.abs() < least);
+        left.for_each(|value| *value = 0.0);
     }
 }
 

@@ -3,6 +3,7 @@
 //! Steps of fixed length; where a guard is negative at the end of a step, the step is shortened by bisection until it ends
 //! there. Which phases follow is found by trying all. An event that comes and goes within a step is missed, as it is by all such integrators.
 
+mod choice;
 mod comparison;
 mod law;
 mod one_step;
@@ -67,8 +68,8 @@ impl EventDriven {
     /// # Errors
     /// [`ResponseError::NotApplicable`] for a singular mass matrix, unknown names, no substeps, or a support that jumps at what
     /// damps and switches;
-    /// [`ResponseError::Stopped`] where the limit is reached or no phases agree with a state; [`ResponseError::Overflow`] and
-    /// [`ResponseError::TooLarge`].
+    /// [`ResponseError::Stopped`] where the limit is reached, or where no phases agree with a state or which of several do is not
+    /// determined; [`ResponseError::Overflow`] and [`ResponseError::TooLarge`].
     pub fn integrate(
         &self,
         problem: &Problem<'_>,
@@ -96,6 +97,7 @@ impl EventDriven {
         let mut march = March {
             method: self.method,
             phases: Vec::new(),
+            forces: vec![0.0; law.len()],
             events: Vec::new(),
             evaluations: &evaluations,
             law,
@@ -133,6 +135,8 @@ struct March<'a> {
     law: Law<'a>,
     /// None before the start.
     phases: Vec<Phase>,
+    /// Of each switch.
+    forces: Vec<f64>,
     events: Vec<Event>,
     evaluations: &'a Cell<u64>,
 }
@@ -140,15 +144,7 @@ struct March<'a> {
 impl March<'_> {
     /// Finds the phases at the start of a stretch.
     fn begin(&mut self, stretch: &Stretch<'_>, state: &mut [f64]) -> Result<(), String> {
-        self.see(state);
         self.settle(stretch, state, 0.0)
-    }
-
-    /// Takes the sizes of a state.
-    fn see(&mut self, state: &[f64]) {
-        for (size, half) in self.law.sizes.iter_mut().zip(state.chunks(state.len() / 2)) {
-            *size = half.iter().fold(*size, |size, value| size.max(value.abs()));
-        }
     }
 
     fn settle(
@@ -159,15 +155,20 @@ impl March<'_> {
     ) -> Result<(), String> {
         let piece = stretch.forces.piece;
         let time = stretch.start() + elapsed;
+        self.law.see(Place {
+            piece,
+            elapsed,
+            state,
+        });
         let hit = self.law.apply_impacts(piece, elapsed, state)?;
         let place = Place {
             piece,
             elapsed,
             state,
         };
-        let phases = self
+        let (phases, moment) = self
             .law
-            .phases(place)
+            .phases(place, (&self.phases, &self.forces))
             .map_err(|reason| format!("{reason} at {time} s"))?;
         let event = |switch, kind| Event {
             time,
@@ -184,6 +185,7 @@ impl March<'_> {
             self.events.extend(changes);
         }
         self.phases = phases;
+        self.forces = moment.forces;
         self.law.project(&self.phases, piece, elapsed, state);
         Ok(())
     }
@@ -214,37 +216,43 @@ impl March<'_> {
                     elapsed: now + h,
                     state: &next,
                 };
-                let lasts = flow.law.moment(flow.phases, place).is_some_and(|moment| {
+                let moment = flow.law.moment(flow.phases, place);
+                let lasts = moment.as_ref().is_some_and(|moment| {
                     let mut phases = flow.phases.iter().enumerate();
-                    phases.all(|(k, phase)| flow.law.guard(k, *phase, place, &moment) >= 0.0)
+                    phases.all(|(k, phase)| flow.law.guard(k, *phase, place, moment) >= 0.0)
                 });
-                (next, lasts)
+                (next, lasts, moment.map(|moment| moment.forces))
             };
             let left = end - now;
-            let (next, lasts) = ends(left);
+            let (next, lasts, forces) = ends(left);
             if !next.iter().all(|value| value.is_finite()) {
                 *state = next;
                 return Ok(());
             }
-            if lasts {
+            if let (true, Some(forces)) = (lasts, &forces) {
                 *state = next;
-                self.see(state);
+                self.forces.clone_from(forces);
+                self.law.see(Place {
+                    piece: stretch.forces.piece,
+                    elapsed: end,
+                    state,
+                });
                 return Ok(());
             }
-            let (mut low, mut high, mut beyond) = (0.0, left, next);
+            let (mut low, mut high, mut beyond) = (0.0, left, (next, forces));
             for _ in 0..60 {
                 let middle = f64::midpoint(low, high);
                 if middle <= low || middle >= high || high - low <= 1e-15 * end {
                     break;
                 }
                 match ends(middle) {
-                    (_, true) => low = middle,
-                    (next, false) => (high, beyond) = (middle, next),
+                    (_, true, _) => low = middle,
+                    (next, false, forces) => (high, beyond) = (middle, (next, forces)),
                 }
             }
             now += high;
-            *state = beyond;
-            self.see(state);
+            *state = beyond.0;
+            self.forces = beyond.1.unwrap_or_else(|| self.forces.clone());
             self.settle(stretch, state, now)?;
             if now >= end {
                 return Ok(());

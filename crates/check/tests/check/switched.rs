@@ -2,7 +2,9 @@
 
 use eigentone_check::{EventDriven, Limit, OneStep, TrajectoryError};
 use eigentone_modes::{GROUND, System};
-use eigentone_response::{Harmonic, Quantity, Ramp, Response, State};
+use eigentone_response::{
+    Harmonic, Problem, Quantity, Ramp, Response, ResponseError, State, Step, Trajectory,
+};
 use eigentone_switching::{
     ControlledDamper, DamperLaw, EventKind, Friction, Impact, Stop, Switch, Switching,
     SwitchingError,
@@ -201,11 +203,189 @@ fn examine(drawn: &Drawn) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+fn friction(between: [&str; 2], force: f64, static_force: f64) -> Switch {
+    Switch::Friction(Friction {
+        between: between.map(str::to_owned),
+        force,
+        static_force,
+    })
+}
+
+/// The same in every order, each from either end.
+fn orders(switches: &[Switch]) -> Vec<Vec<Switch>> {
+    let Some((first, others)) = switches.split_first() else {
+        return vec![Vec::new()];
+    };
+    let mut turned = first.clone();
+    if let Switch::Friction(friction) = &mut turned {
+        friction.between.reverse();
+    }
+    let mut all = Vec::new();
+    for other in orders(others) {
+        for at in 0..=other.len() {
+            for one in [first, &turned] {
+                let mut own = other.clone();
+                own.insert(at, one.clone());
+                all.push(own);
+            }
+        }
+    }
+    all
+}
+
+fn stepped(problem: &Problem<'_>, switches: &[Switch]) -> Result<Trajectory, ResponseError> {
+    let method = EventDriven {
+        method: OneStep::RungeKutta4,
+        substeps: 4,
+    };
+    let motion = method.integrate(problem, switches, Limit::default());
+    motion.map(|motion| motion.trajectory)
+}
+
+/// Two masses on each other, the upper one pulled by 2.5 N. Where the ground gives way first, both go with (2.5 − 1)/2 m/s², or
+/// else the upper one alone with 1.5 m/s².
+#[test]
+fn the_friction_that_is_first_at_its_limit_gives_way() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    let ask = Response::of(&system).load("b", Step::of(2.5));
+    let problem = ask.every(0.5).until(1.0).problem().expect("a problem");
+    let limits = [
+        ([1.9, 2.0], Some([0.375, 0.375])),
+        ([2.0, 1.9], Some([0.0, 0.75])),
+        ([2.0, 2.0], None),
+    ];
+    for ([lower, upper], wanted) in limits {
+        let switches = [
+            friction([GROUND, "a"], 1.0, lower),
+            friction(["a", "b"], 1.0, upper),
+        ];
+        for switches in orders(&switches) {
+            match (stepped(&problem, &switches), wanted) {
+                (Ok(motion), Some(wanted)) => {
+                    for (i, wanted) in wanted.into_iter().enumerate() {
+                        let found = motion.displacement()[(i, 2)];
+                        assert!((found - wanted).abs() < 1e-12, "{found} {wanted}");
+                    }
+                }
+                (Err(error), None) => {
+                    assert!(error.to_string().contains("is not determined"), "{error}");
+                }
+                (found, _) => panic!("{:?} for {wanted:?}", found.map(|_| ())),
+            }
+        }
+    }
+}
+
+/// A mass of 1 kg at −1 m/s, pulled by 1.5 N against a friction of 1 N, rests after 0.4 s at −0.2 m, as what holds it is up to 2 N.
+#[test]
+fn what_comes_to_rest_below_its_static_limit_stays() {
+    let system = System::builder().mass("m", 1.0).build().expect("a system");
+    let ask = Response::of(&system)
+        .from(State::at_rest().push("m", -1.0))
+        .load("m", Step::of(1.5));
+    let problem = ask.every(0.125).until(1.0).problem().expect("a problem");
+    let switches = [friction([GROUND, "m"], 1.0, 2.0)];
+    for switches in orders(&switches) {
+        let motion = stepped(&problem, &switches).expect("a motion");
+        for k in 4..=8 {
+            let found = motion.displacement()[(0, k)];
+            assert!((found + 0.2).abs() < 1e-12, "{found}");
+        }
+    }
+}
+
+/// Masses without springs or with, under loads that jump, with frictions between each other, the ground and a support.
+#[derive(Clone, Debug)]
+struct Held {
+    masses: Vec<(f64, f64, f64, f64)>,
+    stiffness: f64,
+    frequency: f64,
+    frictions: Vec<(usize, usize, f64, f64)>,
+}
+
+fn held() -> impl Strategy<Value = Held> {
+    (1usize..4).prop_flat_map(|n| {
+        let friction = (0..n + 1, 1..n + 2, 0.5..3.0f64, 1.0..2.0f64);
+        (
+            vec((0.5..3.0f64, -0.5..0.5f64, -4.0..4.0f64, -4.0..4.0f64), n),
+            prop_oneof![Just(0.0), 20.0..200.0f64],
+            1.0..8.0f64,
+            vec(friction, 2..4),
+        )
+            .prop_map(|(masses, stiffness, frequency, frictions)| Held {
+                masses,
+                stiffness,
+                frequency,
+                frictions,
+            })
+    })
+}
+
+fn examine_orders(held: &Held) -> Result<(), TestCaseError> {
+    let last = held.masses.len() + 1;
+    let name = |place: usize| match place {
+        0 => GROUND.to_owned(),
+        place if place == last => "support".to_owned(),
+        place => format!("m{place}"),
+    };
+    let mut builder = System::builder().support("support");
+    for (i, (mass, ..)) in held.masses.iter().enumerate() {
+        builder = builder.mass(name(i + 1), *mass);
+        if held.stiffness > 0.0 {
+            builder = builder.spring(name(i), name(i + 1), held.stiffness);
+        }
+    }
+    let system = builder.build().expect("a system");
+    let mut ask = Response::of(&system);
+    let mut state = State::at_rest();
+    for (i, (_, speed, load, later)) in held.masses.iter().enumerate() {
+        // Half of all start at rest.
+        state = state.push(name(i + 1), speed.max(0.0));
+        ask = ask
+            .load(name(i + 1), Step::of(*load))
+            .load(name(i + 1), Step::of(*later).starting_at(0.5));
+    }
+    let shake = Harmonic::of(0.05, held.frequency);
+    let ask = ask.from(state);
+    let ask = ask.motion("support", Quantity::Displacement, shake);
+    let problem = ask.every(0.125).until(1.0).problem().expect("a problem");
+    let each = held.frictions.iter().filter_map(|&(a, b, force, ratio)| {
+        let apart = a != b && (a, b) != (0, last);
+        apart.then(|| friction([&name(a), &name(b)], force, force * ratio))
+    });
+    let switches: Vec<Switch> = each.collect();
+    let mut known: Option<Result<Trajectory, ResponseError>> = None;
+    for switches in orders(&switches) {
+        let found = stepped(&problem, &switches);
+        match (&known, &found) {
+            (Some(Ok(known)), Ok(found)) => {
+                let pairs = (0..last - 1).flat_map(|i| (0..=8).map(move |k| (i, k)));
+                let off =
+                    pairs.map(|at| (known.displacement()[at] - found.displacement()[at]).abs());
+                let off = off.fold(0.0, f64::max);
+                prop_assert!(off < 1e-6, "{off:e} {switches:?}");
+            }
+            (Some(Ok(_)), Err(error)) | (Some(Err(error)), Ok(_)) => {
+                return Err(TestCaseError::fail(format!("{error} {switches:?}")));
+            }
+            _ => {}
+        }
+        known = Some(found);
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, max_shrink_iters: 8, ..ProptestConfig::default() })]
 
     #[test]
     fn motions_with_switches_are_those_of_integrators(drawn in drawn()) {
         examine(&drawn)?;
+    }
+
+    #[test]
+    fn the_order_of_frictions_does_not_matter(held in held()) {
+        examine_orders(&held)?;
     }
 }

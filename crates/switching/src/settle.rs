@@ -653,6 +653,8 @@ impl<T: Real> March<'_, '_, T> {
         let mut seen = HashSet::new();
         // What stood aside and slides, as what held its ends moves them.
         let mut parted = Vec::new();
+        // What slid against its own sign.
+        let mut returned = HashSet::new();
         for _ in 0..most {
             let configuration = self.independent(phases, last_first)?;
             let mut derivatives = vec![self.zeta.clone()];
@@ -770,6 +772,18 @@ impl<T: Real> March<'_, '_, T> {
                 (Phase::Idle(_), 0) => Phase::Slip(-1),
                 (Phase::Idle(_), _) => Phase::Slip(1),
             };
+            if let (Phase::Slip(side), true) = (old, sign < 0) {
+                returned.insert((switch, side));
+            }
+            // What would only slide back carries what it can, in place of what stood aside with that.
+            if let (Phase::Stick, Phase::Slip(side)) = (old, phases[switch])
+                && returned.contains(&(switch, side))
+                && let Some(aside) = phases.iter().position(carries_all)
+            {
+                phases[switch] = Phase::Idle(side);
+                phases[aside] = Phase::Stick;
+                continue;
+            }
             // A damper that only loses a sign does what it did.
             let is_alike = old.setting().is_some() && old.setting() == phases[switch].setting();
             // Where one gives way, what stood aside may be needed, what was held may slide, and what was still may move.
@@ -975,6 +989,11 @@ enum Precedence {
 
 fn is_stick(phase: &Phase) -> bool {
     *phase == Phase::Stick
+}
+
+/// Whether a friction stands aside with all that it has.
+fn carries_all(phase: &Phase) -> bool {
+    matches!(phase, Phase::Idle(side) if *side != 0)
 }
 
 /// Whether a damper holds its body.

@@ -245,6 +245,53 @@ fn what_turns_under_a_mass_takes_nothing_along() {
     }
 }
 
+/// Two masses that are held by the ground and by each other stay wherever some share of the loads is within all limits: with r on the
+/// second one by the first, the ground holds them with r − L₀ and −r − L₁.
+#[test]
+fn three_frictions_hold_what_some_share_of_them_holds() {
+    let system = System::builder().mass("a", 1.3).mass("b", 2.13);
+    let system = system.build().expect("a system");
+    let limits = [7.68, 6.78, 6.54];
+    let each = [
+        friction(GROUND, "a", 7.25, limits[0]),
+        friction(GROUND, "b", 4.42, limits[1]),
+        friction("a", "b", 5.1, limits[2]),
+    ];
+    let orders = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    let mut held = 0;
+    for (i, j) in (0..18).flat_map(|i| (0..18).map(move |j| (i, j))) {
+        let loads = [i, j].map(|k| 1.7 * f64::from(k) - 14.9);
+        let least = (loads[0] - limits[0])
+            .max(-loads[1] - limits[1])
+            .max(-limits[2]);
+        let most = (loads[0] + limits[0])
+            .min(-loads[1] + limits[1])
+            .min(limits[2]);
+        if most < least + 1e-3 {
+            continue;
+        }
+        held += 1;
+        for order in orders {
+            let ask = Response::of(&system).load("a", Step::of(loads[0]));
+            let ask = ask.load("b", Step::of(loads[1])).every(0.5).until(1.0);
+            let motion = run(ask, order.map(|k| each[k].clone()).to_vec());
+            let x = motion.trajectory().displacement();
+            assert!(
+                x[(0, 2)] == 0.0 && x[(1, 2)] == 0.0,
+                "{loads:?} {order:?} {x:?}"
+            );
+        }
+    }
+    assert!(held > 100, "{held}");
+}
+
 /// A ball that falls from h bounces after √(2h/g)·(1 + 2r + 2r² + …) s.
 #[test]
 fn a_ball_bounces_until_it_lies() {

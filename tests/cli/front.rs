@@ -595,6 +595,29 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
         .map(|line| number(&serde_json::from_str::<Value>(line).expect("JSON")["metrics"][metric]))
         .collect();
     assert!(gains.iter().all(|gain| *gain >= gains[4]), "{gains:?}");
+    // ω² = 3 ± √6 for x_b/x_a = (2 ∓ √6)/2, and a point x_a + c·x_b that hardly moves where c is near 2 + √6.
+    let root = 6f64.sqrt();
+    for c in [1.0, 4.4, 4.449_5, 4.449_489_75] {
+        let two = json!({"masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 2}],
+            "springs": [{"between": ["ground", "a"], "stiffness": 3}, {"between": ["a", "b"], "stiffness": 2}],
+            "points": [{"name": "p", "moves": {"a": 1, "b": c}}]});
+        let two = written(&folder.join("two.json"), &two);
+        let of = ["--on", "p", "--mass", "0.1", "--mode", "2"];
+        let moved = (c - 2.0 - root) * (2.0 - root) / 2.0;
+        if moved.abs() < 1e-6 {
+            let error = refused(&[&["absorber", &two], &of[..]].concat(), 2);
+            assert!(error.contains("of its largest motion"), "{error}");
+            continue;
+        }
+        let answer = tuned(&two, &of);
+        let wanted = (1.0 + (2.0 - root).powi(2) / 2.0) / (moved * moved);
+        let error = (number(&answer["modal_mass"]) - wanted).abs();
+        assert!(
+            error <= number(&answer["modal_mass_error"]),
+            "{c}: {answer} {wanted}"
+        );
+        assert!(error < 1e-8 * wanted, "{c}: {answer}");
+    }
     let error = |more: &[&str]| refused(&[&["absorber", &mast], more].concat(), 2);
     assert!(error(&["--on", "mast.20.x", "--mass", "1"]).contains("did you mean \"mast.20.w\"?"));
     assert!(error(&["--on", "mast.20.w", "--mass", "-1"]).contains("greater than 0"));

@@ -76,12 +76,13 @@ pub struct Branch {
     pub whirl: Vec<Option<Whirl>>,
 }
 
-/// The sense of a whirl, by the work of the gyroscopic forces: it distinguishes shapes in any coordinates.
+/// The sense of a whirl, by the work of the gyroscopic forces in the shape of the mode: it distinguishes shapes in any coordinates.
+/// Without damping it says what these forces do to the frequency. With damping the frequency may change the other way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whirl {
-    /// With the rotor: gyroscopic forces raise the frequency.
+    /// With the rotor: without damping gyroscopic forces raise the frequency.
     Forward,
-    /// Against it: they lower the frequency.
+    /// Against it: without damping they lower the frequency.
     Backward,
 }
 
@@ -284,21 +285,17 @@ impl<'a> Campbell<'a> {
         })
     }
 
-    /// A coordinate at which the gyroscopic part may change the number of roots. Where M is regular, or regular for all
-    /// coordinates that have mass and that part acts on no others, the highest power of λ in the determinant knows nothing of it.
+    /// A coordinate at which the gyroscopic part may change the number of roots. Where M is regular for all coordinates that have
+    /// mass, and that part acts on no others, the highest power of λ in the determinant knows nothing of it.
     fn unsettled(&self, gyroscopic: &[Term]) -> Option<usize> {
         let structure = self.system.structure();
         if structure.finite_roots() == Some(2 * self.system.len()) {
             return None;
         }
-        let mut has_mass = vec![false; self.system.len()];
-        let mut is_lumped = true;
-        for term in self.system.terms(MatrixKind::Mass) {
-            is_lumped &= term.row == term.column && term.value > 0.0;
-            has_mass[term.row] = true;
-        }
+        let massless = structure.massless();
+        let is_regular = structure.mass_rank() == Some(self.system.len() - massless.len());
         let mut rows = gyroscopic.iter().map(|term| term.row);
-        rows.find(|i| !is_lumped || !has_mass[*i])
+        rows.find(|i| !is_regular || massless.contains(i))
     }
 
     /// The system at a multiple of the speed that it is given at.
@@ -515,15 +512,39 @@ impl CampbellDiagram {
     }
 }
 
-/// Modes that oscillate at some speed, from the roots at each in one order.
+/// Modes that oscillate at some speed, from the roots at each in one order. A mode has two places of that order. Where both are
+/// real it does not oscillate, and either may become the upper root of a pair, with the other or with one of another mode that
+/// does not oscillate, which has what is left.
 fn branches(columns: &[Vec<Complex<f64>>], stations: &[Station]) -> Vec<Branch> {
     let last = columns.len() - 1;
-    let branch =
-        |i: usize| -> Vec<Complex<f64>> { columns.iter().map(|column| column[i]).collect() };
-    let mut all: Vec<Vec<Complex<f64>>> = (0..columns[0].len()).map(branch).collect();
-    all.retain(|roots| {
-        roots.iter().all(|root| root.im >= 0.0) && roots.iter().any(|root| root.im > 0.0)
-    });
+    let count = columns[0].len();
+    let mut owners: Vec<usize> = (0..count).map(|place| place / 2).collect();
+    let mut all: Vec<Vec<Complex<f64>>> = vec![Vec::new(); count.div_ceil(2)];
+    for column in columns {
+        let mut below: Vec<usize> = (0..count).filter(|place| column[*place].im < 0.0).collect();
+        for place in (0..count).filter(|place| column[*place].im > 0.0) {
+            let is_conjugate = |other: &&usize| column[**other] == column[place].conj();
+            let own = |other: &&usize| owners[**other] == owners[place];
+            let mut others = below.iter().filter(is_conjugate);
+            let other = others.clone().find(own).or_else(|| others.next());
+            let Some(&other) = other else { continue };
+            below.retain(|one| *one != other);
+            let owner = owners[place];
+            if owners[other] != owner {
+                match (0..count).find(|one| *one != place && owners[*one] == owner) {
+                    Some(left) => owners.swap(other, left),
+                    None => owners[other] = owner,
+                }
+            }
+        }
+        for (mode, roots) in all.iter_mut().enumerate() {
+            let own = (0..count).filter(|place| owners[*place] == mode);
+            let own = own.map(|place| column[place]);
+            let upper = own.reduce(|a, b| if b.im > a.im { b } else { a });
+            roots.push(upper.expect("a mode has a place"));
+        }
+    }
+    all.retain(|roots| roots.iter().any(|root| root.im > 0.0));
     all.sort_by(|a, b| {
         let ends = |roots: &[Complex<f64>]| (roots[0].im, roots[last].im);
         let (a, b) = (ends(a), ends(b));

@@ -3,6 +3,7 @@
 use eigentone_design::{Branch, Campbell, CampbellError, CriticalSpeed, Whirl};
 use eigentone_modes::{GROUND, MatrixKind, System};
 use faer::Mat;
+use num_complex::Complex;
 
 use crate::random::Random;
 
@@ -22,6 +23,50 @@ fn stodola() -> System {
     gyroscopic[(3, 1)] = -2.0;
     let mass = Mat::identity(4, 4);
     System::from_matrices(mass.as_ref(), gyroscopic.as_ref(), stiffness.as_ref()).expect("a rotor")
+}
+
+/// One angle of a disc has 5 times the critical damping, so that its pair parts on the real axis and meets again: with G of rising
+/// speed Ω, (λ² + 2)(λ² + 10λ + 2) + Ω²λ² = 0, and every root that oscillates at a speed is one of a branch.
+#[test]
+fn modes_that_cease_to_oscillate_go_on() {
+    let damping = faer::mat![[0.0, 1.0], [-1.0, 10.0]];
+    let (mass, stiffness) = (Mat::<f64>::identity(2, 2), 2.0 * Mat::<f64>::identity(2, 2));
+    let rotor = System::from_matrices(mass.as_ref(), damping.as_ref(), stiffness.as_ref());
+    let rotor = rotor.expect("a rotor");
+    for count in [5, 40, 200] {
+        let speeds = grid(20.0, count);
+        let diagram = Campbell::of(&rotor).over(&speeds).expect("a diagram");
+        for (k, speed) in speeds.iter().enumerate() {
+            let found: Vec<_> = diagram
+                .branches()
+                .iter()
+                .map(|branch| branch.roots[k])
+                .collect();
+            let spun = rotor.with_gyroscopic_part(*speed).expect("a rotor");
+            let modes = spun.modes().expect("modes");
+            let upper = modes.eigenvalues().iter().map(|root| root.value);
+            let mut upper: Vec<_> = upper.filter(|root| root.im > 0.0).collect();
+            let mut oscillating: Vec<_> = found.into_iter().filter(|root| root.im != 0.0).collect();
+            let by_height = |a: &Complex<f64>, b: &Complex<f64>| a.im.total_cmp(&b.im);
+            upper.sort_by(by_height);
+            oscillating.sort_by(by_height);
+            assert_eq!(upper, oscillating, "at {speed} rad/s");
+            for root in &upper {
+                let square = root * root;
+                let left = (square + 2.0) * (square + 10.0 * root + 2.0) + speed * speed * square;
+                assert!(
+                    left.norm() < 1e-9 * (1.0 + square.norm_sqr()),
+                    "{root} at {speed}"
+                );
+            }
+        }
+        assert!(
+            diagram
+                .branches()
+                .iter()
+                .all(|one| one.roots.iter().all(|root| root.im >= 0.0))
+        );
+    }
 }
 
 fn grid(to: f64, count: usize) -> Vec<f64> {
@@ -251,7 +296,7 @@ fn modes_with_a_node_at_the_disc_whirl_in_no_sense() {
 /// on it roots would come from infinity.
 #[test]
 fn massless_nodes_are_no_matter_unless_gyroscopic_forces_act_on_them() {
-    let rotor = |on: [usize; 2]| {
+    let builder = |on: [usize; 2]| {
         let mut gyroscopic = Mat::zeros(4, 4);
         gyroscopic[(on[0], on[1])] = 0.5;
         gyroscopic[(on[1], on[0])] = -0.5;
@@ -260,9 +305,9 @@ fn massless_nodes_are_no_matter_unless_gyroscopic_forces_act_on_them() {
             builder = builder.mass(disc, 1.0).mass(node, 0.0);
             builder = builder.spring(disc, node, 8.0).spring(node, GROUND, 8.0);
         }
-        let builder = builder.matrix(MatrixKind::Damping, gyroscopic.as_ref());
-        builder.build().expect("a rotor")
+        builder.matrix(MatrixKind::Damping, gyroscopic.as_ref())
     };
+    let rotor = |on| builder(on).build().expect("a rotor");
     let diagram = |on| Campbell::of(&rotor(on)).over(&grid(5.0, 10));
     let found = diagram([0, 2]).expect("a diagram");
     let [backward, forward] = found.critical_speeds() else {
@@ -270,6 +315,29 @@ fn massless_nodes_are_no_matter_unless_gyroscopic_forces_act_on_them() {
     };
     is(backward, (8.0f64 / 3.0).sqrt());
     is(forward, 8.0f64.sqrt());
+    // A point with mass joins both discs in M: as without the nodes, whose springs are one of 4 N/m each.
+    let joined = |system: &System| {
+        let diagram = Campbell::of(system)
+            .over(&grid(5.0, 10))
+            .expect("a diagram");
+        let speeds = diagram.critical_speeds().iter().map(|found| found.speed);
+        speeds.collect::<Vec<f64>>()
+    };
+    let mass = faer::mat![[2.0, 1.0], [1.0, 2.0]];
+    let gyroscopic = faer::mat![[0.0, 0.5], [-0.5, 0.0]];
+    let stiffness = faer::mat![[4.0, 0.0], [0.0, 4.0]];
+    let alone = System::from_matrices(mass.as_ref(), gyroscopic.as_ref(), stiffness.as_ref());
+    let found = joined(
+        &builder([0, 2])
+            .point("p", [("y", 1.0), ("z", 1.0)], 1.0)
+            .build()
+            .expect("a rotor"),
+    );
+    let wanted = joined(&alone.expect("a rotor"));
+    assert!(found.len() == wanted.len() && !found.is_empty());
+    for (found, wanted) in found.iter().zip(&wanted) {
+        assert!((found - wanted).abs() < 1e-14 * wanted, "{found} {wanted}");
+    }
     assert!(matches!(
         diagram([0, 3]),
         Err(CampbellError::Massless { index: 3 })

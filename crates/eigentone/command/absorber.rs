@@ -112,7 +112,7 @@ impl Absorber {
         let system = undamped.system();
         let all = Participation::along(system, &vec![1.0; system.len()]);
         let all = all.map_err(|error| refuse(error.to_string()))?;
-        let (omega, modal) = self.modal(all.modes(), &form.coordinates).map_err(refuse)?;
+        let [omega, modal, off] = self.modal(all.modes(), &form.coordinates).map_err(refuse)?;
         let mu = self.mass / modal;
         let rules = Rule::value_variants().iter().map(|rule| {
             let [f, zeta] = rule.tuning(mu);
@@ -139,7 +139,8 @@ impl Absorber {
                 (rule.name().to_owned(), numbers)
             });
             let answer = json!({
-                "mode": self.mode, "natural_frequency": omega, "modal_mass": modal, "mass_ratio": mu,
+                "mode": self.mode, "natural_frequency": omega, "modal_mass": modal,
+                "modal_mass_error": off * modal, "mass_ratio": mu,
                 "rules": rules.collect::<serde_json::Map<String, Value>>(),
             });
             return print(|out| writeln!(out, "{answer}"));
@@ -170,10 +171,11 @@ impl Absorber {
         })
     }
 
-    /// Frequency of the mode, and its mass where it moves the place by 1.
-    fn modal(&self, modes: &ClassicalModes, place: &[(usize, f64)]) -> Result<(f64, f64), String> {
+    /// Frequency of the mode, its mass where it moves the place by 1, and by how much of itself this may be off: entries of the
+    /// shape are rounded before they cancel.
+    fn modal(&self, modes: &ClassicalModes, place: &[(usize, f64)]) -> Result<[f64; 3], String> {
         /// In parts of the largest entry of the shape.
-        const STILL: f64 = 1e-9;
+        const STILL: f64 = 1e-6;
         let (k, m) = (modes.stiffness(), modes.mass());
         let mut order: Vec<usize> = (0..m.len()).collect();
         order.sort_by(|a, b| (k[*a] / m[*a]).total_cmp(&(k[*b] / m[*b])));
@@ -197,7 +199,9 @@ impl Absorber {
                 "--mode {mode}: it moves {on} by {share:.1e} of its largest motion: take another place"
             ));
         }
-        Ok((square.sqrt(), m[at] / (moved * moved)))
+        let parts = place.iter().map(|(i, factor)| (factor * shape[*i]).abs());
+        let off = 4.0 * f64::EPSILON * (1.0 + parts.sum::<f64>() / moved.abs());
+        Ok([square.sqrt(), m[at] / (moved * moved), off])
     }
 
     /// The scene with it, on a rotation or not.

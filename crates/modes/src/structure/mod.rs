@@ -355,6 +355,13 @@ impl Structure {
         self.roots.finite
     }
 
+    /// The rank of M, in exact arithmetic. `None` where it was not proved.
+    pub fn mass_rank(&self) -> Option<usize> {
+        let mass = &self.coefficients.mass;
+        let of_any = || (!self.is_large()).then(|| rank(&mass.matrix)).flatten();
+        mass.semidefinite_rank().or_else(of_any)
+    }
+
     /// The coordinates whose row and column of M are 0, rising.
     pub fn massless(&self) -> &[usize] {
         &self.massless.nodes
@@ -725,6 +732,7 @@ mod tests {
         assert!(structure.massless().is_empty());
         assert!(structure.is_undamped());
         assert_eq!(structure.finite_roots(), Some(6));
+        assert_eq!(structure.mass_rank(), Some(3));
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use eigentone_digits::sort_by_number;
+
 /// Run times of the same computation, repeated, in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunTime {
@@ -41,7 +43,7 @@ impl RunTime {
             times.push(time);
             spent += time;
         }
-        times.sort_by(f64::total_cmp);
+        sort_by_number(&mut times, |time| *time);
         let time = RunTime {
             median: times[times.len() / 2],
             quartiles: [times[times.len() / 4], times[3 * times.len() / 4]],

@@ -7,9 +7,8 @@
 //! Hermitian, has as many negative eigenvalues as frequencies lie below nΩ, and H(Ω)/Ω² only falls while K ⪰ 0. So the
 //! signs at both ends count all that lie between.
 
-use eigentone_modes::{
-    Bounds, BuildError, MatrixKind, Mode, Modes, ModesError, Precision, System, Term,
-};
+use eigentone_digits::sort_by_number;
+use eigentone_modes::{Bounds, BuildError, Mode, Modes, ModesError, Precision, System, Term};
 use num_complex::Complex;
 use thiserror::Error;
 
@@ -258,7 +257,7 @@ impl<'a> Campbell<'a> {
                     }
                 }
             }
-            found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+            sort_by_number(&mut found, |(ends, _)| ends[0]);
             let mut apart: Vec<([f64; 2], usize)> = Vec::new();
             for (interval, count) in found {
                 match apart.last_mut() {
@@ -273,7 +272,7 @@ impl<'a> Campbell<'a> {
                 critical.push(self.described(still, order, interval, count, &gyroscopic)?);
             }
         }
-        critical.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+        sort_by_number(&mut critical, |one| one.speed);
         Ok(CampbellDiagram {
             speeds: speeds.to_vec(),
             branches,
@@ -458,7 +457,7 @@ impl<'a> Campbell<'a> {
         let target = order * speed;
         let mut modes: Vec<&Mode> = station.modes.iter().collect();
         let off = |mode: &Mode| (mode.eigenvalue().value.im.abs() - target).abs();
-        modes.sort_by(|a, b| off(a).total_cmp(&off(b)));
+        sort_by_number(&mut modes, |mode| off(mode));
         modes.truncate(count);
         let mut senses = modes.iter().map(|mode| station.whirl(mode, gyroscopic));
         let first = senses.next().flatten();
@@ -616,7 +615,7 @@ impl Rotor {
                 }
             });
             let mut ends: Vec<f64> = ends.collect();
-            ends.sort_by(|a, b| b.total_cmp(a));
+            sort_by_number(&mut ends, |end| -end);
             ends
         };
         let both = bounds(-1.0).into_iter().zip(bounds(1.0));

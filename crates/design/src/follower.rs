@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::{MatrixKind, Modes, System};
 use faer::Mat;
 use num_complex::Complex;
@@ -392,7 +393,7 @@ impl Station {
             let count = from.iter().filter(|other| touch(*root, **other)).count();
             let off = |other: &Complex<f64>| (other - root).norm();
             let mut near: Vec<Complex<f64>> = to.clone();
-            near.sort_by(|a, b| off(a).total_cmp(&off(b)));
+            sort_by_number(&mut near, off);
             let (own, others) = near.split_at(count);
             let parts = own.iter().any(|one| !touch(*one, own[0]));
             let next = others.first().map_or(f64::INFINITY, off);
@@ -448,8 +449,8 @@ impl Meeting<'_> {
         let mut roots = places.clone();
         let off = |value: Complex<f64>| (value - centre).norm();
         places.retain(|k| *k != i);
-        places.sort_by(|a, b| off(self.predicted[*a]).total_cmp(&off(self.predicted[*b])));
-        roots.sort_by(|a, b| off(self.to[*a]).total_cmp(&off(self.to[*b])));
+        sort_by_number(&mut places, |at| off(self.predicted[*at]));
+        sort_by_number(&mut roots, |at| off(self.to[*at]));
         let (&k, &[first, second]) = (places.first()?, roots.first_chunk()?);
         // Of two roots at one place the first may have found its way by itself.
         let parting = touch(self.from[i], self.from[k]);

@@ -6,7 +6,7 @@
 //! are given; where none are, the last steps take differences of eighth order, so that the point is as good as the functions'
 //! digits. Where functions are not smooth, meshes that become finer go on (Audet & Dennis 2006).
 
-use eigentone_digits::{symmetric_eigen, symmetric_eigenvalues};
+use eigentone_digits::{sort_by_number, symmetric_eigen, symmetric_eigenvalues};
 use faer::Mat;
 use thiserror::Error;
 
@@ -187,7 +187,7 @@ pub(crate) fn minimise_from(
     for start in starts {
         found.push(search.descend(start));
     }
-    found.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    sort_by_number(&mut found, |one| one.worst());
     let mut found = found.into_iter();
     let best = found.next().ok_or(OptimumError::Nowhere { tried })?;
     let mut optimum = search.finish(best);
@@ -338,7 +338,7 @@ where
             let at = PRIMES[..n].iter().map(|base| halton(index, *base));
             all.extend(self.station(at.collect()));
         }
-        all.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+        sort_by_number(&mut all, |one| one.worst());
         let mut kept: Vec<Station> = Vec::new();
         for station in all {
             let far = |other: &Station| {
@@ -776,7 +776,7 @@ fn follow(piece: &Piece, own: &[Piece], around: &[Vec<Piece>]) -> Option<Vec<f64
             // In the order of places, for as many as there are.
             let rank = own.iter().filter(|p| p.place < piece.place).count();
             let mut sorted: Vec<&Piece> = pieces.iter().collect();
-            sorted.sort_by(|a, b| a.place.total_cmp(&b.place));
+            sort_by_number(&mut sorted, |one| one.place);
             return sorted.get(rank).map(|piece| piece.value);
         }
         let nearest = pieces

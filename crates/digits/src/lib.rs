@@ -36,6 +36,7 @@ mod products;
 #[cfg(test)]
 mod rational;
 mod real;
+mod sorting;
 mod symmetric_eigen;
 mod wide;
 
@@ -50,5 +51,6 @@ pub use lanes::Lanes;
 pub use magnitude::Magnitude;
 pub use products::{even, product, settle, workspace};
 pub use real::{Real, decimal_digits};
+pub use sorting::sort_by_number;
 pub use symmetric_eigen::{definite_eigen, symmetric_eigen, symmetric_eigenvalues};
 pub use wide::Wide;

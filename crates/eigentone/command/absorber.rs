@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use eigentone::modes::{ClassicalModes, CoordinateKind, Participation, Precision};
 use eigentone::report::significant;
 use eigentone::scene::{Scene, did_you_mean};
+use eigentone_digits::sort_by_number;
 use serde_json::{Value, json};
 
 use super::study::Varied;
@@ -178,7 +179,7 @@ impl Absorber {
         const STILL: f64 = 1e-6;
         let (k, m) = (modes.stiffness(), modes.mass());
         let mut order: Vec<usize> = (0..m.len()).collect();
-        order.sort_by(|a, b| (k[*a] / m[*a]).total_cmp(&(k[*b] / m[*b])));
+        sort_by_number(&mut order, |at| k[*at] / m[*at]);
         let mode = self.mode;
         let Some(&at) = mode.checked_sub(1).and_then(|at| order.get(at)) else {
             let count = order.len();

@@ -9,6 +9,7 @@ use eigentone::modes::{Modes, Precision};
 use eigentone::report::{FrontDesign, FrontReport, significant};
 use eigentone::response::Transfer;
 use eigentone::scene::Scene;
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 use serde_json::{Value, json};
 
@@ -483,7 +484,7 @@ fn held<'a>(
             let mut all = sensitivities(scene, moving)?;
             if sign > 0.0 {
                 let ratio = |root: &Complex<f64>| -root.re / root.norm();
-                all.sort_by(|(a, _), (b, _)| ratio(a).total_cmp(&ratio(b)));
+                sort_by_number(&mut all, |(one, _)| ratio(one));
                 all.truncate(1);
             }
             Some(Box::new(move |other| {
@@ -506,7 +507,7 @@ fn held<'a>(
             let transfer = transfer(scene, from, to).ok()??;
             let mut peaks = peaks_in_doubles(scene, from, to, *band).ok()??;
             if sign < 0.0 {
-                peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
+                sort_by_number(&mut peaks, |peak| -peak.1);
                 peaks.truncate(1);
             }
             let adjoints = peaks

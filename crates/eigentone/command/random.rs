@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use eigentone::report::RandomReport;
 use eigentone::response::peak_grid;
+use eigentone_digits::sort_by_number;
 
 use super::files::Files;
 use super::form::Form;
@@ -63,7 +64,7 @@ impl Random {
                 None => peak_grid(scene.system(), &modes, scene.loss_factors()),
             };
             frequencies.extend(noise.ends());
-            frequencies.sort_by(f64::total_cmp);
+            sort_by_number(&mut frequencies, |one| *one);
             frequencies.dedup();
             let densities = noise
                 .densities(&frequencies)

@@ -1,5 +1,6 @@
 //! The points of a motion's line: its samples, and what they miss.
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::CoordinateKind;
 use eigentone_response::{Jump, Peaks, Summary, Trajectory};
 
@@ -103,7 +104,7 @@ impl<'a> Outline<'a> {
         let most: Vec<(f64, f64)> = most.into_iter().filter(new).collect();
         points.extend(most);
         // Stable, so that what is before a jump stays before what is after it.
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_number(&mut points, |point| point.0);
         let earlier = |time: f64| times.partition_point(|sample| *sample < time);
         let between = points.into_iter().enumerate();
         Outline {

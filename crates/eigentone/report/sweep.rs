@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use eigentone_digits::sort_by_number;
+
 use super::axis::{Axis, Scale};
 use super::csv;
 use super::map::Map;
@@ -246,7 +248,7 @@ impl SweepReport<'_> {
         // Values may be listed in any order.
         let sorted = |values: Vec<f64>| {
             let mut order: Vec<usize> = (0..values.len()).collect();
-            order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+            sort_by_number(&mut order, |at| values[*at]);
             let places: Vec<f64> = order.iter().map(|at| values[*at]).collect();
             let ascend = places.len() > 1 && places.windows(2).all(|pair| pair[0] < pair[1]);
             ascend.then_some((order, places))
@@ -315,7 +317,7 @@ impl SweepReport<'_> {
 fn scaled([name, unit]: [&str; 2], values: impl Iterator<Item = f64>) -> Axis {
     let mut axis = Axis::linear(name, unit);
     let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
+    sort_by_number(&mut values, |value| *value);
     values.dedup();
     if let [first, .., middle_or_last] = values[..] {
         let middle = values[values.len() / 2];

@@ -1,7 +1,7 @@
 //! Periodic motions: fixed points of the map of the state over a period, by Newton's method with the exact derivative of that
 //! map (Parker and Chua, Practical Numerical Algorithms for Chaotic Systems, 1989, sections 3.4 and 5.2).
 
-use eigentone_digits::{Lu, Real, Wide, eigenvalues};
+use eigentone_digits::{Lu, Real, Wide, eigenvalues, sort_by_number};
 use eigentone_modes::System;
 use eigentone_response::State;
 use faer::{Mat, c64};
@@ -137,7 +137,7 @@ impl Search<'_, '_, '_> {
         let seconds = fixed.period.to_f64();
         let unknown = CycleError::NoMultipliers { period: seconds };
         let mut multipliers = eigenvalues(matrix.as_ref()).ok_or(unknown)?;
-        multipliers.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
+        sort_by_number(&mut multipliers, |a| -a.norm());
         multipliers.truncate(n - usize::from(free));
         let (displacement, velocity): (Vec<f64>, Vec<f64>) = {
             let rounded: Vec<f64> = fixed.motion.iter().map(|entry| entry.to_f64()).collect();

@@ -1,5 +1,7 @@
 //! What is not known of a state, with its directions.
 
+use eigentone_digits::sort_by_number;
+
 use crate::rows::{SLACK, length};
 
 /// e = E r + d with |rᵢ| ≤ 1 and |dᵢ| ≤ boxᵢ: a parallelepiped that moves along with the state, so that errors which turn
@@ -135,7 +137,7 @@ impl ErrorSet {
                 .collect::<Vec<f64>>()
         };
         let mut columns: Vec<Vec<f64>> = (0..n).map(column).collect();
-        columns.sort_by(|a, b| length(b).total_cmp(&length(a)));
+        sort_by_number(&mut columns, |column| -length(column));
         // Gram–Schmidt twice, by falling length; unit vectors where nothing is left.
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(n);
         let axes = (0..n).map(|k| {

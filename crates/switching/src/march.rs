@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, sort_by_number};
 use eigentone_modes::{ElementKind, Form};
 use eigentone_response::{Driven, Instant, Problem, ResponseError, Trajectory};
 
@@ -572,7 +572,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .iter()
             .map(|index| ascending.binary_search(index).expect("it is one of them"))
             .collect();
-        self.events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        sort_by_number(&mut self.events, |event| event.time);
         // Early events are measured beside a part of the whole time.
         const PART: f64 = 1e-6;
         let end = grid.time(grid.last());

@@ -1,5 +1,6 @@
 //! Which phases follow: those that agree with the laws of all switches, found by trying all.
 
+use eigentone_digits::sort_by_number;
 use eigentone_switching::Switch;
 
 use super::law::{Law, Moment, NOTHING, Phase, Place};
@@ -56,7 +57,7 @@ impl Law<'_> {
             if found.iter().all(moves_alike) {
                 // How they share what they hold is free: the farther below their limits the better.
                 let strain = |(phases, moment): &(Vec<Phase>, Moment)| self.strain(phases, moment);
-                found.sort_by(|a, b| strain(a).total_cmp(&strain(b)));
+                sort_by_number(&mut found, strain);
                 return Ok(found.swap_remove(0));
             }
             let differs = |k: &usize| {
@@ -128,7 +129,7 @@ impl Law<'_> {
             Some((left.max(0.0) / way.abs().max(f64::MIN_POSITIVE), *k))
         };
         let mut shares = open.iter().map(share).collect::<Option<Vec<_>>>()?;
-        shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_number(&mut shares, |share| share.0);
         match shares[..] {
             [(share, _), (next, _), ..] if next - share <= TOGETHER => None,
             [(share, k), ..] if share <= 1.0 => Some(k),

@@ -12,6 +12,7 @@ mod pole_map;
 mod schematic;
 pub(super) mod sweep;
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::ElementKind;
 use eigentone_response::{Energy, Problem};
 
@@ -214,7 +215,7 @@ impl Page<'_> {
             let behind = report.acting().into_iter().map(|one| {
                 let strokes = one.strokes.into_iter().map(|time| [time, time]);
                 let mut of: Vec<[f64; 2]> = one.spans.into_iter().chain(strokes).collect();
-                of.sort_by(|a, b| a[0].total_cmp(&b[0]));
+                sort_by_number(&mut of, |one| one[0]);
                 Spans {
                     name: one.name.to_owned(),
                     of,

@@ -1,5 +1,6 @@
 //! Displacements and velocities against time, with their peaks, and their bounds.
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::{Bounds, CoordinateKind, System};
 use eigentone_response::{Peaks, Summary, Trajectory};
 use eigentone_switching::SwitchedPeaks;
@@ -147,7 +148,7 @@ fn lines<'a>(motion: &'a Motion<'_>, kind: CoordinateKind, quantity: Quantity) -
     let mut chosen: Vec<usize> = own.collect();
     let count = chosen.len();
     if count > LINES {
-        chosen.sort_by(|a, b| peak(*b).1.abs().total_cmp(&peak(*a).1.abs()));
+        sort_by_number(&mut chosen, |i| -peak(*i).1.abs());
         chosen.truncate(LINES);
         chosen.sort_unstable();
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::{Modes, Motion};
 
 use super::chart::axes;
@@ -37,7 +38,7 @@ pub(super) fn figures(modes: &Modes) -> String {
         .iter()
         .map(|root| root.value.norm())
         .collect();
-    sizes.sort_by(|a, b| b.total_cmp(a));
+    sort_by_number(&mut sizes, |size| -size);
     sizes.retain(|size| *size > 0.0);
     let mut reaches: Vec<f64> = sizes.first().copied().into_iter().collect();
     for pair in sizes.windows(2) {

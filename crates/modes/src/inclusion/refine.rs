@@ -1,7 +1,6 @@
 //! From approximate roots to proven discs, sweep by sweep and with more digits where they demand it.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{Ball, Magnitude, Real};
+use eigentone_digits::{Ball, Magnitude, Real, sort_by_number};
 
 use super::exactly::{exact, middle, radius, real, size, upper};
 use super::weierstrass::{Inclusion, Points, Polynomial};

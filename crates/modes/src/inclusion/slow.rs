@@ -5,8 +5,7 @@
 //! in their span is a small system with nearly the same small roots. How many shapes have K x = 0, and of these C x = 0, is
 //! counted exactly; no vector of doubles need be one of them.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, sort_by_number};
 use faer::Mat;
 use num_complex::Complex;
 

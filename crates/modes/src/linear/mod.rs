@@ -5,7 +5,6 @@ pub(crate) mod eigenpairs;
 pub(crate) mod jacobi;
 pub(crate) mod plain_matrix;
 pub(crate) mod small;
-pub(crate) mod sorting;
 pub(crate) mod wide;
 
 pub use balance::{Balanced, balance};

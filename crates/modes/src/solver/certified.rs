@@ -1,5 +1,6 @@
 //! From modes in doubles to modes with proven bounds.
 
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 
 use crate::inclusion::bounded_shape::Shape;
@@ -120,7 +121,7 @@ pub(crate) fn from_guesses(
     }
     let lone = lone_roots(system).into_iter();
     let mut sizes: Vec<f64> = lone.map(|root| root.value.norm()).collect();
-    sizes.sort_by(f64::total_cmp);
+    sort_by_number(&mut sizes, |size| *size);
     // Conjugate pairs all about 0, and one real root where their number is odd.
     let guess = |pair: usize| {
         let size = sizes

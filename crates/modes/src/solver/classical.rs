@@ -1,7 +1,6 @@
 //! Classically damped modes: real shapes, and one scalar quadratic for each.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, sort_by_number};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 

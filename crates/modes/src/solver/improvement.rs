@@ -1,8 +1,7 @@
 //! Roots that doubles found, improved: by the Rayleigh functionals of their shapes, by better shapes, and where they
 //! belong to one defective root by their mean.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, sort_by_number};
 use num_complex::Complex;
 
 use crate::model::MatrixKind;
@@ -157,7 +156,7 @@ fn reach_of_all(
     let change = change.fold(0.0, f64::max);
     let distances = group.iter().map(|i| (values[*i] - mean).norm() / size);
     let mut distances: Vec<f64> = distances.collect();
-    distances.sort_by(f64::total_cmp);
+    sort_by_number(&mut distances, |one| *one);
     let farthest = distances.pop().unwrap_or(0.0);
     let others = |beyond: f64| {
         let each = distances.iter();

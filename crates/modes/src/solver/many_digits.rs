@@ -1,8 +1,7 @@
 //! Undamped modes where doubles and double-doubles lose them: Jacobi's rotations of L⁻¹KL⁻ᵀ in 384 bits.
 
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, sort_by_number};
 
-use crate::linear::sorting::sort_by_number;
 use crate::linear::wide::{Number, Rows, is_definite, pairs, solve};
 use crate::model::MatrixKind;
 use crate::quality::real_forms::RealForms;

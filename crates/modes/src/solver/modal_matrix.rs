@@ -1,6 +1,6 @@
 //! General damping in the coordinates of the undamped modes.
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 

@@ -152,7 +152,7 @@ fn intersection(a: Root, b: Root) -> Root {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linear::sorting::sort_by_number;
+    use eigentone_digits::sort_by_number;
     use num_complex::Complex;
 
     fn root(value: [f64; 2], error: (f64, f64), repeats: Repeats) -> Root {

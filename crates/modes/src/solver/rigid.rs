@@ -1,7 +1,6 @@
 //! The roots λ = 0 of systems that nothing holds in place.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::svd;
+use eigentone_digits::{sort_by_number, svd};
 use faer::MatRef;
 use num_complex::Complex;
 

@@ -7,8 +7,7 @@
 //! and how many λ are 0, is counted exactly; rounding scatters them, so that the nearest ones
 //! are set aside. What rounding does to the others is for the inclusion to mend.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{DoubleDouble, singular_values};
+use eigentone_digits::{DoubleDouble, singular_values, sort_by_number};
 use faer::Mat;
 use num_complex::Complex;
 

@@ -6,8 +6,7 @@
 //! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::symmetric_eigen;
+use eigentone_digits::{sort_by_number, symmetric_eigen};
 use faer::Mat;
 use num_complex::Complex;
 

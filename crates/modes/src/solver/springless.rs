@@ -101,9 +101,9 @@ fn turned(system: &System) -> System {
 
 #[cfg(test)]
 mod tests {
-    use crate::linear::sorting::sort_by_number;
     use crate::model::GROUND;
     use crate::{Bounds, ClassicalModes, Precision, System};
+    use eigentone_digits::sort_by_number;
 
     /// Five masses of 1 kg in a chain, the first of which a damper of 1e-12 N·s/m ties to the
     /// ground, each next one 1e6 times as strong.

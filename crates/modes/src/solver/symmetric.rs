@@ -1,7 +1,6 @@
 //! Undamped modes of assembled symmetric matrices.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{Cholesky, definite_eigen, product, symmetric_eigen};
+use eigentone_digits::{Cholesky, definite_eigen, product, sort_by_number, symmetric_eigen};
 use faer::{ColRef, Mat};
 
 use crate::first_order::FirstOrder;

@@ -13,7 +13,7 @@
 //! left is a tree again. L, U and X = B L are well conditioned, and their rounding changes each
 //! singular value of X D U by a few units (theorem 2.1 there).
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use faer::Mat;
 
 use crate::model::{Element, Node};

@@ -1,6 +1,6 @@
 //! Roots of the whole equation with what is known of them.
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 
 use crate::modes::Repeats;

@@ -6,8 +6,7 @@
 //! −Q(σ)p = (C + σM)x + M(λx), so that one factor of Q(σ) serves. Of a multiple root one run can find one
 //! shape; others are found by runs that are orthogonal to what was found.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::eigen;
+use eigentone_digits::{eigen, sort_by_number};
 use faer::Mat;
 use num_complex::Complex;
 

@@ -1,7 +1,7 @@
 //! Damping that couples shapes: roots near a few shifts come from Arnoldi's method on the whole equation, are refined
 //! together with those beside them, and are counted in a ring about the target where that can be proved.
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};

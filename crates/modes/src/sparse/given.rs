@@ -3,7 +3,7 @@
 //! Where the equation has a factor of a size that is allowed, shapes are refined, and modes are counted, as if they had been
 //! found here. Beyond that they stay as they are, and eigenvalues are their Rayleigh quotients in double-double.
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 
 use super::answer::{Answer, Root, keep_nearest};

@@ -5,8 +5,7 @@
 //! Known eigenvectors are locked: what is found is orthogonal to them. Of a multiple eigenvalue one
 //! run can in exact arithmetic find one vector; the others are found by runs that have it locked.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::symmetric_eigen;
+use eigentone_digits::{sort_by_number, symmetric_eigen};
 use faer::Mat;
 
 use super::basis::{combine, dot, products, subtract};

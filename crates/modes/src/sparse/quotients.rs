@@ -3,8 +3,7 @@
 //! Of K x = θM x a residual ρ = ‖Kx − θMx‖ in the norm of M⁻¹, with ‖x‖_M = 1, has an eigenvalue within ρ of θ, and within
 //! ρ²/γ where no other lies within γ (Parlett 1998, *The Symmetric Eigenvalue Problem*, theorem 11.7.1).
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{DoubleDouble, Real};
+use eigentone_digits::{DoubleDouble, Real, sort_by_number};
 use num_complex::Complex;
 
 use super::basis::dot;

@@ -6,7 +6,7 @@
 //! of A relative to |μ|, the error of μ is at most min(ρ, ρ²/γ)·|μ| (Parlett 1998, *The Symmetric
 //! Eigenvalue Problem*, theorem 11.7.1).
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use faer::Mat;
 
 use eigentone_digits::{DoubleDouble, Real, definite_eigen};

@@ -12,8 +12,7 @@ use super::inertia::{Inertia, Side};
 use super::lanczos::{Found, Goal, lanczos};
 use super::operator::{Rigid, ShiftInvert};
 use super::pencil::Pencil;
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, sort_by_number};
 
 /// What is looked for.
 #[derive(Clone, Debug)]
@@ -83,7 +82,7 @@ impl Answer<'_> {
         let shift = self.operator.shift;
         let apart = |vector: &Vector| wanted.apart(shift + 1.0 / vector.inverse);
         let mut all: Vec<f64> = vectors.iter().map(apart).collect();
-        all.sort_by(f64::total_cmp);
+        sort_by_number(&mut all, |one| *one);
         if let Some(last) = all.get(wanted.count.saturating_sub(1)) {
             let near = vectors.iter().filter(|vector| apart(vector) <= *last);
             let edge = near
@@ -498,13 +497,13 @@ impl<'a, 'w> Search<'a, 'w> {
             false => 1.0 / self.next.abs(),
         };
         let mut apart: Vec<f64> = squares.iter().map(|square| wanted.apart(*square)).collect();
-        apart.sort_by(f64::total_cmp);
+        sort_by_number(&mut apart, |one| *one);
         let last = apart.get(wanted.count.min(known).saturating_sub(1));
         let reach = last.map_or(0.0, |last| {
             wanted.reach(*last, shift, self.empty_to.is_some())
         });
         let mut distances: Vec<f64> = squares.iter().map(|s| (s - shift).abs()).collect();
-        distances.sort_by(f64::total_cmp);
+        sort_by_number(&mut distances, |one| *one);
         distances.retain(|distance| *distance <= edge);
         let least = distances.partition_point(|d| *d <= reach * (1.0 + APART));
         if edge <= reach || distances.len() < wanted.count.min(known) {

@@ -1,6 +1,6 @@
 //! Undamped modes as they were found, with what is proved of their system.
 
-use crate::linear::sorting::sort_by_number;
+use eigentone_digits::sort_by_number;
 use faer::Mat;
 use num_complex::Complex;
 

@@ -1,5 +1,6 @@
 //! Peaks between and beside poles: points about each pole, brackets about what is largest, and parabolas that narrow them.
 
+use eigentone_digits::sort_by_number;
 use num_complex::Complex;
 
 use super::function::FrequencyFunctions;
@@ -36,7 +37,7 @@ pub(super) fn grid(poles: &[Complex<f64>], low: f64, high: f64) -> Vec<f64> {
     }
     grid.extend([low, high]);
     grid.retain(|at| at.is_finite() && (low..=high).contains(at));
-    grid.sort_by(f64::total_cmp);
+    sort_by_number(&mut grid, |omega| *omega);
     grid.dedup_by(|at, before| {
         let near = *at - *before <= NEAR * *at;
         near && (*at != high || at == before)
@@ -104,7 +105,7 @@ pub(super) fn narrow<E>(
         for bracket in brackets.iter_mut().filter(|bracket| is_open(bracket)) {
             let mut all = bracket.to_vec();
             all.extend(tried.by_ref().take(3));
-            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sort_by_number(&mut all, |one| one.0);
             let best = (1..all.len() - 1).max_by(|a, b| all[*a].1.total_cmp(&all[*b].1));
             if let Some(best) = best {
                 *bracket = [all[best - 1], all[best], all[best + 1]];

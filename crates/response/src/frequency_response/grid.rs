@@ -1,5 +1,6 @@
 //! Frequencies that show every peak.
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::{Modes, System};
 
 /// Frequencies in rad/s, rising, that show every peak of the system's frequency responses: evenly spread on a logarithmic
@@ -65,7 +66,7 @@ pub fn peak_grid(system: &System, modes: &Modes, loss_factors: &[f64]) -> Vec<f6
         }
     }
     grid.retain(|frequency| frequency.is_finite() && *frequency > 0.0);
-    grid.sort_by(f64::total_cmp);
+    sort_by_number(&mut grid, |omega| *omega);
     grid.dedup();
     grid
 }

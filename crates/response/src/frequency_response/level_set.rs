@@ -5,7 +5,7 @@
 //! Hamiltonian matrix of the level has imaginary eigenvalues (Boyd & Balakrishnan 1990, *Systems & Control Letters* 15;
 //! Bruinsma & Steinbuch 1990, *ibid.* 14).
 
-use eigentone_digits::{Lu, eigen};
+use eigentone_digits::{Lu, eigen, sort_by_number};
 use eigentone_modes::{Balanced, FirstOrder, System, balance, eigenvalues};
 use faer::Mat;
 use num_complex::Complex;
@@ -77,13 +77,13 @@ impl Transfer {
             let mut points: Vec<f64> = sum.crossings(level)?.into_iter().filter(within).collect();
             points.push(low);
             points.push(high.min(2.0 * points.iter().fold(last, |a, b| a.max(*b))));
-            points.sort_by(f64::total_cmp);
+            sort_by_number(&mut points, |point| *point);
             let middles: Vec<f64> = points
                 .windows(2)
                 .map(|pair| 0.5 * (pair[0] + pair[1]))
                 .collect();
             points.extend(middles);
-            points.sort_by(f64::total_cmp);
+            sort_by_number(&mut points, |point| *point);
             points.dedup();
             if !points.iter().any(|at| search.size(*at) > level) {
                 return search.judged(peaks);

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
+use eigentone_digits::sort_by_number;
 use eigentone_modes::{
     Bounds, ElementKind, Form, GROUND, Precision, SparseDynamicStiffness, SparseError, System,
 };
@@ -392,7 +393,7 @@ impl<'a> FrequencyResponse<'a> {
         if let Some(&frequency) = grid.iter().find(unfit) {
             return Err(FrequencyError::Frequency { frequency });
         }
-        grid.sort_by(f64::total_cmp);
+        sort_by_number(&mut grid, |omega| *omega);
         grid.dedup();
         if self.system.len() > MOST_DENSE {
             return self.features_of_large(&grid);

@@ -29,7 +29,7 @@
 //! ‖E‖ is bounded by the largest sum of |E_ij| over a row. What coordinates without mass leave counts as a part of E_S
 //! ([`inert`](crate::inclusion::inert)).
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, sort_by_number};
 
 use crate::inclusion::gram::{Form, Gram, UPWARD};
 use crate::inclusion::inert::Inert;
@@ -131,7 +131,7 @@ fn floors(sizes: &[f64]) -> Vec<f64> {
     const GAP: f64 = 1e3;
     const MOST: usize = 4;
     let mut rising = sizes.to_vec();
-    rising.sort_by(f64::total_cmp);
+    sort_by_number(&mut rising, |one| *one);
     let least = rising.first().copied().unwrap_or(1.0);
     let above = rising.windows(2).filter(|pair| pair[1] > GAP * pair[0]);
     std::iter::once(least)

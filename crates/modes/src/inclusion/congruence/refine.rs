@@ -5,10 +5,9 @@
 //! ẽ_ij = (s_ij − d_j g_ij)/((d_j − d_i) g_i). Shapes too close for that are first replaced by the Ritz vectors of their
 //! span; so are those whose frequencies lie below what doubles resolve beside the largest one.
 
-use crate::linear::sorting::sort_by_number;
 use std::cmp::Ordering;
 
-use eigentone_digits::{DoubleDouble, symmetric_eigen};
+use eigentone_digits::{DoubleDouble, sort_by_number, symmetric_eigen};
 use faer::Mat;
 
 use super::forms::{Basis, Forms};

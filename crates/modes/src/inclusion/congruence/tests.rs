@@ -1,7 +1,6 @@
 //! The bounds hold, and are not idle.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, sort_by_number};
 use faer::Mat;
 
 use super::*;

@@ -1,7 +1,6 @@
 //! Columns of a cluster of real roots that nearly depend on each other, given anew.
 
-use crate::linear::sorting::sort_by_number;
-use eigentone_digits::{DoubleDouble, symmetric_eigen};
+use eigentone_digits::{DoubleDouble, sort_by_number, symmetric_eigen};
 use faer::Mat;
 
 use super::pair::{Pairs, Parts, plain};

@@ -734,17 +734,24 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             if place > part.to_f64() / 64.0 && self.approach < most {
                 self.approach += 1;
                 return Ok((T::from(place * (1.0 - LEFT)), Vec::new()));
-            } else if shorter < SHORTEST {
-                let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
-                part = part.mul_f64(factor);
-            } else if self.doubt == Doubt::Refused || !self.is_touch(series, &hidden) {
+            }
+            let factor = (16.0 * place / part.to_f64()).clamp(1.0 / 4096.0, 0.5);
+            let next = part.mul_f64(factor);
+            let is_last = shorter == SHORTEST;
+            // Many steps this short would come no nearer to a touch.
+            let passes = (is_last || self.is_tiny(next.to_f64(), reach.to_f64()))
+                && self.doubt != Doubt::Refused
+                && self.is_touch(series, &hidden);
+            if is_last && !passes {
                 return Err(self.undecided(self.current.guards[hidden.guard].switch));
-            } else {
+            }
+            if passes {
                 let far = 2f64.powi((self.passes - 40).min(-6));
                 self.passes += 1;
                 let past = T::from(place + far);
                 return Ok((if past < reach { past } else { reach }, Vec::new()));
             }
+            part = next;
         }
         unreachable!("it is passed at last")
     }
@@ -1052,7 +1059,7 @@ mod tests {
 
     use eigentone_digits::Wide;
     use eigentone_modes::{GROUND, System};
-    use eigentone_response::{Harmonic, Ramp, Response, State};
+    use eigentone_response::{Harmonic, Quantity, Ramp, Response, State, Step};
 
     use super::*;
     use crate::event::EventKind;
@@ -1071,14 +1078,23 @@ mod tests {
         end: Vec<f64>,
     }
 
-    fn passed(ask: Response<'_>, switches: Vec<Switch>, [_, s, m]: Units) -> Passed {
+    fn passed(ask: Response<'_>, switches: Vec<Switch>, units: Units) -> Passed {
+        passed_with::<DoubleDouble>(ask, switches, units, Doubt::Refused)
+    }
+
+    fn passed_with<T: Real>(
+        ask: Response<'_>,
+        switches: Vec<Switch>,
+        [_, s, m]: Units,
+        doubt: Doubt,
+    ) -> Passed {
         let problem = ask.problem().expect("a problem");
         let switching = Switching::new(&problem, switches).expect("switches");
         let question = switching.question();
-        let march = March::<DoubleDouble>::of::<Wide<4>>(question, Doubt::Refused, 1e-15);
+        let march = March::<T>::of::<Wide<4>>(question, doubt, 1e-15);
         let mut march = march.unwrap_or_else(|halt| panic!("{}", SwitchingError::from(halt)));
         let end = problem.grid().time(problem.grid().last());
-        let gone = march.go((DoubleDouble::from(end), 0.0), true, &mut |_, _, _, _| {});
+        let gone = march.go((T::from(end), 0.0), true, &mut |_, _, _, _| {});
         gone.unwrap_or_else(|halt| panic!("{}", SwitchingError::from(halt)));
         let motion = march.motion();
         let units = |i: usize| if 2 * i < motion.len() { m } else { m / s };
@@ -1154,6 +1170,33 @@ mod tests {
             law: DamperLaw::OnOffSkyhook,
         });
         passed(ask.every(0.1 * s).until(2.4 * s), vec![damper], [kg, s, m])
+    }
+
+    /// A mass on a belt slips at 0.3 m and 2 m/s, and then swings about there with a speed that is that of the belt once a
+    /// turn.
+    #[test]
+    fn touches_of_a_limit_take_few_steps() {
+        let system = System::builder().mass("m", 1.0).support("belt");
+        let system = system.spring(GROUND, "m", 30.0).build();
+        let system = system.expect("a system");
+        let ask = Response::of(&system).from(State::at_rest().push("m", 2.0));
+        let ask = ask.motion("belt", Quantity::Velocity, Step::of(2.0));
+        let friction = Switch::Friction(Friction {
+            between: between("m", "belt"),
+            force: 9.0,
+            static_force: 9.0,
+        });
+        let ask = ask.every(0.5).until(10.0);
+        let found = passed_with::<Wide<4>>(ask, vec![friction], [1.0; 3], Doubt::Coincidence);
+        assert!(found.events.len() == 1 && found.events[0].1 == EventKind::Slip);
+        let (w, t) = (30f64.sqrt(), found.events[0].2);
+        let [x, v] = [
+            0.3 + 2.0 / w * (w * (10.0 - t)).sin(),
+            2.0 * (w * (10.0 - t)).cos(),
+        ];
+        let off = [t - 0.15, found.end[0] - x, found.end[1] - v];
+        assert!(off.iter().all(|off| off.abs() < 1e-13), "{found:?}");
+        assert!(found.steps < 200.0, "{found:?}");
     }
 
     #[test]

@@ -71,10 +71,13 @@ fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64) -> First {
         return First::None;
     }
     let (first, last) = (sign(&bernstein[0]), sign(&bernstein[bernstein.len() - 1]));
-    if first < 0 {
-        return First::Between(from, from);
+    match first {
+        // No part that begins here would show more.
+        0 => return First::Hidden(from),
+        ..0 => return First::Between(from, from),
+        _ => {}
     }
-    if first > 0 && last < 0 {
+    if last < 0 {
         // One change of sign, whatever the signs of those that are not known.
         let rises = bernstein.iter().skip_while(|entry| sign(entry) > 0);
         let mut later = rises.skip_while(|entry| sign(entry) == 0);
@@ -82,10 +85,9 @@ fn search<T: Real>(bernstein: &[T], margin: f64, from: f64, to: f64) -> First {
             return First::Between(from, to);
         }
     }
-    // Where nothing is known, or doubles distinguish no places, or the root is the start itself.
+    // Where doubles distinguish no places, or the root is the start itself.
     const NEAREST: f64 = 1e-200;
-    let alike = to - from <= 4.0 * f64::EPSILON * to || to < NEAREST;
-    if alike || bernstein.iter().all(|entry| sign(entry) == 0) {
+    if to - from <= 4.0 * f64::EPSILON * to || to < NEAREST {
         return First::Hidden(from);
     }
     // Not where a root lies.
@@ -125,7 +127,10 @@ pub(crate) fn divided<T: Real>(bernstein: &[T], cut: f64) -> (Vec<T>, Vec<T>) {
         left.push(row[0]);
         right[count - 1 - level] = row[count - 1 - level];
         for i in 0..count - 1 - level {
-            row[i] = row[i].mul_f64(1.0 - cut) + row[i + 1].mul_f64(cut);
+            row[i] = match cut == 0.5 {
+                true => (row[i] + row[i + 1]).scale(-1),
+                false => row[i].mul_f64(1.0 - cut) + row[i + 1].mul_f64(cut),
+            };
         }
     }
     (left, right)

@@ -1,5 +1,5 @@
-//! Proven discs for all roots of the quadratic eigenproblem. It knows `first_order`, `linear`, `model`, `modes`,
-//! `structure` and `system`.
+//! Proven discs for all roots of the quadratic eigenproblem. It knows `first_order`, `model`, `modes`, `structure` and
+//! `system`.
 
 pub(crate) mod bounded_shape;
 pub(crate) mod classical;

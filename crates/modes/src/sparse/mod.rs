@@ -1,4 +1,4 @@
-//! Some modes of systems that are too large for dense matrices. It knows `linear`, `model`, `modes`, `solver`,
+//! Some modes of systems that are too large for dense matrices. It knows `model`, `modes`, `solver`,
 //! `structure` and `system`.
 
 mod answer;

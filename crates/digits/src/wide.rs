@@ -156,9 +156,52 @@ impl<const L: usize> Wide<L> {
         Wide::new(a.negative, a.exponent - lost, out)
     }
 
-    /// a + b.
-    #[inline(always)]
-    fn added(self, other: Wide<L>) -> Wide<L> {
+    /// a + b, for one of them 0 or undefined.
+    #[cold]
+    fn special_sum(a: Wide<L>, b: Wide<L>) -> Wide<L> {
+        if a.is_undefined() || b.is_undefined() {
+            Wide::UNDEFINED
+        } else if a.is_special() {
+            b
+        } else {
+            a
+        }
+    }
+}
+
+/// The limbs over 2^distance, and the limb below them.
+#[inline]
+fn shift_right<const L: usize>(limbs: &[u64; L], distance: u64) -> ([u64; L], u64) {
+    let (words, bits) = ((distance / 64) as usize, distance % 64);
+    let mut out = [0; L];
+    if words > L {
+        return (out, 0);
+    }
+    let guard = if words == 0 { 0 } else { limbs[words - 1] };
+    let at = |i: usize| if i < L { limbs[i] } else { 0 };
+    for (i, limb) in out.iter_mut().enumerate() {
+        *limb = at(i + words) >> bits | at(i + words + 1) << 1 << (63 - bits);
+    }
+    (out, guard >> bits | at(words) << 1 << (63 - bits))
+}
+
+impl<const L: usize> Neg for Wide<L> {
+    type Output = Wide<L>;
+
+    #[inline]
+    fn neg(self) -> Wide<L> {
+        Wide {
+            negative: !self.negative && !self.is_special(),
+            ..self
+        }
+    }
+}
+
+impl<const L: usize> Add for Wide<L> {
+    type Output = Wide<L>;
+
+    #[inline]
+    fn add(self, other: Wide<L>) -> Wide<L> {
         if self.is_special() || other.is_special() {
             return Wide::special_sum(self, other);
         }
@@ -176,11 +219,24 @@ impl<const L: usize> Wide<L> {
             Wide::difference(a, b, distance)
         }
     }
+}
+
+impl<const L: usize> Sub for Wide<L> {
+    type Output = Wide<L>;
+
+    #[inline]
+    fn sub(self, other: Wide<L>) -> Wide<L> {
+        self + -other
+    }
+}
+
+impl<const L: usize> Mul for Wide<L> {
+    type Output = Wide<L>;
 
     /// Column by column from the second below the result on, and rounded to nearest: the columns
     /// left out weigh less than L units of the limb below the result, 2^-63·L of its last place.
-    #[inline(always)]
-    fn multiplied(self, other: Wide<L>) -> Wide<L> {
+    #[inline]
+    fn mul(self, other: Wide<L>) -> Wide<L> {
         if self.is_special() || other.is_special() {
             let undefined = self.is_undefined() || other.is_undefined();
             return if undefined {
@@ -231,93 +287,6 @@ impl<const L: usize> Wide<L> {
         }
         Wide::new(self.negative != other.negative, exponent, limbs)
     }
-
-    /// a + b, for one of them 0 or undefined.
-    #[cold]
-    fn special_sum(a: Wide<L>, b: Wide<L>) -> Wide<L> {
-        if a.is_undefined() || b.is_undefined() {
-            Wide::UNDEFINED
-        } else if a.is_special() {
-            b
-        } else {
-            a
-        }
-    }
-}
-
-/// The limbs over 2^distance, and the limb below them.
-#[inline]
-fn shift_right<const L: usize>(limbs: &[u64; L], distance: u64) -> ([u64; L], u64) {
-    let (words, bits) = ((distance / 64) as usize, distance % 64);
-    let mut out = [0; L];
-    if words > L {
-        return (out, 0);
-    }
-    let guard = if words == 0 { 0 } else { limbs[words - 1] };
-    let at = |i: usize| if i < L { limbs[i] } else { 0 };
-    for (i, limb) in out.iter_mut().enumerate() {
-        *limb = at(i + words) >> bits | at(i + words + 1) << 1 << (63 - bits);
-    }
-    (out, guard >> bits | at(words) << 1 << (63 - bits))
-}
-
-/// f(a, b), where there are many limbs in a function of its own: beside them a call takes no time, and a copy in each loop
-/// took a quarter of all compilation.
-#[inline(always)]
-fn combined<const L: usize>(
-    a: Wide<L>,
-    b: Wide<L>,
-    f: impl FnOnce(Wide<L>, Wide<L>) -> Wide<L>,
-) -> Wide<L> {
-    const FEW: usize = 4;
-    #[inline(never)]
-    fn apart<const L: usize>(
-        a: Wide<L>,
-        b: Wide<L>,
-        f: impl FnOnce(Wide<L>, Wide<L>) -> Wide<L>,
-    ) -> Wide<L> {
-        f(a, b)
-    }
-    if L > FEW { apart(a, b, f) } else { f(a, b) }
-}
-
-impl<const L: usize> Neg for Wide<L> {
-    type Output = Wide<L>;
-
-    #[inline]
-    fn neg(self) -> Wide<L> {
-        Wide {
-            negative: !self.negative && !self.is_special(),
-            ..self
-        }
-    }
-}
-
-impl<const L: usize> Add for Wide<L> {
-    type Output = Wide<L>;
-
-    #[inline]
-    fn add(self, other: Wide<L>) -> Wide<L> {
-        combined(self, other, Wide::added)
-    }
-}
-
-impl<const L: usize> Sub for Wide<L> {
-    type Output = Wide<L>;
-
-    #[inline]
-    fn sub(self, other: Wide<L>) -> Wide<L> {
-        self + -other
-    }
-}
-
-impl<const L: usize> Mul for Wide<L> {
-    type Output = Wide<L>;
-
-    #[inline]
-    fn mul(self, other: Wide<L>) -> Wide<L> {
-        combined(self, other, Wide::multiplied)
-    }
 }
 
 impl<const L: usize> Div for Wide<L> {
@@ -325,7 +294,6 @@ impl<const L: usize> Div for Wide<L> {
 
     /// Long division, cut off. The dividend, halved where it is not below the divisor, leaves a
     /// quotient in [½, 1).
-    #[inline(never)]
     fn div(self, other: Wide<L>) -> Wide<L> {
         if self.is_special() || other.is_special() {
             let undefined = self.is_undefined() || other.is_special();

@@ -1,6 +1,7 @@
 //! Sorting by a number of each.
 
-/// Sorts by a number of each, smallest first, as [`f64::total_cmp`] orders them. Those whose numbers are equal keep their order. A number is asked for once.
+/// Sorts by a number of each, smallest first, as [`f64::total_cmp`] orders them. Those whose numbers are equal keep their
+/// order. A number is asked for once.
 ///
 /// Lists are sorted by one function of their numbers: `slice::sort_by` is built anew for each place that calls it, which was a
 /// twentieth of all machine code.

@@ -41,7 +41,7 @@ pub struct Analysis<'a> {
     pub switched: Option<SwitchedReport<'a>>,
 }
 
-/// The text has participation of parts of so many coordinates at most; [`Page`](super::Page) has all that there are.
+/// The text has participation of parts of so many modes at most; [`Page`](super::Page) has all that there are.
 pub const MOST_PARTICIPATING: usize = 24;
 
 /// A response, how it was computed, and what becomes of each coordinate.

@@ -88,7 +88,7 @@ impl Participation {
         Participation::of_parts_up_to(system, usize::MAX)
     }
 
-    /// The same without the directions in which more coordinates than `most` are joined, whose modes take longest.
+    /// The same without the directions in which more coordinates with mass than `most` are joined, whose modes take longest.
     pub fn of_parts_up_to(
         system: &System,
         most: usize,
@@ -112,7 +112,7 @@ impl Participation {
                 .iter()
                 .find(|(coordinates, _)| coordinates.binary_search(&direction[0]).is_ok())
                 .expect("each coordinate is in a part");
-            if coordinates.len() > most {
+            if part.len() - part.structure().massless().len() > most {
                 return None;
             }
             let moves = |i: &usize| f64::from(u8::from(direction.binary_search(i).is_ok()));
@@ -515,6 +515,11 @@ mod tests {
         assert_eq!(found, [(vec![0, 1, 2], 3.0), (vec![3, 4], 16.0)]);
         let small = Participation::of_parts_up_to(&both, 2);
         assert_eq!((small.len(), &small[0].0), (1, &vec![3, 4]));
+        // A node without mass has no mode.
+        let more = chain(3, true).mass("n", 0.0).spring("n", GROUND, 1.0);
+        let more = more.spring("n", "m2", 1.0).build().unwrap();
+        assert_eq!(Participation::of_parts_up_to(&more, 3).len(), 1);
+        assert!(Participation::of_parts_up_to(&more, 2).is_empty());
     }
 
     /// The ground shakes held ends and supports, and what their mass couples to: 8/π² and 8/(9π²) of the mass of a rod, 61.31 % and 18.83 % of

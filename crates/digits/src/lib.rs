@@ -38,6 +38,7 @@ mod rational;
 mod real;
 mod sorting;
 mod symmetric_eigen;
+mod tridiagonal;
 mod wide;
 
 pub use ball::Ball;

@@ -1,50 +1,31 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix; of one that some order of its coordinates
 //! makes tridiagonal, as that of a chain, without the reduction to such a form.
 //!
-//! Both ways end in implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
+//! Any other is reduced by reflections (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
 
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
-use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
-use faer::{Auto, Mat, MatMut, Par, Spec};
+use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams, tridiag};
+use faer::linalg::householder::{
+    apply_block_householder_sequence_on_the_left_in_place_scratch as apply_scratch,
+    apply_block_householder_sequence_on_the_left_in_place_with_conj as apply,
+};
+use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
+use faer::{Auto, Conj, Mat, Par, Spec};
 
-use crate::{Cholesky, settle, workspace};
+use crate::{Cholesky, settle, tridiagonal, workspace};
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
-/// `None` where the iteration does not converge.
+/// `None` where an entry is not finite or the iteration does not converge.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = matrix.nrows();
-    if n == 0 {
-        return Some((Vec::new(), Mat::zeros(0, 0)));
-    }
-    let mut vectors = Mat::<f64>::zeros(n, n);
     let Some(path) = path(matrix) else {
-        let values = whole(matrix, Some(vectors.as_mut()))?;
-        return Some((values, vectors));
+        return whole(matrix);
     };
-    let mut values = Diag::<f64>::zeros(n);
-    let mut diagonal = Diag::<f64>::zeros(n);
-    let mut below = Diag::<f64>::zeros(n);
-    for (place, &i) in path.iter().enumerate() {
-        diagonal[place] = matrix[(i, i)];
-        if let Some(&next) = path.get(place + 1) {
-            below[place] = matrix[(i.max(next), i.min(next))];
-        }
-    }
-    let wanted = ComputeEigenvectors::Yes;
-    // That of the whole problem is larger than that of this part of it.
-    let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, params());
-    evd::tridiagonal_self_adjoint_evd(
-        diagonal.as_ref(),
-        below.as_ref(),
-        values.as_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut workspace(scratch)),
-        params(),
-    )
-    .ok()?;
-    settle();
+    let diagonal: Vec<f64> = path.iter().map(|i| matrix[(*i, *i)]).collect();
+    let below = |pair: &[usize]| matrix[(pair[0].max(pair[1]), pair[0].min(pair[1]))];
+    let below: Vec<f64> = path.windows(2).map(below).collect();
+    let (values, mut vectors) = tridiagonal::eigen(&diagonal, &below)?;
     if path.iter().enumerate().any(|(place, i)| place != *i) {
         let mut place = vec![0; n];
         for (at, &i) in path.iter().enumerate() {
@@ -52,34 +33,57 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
         }
         vectors = Mat::from_fn(n, n, |i, j| vectors[(place[i], j)]);
     }
-    Some((values.column_vector().iter().copied().collect(), vectors))
+    Some((values, vectors))
 }
 
 /// All eigenvalues, rising; `None` as for [`symmetric_eigen`].
 pub fn symmetric_eigenvalues(matrix: &Mat<f64>) -> Option<Vec<f64>> {
-    whole(matrix, None)
-}
-
-/// Of a matrix that is not known to be tridiagonal in any order: its eigenvalues, and its vectors where there is room for them.
-fn whole(matrix: &Mat<f64>, vectors: Option<MatMut<'_, f64>>) -> Option<Vec<f64>> {
     let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
-    let wanted = match vectors {
-        Some(_) => ComputeEigenvectors::Yes,
-        None => ComputeEigenvectors::No,
-    };
-    let scratch = evd::self_adjoint_evd_scratch::<f64>(n, wanted, Par::Seq, params());
+    let no = ComputeEigenvectors::No;
+    let scratch = evd::self_adjoint_evd_scratch::<f64>(n, no, Par::Seq, implicit_steps());
     let done = evd::self_adjoint_evd(
         matrix.as_ref(),
         values.as_mut(),
-        vectors,
+        None,
         Par::Seq,
         MemStack::new(&mut workspace(scratch)),
-        params(),
+        implicit_steps(),
     );
     settle();
     done.ok()?;
     Some(values.column_vector().iter().copied().collect())
+}
+
+/// Of a matrix of two rows or more that no order makes tridiagonal.
+fn whole(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    let n = matrix.nrows();
+    let mut reduced = matrix.clone();
+    let block = recommended_block_size::<f64>(n, n);
+    let mut reflections = Mat::<f64>::zeros(block, n - 1);
+    let reduce = tridiag::tridiag_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+    let scratch = reduce.or(apply_scratch::<f64>(n - 1, block, n));
+    let mut memory = workspace(scratch);
+    tridiag::tridiag_in_place(
+        reduced.as_mut(),
+        reflections.as_mut(),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    );
+    let diagonal: Vec<f64> = (0..n).map(|i| reduced[(i, i)]).collect();
+    let below: Vec<f64> = (1..n).map(|i| reduced[(i, i - 1)]).collect();
+    let (values, mut vectors) = tridiagonal::eigen(&diagonal, &below)?;
+    apply(
+        reduced.submatrix(1, 0, n - 1, n - 1),
+        reflections.as_ref(),
+        Conj::No,
+        vectors.subrows_mut(1, n - 1),
+        Par::Seq,
+        MemStack::new(&mut memory),
+    );
+    settle();
+    Some((values, vectors))
 }
 
 /// All λ with Ax = λBx, rising, with their vectors, for a symmetric A and a positive definite B: those of L⁻¹AL⁻ᵀ with
@@ -102,9 +106,9 @@ pub fn definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)
     Some((values, vectors))
 }
 
-/// Implicit QR steps at every size: faer's divide and conquer, its choice from 128 rows on, errs by 1e-12 to 1e-11 of the
-/// largest eigenvalue (0.24.4), a hundred thousand times the rounding of doubles.
-fn params() -> Spec<SelfAdjointEvdParams, f64> {
+/// faer's implicit QR steps at every size, in place of its divide and conquer, which errs by 1e-12 to 1e-11 of the largest
+/// eigenvalue, and of some graded matrices by 1e-3 (0.24.4).
+pub(crate) fn implicit_steps() -> Spec<SelfAdjointEvdParams, f64> {
     let chosen = <SelfAdjointEvdParams as Auto<f64>>::auto();
     Spec::new(SelfAdjointEvdParams {
         recursion_threshold: usize::MAX,

@@ -622,6 +622,43 @@ fn so_are_those_of_stiff_systems() {
     }
 }
 
+/// Two masses that nothing holds, with dampers in proportion to them: how fast they part is white noise through μ(r″ + cr′) + kr. And
+/// a mass behind one that a damper joins to a road of white displacement, whose mean square is Sc/4m. Where they are as a whole is
+/// a root at 0, which rounding makes one that decays.
+#[test]
+fn mean_squares_of_what_floats_are_those_of_the_closed_form() {
+    let mut dice = Dice(1478);
+    for case in 0..300 {
+        let [m, other] = std::array::from_fn(|_| dice.between(1.0, 64.0).round() / 16.0);
+        let [k, inner] = [dice.between(0.1, 10.0), dice.between(0.01, 1.0)];
+        let rate = 1.0 / 16.0;
+        let masses = || System::builder().mass("a", m).mass("b", other);
+        let system = masses().spring("a", "b", k).damper("a", "b", inner);
+        let system = system.damper(GROUND, "a", rate * m);
+        let system = system.damper(GROUND, "b", rate * other).build().unwrap();
+        let parting = [("a", 1.0), ("b", -1.0)];
+        let parting = parting.map(|(name, by)| (Quantity::Velocity, name.to_owned(), by));
+        let driven = RandomVibration::of(&system).force("a", 2.0);
+        let driven = driven.output(Combination {
+            name: "parting".to_owned(),
+            of: Sum::Motions(parting.to_vec()),
+        });
+        let carried = masses().support("road").spring("a", "b", k);
+        let carried = carried.damper("road", "b", 1e-3 * inner).build().unwrap();
+        let carried = RandomVibration::of(&carried).motion("road", Quantity::Displacement, 2.0);
+        let parts = 2.0 * m * m * (rate + inner * (1.0 / m + 1.0 / other));
+        let rights = [1.0 / parts, 1e-3 * inner / (2.0 * m)];
+        for ((noise, name), right) in [(driven, "parting"), (carried, "a")].iter().zip(rights) {
+            let Some(found) = noise.mean_square(name, None).unwrap() else {
+                continue;
+            };
+            let off = (found.value() - right).abs();
+            let most = found.estimate() + 8.0 * f64::EPSILON * right;
+            assert!(off <= most, "{case} {name}: {off:e} of {right:e}, {most:e}");
+        }
+    }
+}
+
 /// S/4ck of a mass that creeps back on a soft spring: its two rates are up to 2·10⁻²² times as large as each other.
 #[test]
 fn mean_squares_of_what_creeps_are_those_of_the_closed_form() {

@@ -106,6 +106,8 @@ impl MeanSquare {
     /// The same with a form of more digits.
     fn corrected<T: Real>(mut self, form: &Weighed<T>, smith: &Smith) -> Option<MeanSquare> {
         const ROUNDS: usize = 4;
+        /// A correction that differs from what it corrects by less, in parts of it, corrects nothing.
+        const ALIKE: f64 = 0.1;
         if form.c.len() != self.units.len() {
             return None;
         }
@@ -116,6 +118,14 @@ impl MeanSquare {
             let left = scaled.left(&self.p);
             let back = [transposed.left(&self.x)];
             let [lacks, lacks_x] = smith.solve(&left, &back[0])?;
+            // A root at 0 that doubles take for one that decays leaves as much in either equation again, however often.
+            let again = |lacks: &Mat<f64>, parts: &Parts| {
+                let last = parts.last()?;
+                Some((lacks - last).norm_max() <= ALIKE * last.norm_max())
+            };
+            if again(&lacks, &self.p)? || again(&lacks_x, &self.x)? {
+                return None;
+            }
             let first = scaled.read(&self.p) + T::from(between(&self.x, &left));
             self.value = (first + T::from(between(&back, &lacks))).to_f64();
             // The last correction bounds what is left of it, as E is small beside P.

@@ -172,11 +172,13 @@ impl Absorber {
         })
     }
 
-    /// Frequency of the mode, its mass where it moves the place by 1, and by how much of itself this may be off: entries of the
-    /// shape are rounded before they cancel.
+    /// Frequency of the mode, its mass where it moves the place by 1, together with others of the same frequency, and by how much of
+    /// itself this may be off: entries of shapes are rounded before they cancel.
     fn modal(&self, modes: &ClassicalModes, place: &[(usize, f64)]) -> Result<[f64; 3], String> {
         /// In parts of the largest entry of the shape.
         const STILL: f64 = 1e-6;
+        /// Squares of frequencies that differ by less, in parts of them, are equal but for rounding.
+        const EQUAL: f64 = 4.0 * f64::EPSILON;
         let (k, m) = (modes.stiffness(), modes.mass());
         let mut order: Vec<usize> = (0..m.len()).collect();
         sort_by_number(&mut order, |at| k[*at] / m[*at]);
@@ -191,18 +193,28 @@ impl Absorber {
                 "--mode {mode}: no spring holds it, so that nothing is to be tuned: take a higher one"
             ));
         }
-        let shape = modes.shapes().col(at);
-        let moved: f64 = place.iter().map(|(i, factor)| factor * shape[*i]).sum();
-        let share = moved.abs() / shape.norm_max();
+        // Shapes of one frequency are a choice, but for what they do together.
+        let equal = order.iter().copied().filter(|other| {
+            let own = k[*other] / m[*other];
+            (own - square).abs() <= EQUAL * square
+        });
+        let (mut share, mut flexibility, mut parts) = (0.0f64, 0.0, 0.0);
+        for at in equal {
+            let shape = modes.shapes().col(at);
+            let each = place.iter().map(|(i, factor)| factor * shape[*i]);
+            let moved: f64 = each.clone().sum();
+            share = share.max(moved.abs() / shape.norm_max());
+            flexibility += moved * moved / m[at];
+            parts += moved.abs() * each.map(f64::abs).sum::<f64>() / m[at];
+        }
         if share <= STILL {
             let on = &self.on;
             return Err(format!(
                 "--mode {mode}: it moves {on} by {share:.1e} of its largest motion: take another place"
             ));
         }
-        let parts = place.iter().map(|(i, factor)| (factor * shape[*i]).abs());
-        let off = 4.0 * f64::EPSILON * (1.0 + parts.sum::<f64>() / moved.abs());
-        Ok([square.sqrt(), m[at] / (moved * moved), off])
+        let off = 4.0 * f64::EPSILON * (1.0 + parts / flexibility);
+        Ok([square.sqrt(), flexibility.recip(), off])
     }
 
     /// The scene with it, on a rotation or not.

@@ -278,6 +278,8 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
     let mut asked = question(&first)?;
     let table = table_of(&first, &asked)?;
     let designs = asked["designs"].as_u64().unwrap_or(0);
+    /// So many are named.
+    const MOST_NAMED: usize = 10;
     let mut missing = Vec::new();
     for i in 1..=count {
         let [file, growing] =
@@ -285,6 +287,10 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
         let is_there = file.exists() && parts.iter().any(|([part, _], _)| *part == i);
         if is_there && is_whole(&file, designs, [i, count])? {
             continue;
+        }
+        if missing.len() == MOST_NAMED {
+            missing.push("…".to_owned());
+            break;
         }
         missing.push(match is_there || growing.exists() {
             true => format!("{i} (not complete: --resume goes on)"),
@@ -314,11 +320,14 @@ pub fn merge(directory: &Path) -> Result<u64, Failure> {
             let file = directory.join(stem(i, count) + ".csv");
             let mut lines = BufReader::new(File::open(&file)?).split(b'\n');
             let head = lines.next().transpose()?.unwrap_or_default();
+            if head.is_empty() {
+                continue; // a part without designs
+            }
             if header.is_empty() {
                 out.write_all(&head)?;
                 out.write_all(b"\n")?;
                 header = head;
-            } else if !head.is_empty() && head != header {
+            } else if head != header {
                 problem.get_or_insert(unfit(&file, "its columns are not those of the other parts"));
             }
             for line in lines {

@@ -52,9 +52,14 @@ impl Optimum {
     /// Whether derivatives show a local minimum: the gradients cancel with weights that are not negative, and what is left
     /// curves upwards.
     pub fn is_shown(&self) -> bool {
-        const NOTHING: f64 = 1e-6;
         let curved = self.curvature.is_none_or(|curvature| curvature > 0.0);
-        self.gradient <= NOTHING && self.spread <= NOTHING && curved
+        self.is_balanced() && curved
+    }
+
+    /// Whether the active functions are equally large, and their weighted gradients cancel.
+    pub fn is_balanced(&self) -> bool {
+        const NOTHING: f64 = 1e-6;
+        self.gradient <= NOTHING && self.spread <= NOTHING
     }
 }
 

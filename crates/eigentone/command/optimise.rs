@@ -359,7 +359,10 @@ impl Answer<'_> {
                 "the best found; derivatives do not show a local {word}"
             ),
         };
-        for (frequency, value, weight) in self.active().filter(|_| optimum.active.len() > 1) {
+        if optimum.active.len() < 2 || !optimum.is_balanced() {
+            return text;
+        }
+        for (frequency, value, weight) in self.active() {
             let at = frequency.map_or(String::new(), |at| {
                 if at == f64::INFINITY {
                     return " as the frequency grows".to_owned();
@@ -373,9 +376,7 @@ impl Answer<'_> {
                 significant(value)
             );
         }
-        if optimum.active.len() > 1 {
-            text += "weights: with them the derivatives of the largest cancel, so that none can fall without another rising\n";
-        }
+        text += "weights: with them the derivatives of the largest cancel, so that none can fall without another rising\n";
         text
     }
 }

@@ -177,6 +177,16 @@ fn measurements_that_do_not_fit_the_scene_are_refused() {
     let file = file.to_str().expect("UTF-8");
     for (table, vary, says) in [
         (
+            "natural_frequency [Hz],damping_ratio\n0.1,0.02\n-0.2,0.03\n",
+            "k.stiffness",
+            "data.csv:3:1: a frequency is a number from 0 on",
+        ),
+        (
+            "natural_frequency [Hz],damping_ratio\n0.1,2.0\n0.2,3.0\n",
+            "k.stiffness",
+            "data.csv:2:1: a damping ratio is −Re λ/|λ|, a number from -1 to 1",
+        ),
+        (
             "time [s],displacement b [m]\n0,1\n",
             "k.stiffness",
             "\"displacement b [m]\" is none: did you mean \"displacement m [m]\"?",

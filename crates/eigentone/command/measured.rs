@@ -645,8 +645,20 @@ fn modes(table: &Table) -> Result<Measured, Unfit> {
         reader.add(column, of, &places)?;
         let entries = reader.columns.last_mut().into_iter();
         for entry in entries.flat_map(|column| &mut column.entries) {
-            let size = entry.value.abs();
-            entry.scale = if size > 0.0 { size } else { 1.0 };
+            let problem = match of {
+                Of::Ratio if entry.value.abs() > 1.0 => {
+                    "a damping ratio is −Re λ/|λ|, a number from -1 to 1: 0.02 for two percent"
+                }
+                Of::Natural(_) | Of::Damped(_) if entry.value < 0.0 => {
+                    "a frequency is a number from 0 on"
+                }
+                _ => {
+                    let size = entry.value.abs();
+                    entry.scale = if size > 0.0 { size } else { 1.0 };
+                    continue;
+                }
+            };
+            return Err(table.refuse(entry.line, problem.to_owned()).into());
         }
     }
     let known = KNOWN

@@ -1973,6 +1973,10 @@ fn metrics_of_a_sweep_are_those_of_closed_forms() {
     }
     // An error leaves nothing on standard output.
     let error = |more: &[&str]| refused(&[&["sweep", scene], more].concat(), 2);
+    assert!(
+        error(&["--vary", "d.damping=1,2", "--metric", "peak ground"])
+            .contains("there is no output, mass or point \"ground\"")
+    );
     assert!(error(&["--vary", "d.dampin=1:2:3"]).contains("did you mean \"d.damping\"?"));
     assert!(error(&["--vary", "d.damping=1:2"]).contains("is no range"));
     assert!(error(&["--vary", "/masses/1/mass=1,2"]).contains("no number"));
@@ -1991,6 +1995,66 @@ fn metrics_of_a_sweep_are_those_of_closed_forms() {
             .contains("design 0 (d.damping = 1.0): gain m wall")
     );
     assert!(error(&["--vary", "m.mass=-1,1"]).contains("design 0 (m.mass = -1.0): masses[0].mass"));
+}
+
+/// Parts of more than there are designs, the first of them empty, and one of as many as can be numbered.
+#[test]
+fn parts_without_designs_are_merged() {
+    let scene = veering("empty-parts");
+    let out = fresh("empty-parts-out");
+    let place = out.to_str().expect("a UTF-8 path");
+    let sweep = |part: &str| {
+        let vary = ["--vary", "soil.stiffness=1,3", "--out", place];
+        printed(&[&["sweep", &scene], &vary[..], &["--shard", part]].concat())
+    };
+    let lines: usize = ["1/3", "2/3", "3/3"]
+        .map(|part| sweep(part).lines().count())
+        .iter()
+        .sum();
+    assert_eq!(lines, 4); // two designs, each below a header
+    assert!(printed(&["merge", place]).ends_with("sweep.csv: 2 designs\n"));
+    let csv = fs::read_to_string(out.join("sweep.csv")).expect("a table");
+    let starts: Vec<&str> = csv.lines().map(|line| &line[..2]).collect();
+    assert_eq!(starts, ["de", "0,", "1,"]);
+    fs::remove_dir_all(&out).expect("it can be removed");
+    sweep("3/18446744073709551615");
+    let error = refused(&["merge", place], 2);
+    assert!(
+        error.contains("of 18446744073709551615 parts these are missing: 1, 2, 4, 5, ")
+            && error.contains("…"),
+        "{error}"
+    );
+}
+
+/// At the low end of a band the last mass of a chain moves by 1/Ω⁸ of what the first feels, and a mass that a stiff spring joins to
+/// another is held by doubles to eight digits: gains are those of exact solutions.
+#[test]
+fn gains_of_a_sweep_have_all_their_digits() {
+    let folder = fresh("sweep-gains");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let file = folder.join("chain.json");
+    let chain = r#"{"masses": [{"name": "m1", "mass": 4.54}, {"name": "m2", "mass": 0.5}, {"name": "m3", "mass": 0.12}, {"name": "m4", "mass": 2.0}],
+        "springs": [{"name": "k0", "between": ["ground", "m1"], "stiffness": 3.0}, {"between": ["m1", "m2"], "stiffness": 0.16},
+                    {"between": ["m2", "m3"], "stiffness": 0.04985}, {"between": ["m1", "m4"], "stiffness": 0.135}],
+        "dampers": [{"between": ["m2", "m1"], "damping": 0.002461}, {"between": ["ground", "m2"], "damping": 0.01}]}"#;
+    let stiff = r#"{"masses": [{"name": "m1", "mass": 0.24}, {"name": "m2", "mass": 8.92}, {"name": "m3", "mass": 5.0}],
+        "points": [{"name": "p", "moves": {"m1": -1.2, "m2": -0.3}, "mass": 3.04}],
+        "springs": [{"name": "k0", "between": ["ground", "m1"], "stiffness": 3.0}, {"between": ["ground", "m2"], "stiffness": 3.8234},
+                    {"between": ["m1", "m3"], "stiffness": 541848762.9062144}]}"#;
+    for (text, metric, right) in [
+        (chain, "gain m3 m4 9.61:288.3", 2.795_564_610_380_524_4e-11),
+        (stiff, "gain m1 m1 0.815:1.2225", 0.316_775_260_175_806_04),
+    ] {
+        fs::write(&file, text).expect("it can be written");
+        let scene = file.to_str().expect("a UTF-8 path");
+        let vary = ["--vary", "k0.stiffness=3", "--metric", metric];
+        for precision in ["double", "certified"] {
+            let more = ["--json", "--precision", precision];
+            let line = parsed(&[&["sweep", scene], &vary[..], &more].concat());
+            let gain = number(&line["metrics"][metric]);
+            assert!((gain / right - 1.0).abs() < 1e-9, "{precision}: {line}");
+        }
+    }
 }
 
 /// A mass on a spring with an absorber of a twentieth of its mass, in units of so much mass, length and time; noise on it.

@@ -634,3 +634,57 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
     ];
     assert!(refused(&again, 2).contains("is there already"));
 }
+
+/// Three equal masses on one: what swings between the three has one frequency, and two shapes that are a choice. A mass moves with 2/3 of
+/// what its own would.
+#[test]
+fn modes_of_one_frequency_act_together_on_an_absorber() {
+    let folder = fresh("absorber-star");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let masses = ["m1", "m2", "m3", "m4"].map(|name| json!({"name": name, "mass": 1.4}));
+    let spring = |ends: [&str; 2]| json!({"between": ends, "stiffness": 1});
+    let ends = [["ground", "m1"], ["m1", "m2"], ["m1", "m3"], ["m1", "m4"]];
+    let star = json!({"masses": masses, "springs": ends.map(spring)});
+    let star = written(&folder.join("star.json"), &star);
+    for (on, mode) in ["m2", "m3", "m4"]
+        .into_iter()
+        .flat_map(|on| [(on, "2"), (on, "3")])
+    {
+        let asked = ["--on", on, "--mass", "0.1", "--mode", mode, "--json"];
+        let answer = parsed(&[&["absorber", &star], &asked[..]].concat());
+        let error = (number(&answer["modal_mass"]) - 2.1).abs();
+        assert!(
+            error <= number(&answer["modal_mass_error"]),
+            "{on}: {answer}"
+        );
+    }
+}
+
+/// Where the search ends away from a minimum, what it weighed is not all as large as the largest.
+#[test]
+fn what_is_smaller_is_not_called_one_of_the_largest() {
+    let folder = fresh("not-largest");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = json!({
+        "masses": [{"name": "m", "mass": 1}, {"name": "a", "mass": 0.05}],
+        "springs": [{"between": ["ground", "m"], "stiffness": 1}, {"between": ["m", "a"], "stiffness": 0.04}],
+        "dampers": [{"name": "d", "between": ["m", "a"], "damping": 0.01}]
+    });
+    let scene = written(&folder.join("scene.json"), &scene);
+    for limits in ["d.damping=0:1e12", "d.damping=0:1", "d.damping=0.001:0.1"] {
+        let text = printed(&[
+            "optimise",
+            &scene,
+            "--vary",
+            limits,
+            "--minimise",
+            "gain m m",
+        ]);
+        let gain = text.lines().find_map(|line| line.strip_prefix("gain m m "));
+        let gain = gain.expect("the gain").trim();
+        for line in text.lines().filter(|line| line.starts_with("one of")) {
+            let start = format!("one of the largest: {gain} ");
+            assert!(line.starts_with(&start), "{limits}: {text}");
+        }
+    }
+}

@@ -9,8 +9,8 @@ use eigentone::design::difference;
 use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::report::Units;
 use eigentone::response::{
-    Combination, Extrema, LargestGain, MeanSquare, Peak, Problem, Quantity, ResponsePlan,
-    StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
+    Combination, Extrema, FrequencyValue, LargestGain, MeanSquare, Peak, Problem, Quantity,
+    ResponsePlan, StateSpaceError, Sum, Summary, Trajectory, Transfer, Weighting, peak_grid,
 };
 use eigentone::scene::{Scene, did_you_mean};
 use num_complex::Complex;
@@ -41,6 +41,9 @@ pub enum Kind {
 
 /// Root mean squares are to be as good as this part of them.
 const GOOD: f64 = 1e-11;
+
+/// And gains that have a bound as good as this part of them.
+const GOOD_GAIN: f64 = 1e-9;
 
 pub const METRICS: &str = "\"damping\", \"frequency K\", \"gain FROM TO\", \"gain FROM TO lo:hi\", \"rms NAME\", \"rms-wk NAME\", \"rms-wd NAME\", \"peak NAME\" and \"settling NAME\"";
 
@@ -428,36 +431,39 @@ impl Varied {
                     }
                 }
                 if self.precision == Precision::Double && decays {
-                    let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
-                    let largest = peaks
-                        .and_then(|all| all.into_iter().map(|(_, size)| size).reduce(f64::max));
-                    if largest.is_some() {
-                        return Ok(largest);
+                    let highest = |all: Vec<(f64, f64)>| {
+                        let all = all.into_iter();
+                        all.max_by(|one, other| one.1.total_cmp(&other.1))
+                    };
+                    let known = peaks_in_doubles(scene, from, to, *band)?;
+                    if let Some((_, gain)) = known.and_then(highest) {
+                        return Ok(Some(gain));
+                    }
+                    let found = peaks_by_values(scene, modes, from, to, *band)?;
+                    let last = found.iter().flatten().map(|(at, _)| *at);
+                    let last = last.fold(0.0, f64::max);
+                    match found.and_then(highest) {
+                        // The limit is nowhere a value.
+                        Some((at, gain)) if band.is_none() && at == last => return Ok(Some(gain)),
+                        Some((at, _)) => {
+                            let values = asked(scene, from_ref(from), from_ref(to)).at(&[at]);
+                            let values = values.map_err(|error| error.to_string())?;
+                            let value = values.functions().first().map(|one| one.values()[0]);
+                            let value = value.and_then(FrequencyValue::known);
+                            return Ok(value.map(|(value, _)| value.norm()));
+                        }
+                        None => {}
                     }
                 }
-                let grid = peak_grid(scene.system(), modes, scene.loss_factors());
-                let asked = asked(scene, from_ref(from), from_ref(to)).precision(self.precision);
-                let features = asked.features(&grid).map_err(|error| error.to_string())?;
-                let Some(features) = features.first() else {
-                    return Ok(None);
+                let within = |precision| largest_gain(scene, modes, from, to, *band, precision);
+                let good = |(gain, bound): &(f64, f64)| *bound <= GOOD_GAIN * gain;
+                let found = match within(self.precision)? {
+                    Some(found) if self.precision == Precision::Double && !good(&found) => {
+                        within(Precision::default())?
+                    }
+                    found => found,
                 };
-                let Some((low, high)) = *band else {
-                    return Ok(match features.largest_gain() {
-                        Some(LargestGain::Unbounded { .. }) | None => None,
-                        Some(LargestGain::Finite { gain, .. }) => Some(gain),
-                    });
-                };
-                if !features.is_complete() {
-                    return Ok(None);
-                }
-                let ends = asked.at(&[low, high]).map_err(|error| error.to_string())?;
-                let ends = ends.functions().iter().flat_map(|end| end.values());
-                let ends = ends.map(|value| value.known().map(|(value, _)| value.norm()));
-                let within = |peak: &&Peak| (low..=high).contains(&peak.frequency().0);
-                let peaks = features.peaks().iter().filter(within);
-                let peaks = peaks.map(|peak| peak.gain().map(|(gain, _)| gain));
-                let all: Option<Vec<f64>> = peaks.chain(ends).collect();
-                Ok(all.and_then(|all| all.into_iter().reduce(f64::max)))
+                Ok(found.filter(good).map(|(gain, _)| gain))
             }
             Kind::Rms(name, weighting) => {
                 if scene.loss_factors().iter().any(|factor| *factor != 0.0) {
@@ -515,6 +521,51 @@ pub fn ratios(modes: &Modes) -> impl Iterator<Item = (f64, f64)> {
     moving.map(|(root, size)| (size, 0.0 - root.re / size))
 }
 
+/// The largest magnitude at any frequency, or in a band, with a bound of its error; `None` where it is infinite or not known.
+fn largest_gain(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+    precision: Precision,
+) -> Result<Option<(f64, f64)>, String> {
+    let grid = peak_grid(scene.system(), modes, scene.loss_factors());
+    let asked = asked(scene, from_ref(from), from_ref(to)).precision(precision);
+    let features = asked.features(&grid).map_err(|error| error.to_string())?;
+    let Some(features) = features.first() else {
+        return Ok(None);
+    };
+    let Some((low, high)) = band else {
+        return Ok(match features.largest_gain() {
+            Some(LargestGain::Unbounded { .. }) | None => None,
+            Some(LargestGain::Finite { gain, bound, .. }) => Some((gain, bound)),
+        });
+    };
+    if !features.is_complete() {
+        return Ok(None);
+    }
+    let ends = asked.at(&[low, high]).map_err(|error| error.to_string())?;
+    let ends = ends.functions().iter().flat_map(|end| end.values());
+    let ends = ends.map(|end| {
+        end.known()
+            .map(|(value, bound)| (value.norm(), bound.unwrap_or(f64::INFINITY)))
+    });
+    let within = |peak: &&Peak| (low..=high).contains(&peak.frequency().0);
+    let peaks = features.peaks().iter().filter(within).map(Peak::gain);
+    let all: Option<Vec<(f64, f64)>> = peaks.chain(ends).collect();
+    // What may be larger by its bound than the largest counts with it.
+    let larger = |one: (f64, f64), other: (f64, f64)| {
+        let (low, high) = if one.0 < other.0 {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        (high.0, high.1.max(low.0 + low.1 - high.0))
+    };
+    Ok(all.and_then(|all| all.into_iter().reduce(larger)))
+}
+
 /// Frequency in rad/s and magnitude of each peak within a band, or at all frequencies, its ends and the highest frequency looked at
 /// included; `None` where one is infinite, or something grows.
 pub fn peaks_of_gain(
@@ -524,11 +575,23 @@ pub fn peaks_of_gain(
     to: &String,
     band: Option<(f64, f64)>,
 ) -> Result<Option<Vec<(f64, f64)>>, String> {
-    let known = peaks_in_doubles(scene, from, to, band)?;
-    if known.is_some() || grows(modes) {
-        return Ok(known);
+    match peaks_in_doubles(scene, from, to, band)? {
+        None => peaks_by_values(scene, modes, from, to, band),
+        known => Ok(known),
     }
-    // By values that keep their digits where matrices in doubles do not.
+}
+
+/// The same by values that keep their digits where matrices in doubles do not, most of them all.
+fn peaks_by_values(
+    scene: &Scene,
+    modes: &Modes,
+    from: &String,
+    to: &String,
+    band: Option<(f64, f64)>,
+) -> Result<Option<Vec<(f64, f64)>>, String> {
+    if grows(modes) {
+        return Ok(None);
+    }
     let roots = modes.eigenvalues().iter().map(|root| root.value);
     let roots: Vec<_> = roots.filter(|root| root.norm() > 0.0).collect();
     let (low, high) = band.unwrap_or((0.0, f64::INFINITY));
@@ -643,7 +706,7 @@ fn asked_of<'a>(scene: &'a Scene, precision: Precision, name: &str) -> Result<Pr
     let output = scene.outputs().iter().find(|output| output.name == *name);
     let of = match output {
         Some(output) => output.of.clone(),
-        None if scene.system().form(name).is_some() => {
+        None if is_moved(scene, name) => {
             Sum::Motions(vec![(Quantity::Displacement, name.to_owned(), 1.0)])
         }
         None => return Err(unknown(scene, name)),

@@ -25,6 +25,10 @@ const TOGETHER: &str = "bounces of several rigid stops die out together";
 /// Why what follows bounces that something interrupts is not known.
 const INTERRUPTED: &str = "bounces die out just as a load or another switch changes";
 
+/// Why it is not known which friction slides.
+const AT_ONCE: &str =
+    "several frictions are at their limits at once, and which of them gives way is not determined";
+
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
 
@@ -573,6 +577,13 @@ impl<T: Real> March<'_, '_, T> {
             }
             let mut found = phases.to_vec();
             if !self.pivots(&mut found, due, (precedence, false), most)? {
+                if precedence == Precedence::Path
+                    && let Some((fewest, orders)) = self.fewest(phases, due)?
+                {
+                    phases.copy_from_slice(&fewest);
+                    self.orders = orders;
+                    return Ok(());
+                }
                 continue;
             }
             let holding = holding_in(&found);
@@ -608,15 +619,70 @@ impl<T: Real> March<'_, '_, T> {
                 && holding_in(&other) == holding
                 && !self.moves_alike(&found, &other)?
             {
-                return refuse(
-                    first,
-                    "several frictions are at their limits at once, and which of them gives way is not determined",
-                );
+                return refuse(first, AT_ONCE);
             }
         }
         phases.copy_from_slice(&found);
         self.orders = orders;
         Ok(())
+    }
+
+    /// Of all ways in which some frictions slide that are at rest, that of the fewest with which all laws agree; `None` where there
+    /// is none, or where they are too many to be tried.
+    fn fewest(&mut self, phases: &[Phase], due: &[usize]) -> Result<Option<Settled>, Halt> {
+        /// How many multiplications all may take, about.
+        const MOST: f64 = 1e7;
+        let rest = (0..phases.len()).filter(|k| is_stick(&phases[*k]));
+        let rest: Vec<usize> = rest.collect();
+        let each = (self.zeta.len() as f64).powi(3);
+        let mut tried = 0.0;
+        let mut starts = vec![phases.to_vec()];
+        while !starts.is_empty() {
+            tried += starts.len() as f64;
+            if tried * each > MOST {
+                break;
+            }
+            let mut found: Option<Settled> = None;
+            for start in &starts {
+                let mut own = start.clone();
+                match self.pivots(&mut own, due, (Precedence::Path, false), 100) {
+                    Ok(true) if sliding_in(&own) <= sliding_in(start) => {}
+                    Err(halt) if halt.is_undecided() => return Err(halt),
+                    _ => continue,
+                }
+                let orders = self.orders.clone();
+                match &found {
+                    Some((other, _)) if !self.moves_alike(other, &own)? => {
+                        let differs = |k: &usize| own[*k] != other[*k];
+                        let switch = (0..own.len()).find(differs).unwrap_or(0);
+                        return Err(Halt::Failed(SwitchingError::Undecided {
+                            time: self.now.to_f64(),
+                            switch,
+                            reason: AT_ONCE,
+                        }));
+                    }
+                    Some(_) => {}
+                    None => found = Some((own, orders)),
+                }
+            }
+            if found.is_some() {
+                return Ok(found);
+            }
+            // One more of those behind the last.
+            let more = starts.iter().flat_map(|start| {
+                let last = rest.iter().rposition(|k| !is_stick(&start[*k]));
+                let others = rest[last.map_or(0, |last| last + 1)..].iter();
+                others.flat_map(move |k| {
+                    [1, -1].map(|sign| {
+                        let mut own = start.clone();
+                        own[*k] = Phase::Slip(sign);
+                        own
+                    })
+                })
+            });
+            starts = more.collect();
+        }
+        Ok(None)
     }
 
     /// Whether the state goes on in the same way, but for rounding.
@@ -987,8 +1053,17 @@ enum Precedence {
     Index,
 }
 
+/// Phases, and how many derivatives of their guards are 0.
+type Settled = (Vec<Phase>, Vec<usize>);
+
 fn is_stick(phase: &Phase) -> bool {
     *phase == Phase::Stick
+}
+
+/// How many frictions slide.
+fn sliding_in(phases: &[Phase]) -> usize {
+    let slip = |phase: &&Phase| matches!(phase, Phase::Slip(_));
+    phases.iter().filter(slip).count()
 }
 
 /// Whether a friction stands aside with all that it has.

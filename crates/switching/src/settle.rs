@@ -371,7 +371,11 @@ impl<T: Real> March<'_, '_, T> {
         };
         // Beyond the parabola, and of the speed.
         let curved = [first, second].map(|[slope, curve]| delay * (slope + delay * curve));
-        let curved = curved[0].max(curved[1]) + self.vague(rate) / speed;
+        let vague = match self.doubt {
+            Doubt::Ignored => 0.0,
+            _ => self.vague(rate) / speed,
+        };
+        let curved = curved[0].max(curved[1]) + vague;
         (delay > 0.0 && curved < 1e-3).then_some((delay, off + delay * curved, away))
     }
 

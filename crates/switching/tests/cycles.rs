@@ -413,3 +413,34 @@ fn where_none_repeats_itself_none_is_said_to() {
     let found = cycle(&problem, &[holds], Period::Seconds(2.0));
     assert_eq!(found, Err(CycleError::Lost));
 }
+
+/// A mass whose impacts die out in every cycle: in the next it does the same, and forgets all that was before the contact.
+#[test]
+fn bounces_that_die_out_in_every_cycle() {
+    let system = System::builder()
+        .mass("m", 1.3)
+        .spring(GROUND, "m", 92.568)
+        .damper(GROUND, "m", 1.82)
+        .build()
+        .expect("a system");
+    let ask = Response::of(&system).load("m", Harmonic::of(2.6, 4.85));
+    let problem = ask.every(0.1).until(32.388).problem().expect("a problem");
+    let stop = Switch::Impact(Impact {
+        between: [GROUND.into(), "m".into()],
+        gap: 0.0,
+        restitution: 0.5,
+    });
+    let switching = Switching::new(&problem, vec![stop]).expect("switches");
+    let cycle = switching.limit_cycle(Period::Cycles(1)).expect("a cycle");
+    close(cycle.period, TAU / 4.85, 1e-15);
+    assert_eq!(cycle.stable, Some(true));
+    assert!(cycle.multipliers.iter().all(|one| one.norm() < 1e-9));
+    // The contact is left as m x″ turns away from the stop: the load alone passes 0 there, once a cycle.
+    let leaves = cycle
+        .events
+        .iter()
+        .filter(|event| event.kind == EventKind::Release);
+    let leaves: Vec<f64> = leaves.map(|event| event.time).collect();
+    assert_eq!(leaves.len(), 1);
+    close(leaves[0], PI / 4.85, 1e-14);
+}

@@ -8,9 +8,9 @@ use super::law::{Law, Moment, NOTHING, Phase, Place};
 impl Law<'_> {
     /// The phases that follow these phases and forces.
     ///
-    /// Of all combinations whose laws agree a moment later, one in which as many frictions hold as in any. Where several such move
-    /// otherwise, the friction that is first at its limit, as forces run on towards those by which all of them hold, gives way; where
-    /// such forces are not unique, one that has not held does.
+    /// Of all combinations whose laws agree a moment later, one in which no friction slides that could hold beside the others that
+    /// do. Where several such move otherwise, the friction that is first at its limit, as forces run on towards those by which all of
+    /// them hold, gives way; where such forces are not unique, one that has not held does.
     pub(super) fn phases(
         &self,
         place: Place<'_>,
@@ -44,12 +44,18 @@ impl Law<'_> {
         let slides = |phases: &Vec<Phase>| phases.iter().filter(|phase| is_slip(**phase)).count();
         let mut each: Vec<Vec<Phase>> = (0..count).map(combination).collect();
         each.sort_by_key(slides);
-        let mut found = Vec::new();
-        for alike in each.chunk_by(|a, b| slides(a) == slides(b)) {
-            let agreeing = alike.iter().filter(|phases| self.agree(phases, place));
-            found.extend(agreeing.filter_map(|own| Some((own.clone(), self.moment(own, place)?))));
-            if !found.is_empty() {
-                break;
+        let mut found: Vec<(Vec<Phase>, Moment)> = Vec::new();
+        for own in each {
+            let has_more = |(other, _): &(Vec<Phase>, Moment)| {
+                let mut pairs = own.iter().zip(other);
+                slides(other) < slides(&own)
+                    && pairs.all(|(own, other)| is_slip(*own) || !is_slip(*other))
+            };
+            if !found.iter().any(has_more)
+                && self.agree(&own, place)
+                && let Some(moment) = self.moment(&own, place)
+            {
+                found.push((own, moment));
             }
         }
         while let Some((phases, moment)) = found.first() {
@@ -68,7 +74,7 @@ impl Law<'_> {
             let open: Vec<usize> = (0..self.len()).filter(differs).collect();
             let mut first = found
                 .iter()
-                .map(|(own, _)| self.first(own, &open, before, place));
+                .map(|(own, _)| self.first(own, &open, (old, before), place));
             let gives = first.next().flatten();
             let gives = gives.filter(|gives| first.all(|other| other == Some(*gives)));
             let count = found.len();
@@ -106,18 +112,28 @@ impl Law<'_> {
     }
 
     /// Which of some frictions is first at its limit, as forces run on from what they were to what holds all of them; `None` of
-    /// several.
+    /// several. Those that share what they hold do so as they did before.
     fn first(
         &self,
         phases: &[Phase],
         open: &[usize],
-        before: &[f64],
+        (old, before): (&[Phase], &[f64]),
         place: Place<'_>,
     ) -> Option<usize> {
         /// What is nearer to each other is equal.
         const TOGETHER: f64 = 1e-6;
-        let mut held = phases.to_vec();
-        open.iter().for_each(|k| held[*k] = Phase::Stick);
+        let full = |k: usize| matches!(old.get(k), Some(Phase::Full(_)));
+        let held = phases.iter().enumerate().map(|(k, phase)| {
+            let before = old
+                .get(k)
+                .filter(|old| matches!(old, Phase::Stick | Phase::Full(_)));
+            match before {
+                Some(old) if open.contains(&k) || !is_slip(*phase) => *old,
+                _ if open.contains(&k) => Phase::Stick,
+                _ => *phase,
+            }
+        });
+        let held: Vec<Phase> = held.collect();
         let state = self.later(&held, place)?;
         let after = self.moment(&held, self.soon_after(place, &state))?.forces;
         let share = |k: &usize| {
@@ -128,7 +144,8 @@ impl Law<'_> {
             let left = friction.static_force - way.signum() * before[*k];
             Some((left.max(0.0) / way.abs().max(f64::MIN_POSITIVE), *k))
         };
-        let mut shares = open.iter().map(share).collect::<Option<Vec<_>>>()?;
+        let open = open.iter().filter(|k| !full(**k));
+        let mut shares = open.map(share).collect::<Option<Vec<_>>>()?;
         sort_by_number(&mut shares, |share| share.0);
         match shares[..] {
             [(share, _), (next, _), ..] if next - share <= TOGETHER => None,

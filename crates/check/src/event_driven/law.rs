@@ -401,6 +401,12 @@ impl<'a> Law<'a> {
                     }
                     all
                 }
+                // Between two limits of 0 there is no force.
+                DamperLaw::ClippedSkyhook { .. }
+                    if rate == 0 && sign(placed.body.value(v, &supports, 1), v_size) != 0 =>
+                {
+                    vec![Phase::Low, Phase::High]
+                }
                 DamperLaw::ClippedSkyhook { .. } => vec![Phase::Low, Phase::Sky, Phase::High],
             },
         }

@@ -104,7 +104,7 @@ impl EventDriven {
         };
         let mut meter = Meter::start(limit);
         let trajectory = follow(name, problem, &equation, |stretch, state, recorder| {
-            march.begin(stretch, state).map_err(stopped)?;
+            march.settle(stretch, state, 0.0).map_err(stopped)?;
             for leg in legs(stretch, self.substeps) {
                 for step in 0..leg.count {
                     meter.step().map_err(stopped)?;
@@ -142,11 +142,7 @@ struct March<'a> {
 }
 
 impl March<'_> {
-    /// Finds the phases at the start of a stretch.
-    fn begin(&mut self, stretch: &Stretch<'_>, state: &mut [f64]) -> Result<(), String> {
-        self.settle(stretch, state, 0.0)
-    }
-
+    /// Finds the phases that follow.
     fn settle(
         &mut self,
         stretch: &Stretch<'_>,

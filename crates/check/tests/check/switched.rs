@@ -277,6 +277,70 @@ fn the_friction_that_is_first_at_its_limit_gives_way() {
     }
 }
 
+/// Two frictions hold a block by 1.4 N, and one holds the upper block on it by 4.3 N, or 1 N if it slides. A pull on the upper block
+/// that rises by 1 N/s reaches 1.4 N first: both go, by ∫∫(s + 0.1)/2, s being the seconds since.
+#[test]
+fn what_is_not_at_its_limit_does_not_give_way() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    let ask = Response::of(&system).load("b", Ramp::of(1.0));
+    let problem = ask.every(0.5).until(2.0).problem().expect("a problem");
+    let switches = [
+        friction([GROUND, "a"], 0.5, 0.6),
+        friction([GROUND, "a"], 0.8, 0.8),
+        friction(["a", "b"], 1.0, 4.3),
+    ];
+    let s = 0.6f64;
+    let wanted = (0.05 * s * s + s * s * s / 6.0) / 2.0;
+    for switches in orders(&switches) {
+        let motion = stepped(&problem, &switches).expect("a motion");
+        for i in 0..2 {
+            let found = motion.displacement()[(i, 4)];
+            assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+        }
+    }
+}
+
+/// A clipped damper beside a friction that holds the same has no force, however fast its body goes.
+#[test]
+fn a_clipped_damper_at_rest_has_no_force() {
+    let drawn = Drawn {
+        masses: vec![1.250166977258449, 0.2781491104187939],
+        springs: vec![284.97613586460574, 274.8512969630013, 166.52655298405844],
+        dampers: vec![0.9113313668253504, 0.41366007991860665, 0.6837489033685955],
+        start: vec![
+            (-0.004350165487809985, 0.17901565174310338),
+            (-0.009742390893167537, 0.8648692066738319),
+        ],
+        shake: (
+            0.001093310396973162,
+            18.106678678989873,
+            0.17897747604677117,
+        ),
+        switches: vec![
+            (
+                5,
+                1,
+                3,
+                [1.1398081709455257, 1.5636878559970735, 0.24213908205359588],
+            ),
+            (
+                3,
+                0,
+                2,
+                [1.8546488920575042, 1.2306295788250887, 0.13425831611900382],
+            ),
+            (
+                0,
+                1,
+                3,
+                [2.6136300008289677, 1.4373441602166253, 0.20283589029799665],
+            ),
+        ],
+    };
+    examine(&drawn).unwrap_or_else(|error| panic!("{error}"));
+}
+
 /// A mass of 1 kg at −1 m/s, pulled by 1.5 N against a friction of 1 N, rests after 0.4 s at −0.2 m, as what holds it is up to 2 N.
 #[test]
 fn what_comes_to_rest_below_its_static_limit_stays() {

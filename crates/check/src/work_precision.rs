@@ -125,7 +125,7 @@ pub struct EventsFound {
     pub expected: usize,
     /// How many were found.
     pub found: usize,
-    /// How many from the first on are the same, of the same switches, in the same order.
+    /// How many from the first on are the same, of the same switches, in the same order, and not a step apart.
     pub in_order: usize,
     /// The largest error of the time of any of these, in s.
     pub time: f64,

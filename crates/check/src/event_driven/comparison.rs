@@ -49,7 +49,7 @@ impl WorkPrecision {
                 operations: None,
                 time,
                 work: None,
-                events: Some(found(exact.events(), &exact)),
+                events: Some(found(exact.events(), &exact, 0.0)),
             }),
         }];
         for method in methods {
@@ -60,6 +60,7 @@ impl WorkPrecision {
                     method: *method,
                     substeps,
                 };
+                let step = problem.grid().step() / f64::from(substeps);
                 let (name, knob) = (method.method.name(), Some(method.knob()));
                 progress(Progress {
                     done: rows.len(),
@@ -83,7 +84,7 @@ impl WorkPrecision {
                             operations: None,
                             time,
                             work: Some(motion.work),
-                            events: Some(found(&motion.events, &exact)),
+                            events: Some(found(&motion.events, &exact, step)),
                         });
                         (measured, Some(motion.trajectory))
                     }
@@ -120,17 +121,53 @@ impl WorkPrecision {
     }
 }
 
-/// How events agree with the exact ones.
-fn found(events: &[Event], exact: &SwitchedMotion) -> EventsFound {
+/// How events agree with the exact ones: those that are farther from them than a step are others.
+fn found(events: &[Event], exact: &SwitchedMotion, step: f64) -> EventsFound {
     let both = events.iter().zip(exact.events());
-    let same = both.take_while(|(one, other)| (one.switch, one.kind) == (other.switch, other.kind));
-    let apart: Vec<f64> = same
-        .map(|(one, other)| (one.time - other.time).abs())
-        .collect();
+    let same = both.map_while(|(one, other)| {
+        let apart = (one.time - other.time).abs();
+        let alike = (one.switch, one.kind) == (other.switch, other.kind) && apart <= step;
+        alike.then_some(apart)
+    });
+    let apart: Vec<f64> = same.collect();
     EventsFound {
         expected: exact.events().len(),
         found: events.len(),
         in_order: apart.len(),
         time: apart.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eigentone_modes::{GROUND, System};
+    use eigentone_response::{Response, State};
+    use eigentone_switching::Impact;
+
+    use super::*;
+
+    /// A mass hits a wall after π/2 s, and after each π s again.
+    #[test]
+    fn an_event_of_another_time_is_another() {
+        let system = System::builder().mass("m", 1.0).spring(GROUND, "m", 1.0);
+        let system = system.build().expect("a system");
+        let from = State::at_rest().displace("m", -1.0);
+        let ask = Response::of(&system).from(from).every(0.5).until(8.0);
+        let problem = ask.problem().expect("a problem");
+        let wall = Switch::Impact(Impact {
+            between: [GROUND, "m"].map(str::to_owned),
+            gap: 0.0,
+            restitution: 0.5,
+        });
+        let exact = Switching::new(&problem, vec![wall]).expect("a switch");
+        let exact = exact.run().expect("a motion");
+        assert_eq!(exact.events().len(), 3);
+        for (late, in_order) in [(0.0, 3), (0.25, 3), (0.75, 1)] {
+            let mut events = exact.events().to_vec();
+            events[1..].iter_mut().for_each(|event| event.time += late);
+            let found = found(&events, &exact, 0.5);
+            assert_eq!((found.found, found.in_order), (3, in_order));
+            assert!(in_order == 1 || (found.time - late).abs() < 1e-12);
+        }
     }
 }

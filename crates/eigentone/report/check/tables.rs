@@ -24,7 +24,7 @@ const MODES: &str = "Error of λ: the largest difference of an eigenvalue, relat
 const FRONT: &str = "Front: • where no other method is both as accurate and faster.";
 
 /// What is said of events.
-const EVENTS: &str = "Events: how many from the first on are those of the exact motion, in its order, and the largest error of their times. \
+const EVENTS: &str = "Events: how many from the first on are those of the exact motion, in its order and to within a step, and the largest error of their times. \
      Steps are halved until two answers in a row agree to 1e-10.";
 
 /// More rows that beat the pick are only counted.

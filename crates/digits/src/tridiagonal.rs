@@ -118,7 +118,7 @@ fn by_qr_steps(diagonal: &mut [f64], below: &[f64], vectors: MatMut<'_, f64>) ->
 }
 
 /// Which rows of a column may differ from 0.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, PartialEq)]
 enum Rows {
     Upper,
     All,

@@ -164,6 +164,7 @@ impl Law<'_> {
             state[i] += soon * (state[n + i] + 0.5 * soon * accelerations[i]);
             state[n + i] += soon * accelerations[i];
         }
+        self.project(phases, place.piece, place.elapsed + soon, &mut state);
         Some(state)
     }
 

@@ -341,6 +341,50 @@ fn a_clipped_damper_at_rest_has_no_force() {
     examine(&drawn).unwrap_or_else(|error| panic!("{error}"));
 }
 
+/// A body that a friction holds to the ground has the low damping of an on-off damper, though rounding leaves it a velocity as it stops:
+/// the damper does not hold it in place of the friction.
+#[test]
+fn an_on_off_damper_leaves_a_body_to_the_friction_that_holds_it() {
+    let drawn = Drawn {
+        masses: vec![
+            1.786070322168181,
+            1.9543911619372776,
+            1.0279127589262473,
+            2.747098552037626,
+        ],
+        springs: vec![
+            119.81004514467256,
+            199.12021719849662,
+            245.54294601605807,
+            173.54901434321891,
+            124.92209446214761,
+        ],
+        dampers: vec![
+            0.9559547119128554,
+            0.5811068699281355,
+            0.04536287882156308,
+            0.11718213819930073,
+            0.454474088477724,
+        ],
+        start: vec![
+            (-0.012423013663629821, -0.39083377304951034),
+            (-0.0021238029465071974, 0.8854721677946515),
+            (-0.009424148868575798, 0.8002961634976806),
+            (-0.01174590143267334, -0.1681305063371516),
+        ],
+        shake: (
+            0.013624585276576551,
+            19.612226318182785,
+            0.24908620027270428,
+        ),
+        switches: vec![
+            (1, 0, 3, [1.1512728377118806, 1.0, 0.0]),
+            (4, 1, 3, [1.9722045208313195, 1.0, 0.0]),
+        ],
+    };
+    examine(&drawn).unwrap_or_else(|error| panic!("{error}"));
+}
+
 /// A mass of 1 kg at −1 m/s, pulled by 1.5 N against a friction of 1 N, rests after 0.4 s at −0.2 m, as what holds it is up to 2 N.
 #[test]
 fn what_comes_to_rest_below_its_static_limit_stays() {

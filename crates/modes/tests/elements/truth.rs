@@ -19,10 +19,13 @@ struct Roots {
 
 /// From approximations of all of them, in the same order, and how far these may be off. Those given as 0 stay near it.
 fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots {
-    const STEPS: usize = 10;
+    const STEPS: usize = 40;
     const ENOUGH: f64 = 1e-20;
     let sizes = approximations.iter().map(|z| z.norm());
     let largest = sizes.fold(0.0, f64::max);
+    let may_be_real =
+        |i: usize| approximations[i].im != 0.0 && reach[i] >= approximations[i].norm();
+    let half_way = Complex::from_polar(1.0, std::f64::consts::FRAC_PI_4);
     // Approximations with one value start on a circle wider than these are uncertain, so that the first steps stay near.
     let mut points: Vec<Number> = approximations
         .iter()
@@ -38,6 +41,8 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
             };
             let angle = 0.4 + std::f64::consts::TAU * rank as f64 / count as f64;
             let turn = Complex::from_polar(reach, angle);
+            // A pair that may be two real roots is as near to these.
+            let z = if may_be_real(i) { z * half_way } else { *z };
             Number::new(z.re, z.im) + Number::new(turn.re, turn.im)
         })
         .collect();
@@ -47,7 +52,8 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
         let rank = before.filter(|z| **z == approximations[i]).count();
         let mut each =
             (0..approximations.len()).filter(|j| approximations[*j] == approximations[i].conj());
-        each.nth(rank).filter(|_| approximations[i].im < 0.0)
+        each.nth(rank)
+            .filter(|_| approximations[i].im < 0.0 && !may_be_real(i))
     };
     let conjugate: Vec<Option<usize>> = (0..points.len()).map(conjugate).collect();
     let mirror = |points: &mut [Number]| {
@@ -146,7 +152,19 @@ pub fn check_beside(name: &str, model: &Model, modes: &Modes, near: &Modes, tigh
     let (starts, reach): (Vec<_>, Vec<f64>) = starts
         .map(|root| (root.value, root.bound.unwrap_or(0.0)))
         .unzip();
-    let truth = roots(model, &starts, &reach);
+    let mut truth = roots(model, &starts, &reach);
+    // Of roots with one value the nearest is that of the smallest bound.
+    for (i, j) in (0..values.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let off = |i: usize| {
+            let value = Number::new(values[i].re, values[i].im);
+            (value - truth.centres[i]).norm()
+        };
+        let bound = |i: usize| found[i].bound.unwrap_or(f64::INFINITY);
+        if values[i] == values[j] && (bound(i) < bound(j)) != (off(i) < off(j)) {
+            truth.centres.swap(i, j);
+            truth.radii.swap(i, j);
+        }
+    }
     for i in 0..found.len() {
         let (value, radius) = (values[i], truth.radii[i]);
         let difference = Number::new(value.re, value.im) - truth.centres[i];

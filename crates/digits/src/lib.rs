@@ -53,5 +53,8 @@ pub use magnitude::Magnitude;
 pub use products::{even, product, settle, workspace};
 pub use real::{Real, decimal_digits};
 pub use sorting::sort_by_number;
-pub use symmetric_eigen::{definite_eigen, symmetric_eigen, symmetric_eigenvalues};
+pub use symmetric_eigen::{
+    definite_eigen, quick_definite_eigen, quick_symmetric_eigen, symmetric_eigen,
+    symmetric_eigenvalues,
+};
 pub use wide::Wide;

@@ -20,13 +20,16 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::symmetric_eigen::implicit_steps;
 use crate::{settle, sort_by_number, workspace};
 
-/// Up to so many rows are left to implicit QR steps, which take as long there.
-const LEAF: usize = 32;
+/// Up to so many rows implicit QR steps take as long.
+pub(crate) const LEAF: usize = 32;
 
-/// All eigenvalues, rising, with their vectors, column by column, of the matrix with this diagonal and these entries below it.
-/// `None` where an entry is not finite or the QR steps do not converge.
-pub(crate) fn eigen(diagonal: &[f64], below: &[f64]) -> Option<(Vec<f64>, Mat<f64>)> {
+/// All eigenvalues, rising, with their vectors, column by column, of the matrix with this diagonal and these entries below it;
+/// up to `leaf` rows, at least one, are left to implicit QR steps. `None` where an entry is not finite or these do not converge.
+pub(crate) fn eigen(diagonal: &[f64], below: &[f64], leaf: usize) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = diagonal.len();
+    if n == 0 {
+        return Some((Vec::new(), Mat::zeros(0, 0)));
+    }
     let entries = || diagonal.iter().chain(below);
     if entries().any(|entry| !entry.is_finite()) {
         return None;
@@ -39,7 +42,12 @@ pub(crate) fn eigen(diagonal: &[f64], below: &[f64]) -> Option<(Vec<f64>, Mat<f6
     let scaled = |entries: &[f64]| -> Vec<f64> { entries.iter().map(|x| x / unit).collect() };
     let (mut values, below) = (scaled(diagonal), scaled(below));
     let mut vectors = Mat::<f64>::zeros(n, n);
-    divide(&mut values, &below, vectors.as_mut(), &mut Room::of(n))?;
+    divide(
+        &mut values,
+        &below,
+        vectors.as_mut(),
+        &mut Room::of(n, leaf),
+    )?;
     let mut order: Vec<usize> = (0..n).collect();
     sort_by_number(&mut order, |j| values[*j]);
     let mut sorted = Mat::zeros(n, n);
@@ -55,16 +63,18 @@ struct Room {
     halves: [Mat<f64>; 2],
     /// The vectors of D + ρ z zᵀ.
     amplitudes: Mat<f64>,
+    leaf: usize,
 }
 
 impl Room {
-    fn of(n: usize) -> Room {
-        let columns = if n > LEAF { n } else { 0 };
+    fn of(n: usize, leaf: usize) -> Room {
+        let columns = if n > leaf { n } else { 0 };
         // Whole registers: see `even`.
         let half = || Mat::zeros(n.div_ceil(2).next_multiple_of(8), columns);
         Room {
             halves: [half(), half()],
             amplitudes: Mat::zeros(columns, columns),
+            leaf,
         }
     }
 }
@@ -77,7 +87,7 @@ fn divide(
     room: &mut Room,
 ) -> Option<()> {
     let n = diagonal.len();
-    if n <= LEAF {
+    if n <= room.leaf {
         return by_qr_steps(diagonal, below, vectors);
     }
     let half = n / 2;
@@ -512,7 +522,7 @@ mod tests {
                 let times =
                     |entries: &[f64]| -> Vec<f64> { entries.iter().map(|x| factor * x).collect() };
                 let (values, vectors) =
-                    eigen(&times(&diagonal), &times(&below)).expect("it converges");
+                    eigen(&times(&diagonal), &times(&below), LEAF).expect("it converges");
                 assert!(values.is_sorted());
                 let t = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
                     0 => diagonal[i],
@@ -537,7 +547,7 @@ mod tests {
     #[test]
     fn eigenvalues_of_a_chain_are_known() {
         for n in [1, LEAF, LEAF + 1, 100, 333] {
-            let (values, _) = eigen(&vec![2.0; n], &vec![-1.0; n - 1]).expect("it converges");
+            let (values, _) = eigen(&vec![2.0; n], &vec![-1.0; n - 1], LEAF).expect("it converges");
             for (k, value) in values.iter().enumerate() {
                 let half = (k + 1) as f64 * std::f64::consts::FRAC_PI_2 / (n + 1) as f64;
                 let expected = 4.0 * half.sin().powi(2);
@@ -547,10 +557,16 @@ mod tests {
     }
 
     #[test]
+    fn of_nothing_there_is_nothing() {
+        let (values, vectors) = eigen(&[], &[], LEAF).expect("it is there");
+        assert_eq!((values.len(), vectors.ncols()), (0, 0));
+    }
+
+    #[test]
     fn what_is_not_finite_is_refused() {
         for entry in [f64::NAN, f64::INFINITY] {
-            assert!(eigen(&[1.0, entry], &[1.0]).is_none());
-            assert!(eigen(&[1.0, 1.0], &[entry]).is_none());
+            assert!(eigen(&[1.0, entry], &[1.0], LEAF).is_none());
+            assert!(eigen(&[1.0, 1.0], &[entry], LEAF).is_none());
         }
     }
 }

@@ -6,7 +6,7 @@
 //! et al. 1999, *Lin. Alg. Appl.* 299) computes each of them to a few units of rounding however
 //! stiff the system, since each spring alone changes ω by at most half its own relative change.
 
-use eigentone_digits::{sort_by_number, symmetric_eigen};
+use eigentone_digits::{quick_symmetric_eigen, sort_by_number};
 use faer::Mat;
 use num_complex::Complex;
 
@@ -190,7 +190,7 @@ fn even(network: &Condensed, system: &System, rank: usize) -> Option<Singular> {
             square[(j, i)] = square[(i, j)];
         }
     }
-    let (squares, vectors) = symmetric_eigen(&square)?;
+    let (squares, vectors) = quick_symmetric_eigen(&square)?;
     let largest = squares[count - 1];
     let smallest = squares[count - rank];
     if !largest.is_finite() || smallest <= largest / SPREAD {

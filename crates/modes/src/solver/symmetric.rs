@@ -1,6 +1,8 @@
 //! Undamped modes of assembled symmetric matrices.
 
-use eigentone_digits::{Cholesky, definite_eigen, product, sort_by_number, symmetric_eigen};
+use eigentone_digits::{
+    Cholesky, product, quick_definite_eigen, quick_symmetric_eigen, sort_by_number,
+};
 use faer::{ColRef, Mat};
 
 use crate::first_order::FirstOrder;
@@ -420,8 +422,8 @@ fn eigen(
         return Err(ModesError::OutOfRange { method });
     }
     let found = match mass {
-        Some(mass) => definite_eigen(stiffness, mass),
-        None => symmetric_eigen(stiffness),
+        Some(mass) => quick_definite_eigen(stiffness, mass),
+        None => quick_symmetric_eigen(stiffness),
     };
     found.ok_or(ModesError::NoConvergence { method })
 }

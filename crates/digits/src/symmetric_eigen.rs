@@ -28,6 +28,8 @@ pub fn quick_symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> 
     eigen(matrix, tridiagonal::LEAF)
 }
 
+type Solver = fn(&Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>;
+
 /// By implicit QR steps up to so many rows.
 fn eigen(matrix: &Mat<f64>, leaf: usize) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = matrix.nrows();
@@ -109,11 +111,7 @@ pub fn quick_definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat
     definite(a, b, quick_symmetric_eigen)
 }
 
-fn definite(
-    a: &Mat<f64>,
-    b: &Mat<f64>,
-    solve: fn(&Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>,
-) -> Option<(Vec<f64>, Mat<f64>)> {
+fn definite(a: &Mat<f64>, b: &Mat<f64>, solve: Solver) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = a.nrows();
     let factor = Cholesky::of(b.as_ref())?;
     let divided = |mut matrix: Mat<f64>| {
@@ -184,10 +182,7 @@ mod tests {
         of[0].max(of[1])
     }
 
-    fn residuals_of(
-        matrix: &Mat<f64>,
-        solve: fn(&Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)>,
-    ) -> f64 {
+    fn residuals_of(matrix: &Mat<f64>, solve: Solver) -> f64 {
         let n = matrix.nrows();
         let (values, vectors) = solve(matrix).unwrap();
         assert!(values.is_sorted());

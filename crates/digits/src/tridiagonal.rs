@@ -389,7 +389,7 @@ impl Secular {
             };
             let a = (near + far) * value - near * far * slope;
             let mut step = quadratic(rest, a, near * far * value, !is_last);
-            if !(step * value < 0.0) {
+            if step.is_nan() || step * value >= 0.0 {
                 step = -value / slope;
             }
             let mut next = mu + step;

@@ -26,6 +26,7 @@
 //! ```
 
 mod change;
+mod collapse;
 mod configuration;
 mod cycle;
 mod cycle_error;

@@ -11,7 +11,8 @@ use std::rc::Rc;
 use eigentone_digits::Real;
 
 use crate::change::Change;
-use crate::configuration::{Configuration, Guard, clipped};
+use crate::collapse::{Grips, Turned};
+use crate::configuration::{Configuration, Guard, Place, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Doubt, Halt, March};
@@ -570,6 +571,10 @@ impl<T: Real> March<'_, '_, T> {
         let frictions = self.places.iter();
         let frictions = frictions.filter(|place| matches!(place.switch, Switch::Friction(_)));
         let is_alone = frictions.count() <= 1;
+        if let Some(shared) = self.by_limit_load(phases, due)? {
+            phases.copy_from_slice(&shared);
+            return Ok(());
+        }
         let ways = [
             (Precedence::Path, 100),
             (Precedence::Held, 100),
@@ -629,6 +634,173 @@ impl<T: Real> March<'_, '_, T> {
         phases.copy_from_slice(&found);
         self.orders = orders;
         Ok(())
+    }
+
+    /// The phases where more frictions are at rest than the motion has freedoms, and some of them give way: those that slide by
+    /// limit analysis, and what follows once these have the force of sliding. `None` otherwise.
+    fn by_limit_load(
+        &mut self,
+        phases: &[Phase],
+        due: &[usize],
+    ) -> Result<Option<Vec<Phase>>, Halt> {
+        const MOST: usize = 100;
+        let way = (Precedence::Path, false);
+        let is_shared = phases.iter().filter(|phase| is_stick(phase)).count() > 1
+            && !phases.iter().any(is_hold)
+            && self.configuration(phases).is_err();
+        if !is_shared {
+            return Ok(None);
+        }
+        let mut held = phases.to_vec();
+        if self.pivots(&mut held, due, way, MOST)? && sliding_in(&held) == sliding_in(phases) {
+            return Ok(Some(held));
+        }
+        let Some(mut shared) = self.collapsed(phases)? else {
+            return Ok(None);
+        };
+        match self.pivots(&mut shared, due, way, MOST) {
+            Ok(agrees) => Ok(agrees.then_some(shared)),
+            Err(halt) if halt.is_undecided() => Err(halt),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// What limit analysis lets slide of the frictions at rest, and how the others share what they hold.
+    fn collapsed(&mut self, phases: &[Phase]) -> Result<Option<Vec<Phase>>, Halt> {
+        /// The powers of two, of one step, after which forces have grown so that it shows what gives way.
+        const SOON: [i64; 6] = [-24, -20, -16, -12, -8, -4];
+        let grips: Vec<usize> = (0..phases.len())
+            .filter(|k| is_stick(&phases[*k]))
+            .collect();
+        let count = grips.len();
+        let free: Vec<Phase> = phases
+            .iter()
+            .map(|phase| {
+                if is_stick(phase) {
+                    Phase::Idle(0)
+                } else {
+                    *phase
+                }
+            })
+            .collect();
+        let free = self.configuration(&free)?;
+        let mut held = phases.to_vec();
+        let held = self.independent(&mut held, false)?;
+        let limits = grips.iter().map(|k| match &self.places[*k].switch {
+            Switch::Friction(friction) => [friction.force, friction.static_force],
+            _ => [0.0; 2],
+        });
+        let limits = limits.collect();
+        let mut answers = vec![0.0; count * count];
+        for (j, grip) in grips.iter().enumerate() {
+            let mut push = self.places[*grip].push.clone();
+            for (_, gain, other) in &free.held {
+                let force = dot(gain, &push);
+                T::add_multiple(&mut push, T::ZERO - force, other);
+            }
+            for (i, other) in grips.iter().enumerate() {
+                answers[i * count + j] = dot(&self.places[*other].rate.entries, &push).to_f64();
+            }
+        }
+        let rates_of = |places: &[Place<T>], of: &Configuration<T>, zeta: &[T]| -> Vec<f64> {
+            let change = of.apply(zeta);
+            let rate = |k: &usize| places[*k].rate.at(&change).to_f64() / of.step;
+            grips.iter().map(rate).collect()
+        };
+        let now = rates_of(&self.places, &free, &self.zeta);
+        let Some(grip) = Grips::of(answers.clone(), limits) else {
+            return Ok(None);
+        };
+        // What was at rest until now is so under any reading; what slid may hold at once, or no more than while sliding, until it
+        // has come to rest. What gives way is known where both let the same slide.
+        let slid: Vec<bool> = grips
+            .iter()
+            .map(|k| self.started && !self.firmness(*k).0)
+            .collect();
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|a, b| {
+            let firmness = |at: &usize| self.firmness(grips[*at]);
+            firmness(b)
+                .partial_cmp(&firmness(a))
+                .unwrap_or(Ordering::Equal)
+        });
+        let pushed = self.accelerations_before(&grips, &answers);
+        let mut readings = Vec::new();
+        for turned in [Turned::Rest, Turned::Sliding(&slid)] {
+            // What forces were against; nothing acted before the start.
+            let mut before = match turned {
+                Turned::Sliding(_) if self.started => {
+                    rates_of(&self.places, &self.current, &self.earlier)
+                }
+                _ => vec![0.0; count],
+            };
+            for (before, own) in before.iter_mut().zip(&pushed) {
+                *before -= own;
+            }
+            let Some(mut slides) = grip.giving(&before, &now, turned) else {
+                return Ok(None);
+            };
+            let mut last = now.clone();
+            for power in SOON {
+                if slides.iter().any(|sign| *sign != 0) {
+                    break;
+                }
+                let soon = self.soon(&held, power);
+                let soon = rates_of(&self.places, &free, &soon);
+                let Some(giving) = grip.giving(&now, &soon, turned) else {
+                    return Ok(None);
+                };
+                (slides, last) = (giving, soon);
+            }
+            let Some(slides) = grip.returned(&last, &slides, &order) else {
+                return Ok(None);
+            };
+            readings.push(slides);
+        }
+        if readings[0] != readings[1] {
+            return Ok(None);
+        }
+        let slides = readings.swap_remove(0);
+        let Some(shares) = grip.shares(&now, &slides) else {
+            return Ok(None);
+        };
+        let mut shared = phases.to_vec();
+        for ((switch, slides), share) in grips.into_iter().zip(slides).zip(shares) {
+            shared[switch] = match (slides, share) {
+                (0, None) => Phase::Stick,
+                (0, Some(sign)) => Phase::Idle(-sign),
+                (slides, _) => Phase::Slip(slides),
+            };
+        }
+        Ok(Some(shared))
+    }
+
+    /// What frictions did until now to the accelerations of their ends, by what unit forces do; nothing acted before the start.
+    fn accelerations_before(&self, grips: &[usize], answers: &[f64]) -> Vec<f64> {
+        let count = grips.len();
+        let mut pushed = vec![0.0; count];
+        for (j, grip) in grips.iter().enumerate().filter(|_| self.started) {
+            let force = self.current.forces[*grip].as_ref();
+            let force = force.map_or(0.0, |force| force.at(&self.earlier).to_f64());
+            for (i, pushed) in pushed.iter_mut().enumerate() {
+                *pushed += answers[i * count + j] * force;
+            }
+        }
+        pushed
+    }
+
+    /// ζ after this power of two of a step.
+    fn soon(&self, configuration: &Configuration<T>, power: i64) -> Vec<T> {
+        let mut soon = self.zeta.clone();
+        let mut term = self.zeta.clone();
+        for k in 1..ORDERS {
+            term = configuration.apply(&term);
+            for (soon, term) in soon.iter_mut().zip(&mut term) {
+                *term = term.scale(power) / T::from(k as f64);
+                *soon = *soon + *term;
+            }
+        }
+        soon
     }
 
     /// Of all ways in which some frictions slide that are at rest, that of the fewest with which all laws agree; `None` where there

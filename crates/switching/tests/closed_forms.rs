@@ -75,6 +75,56 @@ fn what_nothing_holds_together_slides() {
     }
 }
 
+/// Frictions hold one mass to the ground, twice, another to the ground, and both to each other, so that how they share what they
+/// hold is free. They hold until no forces within their limits do: that of the masses on each other holds 2.7 N, more than the
+/// 2.5 N of those that hold the first mass, and so a pull at the second moves both, at 3.6 N, in whatever order they are listed.
+#[test]
+fn frictions_in_a_loop_give_way_at_the_limit_load() {
+    const RATE: f64 = 4.0;
+    let system = System::builder().mass("a", 1.0).mass("b", 2.0);
+    let system = system.build().expect("a system");
+    let given = [
+        (GROUND, "a", 1.4, 1.8),
+        (GROUND, "a", 0.5, 0.7),
+        (GROUND, "b", 1.1, 1.1),
+        ("a", "b", 1.9, 2.7),
+    ];
+    let pick = |number: usize| {
+        let mut rest: Vec<usize> = (0..4).collect();
+        [number % 4, number / 4 % 3, number / 12, 0].map(|at| rest.remove(at))
+    };
+    for number in 0..24 {
+        let order = pick(number);
+        let switches = order.map(|k| {
+            let (a, b, force, most) = given[k];
+            friction(a, b, force, most)
+        });
+        let ask = Response::of(&system).load("b", Ramp::of(RATE));
+        let motion = run(ask.every(0.25).until(1.25), switches.to_vec());
+        let start = 3.6 / RATE;
+        let first: Vec<usize> = motion
+            .events()
+            .iter()
+            .map(|event| order[event.switch])
+            .collect();
+        assert!(
+            motion
+                .events()
+                .iter()
+                .all(|event| (event.time - start).abs() < 1e-14)
+        );
+        assert!(
+            first.len() == 3 && !first.contains(&3),
+            "{order:?}: {first:?}"
+        );
+        // 3 a″ = 4 t − 3 from there on, until the masses part at 1.35 s.
+        let t = 1.25 - start;
+        let moved = (0.6 * t * t / 2.0 + RATE * t * t * t / 6.0) / 3.0;
+        let found = motion.trajectory().displacement();
+        (0..2).for_each(|i| close(found[(i, 5)], moved, 1e-14));
+    }
+}
+
 /// Each half swing of π/ω loses 2F/k: x turns at x₀ − 2jF/k, and rests once that is within F/k.
 #[test]
 fn friction_takes_the_same_from_every_swing() {

@@ -1,9 +1,9 @@
 //! Which frictions give way where more of them hold than the motion has freedoms, so that their forces are not unique.
 //!
-//! They hold as long as some forces within their limits do (the theorem of limit analysis: Prager and Hodge, Theory of Perfectly
-//! Plastic Solids, 1951, section 3). Beyond that the accelerations are those of least work: a quadratic program in the forces,
-//! whose accelerations are unique though its forces are not. Its limits are a box, and principal pivots at the least index
-//! solve it (Júdice and Pires, Computers Oper. Res. 21, 1994).
+//! They hold as long as some forces within their limits do (the static theorem of limit analysis: Prager and Hodge, Theory of
+//! Perfectly Plastic Solids, 1951). Beyond that the forces are those of a convex quadratic program in a box (Moreau, C. R. Acad.
+//! Sci. Paris 256, 1963, for Gauss's principle with constraints): accelerations are unique where forces are not. Principal
+//! pivots at the least index solve it (Murty, Opsearch 11, 1974).
 
 use eigentone_digits::Cholesky;
 use faer::Mat;
@@ -12,6 +12,9 @@ use faer::Mat;
 const COMPLIANCE: f64 = 1e-10;
 /// What accelerates by more than this part of what the limits can do moves.
 const MOVES: f64 = 1e-7;
+
+/// And where something does, what accelerates by more than this part of that.
+const ALONG: f64 = 1e-2;
 
 /// Frictions whose ends are at rest to each other. Accelerations and forces are in units in which each force of 1 accelerates its
 /// own ends by 1.
@@ -266,11 +269,23 @@ impl Grips {
                 continue;
             }
             let size = (0..count).map(|k| self.limits[k][1]).fold(0.0, f64::max);
-            let moves = (0..count).map(|k| match rate(k) {
-                rate if rate.abs() <= MOVES * size => 0,
-                rate => rate.signum() as i8,
-            });
-            let moves = moves.collect();
+            let rates: Vec<f64> = (0..count).map(rate).collect();
+            let largest = rates
+                .iter()
+                .fold(0.0, |most: f64, rate| most.max(rate.abs()));
+            // Beside what just sets out, what goes with it more slowly does so too.
+            let least = match largest > MOVES * size {
+                true => (MOVES * size).min(ALONG * largest),
+                false => f64::INFINITY,
+            };
+            let sign = |rate: &f64| {
+                if rate.abs() <= least {
+                    0
+                } else {
+                    rate.signum() as i8
+                }
+            };
+            let moves = rates.iter().map(sign).collect();
             return Some(Balance { forces, moves });
         }
         None

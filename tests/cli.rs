@@ -2982,7 +2982,7 @@ fn axes_of_designs_have_units() {
 /// Random trees of masses, heavily and hardly damped: the largest gain that doubles find is the proven one.
 #[test]
 fn gains_in_doubles_are_the_proven_ones() {
-    let folder = fresh("sweep-gains");
+    let folder = fresh("sweep-gains-proven");
     fs::create_dir_all(&folder).expect("a folder");
     let mut state = 20_261_123u64;
     let mut next = || {

@@ -559,7 +559,7 @@ impl<T: Real> March<'_, '_, T> {
         each.collect()
     }
 
-    /// The phases that all laws agree with.
+    /// The phases that all laws agree with: where more frictions are at rest than the motion has freedoms, by limit analysis.
     ///
     /// Where static limits are above the forces of sliding there may be several: of those that two precedences lead to, the one in
     /// which more holds, as where friction is taken for a steep function of the speed that falls beyond its top. Where
@@ -586,13 +586,6 @@ impl<T: Real> March<'_, '_, T> {
             }
             let mut found = phases.to_vec();
             if !self.pivots(&mut found, due, (precedence, false), most)? {
-                if precedence == Precedence::Path
-                    && let Some((fewest, orders)) = self.fewest(phases, due)?
-                {
-                    phases.copy_from_slice(&fewest);
-                    self.orders = orders;
-                    return Ok(());
-                }
                 continue;
             }
             let holding = holding_in(&found);
@@ -801,64 +794,6 @@ impl<T: Real> March<'_, '_, T> {
             }
         }
         soon
-    }
-
-    /// Of all ways in which some frictions slide that are at rest, that of the fewest with which all laws agree; `None` where there
-    /// is none, or where they are too many to be tried.
-    fn fewest(&mut self, phases: &[Phase], due: &[usize]) -> Result<Option<Settled>, Halt> {
-        /// How many multiplications all may take, about.
-        const MOST: f64 = 1e7;
-        let rest = (0..phases.len()).filter(|k| is_stick(&phases[*k]));
-        let rest: Vec<usize> = rest.collect();
-        let each = (self.zeta.len() as f64).powi(3);
-        let mut tried = 0.0;
-        let mut starts = vec![phases.to_vec()];
-        while !starts.is_empty() {
-            tried += starts.len() as f64;
-            if tried * each > MOST {
-                break;
-            }
-            let mut found: Option<Settled> = None;
-            for start in &starts {
-                let mut own = start.clone();
-                match self.pivots(&mut own, due, (Precedence::Path, false), 100) {
-                    Ok(true) if sliding_in(&own) <= sliding_in(start) => {}
-                    Err(halt) if halt.is_undecided() => return Err(halt),
-                    _ => continue,
-                }
-                let orders = self.orders.clone();
-                match &found {
-                    Some((other, _)) if !self.moves_alike(other, &own)? => {
-                        let differs = |k: &usize| own[*k] != other[*k];
-                        let switch = (0..own.len()).find(differs).unwrap_or(0);
-                        return Err(Halt::Failed(SwitchingError::Undecided {
-                            time: self.now.to_f64(),
-                            switch,
-                            reason: AT_ONCE,
-                        }));
-                    }
-                    Some(_) => {}
-                    None => found = Some((own, orders)),
-                }
-            }
-            if found.is_some() {
-                return Ok(found);
-            }
-            // One more of those behind the last.
-            let more = starts.iter().flat_map(|start| {
-                let last = rest.iter().rposition(|k| !is_stick(&start[*k]));
-                let others = rest[last.map_or(0, |last| last + 1)..].iter();
-                others.flat_map(move |k| {
-                    [1, -1].map(|sign| {
-                        let mut own = start.clone();
-                        own[*k] = Phase::Slip(sign);
-                        own
-                    })
-                })
-            });
-            starts = more.collect();
-        }
-        Ok(None)
     }
 
     /// Whether the state goes on in the same way, but for rounding.
@@ -1228,9 +1163,6 @@ enum Precedence {
     /// The one that is listed first: with it pivots end.
     Index,
 }
-
-/// Phases, and how many derivatives of their guards are 0.
-type Settled = (Vec<Phase>, Vec<usize>);
 
 fn is_stick(phase: &Phase) -> bool {
     *phase == Phase::Stick

@@ -6,7 +6,7 @@ use eigentone_response::{
     Load, LoadError, ModalTruncation, Output, Polynomial, Quantity, Ramp, Response, ResponseError,
     ResponseMethod, Samples, State, Step, Summary, Sweep, Versine,
 };
-use eigentone_response::{Destination, Trajectory};
+use eigentone_response::{Destination, Trajectory, methods};
 
 fn quarter_car() -> System {
     System::builder()
@@ -915,4 +915,36 @@ fn what_follows_by_a_damper_and_stays_is_known() {
             assert!((found - wanted).abs() < 1e-16, "{found} {wanted}");
         }
     }
+}
+
+/// A free mass beside a support that is pushed and holds nothing goes on at its speed, by every method.
+#[test]
+fn a_support_that_holds_nothing_moves_nothing() {
+    let system = System::builder()
+        .mass("m", 1.0)
+        .support("s")
+        .point("p", [("s", 1.0)], 0.0);
+    let system = system.build().expect("a system");
+    let asked = Response::of(&system)
+        .every(0.25)
+        .until(2.0)
+        .from(State::at_rest().displace("m", 0.25).push("m", -1.0))
+        .load("p", Step::of(1.0).starting_at(0.5));
+    let problem = asked.problem().expect("a problem");
+    let mut ran = 0;
+    for method in methods() {
+        let Ok(motion) = method.run(&problem) else {
+            continue;
+        };
+        ran += 1;
+        for (k, t) in motion.times().iter().enumerate() {
+            let found = motion.displacement()[(0, k)];
+            assert!(
+                (found - (0.25 - t)).abs() < 1e-15,
+                "{}: {found} at {t}",
+                method.name()
+            );
+        }
+    }
+    assert!(ran > 1, "{ran}");
 }

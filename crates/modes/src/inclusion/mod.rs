@@ -76,10 +76,14 @@ pub(crate) fn certify(
     }
     let unit = size.log2().round() as i32;
     let in_square = structure.is_undamped() && structure.is_symmetric() && structure.is_passive();
-    // In σ = λ² one point stands for each conjugate pair.
-    let chosen: Vec<usize> = (0..approximations.len())
-        .filter(|i| !in_square || approximations[*i].0.im > 0.0)
-        .collect();
+    // In σ = λ² one point stands for each conjugate pair, which two real approximations take for two roots.
+    let mut chosen: Vec<usize> = (0..approximations.len()).collect();
+    if in_square {
+        let im = |i: &usize| approximations[*i].0.im;
+        let real = chosen.iter().copied().filter(|i| im(i) == 0.0);
+        let halved: Vec<usize> = real.step_by(2).collect();
+        chosen.retain(|i| im(i) > 0.0 || halved.binary_search(i).is_ok());
+    }
     let job = Job {
         system,
         structure,
@@ -96,7 +100,8 @@ pub(crate) fn certify(
         .map(|i| {
             let z = approximations[*i].0 * 2f64.powi(-unit);
             if in_square {
-                Complex::from(-z.im * z.im)
+                let size = if z.im == 0.0 { z.re } else { z.im };
+                Complex::from(-size * size)
             } else {
                 z
             }

@@ -211,6 +211,7 @@ mod tests {
     use faer::mat;
 
     use super::*;
+    use crate::model::GROUND;
     use crate::modes::Bounds;
 
     /// The system is proved to have exactly these roots, conjugates included.
@@ -378,6 +379,22 @@ mod tests {
         assert_eq!(modes.bounds(), Bounds::Proven, "{}", modes.plan());
         let slowest = modes.eigenvalues()[0].value;
         assert!(slowest.re < 0.0 && slowest.norm() < 1e-15, "{slowest}");
+    }
+
+    /// Two coordinates that a point of mass 0.1 couples, one spring 16 decades softer than the other: that one holds the
+    /// point, and the other stays as long as it was, so that ω² = k/m.
+    #[test]
+    fn a_spring_that_only_ties_a_massless_node_costs_no_digits() {
+        let (soft, stiff) = (2.732404735710926e-7, 3242296028.1271462);
+        let system = System::builder()
+            .mass("a", 0.0)
+            .mass("b", 0.0)
+            .point("p", [("a", 0.8), ("b", -1.2)], 0.1)
+            .spring("b", "p", soft)
+            .spring("p", GROUND, stiff);
+        let omega = (stiff / 0.1f64).sqrt();
+        let pair = [Complex::new(0.0, omega), Complex::new(0.0, -omega)];
+        assert_proven(&system.build().unwrap(), 2, &pair);
     }
 
     #[test]

@@ -239,9 +239,9 @@ impl Flow for Blocks {
             let width = held.width;
             let range = first..first + width;
             let mut pushed = [0.0; 2];
-            for (law, gamma) in held.gamma.iter().enumerate() {
-                let at = law * own + first;
-                add_to_block(gamma.as_ref(), &self.modal[at..at + width], &mut pushed);
+            // No forces by any law where no input reaches a mode.
+            for (gamma, forces) in held.gamma.iter().zip(self.modal.chunks_exact(own.max(1))) {
+                add_to_block(gamma.as_ref(), &forces[range.clone()], &mut pushed);
             }
             for &(chain, count, signal) in chains {
                 for (k, state) in (chain..chain + count).enumerate() {

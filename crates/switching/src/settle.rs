@@ -833,6 +833,7 @@ impl<T: Real> March<'_, '_, T> {
         // What slid against its own sign.
         let mut returned = HashSet::new();
         for _ in 0..most {
+            self.exhaust_beside_dampers(phases);
             let configuration = self.independent(phases, last_first)?;
             let mut derivatives = vec![self.zeta.clone()];
             for k in 1..ORDERS {
@@ -952,6 +953,17 @@ impl<T: Real> March<'_, '_, T> {
             if let (Phase::Slip(side), true) = (old, sign < 0) {
                 returned.insert((switch, side));
             }
+            // With the low damping they hold it alone, beyond the high one it slides.
+            if is_hold(&old) && !is_hold(&phases[switch]) {
+                for (other, phase) in phases.iter_mut().enumerate() {
+                    *phase = match *phase {
+                        Phase::Idle(_) if self.along(other, switch, 1).is_none() => *phase,
+                        Phase::Idle(side) if number != 0 && side != 0 => Phase::Slip(side),
+                        Phase::Idle(_) => Phase::Stick,
+                        phase => phase,
+                    };
+                }
+            }
             // What would only slide back carries what it can, in place of what stood aside with that.
             if let (Phase::Stick, Phase::Slip(side)) = (old, phases[switch])
                 && returned.contains(&(switch, side))
@@ -1050,6 +1062,23 @@ impl<T: Real> March<'_, '_, T> {
                 };
                 let share = together(share);
                 (2, if after < 0.0 { share } else { f64::INFINITY })
+            }
+        }
+    }
+
+    /// Frictions on a body that an on-off damper holds carry all that they have against the side to which it would move, which
+    /// is that on which the damping is high: the damper takes what they cannot.
+    fn exhaust_beside_dampers(&self, phases: &mut [Phase]) {
+        for damper in 0..phases.len() {
+            let Phase::Hold { rate } = phases[damper] else {
+                continue;
+            };
+            for switch in 0..phases.len() {
+                if matches!(phases[switch], Phase::Stick | Phase::Idle(_))
+                    && let Some(sign) = self.along(switch, damper, 1)
+                {
+                    phases[switch] = Phase::Idle(sign * rate);
+                }
             }
         }
     }

@@ -151,3 +151,74 @@ fn a_friction_and_a_damper_hold_a_body_together() {
         assert!(off.abs() < 2e-5, "{index}: {off:e}");
     }
 }
+
+/// Two frictions between the same names do what one of both forces does, beside a damper that takes what they cannot: it has the
+/// low damping again as soon as they suffice together.
+#[test]
+fn frictions_beside_a_damper_that_holds_add_up() {
+    let chain = System::builder()
+        .mass("a", 0.2)
+        .mass("b", 1.1)
+        .mass("c", 2.3)
+        .spring(GROUND, "a", 190.0)
+        .spring("a", "b", 80.0)
+        .spring("b", "c", 190.0)
+        .damper(GROUND, "a", 0.25)
+        .damper("a", "b", 0.75)
+        .damper("b", "c", 0.6);
+    let chain = chain.build().expect("a chain");
+    let start = State::at_rest()
+        .displace("a", -0.042)
+        .push("a", 0.075)
+        .displace("b", -0.032)
+        .push("b", 0.6)
+        .displace("c", -0.019)
+        .push("c", -0.68);
+    let ask = Response::of(&chain).from(start);
+    let ask = ask.load("c", Harmonic::of(3.3, 13.9));
+    let problem = ask.every(0.0625).until(0.625).problem().expect("a problem");
+    let moved = |forces: &[f64]| {
+        let frictions = forces.iter().map(|force| {
+            let ends = [GROUND.to_owned(), "c".to_owned()];
+            let [first, second] = ends;
+            // Named the other way round it is the same.
+            let between = match *force > 0.0 {
+                true => [first, second],
+                false => [second, first],
+            };
+            Switch::Friction(Friction {
+                between,
+                force: force.abs(),
+                static_force: force.abs(),
+            })
+        });
+        let damper = Switch::ControlledDamper(ControlledDamper {
+            between: ["b".to_owned(), "c".to_owned()],
+            low: 2.8,
+            high: 11.2,
+            law: DamperLaw::OnOffSkyhook,
+        });
+        let switches = frictions.chain([damper]).collect();
+        let motion = Switching::new(&problem, switches).expect("switches").run();
+        motion.expect("a motion")
+    };
+    let one = moved(&[1.25]);
+    let switches = |motion: &eigentone_switching::SwitchedMotion| {
+        let events = motion.events().iter();
+        events
+            .filter(|event| event.kind == EventKind::Switch)
+            .count()
+    };
+    assert_eq!(switches(&one), 6);
+    for forces in [[0.125, 1.125], [1.125, 0.125], [-0.25, 1.0], [1.0, -0.25]] {
+        let several = moved(&forces);
+        assert_eq!(switches(&several), 6, "{forces:?}");
+        let [x, y] = [&one, &several].map(|motion| motion.trajectory().displacement());
+        for k in 0..x.ncols() {
+            for i in 0..x.nrows() {
+                let off = (x[(i, k)] - y[(i, k)]).abs();
+                assert!(off < 1e-15, "{forces:?}: {off:e} at {k}, {i}");
+            }
+        }
+    }
+}

@@ -12,7 +12,7 @@ use eigentone_digits::Real;
 
 use crate::change::Change;
 use crate::collapse::{Grips, Turned};
-use crate::configuration::{Configuration, Guard, Place, clipped};
+use crate::configuration::{Configuration, Guard, clipped};
 use crate::error::SwitchingError;
 use crate::event::EventKind;
 use crate::march::{Doubt, Halt, March};
@@ -644,11 +644,11 @@ impl<T: Real> March<'_, '_, T> {
         if !is_shared {
             return Ok(None);
         }
-        let mut held = phases.to_vec();
+        let mut held = self.shared(phases, false)?.unwrap_or(phases.to_vec());
         if self.pivots(&mut held, due, way, MOST)? && sliding_in(&held) == sliding_in(phases) {
             return Ok(Some(held));
         }
-        let Some(mut shared) = self.collapsed(phases)? else {
+        let Some(mut shared) = self.shared(phases, true)? else {
             return Ok(None);
         };
         match self.pivots(&mut shared, due, way, MOST) {
@@ -658,10 +658,8 @@ impl<T: Real> March<'_, '_, T> {
         }
     }
 
-    /// What limit analysis lets slide of the frictions at rest, and how the others share what they hold.
-    fn collapsed(&mut self, phases: &[Phase]) -> Result<Option<Vec<Phase>>, Halt> {
-        /// The powers of two, of one step, after which forces have grown so that it shows what gives way.
-        const SOON: [i64; 6] = [-24, -20, -16, -12, -8, -4];
+    /// What limit analysis lets slide of the frictions at rest, where some give way, and how the others share what they hold.
+    fn shared(&mut self, phases: &[Phase], gives: bool) -> Result<Option<Vec<Phase>>, Halt> {
         let grips: Vec<usize> = (0..phases.len())
             .filter(|k| is_stick(&phases[*k]))
             .collect();
@@ -677,8 +675,6 @@ impl<T: Real> March<'_, '_, T> {
             })
             .collect();
         let free = self.configuration(&free)?;
-        let mut held = phases.to_vec();
-        let held = self.independent(&mut held, false)?;
         let limits = grips.iter().map(|k| match &self.places[*k].switch {
             Switch::Friction(friction) => [friction.force, friction.static_force],
             _ => [0.0; 2],
@@ -695,15 +691,52 @@ impl<T: Real> March<'_, '_, T> {
                 answers[i * count + j] = dot(&self.places[*other].rate.entries, &push).to_f64();
             }
         }
-        let rates_of = |places: &[Place<T>], of: &Configuration<T>, zeta: &[T]| -> Vec<f64> {
-            let change = of.apply(zeta);
-            let rate = |k: &usize| places[*k].rate.at(&change).to_f64() / of.step;
-            grips.iter().map(rate).collect()
-        };
-        let now = rates_of(&self.places, &free, &self.zeta);
+        let now = self.rates_of(&grips, &free, &self.zeta);
         let Some(grip) = Grips::of(answers.clone(), limits) else {
             return Ok(None);
         };
+        let slides = match gives {
+            true => self.giving_way(phases, &grips, (&grip, &answers), &free)?,
+            false => Some(vec![0; count]),
+        };
+        let Some(slides) = slides else {
+            return Ok(None);
+        };
+        let Some(shares) = grip.shares(&now, &slides) else {
+            return Ok(None);
+        };
+        let mut shared = phases.to_vec();
+        for ((switch, slides), share) in grips.into_iter().zip(slides).zip(shares) {
+            shared[switch] = match (slides, share) {
+                (0, None) => Phase::Stick,
+                (0, Some(sign)) => Phase::Idle(-sign),
+                (slides, _) => Phase::Slip(slides),
+            };
+        }
+        Ok(Some(shared))
+    }
+
+    /// The accelerations of what frictions hold, in these units of time, as the state goes on.
+    fn rates_of(&self, grips: &[usize], of: &Configuration<T>, zeta: &[T]) -> Vec<f64> {
+        let change = of.apply(zeta);
+        let rate = |k: &usize| self.places[*k].rate.at(&change).to_f64() / of.step;
+        grips.iter().map(rate).collect()
+    }
+
+    /// Which frictions at rest give way, by the sign with which they slide, or 0: `None` where that depends on how a turn is read.
+    fn giving_way(
+        &mut self,
+        phases: &[Phase],
+        grips: &[usize],
+        (grip, answers): (&Grips, &[f64]),
+        free: &Configuration<T>,
+    ) -> Result<Option<Vec<i8>>, Halt> {
+        /// The powers of two, of one step, after which forces have grown so that it shows what gives way.
+        const SOON: [i64; 6] = [-24, -20, -16, -12, -8, -4];
+        let count = grips.len();
+        let now = self.rates_of(grips, free, &self.zeta);
+        let mut held = phases.to_vec();
+        let held = self.independent(&mut held, false)?;
         // What was at rest until now is so under any reading; what slid may hold at once, or no more than while sliding, until it
         // has come to rest. What gives way is known where both let the same slide.
         let slid: Vec<bool> = grips
@@ -717,13 +750,13 @@ impl<T: Real> March<'_, '_, T> {
                 .partial_cmp(&firmness(a))
                 .unwrap_or(Ordering::Equal)
         });
-        let pushed = self.accelerations_before(&grips, &answers);
+        let pushed = self.accelerations_before(grips, answers);
         let mut readings = Vec::new();
         for turned in [Turned::Rest, Turned::Sliding(&slid)] {
             // What forces were against; nothing acted before the start.
             let mut before = match turned {
                 Turned::Sliding(_) if self.started => {
-                    rates_of(&self.places, &self.current, &self.earlier)
+                    self.rates_of(grips, &self.current, &self.earlier)
                 }
                 _ => vec![0.0; count],
             };
@@ -739,7 +772,7 @@ impl<T: Real> March<'_, '_, T> {
                     break;
                 }
                 let soon = self.soon(&held, power);
-                let soon = rates_of(&self.places, &free, &soon);
+                let soon = self.rates_of(grips, free, &soon);
                 let Some(giving) = grip.giving(&now, &soon, turned) else {
                     return Ok(None);
                 };
@@ -753,19 +786,7 @@ impl<T: Real> March<'_, '_, T> {
         if readings[0] != readings[1] {
             return Ok(None);
         }
-        let slides = readings.swap_remove(0);
-        let Some(shares) = grip.shares(&now, &slides) else {
-            return Ok(None);
-        };
-        let mut shared = phases.to_vec();
-        for ((switch, slides), share) in grips.into_iter().zip(slides).zip(shares) {
-            shared[switch] = match (slides, share) {
-                (0, None) => Phase::Stick,
-                (0, Some(sign)) => Phase::Idle(-sign),
-                (slides, _) => Phase::Slip(slides),
-            };
-        }
-        Ok(Some(shared))
+        Ok(Some(readings.swap_remove(0)))
     }
 
     /// What frictions did until now to the accelerations of their ends, by what unit forces do; nothing acted before the start.
@@ -953,8 +974,9 @@ impl<T: Real> March<'_, '_, T> {
             if let (Phase::Slip(side), true) = (old, sign < 0) {
                 returned.insert((switch, side));
             }
-            // With the low damping they hold it alone, beyond the high one it slides.
+            // With the low damping frictions hold its body alone, beyond the high one it slides.
             if is_hold(&old) && !is_hold(&phases[switch]) {
+                turns[switch] = 0;
                 for (other, phase) in phases.iter_mut().enumerate() {
                     *phase = match *phase {
                         Phase::Idle(_) if self.along(other, switch, 1).is_none() => *phase,
@@ -962,6 +984,11 @@ impl<T: Real> March<'_, '_, T> {
                         Phase::Idle(_) => Phase::Stick,
                         phase => phase,
                     };
+                }
+                if number == 0
+                    && let Some(shared) = self.shared(phases, false)?
+                {
+                    phases.copy_from_slice(&shared);
                 }
             }
             // What would only slide back carries what it can, in place of what stood aside with that.
@@ -1073,11 +1100,11 @@ impl<T: Real> March<'_, '_, T> {
             let Phase::Hold { rate } = phases[damper] else {
                 continue;
             };
-            for switch in 0..phases.len() {
-                if matches!(phases[switch], Phase::Stick | Phase::Idle(_))
+            for (switch, phase) in phases.iter_mut().enumerate() {
+                if matches!(self.places[switch].switch, Switch::Friction(_))
                     && let Some(sign) = self.along(switch, damper, 1)
                 {
-                    phases[switch] = Phase::Idle(sign * rate);
+                    *phase = Phase::Idle(sign * rate);
                 }
             }
         }

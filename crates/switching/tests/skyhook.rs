@@ -210,8 +210,16 @@ fn frictions_beside_a_damper_that_holds_add_up() {
             .count()
     };
     assert_eq!(switches(&one), 6);
-    for forces in [[0.125, 1.125], [1.125, 0.125], [-0.25, 1.0], [1.0, -0.25]] {
-        let several = moved(&forces);
+    let splits: [&[f64]; 6] = [
+        &[0.125, 1.125],
+        &[1.125, 0.125],
+        &[-0.25, 1.0],
+        &[1.0, -0.25],
+        &[-0.625, 0.25, 0.375],
+        &[0.25, -0.5, -0.375, 0.125],
+    ];
+    for forces in splits {
+        let several = moved(forces);
         assert_eq!(switches(&several), 6, "{forces:?}");
         let [x, y] = [&one, &several].map(|motion| motion.trajectory().displacement());
         for k in 0..x.ncols() {

@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
 use eigentone_digits::DoubleDouble;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::exact::matrix::ExactMatrix;
 use crate::exact::rank::independent;
@@ -71,8 +71,8 @@ fn sign(matrix: &ExactMatrix, chosen: &[usize]) -> Sign {
     };
     let has_factor_in_doubles = |c: f64| {
         let highs = |row: &Vec<DoubleDouble>| row.iter().map(|entry| entry.high()).collect();
-        let rows: Vec<Vec<f64>> = rows.iter().map(highs).collect();
-        Arch::new().dispatch(|| has_factor(rows, c, f64::sqrt))
+        let rows = rows.iter().map(highs).collect();
+        Arch::new().dispatch(InDoubles { rows, c })
     };
     let size = rows.len() as f64;
     let slack = |unit: f64| 4.0 * size * (size + 5.0) * unit;
@@ -124,6 +124,21 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
             Some(row)
         })
         .collect()
+}
+
+/// [`has_factor`] in doubles. Closures are compiled without the wide registers of the processor where they are not inlined.
+struct InDoubles {
+    rows: Vec<Vec<f64>>,
+    c: f64,
+}
+
+impl WithSimd for InDoubles {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        has_factor(self.rows, self.c, f64::sqrt)
+    }
 }
 
 /// Whether A − c·1 has a Cholesky factor, for A given by [`scaled`].

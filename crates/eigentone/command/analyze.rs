@@ -145,6 +145,7 @@ impl Analyze {
         })?;
         self.question.report_loss_factors(&scene);
         self.question.report_doubts(&modes);
+        self.question.report_rounding(scene.system(), &modes);
         if let Some(answer) = &analysis.response {
             self.question.report_doubts_of_motion(answer.trajectory);
         }

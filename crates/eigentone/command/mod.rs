@@ -43,7 +43,7 @@ use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
-use eigentone::modes::{Bounds, Modes};
+use eigentone::modes::{Bounds, Modes, System};
 use eigentone::response::Trajectory;
 use eigentone::scene::{Scene, did_you_mean};
 
@@ -310,6 +310,24 @@ impl Question {
             let (scene, bounds) = (self.scene.display(), &modes.plan().bounds);
             let _ = writeln!(io::stderr(), "note: {scene}: bounds are {bounds}");
         }
+    }
+
+    /// Says on standard error which roots near 0 rounding of the given stiffness matrix may have moved there.
+    fn report_rounding(&self, system: &System, modes: &Modes) {
+        let places = system.rigid_but_for_rounding(modes);
+        if places.is_empty() {
+            return;
+        }
+        let numbers: Vec<String> = places.iter().map(|place| (place + 1).to_string()).collect();
+        let (mode, are) = match numbers.len() {
+            1 => ("mode", "a rigid motion"),
+            _ => ("modes", "rigid motions"),
+        };
+        let (scene, numbers) = (self.scene.display(), numbers.join(", "));
+        let _ = writeln!(
+            io::stderr(),
+            "note: {scene}: {mode} {numbers} may be {are}: rounding of the entries of the stiffness matrix moves roots so far from 0"
+        );
     }
 
     /// What a scene without a title is called.

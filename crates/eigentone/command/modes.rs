@@ -78,6 +78,7 @@ impl Modes {
         drop(progress);
         let modes = modes.map_err(Failure::modes(file))?;
         self.question.report_estimates(&modes);
+        self.question.report_rounding(scene.system(), &modes);
         self.print(&modes, |report| report, names)
     }
 

@@ -96,7 +96,7 @@ pub(crate) fn free_beam(elements: usize) -> Mat<f64> {
 }
 
 /// The consistent mass, for 420 per element, and the stiffness of that beam.
-pub(super) fn uniform_beam(elements: usize) -> [Mat<f64>; 2] {
+pub(crate) fn uniform_beam(elements: usize) -> [Mat<f64>; 2] {
     let mass = mat![
         [156.0, 22.0, 54.0, -13.0],
         [22.0, 4.0, 13.0, -3.0],

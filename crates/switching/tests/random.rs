@@ -182,6 +182,8 @@ impl Chain {
     /// The displacements at the end by Moreau's scheme with small steps: friction by impulses within their limits, found
     /// by repeated projection, and impacts by Newton's law.
     fn stepped(&self, end: f64, steps: usize) -> Vec<f64> {
+        /// How wide a damper's slope is, in m/s² times the step.
+        const STEEP: f64 = 60.0;
         let n = self.masses.len();
         let h = end / steps as f64;
         let (mut x, mut v): (Vec<f64>, Vec<f64>) = self.start.iter().copied().unzip();
@@ -226,11 +228,11 @@ impl Chain {
                     Given::Damper(a, b, low, high, sky) => {
                         let rate = at(&v, b) - at(&v, a);
                         let size = match sky {
-                            // What sticks has no sign.
-                            None if at(&v, b) * rate > 0.0 && at(&v, b).abs() > 1e-12 => {
-                                high * rate
+                            // Steep in place of a jump: on the slope a body rests that neither damping lets go.
+                            None => {
+                                let share = at(&v, b) * rate.signum() / (STEEP * h);
+                                (low + (high - low) * share.clamp(0.0, 1.0)) * rate
                             }
-                            None => low * rate,
                             Some(sky) => {
                                 let ends = [low * rate, high * rate];
                                 (sky * at(&v, b)).clamp(ends[0].min(ends[1]), ends[0].max(ends[1]))
@@ -332,11 +334,13 @@ fn chain() -> impl Strategy<Value = Chain> {
                     controlled += usize::from(matches!(given, Given::Damper(..)));
                     !matches!(given, Given::Damper(..)) || controlled < 2
                 });
-                // The scheme cannot show in which order several static limits are reached.
+                // The scheme cannot show in which order several static limits are reached, nor that a body stops below one in
+                // place of going on where a damper is steep.
                 let frictions = switches
                     .iter()
                     .filter(|given| matches!(given, Given::Friction(..)));
-                let several = frictions.count() > 1;
+                let is_on_off = |given: &Given| matches!(given, Given::Damper(.., None));
+                let several = frictions.count() > 1 || switches.iter().any(is_on_off);
                 for given in &mut switches {
                     if let Given::Friction(_, _, force, most) = given
                         && several

@@ -3,7 +3,9 @@
 
 use eigentone_modes::{GROUND, System};
 use eigentone_response::{Harmonic, Quantity, Response, State, Versine};
-use eigentone_switching::{ControlledDamper, DamperLaw, EventKind, Friction, Switch, Switching};
+use eigentone_switching::{
+    ControlledDamper, DamperLaw, EventKind, Friction, Switch, SwitchedMotion, Switching,
+};
 
 const EVENTS: [f64; 20] = [
     0.21370779073339738,
@@ -152,7 +154,7 @@ fn a_friction_and_a_damper_hold_a_body_together() {
     }
 }
 
-/// Two frictions between the same names do what one of both forces does, beside a damper that takes what they cannot: it has the
+/// Frictions between the same names do what one with the sum of their forces does, beside a damper that takes what they cannot: it has the
 /// low damping again as soon as they suffice together.
 #[test]
 fn frictions_beside_a_damper_that_holds_add_up() {
@@ -179,15 +181,13 @@ fn frictions_beside_a_damper_that_holds_add_up() {
     let problem = ask.every(0.0625).until(0.625).problem().expect("a problem");
     let moved = |forces: &[f64]| {
         let frictions = forces.iter().map(|force| {
-            let ends = [GROUND.to_owned(), "c".to_owned()];
-            let [first, second] = ends;
             // Named the other way round it is the same.
             let between = match *force > 0.0 {
-                true => [first, second],
-                false => [second, first],
+                true => [GROUND, "c"],
+                false => ["c", GROUND],
             };
             Switch::Friction(Friction {
-                between,
+                between: between.map(str::to_owned),
                 force: force.abs(),
                 static_force: force.abs(),
             })
@@ -203,7 +203,7 @@ fn frictions_beside_a_damper_that_holds_add_up() {
         motion.expect("a motion")
     };
     let one = moved(&[1.25]);
-    let switches = |motion: &eigentone_switching::SwitchedMotion| {
+    let switches = |motion: &SwitchedMotion| {
         let events = motion.events().iter();
         events
             .filter(|event| event.kind == EventKind::Switch)

@@ -76,14 +76,15 @@ pub(crate) fn certify(
     }
     let unit = size.log2().round() as i32;
     let in_square = structure.is_undamped() && structure.is_symmetric() && structure.is_passive();
-    // In σ = λ² one point stands for each conjugate pair, which two real approximations take for two roots.
-    let mut chosen: Vec<usize> = (0..approximations.len()).collect();
-    if in_square {
-        let im = |i: &usize| approximations[*i].0.im;
-        let real = chosen.iter().copied().filter(|i| im(i) == 0.0);
-        let halved: Vec<usize> = real.step_by(2).collect();
-        chosen.retain(|i| im(i) > 0.0 || halved.binary_search(i).is_ok());
-    }
+    // In σ = λ² one point stands for each conjugate pair, and every second one for real approximations, which are of pairs too.
+    let mut reals = 0;
+    let mut stands_for_pair = |z: Complex<f64>| {
+        reals += usize::from(z.im == 0.0);
+        z.im > 0.0 || z.im == 0.0 && reals % 2 == 1
+    };
+    let chosen: Vec<usize> = (0..approximations.len())
+        .filter(|i| !in_square || stands_for_pair(approximations[*i].0))
+        .collect();
     let job = Job {
         system,
         structure,

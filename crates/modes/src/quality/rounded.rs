@@ -11,7 +11,8 @@ use super::rayleigh::Forms;
 impl System {
     /// The places of modes whose roots may be 0 but for the rounding of the entries of a given K to doubles, as of a free
     /// structure from finite elements: rigid motions that come as slow oscillations, or as pairs of which one root decays and the
-    /// other grows. None where K comes from springs, beams and rods, which are exact, or where the model is kept sparse.
+    /// other grows. None where K comes from springs, beams and rods, which are exact, or for more coordinates than full
+    /// matrices are made of.
     ///
     /// To first order K + ΔK has a root at 0 where y*(K + ΔK)x = 0 for the shapes x and y of a root near 0 (Stewart and Sun 1990,
     /// *Matrix Perturbation Theory*, chapter VI). Entries off by two units in their last place each, as sums of some terms are, make
@@ -35,13 +36,14 @@ impl System {
         /// Beside the largest root.
         const SLOW: f64 = 1e-4;
         const UNITS: f64 = 2.0 * f64::EPSILON;
+        let model = self.model();
+        let whole = model.added_whole(MatrixKind::Stiffness);
+        if model.is_large() || whole.squares().is_some() {
+            return Vec::new();
+        }
         let Some(stiffness) = self.added(MatrixKind::Stiffness) else {
             return Vec::new();
         };
-        let whole = self.model().added_whole(MatrixKind::Stiffness);
-        if whole.squares().is_some() {
-            return Vec::new();
-        }
         let size = |mode: &Mode| mode.eigenvalue().value.norm();
         let largest = modes.iter().map(size).fold(0.0, f64::max);
         let is_moved = |mode: &Mode| {

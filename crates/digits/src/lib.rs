@@ -36,6 +36,7 @@ mod products;
 #[cfg(test)]
 mod rational;
 mod real;
+mod reflections;
 mod sorting;
 mod symmetric_eigen;
 mod tridiagonal;

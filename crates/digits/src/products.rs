@@ -4,7 +4,8 @@ use std::hint::black_box;
 use std::mem::MaybeUninit;
 
 use faer::dyn_stack::{MemBuffer, StackReq};
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use pulp::Arch;
 
 /// Doubles in the widest vector register.
@@ -12,14 +13,21 @@ const LANES: usize = 8;
 
 /// A·B, m × n, of an m × k matrix and one of k × n, as faer rounds it.
 ///
-/// The left factor is [`even`] where that is needed, and the registers [settle].
+/// The last rows of the left factor are [`even`] where that is needed, and the registers [settle].
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     let rows = a.nrows();
-    let product = if rows.is_multiple_of(LANES) || a.row_stride() != 1 {
-        a * b
-    } else {
-        even(a).subrows(0, rows) * b
+    let whole = match a.row_stride() {
+        1 => rows - rows % LANES,
+        _ => rows,
     };
+    let mut product = Mat::zeros(rows, b.ncols());
+    let (upper, lower) = product.as_mut().split_at_row_mut(whole);
+    matmul(upper, Accum::Replace, a.subrows(0, whole), b, 1.0, Par::Seq);
+    if whole < rows {
+        let rest = even(a.subrows(whole, rows - whole));
+        let rest = rest.subrows(0, rows - whole);
+        matmul(lower, Accum::Replace, rest, b, 1.0, Par::Seq);
+    }
     settle();
     product
 }

@@ -1,18 +1,14 @@
 //! Eigenvalues and eigenvectors of a symmetric matrix; of one that some order of its coordinates
 //! makes tridiagonal, as that of a chain, without the reduction to such a form.
 //!
-//! Any other is reduced by reflections (Golub & Van Loan, *Matrix Computations*, §8.3), by faer.
+//! Any other is reduced by [reflections](crate::reflections).
 
 use faer::diag::Diag;
 use faer::dyn_stack::MemStack;
-use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams, tridiag};
-use faer::linalg::householder::{
-    apply_block_householder_sequence_on_the_left_in_place_scratch as apply_scratch,
-    apply_block_householder_sequence_on_the_left_in_place_with_conj as apply,
-};
-use faer::linalg::qr::no_pivoting::factor::recommended_block_size;
-use faer::{Auto, Conj, Mat, Par, Spec};
+use faer::linalg::evd::{self, ComputeEigenvectors, SelfAdjointEvdParams};
+use faer::{Auto, Mat, Par, Spec};
 
+use crate::reflections::Reduced;
 use crate::{Cholesky, settle, tridiagonal, workspace};
 
 /// All eigenvalues, rising, with their vectors, column by column; from the lower half of the matrix.
@@ -71,32 +67,9 @@ pub fn symmetric_eigenvalues(matrix: &Mat<f64>) -> Option<Vec<f64>> {
 
 /// Of a matrix of two rows or more that no order makes tridiagonal.
 fn whole(matrix: &Mat<f64>, leaf: usize) -> Option<(Vec<f64>, Mat<f64>)> {
-    let n = matrix.nrows();
-    let mut reduced = matrix.clone();
-    let block = recommended_block_size::<f64>(n, n);
-    let mut reflections = Mat::<f64>::zeros(block, n - 1);
-    let reduce = tridiag::tridiag_in_place_scratch::<f64>(n, Par::Seq, Default::default());
-    let scratch = reduce.or(apply_scratch::<f64>(n - 1, block, n));
-    let mut memory = workspace(scratch);
-    tridiag::tridiag_in_place(
-        reduced.as_mut(),
-        reflections.as_mut(),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    );
-    let diagonal: Vec<f64> = (0..n).map(|i| reduced[(i, i)]).collect();
-    let below: Vec<f64> = (1..n).map(|i| reduced[(i, i - 1)]).collect();
-    let (values, mut vectors) = tridiagonal::eigen(&diagonal, &below, leaf)?;
-    apply(
-        reduced.submatrix(1, 0, n - 1, n - 1),
-        reflections.as_ref(),
-        Conj::No,
-        vectors.subrows_mut(1, n - 1),
-        Par::Seq,
-        MemStack::new(&mut memory),
-    );
-    settle();
+    let reduced = Reduced::of(matrix);
+    let (values, mut vectors) = tridiagonal::eigen(&reduced.diagonal, &reduced.below, leaf)?;
+    reduced.apply(vectors.as_mut());
     Some((values, vectors))
 }
 
@@ -112,18 +85,10 @@ pub fn quick_definite_eigen(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat
 }
 
 fn definite(a: &Mat<f64>, b: &Mat<f64>, solve: Solver) -> Option<(Vec<f64>, Mat<f64>)> {
-    let n = a.nrows();
     let factor = Cholesky::of(b.as_ref())?;
-    let divided = |mut matrix: Mat<f64>| {
-        factor.divide_by_lower(matrix.as_mut());
-        matrix
-    };
-    let half = divided(a.to_owned());
-    let scaled = divided(half.transpose().to_owned());
-    let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
-    if !symmetric.norm_max().is_finite() {
-        return None;
-    }
+    let mut symmetric = a.to_owned();
+    factor.divide_by_lower(symmetric.as_mut());
+    factor.divide_by_lower(symmetric.as_mut().transpose_mut());
     let (values, mut vectors) = solve(&symmetric)?;
     factor.divide_by_upper(vectors.as_mut());
     Some((values, vectors))

@@ -50,11 +50,21 @@ pub(crate) fn eigen(diagonal: &[f64], below: &[f64], leaf: usize) -> Option<(Vec
     )?;
     let mut order: Vec<usize> = (0..n).collect();
     sort_by_number(&mut order, |j| values[*j]);
-    let mut sorted = Mat::zeros(n, n);
-    for (at, j) in order.iter().enumerate() {
-        sorted.col_mut(at).copy_from(vectors.col(*j));
+    for at in 0..n {
+        // What belonged to a place before has left its own for where that place's column was.
+        let mut from = order[at];
+        while from < at {
+            from = order[from];
+        }
+        if from > at {
+            let (one, other) = vectors.two_cols_mut(at, from);
+            let columns = [one, other].map(|column| column.try_as_col_major_mut());
+            if let [Some(one), Some(other)] = columns {
+                one.as_slice_mut().swap_with_slice(other.as_slice_mut());
+            }
+        }
     }
-    Some((order.iter().map(|j| values[*j] * unit).collect(), sorted))
+    Some((order.iter().map(|j| values[*j] * unit).collect(), vectors))
 }
 
 /// What all levels compute in.

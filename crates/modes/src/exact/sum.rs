@@ -60,7 +60,7 @@ impl ExactSum {
         if let [term] = terms
             && power.abs() <= 1000
         {
-            let scaled = term * 2f64.powi(power as i32);
+            let scaled = term * f64::from_bits(((1023 + power) as u64) << 52);
             if scaled.is_normal() {
                 return DoubleDouble::from(scaled);
             }

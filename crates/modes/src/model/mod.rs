@@ -227,6 +227,12 @@ impl Model {
         !self.added[kind as usize].is_some()
     }
 
+    /// Whether nothing but an added matrix of doubles makes the matrix of this kind.
+    pub(crate) fn is_added_alone(&self, kind: MatrixKind) -> bool {
+        let elements = self.terms_beside(kind).next().is_some();
+        self.kept_dense(kind).is_some() && !elements
+    }
+
     /// One of the matrices (n × n), each entry summed in double-double and rounded once.
     pub(crate) fn matrix(&self, kind: MatrixKind) -> Mat<f64> {
         let n = self.len();
@@ -235,8 +241,12 @@ impl Model {
             Some(matrix) => Mat::from_fn(n, n, |i, j| matrix[(i, j)] + 0.0),
             None => Mat::zeros(n, n),
         };
+        let mut terms = self.terms_beside(kind).peekable();
+        if terms.peek().is_none() {
+            return total;
+        }
         let mut low = Mat::<f64>::zeros(n, n);
-        for term in self.terms_beside(kind) {
+        for term in terms {
             let at = (term.row, term.column);
             let sum = DoubleDouble::new(total[at], low[at]) + term.value;
             (total[at], low[at]) = (sum.high(), sum.low());

@@ -1,5 +1,7 @@
 //! Q(λ) = λ²M + λC + K applied to shapes, with the norms that scale its residuals.
 
+use std::ops::{Add, AddAssign, Mul};
+
 use eigentone_digits::{DoubleDouble, Lu, product, svd};
 use faer::{ColRef, Mat, MatRef};
 use num_complex::Complex;
@@ -26,6 +28,19 @@ struct Sparse {
     rows: Vec<usize>,
     entries: Vec<f64>,
 }
+
+/// A double, real or complex.
+trait Factor:
+    Copy
+    + Add<Complex<f64>, Output = Complex<f64>>
+    + Mul<Complex<f64>, Output = Complex<f64>>
+    + Mul<f64, Output = Self>
+    + AddAssign
+{
+}
+
+impl Factor for f64 {}
+impl Factor for Complex<f64> {}
 
 /// An eigenvalue with its shapes x and y, approximately.
 #[derive(Clone, Copy, Debug)]
@@ -94,23 +109,50 @@ impl Pencil {
         let blocks = roots.chunks(BLOCK).flat_map(|block| {
             let shapes: Vec<&[Complex<f64>]> = block.iter().map(|root| root.shape).collect();
             let all = self.coefficients.each_ref();
-            let [m, c, k] = all.map(|matrix| matrix.products(&shapes));
-            let each = block.iter().zip(m).zip(c).zip(k);
-            each.map(|(((root, mx), cx), kx)| self.quality(root, [&mx, &cx, &kx]))
-                .collect::<Vec<Quality>>()
+            let are_real = shapes.iter().all(|shape| is_real(shape));
+            let each: Vec<Quality> = if are_real {
+                let shapes = Mat::from_fn(self.order(), block.len(), |i, j| shapes[j][i].re);
+                let products = all.map(|matrix| matrix.real_products(shapes.as_ref()));
+                let columns = |j| products.each_ref().map(|product| product.col_as_slice(j));
+                let each = block.iter().enumerate();
+                each.map(|(j, root)| self.quality(root, columns(j)))
+                    .collect()
+            } else {
+                let [m, c, k] = all.map(|matrix| matrix.products(&shapes));
+                let each = block.iter().zip(m).zip(c).zip(k);
+                each.map(|(((root, mx), cx), kx)| self.quality(root, [&mx, &cx, &kx]))
+                    .collect()
+            };
+            each
         });
         blocks.collect()
     }
 
+    /// Of an undamped mode with this ω² and shape, from the products Mx and Kx.
+    pub(crate) fn undamped_quality(
+        &self,
+        square: f64,
+        shape: &[f64],
+        mx: &[f64],
+        kx: &[f64],
+    ) -> Quality {
+        let residual = kx.iter().zip(mx).map(|(k, m)| k - square * m);
+        let residual: Vec<f64> = residual.collect();
+        let [x, mx, residual] = [shape, mx, &residual].map(ColRef::from_slice);
+        let size = x.norm_l2();
+        let lambda = Complex::from(-square).sqrt();
+        let slope = 2.0 * lambda.norm() * (x.transpose() * mx).abs();
+        self.judged(lambda, residual.norm_l2(), [size, size], slope)
+    }
+
     /// From the products Mx, Cx and Kx.
-    fn quality(&self, root: &Approximate<'_>, products: [&[Complex<f64>]; 3]) -> Quality {
+    fn quality<T: Factor>(&self, root: &Approximate<'_>, products: [&[T]; 3]) -> Quality {
         let lambda = root.value;
         let [mx, cx, kx] = products;
         let entries = || mx.iter().zip(cx).zip(kx);
-        let residual = norm_of(entries().map(|((m, c), k)| (m * lambda + c) * lambda + k));
+        let residual = norm_of(entries().map(|((m, c), k)| *k + (*c + *m * lambda) * lambda));
         let size = norm(root.shape);
-        let scale = self.scale(lambda);
-        let slopes = mx.iter().zip(cx).map(|(m, c)| m * lambda * 2.0 + c);
+        let slopes = mx.iter().zip(cx).map(|(m, c)| *c + *m * lambda * 2.0);
         let (slope, left_size): (Complex<f64>, f64) = match root.left {
             Some(left) => (
                 left.iter().zip(slopes).map(|(y, s)| y.conj() * s).sum(),
@@ -121,7 +163,19 @@ impl Pencil {
                 size,
             ),
         };
-        let condition = scale * size * left_size / (lambda.norm() * slope.norm());
+        self.judged(lambda, residual, [size, left_size], slope.norm())
+    }
+
+    /// From ‖Q(λ)x‖, ‖x‖ and ‖y‖, and |y*Q′(λ)x|.
+    fn judged(
+        &self,
+        lambda: Complex<f64>,
+        residual: f64,
+        [size, left_size]: [f64; 2],
+        slope: f64,
+    ) -> Quality {
+        let scale = self.scale(lambda);
+        let condition = scale * size * left_size / (lambda.norm() * slope);
         Quality {
             // The residual is no larger than its scale: 1 where their sizes leave the doubles.
             backward_error: if residual == 0.0 {
@@ -135,10 +189,14 @@ impl Pencil {
         }
     }
 
+    fn order(&self) -> usize {
+        self.coefficients[0].order()
+    }
+
     /// Q(λ) over its scale.
     fn at(&self, lambda: Complex<f64>) -> Option<Mat<Complex<f64>>> {
         let scale = self.scale(lambda);
-        let n = self.coefficients[0].order();
+        let n = self.order();
         let mut q = Mat::zeros(n, n);
         let factors = [
             lambda * lambda / scale,
@@ -235,6 +293,20 @@ impl Coefficient {
         match self {
             Coefficient::Sparse(sparse) => sparse.products(shapes),
             Coefficient::Full(matrix) => products(matrix.as_ref(), shapes),
+        }
+    }
+
+    /// The same of real shapes, column by column.
+    fn real_products(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        match self {
+            Coefficient::Sparse(sparse) => {
+                let mut products = Mat::zeros(shapes.nrows(), shapes.ncols());
+                for (j, shape) in shapes.col_iter().enumerate() {
+                    sparse.add_times(shape.iter().copied(), products.col_as_slice_mut(j));
+                }
+                products
+            }
+            Coefficient::Full(matrix) => product(matrix.as_ref(), shapes),
         }
     }
 
@@ -358,10 +430,15 @@ impl Sparse {
     /// product = A·x.
     fn times(&self, x: &[Complex<f64>], product: &mut [Complex<f64>]) {
         product.fill(Complex::ZERO);
+        self.add_times(x.iter().copied(), product);
+    }
+
+    /// product += A·x.
+    fn add_times<T: Factor>(&self, x: impl Iterator<Item = T>, product: &mut [T]) {
         for (column, x) in self.starts.windows(2).zip(x) {
             let range = column[0]..column[1];
             for (i, entry) in self.rows[range.clone()].iter().zip(&self.entries[range]) {
-                product[*i] += x * entry;
+                product[*i] += x * *entry;
             }
         }
     }
@@ -387,8 +464,7 @@ pub(crate) fn products(
     if n * matrix.nrows() <= FEW {
         return shapes.iter().map(|x| times(matrix, x)).collect();
     }
-    let real = shapes.iter().all(|x| x.iter().all(|entry| entry.im == 0.0));
-    if real {
+    if shapes.iter().all(|x| is_real(x)) {
         let parts = Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i].re);
         let product = product(matrix, parts.as_ref());
         let column = |j| product.col(j).iter().map(|re| Complex::from(*re)).collect();
@@ -405,6 +481,10 @@ pub(crate) fn products(
         parts.map(|(re, im)| Complex::new(*re, *im)).collect()
     };
     (0..shapes.len()).map(column).collect()
+}
+
+fn is_real(x: &[Complex<f64>]) -> bool {
+    x.iter().all(|entry| entry.im == 0.0)
 }
 
 /// A small real matrix times a complex vector.

@@ -4,8 +4,10 @@
 //! K does not; the quotient k/m is stationary in x, so that it errs by the square of what the shape
 //! does (Rayleigh).
 
+use std::cell::LazyCell;
+
 use eigentone_digits::{DoubleDouble, Lanes, Real, product};
-use faer::{Mat, MatRef};
+use faer::{ColRef, Mat, MatRef};
 use pulp::Arch;
 
 use crate::model::{Element, MatrixKind, Node};
@@ -39,38 +41,32 @@ pub(crate) enum Entries {
 impl RealForms {
     /// Those of many shapes, together.
     pub(crate) fn of(system: &System, shapes: &[&[f64]], entries: Entries) -> Vec<RealForms> {
-        let n = system.len();
-        let mut columns = vec![[0.0; LANES]; n];
-        let mut all = Vec::with_capacity(shapes.len());
-        for block in shapes.chunks(LANES) {
-            for (lane, x) in block.iter().enumerate() {
-                for (column, x) in columns.iter_mut().zip(*x) {
-                    column[lane] = *x;
-                }
-            }
-            let [m, c, k] = Arch::new().dispatch(|| sums(system, &columns));
-            all.extend(block.iter().enumerate().map(|(lane, x)| {
-                let forms = RealForms {
-                    m: m.get(lane),
-                    c: c.get(lane),
-                    k: k.get(lane),
-                    rounding: [0.0; 3],
-                };
-                let parts = [forms.m, forms.c, forms.k];
-                if !parts.iter().all(|part| part.to_f64().is_finite()) {
-                    return by_elements(system, x);
-                }
-                forms
-            }));
-        }
+        RealForms::with_products(system, shapes, entries).0
+    }
+
+    /// The same with MX and KX in doubles, of shapes as columns of X, where they were computed on the way.
+    pub(crate) fn with_products(
+        system: &System,
+        shapes: &[&[f64]],
+        entries: Entries,
+    ) -> (Vec<RealForms>, Option<[Mat<f64>; 2]>) {
+        let mut all = of_elements(system, shapes);
         let kinds = [MatrixKind::Mass, MatrixKind::Damping, MatrixKind::Stiffness];
+        let n = system.len();
+        let columns = LazyCell::new(|| Mat::from_fn(n, shapes.len(), |i, j| shapes[j][i]));
+        let mut applied = [None, None, None];
         for (kind, matrix) in kinds.into_iter().enumerate() {
             let tails = system.model().tails(matrix);
+            let alone = system.model().is_added_alone(matrix);
             let Some(matrix) = system.added(matrix) else {
                 continue;
             };
             let sums: Vec<(DoubleDouble, f64)> = if entries == Entries::Plain && is_full(matrix) {
-                products(matrix, shapes)
+                let columns = columns.as_ref();
+                let products = product(matrix, columns);
+                let sums = forms_of(matrix, columns, &products);
+                applied[kind] = Some(products).filter(|_| alone);
+                sums
             } else {
                 let columns = entries_of(matrix);
                 let exact = |x: &&[f64]| (quadratic_form(&columns, x), 0.0);
@@ -84,7 +80,11 @@ impl RealForms {
                 forms.rounding[kind] = rounding;
             }
         }
-        all
+        let applied = match applied {
+            [Some(m), _, Some(k)] => Some([m, k]),
+            _ => None,
+        };
+        (all, applied)
     }
 
     /// k/m in doubles.
@@ -97,6 +97,46 @@ impl RealForms {
         let [m, _, k] = self.rounding;
         m / self.m.to_f64().abs() + k / self.k.to_f64().abs()
     }
+}
+
+/// The elements' shares of the forms of all shapes.
+fn of_elements(system: &System, shapes: &[&[f64]]) -> Vec<RealForms> {
+    let zero = RealForms {
+        m: DoubleDouble::ZERO,
+        c: DoubleDouble::ZERO,
+        k: DoubleDouble::ZERO,
+        rounding: [0.0; 3],
+    };
+    let is_of_matrices = system.masses().iter().all(|mass| *mass == 0.0)
+        && system.dampers().is_empty()
+        && system.springs().is_empty();
+    if is_of_matrices {
+        return vec![zero; shapes.len()];
+    }
+    let mut columns = vec![[0.0; LANES]; system.len()];
+    let mut all = Vec::with_capacity(shapes.len());
+    for block in shapes.chunks(LANES) {
+        for (lane, x) in block.iter().enumerate() {
+            for (column, x) in columns.iter_mut().zip(*x) {
+                column[lane] = *x;
+            }
+        }
+        let [m, c, k] = Arch::new().dispatch(|| sums(system, &columns));
+        all.extend(block.iter().enumerate().map(|(lane, x)| {
+            let forms = RealForms {
+                m: m.get(lane),
+                c: c.get(lane),
+                k: k.get(lane),
+                ..zero
+            };
+            let parts = [forms.m, forms.c, forms.k];
+            if !parts.iter().all(|part| part.to_f64().is_finite()) {
+                return by_elements(system, x);
+            }
+            forms
+        }));
+    }
+    all
 }
 
 /// The elements' shares of the three forms.
@@ -150,21 +190,39 @@ fn is_full(matrix: MatRef<'_, f64>) -> bool {
     n > MANY && FULL * filled > n * n
 }
 
-/// xᵀAx of all shapes, in doubles, and about how far each may be off: roundings of so many terms are seen to add up to few
-/// units of |x|ᵀ|A||x|.
-fn products(matrix: MatRef<'_, f64>, shapes: &[&[f64]]) -> Vec<(DoubleDouble, f64)> {
+/// xᵀAx of all columns x from AX, and about how far each may be off: roundings of so many terms are seen to add up to few
+/// units of |x|ᵀ|A||x|. This is summed over blocks of rows, in which the norms of a column of A and of x stand for their entries
+/// (Cauchy's inequality).
+fn forms_of(
+    matrix: MatRef<'_, f64>,
+    columns: MatRef<'_, f64>,
+    products: &Mat<f64>,
+) -> Vec<(DoubleDouble, f64)> {
     const UNITS: f64 = 2.0 * f64::EPSILON;
-    let forms = |size: fn(f64) -> f64| -> Vec<f64> {
-        let columns = Mat::from_fn(matrix.ncols(), shapes.len(), |i, j| size(shapes[j][i]));
-        let entries = Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| size(matrix[(i, j)]));
-        let products = product(entries.as_ref(), columns.as_ref());
-        let each = products.col_iter().zip(columns.col_iter());
-        let form = each.map(|(product, x)| product.iter().zip(x.iter()).map(|(p, x)| p * x).sum());
-        form.collect()
+    const ROWS: usize = 8;
+    let n = matrix.nrows();
+    // Squares stay within the range of doubles.
+    let unit = matrix.norm_max();
+    let norm = |entries: ColRef<'_, f64>, unit: f64| {
+        let squares = entries.iter().map(|x| (x / unit) * (x / unit));
+        unit * squares.sum::<f64>().sqrt()
     };
-    let sums = forms(|x| x).into_iter().map(DoubleDouble::from);
-    let sizes = forms(f64::abs).into_iter();
-    sums.zip(sizes.map(|size| UNITS * size)).collect()
+    let block = |matrix: MatRef<'_, f64>, row: usize, j: usize, unit: f64| {
+        let rows = ROWS.min(n - row);
+        norm(matrix.col(j).subrows(row, rows), unit)
+    };
+    let norms = Mat::from_fn(n.div_ceil(ROWS), n, |i, j| block(matrix, ROWS * i, j, unit));
+    let sizes = Mat::from_fn(n, columns.ncols(), |i, j| columns[(i, j)].abs());
+    let shares = product(norms.as_ref(), sizes.as_ref());
+    let each = (0..columns.ncols()).map(|j| {
+        let sum = products.col(j).transpose() * columns.col(j);
+        let blocks = shares.col(j).iter().enumerate();
+        let size: f64 = blocks
+            .map(|(i, share)| block(columns, ROWS * i, j, 1.0) * share)
+            .sum();
+        (DoubleDouble::from(sum), UNITS * size)
+    });
+    each.collect()
 }
 
 /// The rows and values of the entries that are not 0, column by column.

@@ -7,11 +7,12 @@
 //!
 //! tr(|X||R||Q′|)/(1 − ‖R‖)
 //!
-//! to first order, with norms of rows and columns in place of sums of sizes (Cauchy's inequality). Rounding of sums of n terms is
+//! to first order, with norms of rows and columns in place of sums of sizes (Cauchy's inequality); those of the rows of R come from its
+//! products with a few columns of signs, which take the place of one product of matrices. Rounding of sums of n terms is
 //! taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides nothing.
 
-use eigentone_digits::{Lu, product};
-use faer::Mat;
+use eigentone_digits::{Cholesky, Lu, product};
+use faer::{ColRef, Mat, MatRef};
 
 use crate::modes::Modes;
 use crate::structure::Structure;
@@ -51,12 +52,12 @@ pub(super) fn holds(system: &System, structure: &Structure, modes: &Modes) -> bo
     };
     let sizes = [Some(beside), (!structure.is_undamped()).then_some(beyond)];
     let mut sizes = sizes.into_iter().flatten();
-    sizes.all(|size| agrees(&matrices, modes, far_side(size)))
+    sizes.all(|size| agrees(&matrices, structure.is_symmetric(), modes, far_side(size)))
 }
 
-fn agrees(matrices: &[Mat<f64>; 3], modes: &Modes, s: f64) -> bool {
+fn agrees(matrices: &[Mat<f64>; 3], symmetric: bool, modes: &Modes, s: f64) -> bool {
     const UNIT: f64 = f64::EPSILON;
-    let Some((trace, error)) = trace(matrices, s) else {
+    let Some((trace, error)) = trace(matrices, symmetric, s) else {
         return true;
     };
     let (mut sum, mut reach) = (0.0, error);
@@ -78,20 +79,24 @@ fn agrees(matrices: &[Mat<f64>; 3], modes: &Modes, s: f64) -> bool {
 }
 
 /// tr(Q(s)⁻¹Q′(s)) and how far it may be off; `None` where doubles do not decide.
-fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
+fn trace(matrices: &[Mat<f64>; 3], symmetric: bool, s: f64) -> Option<(f64, f64)> {
     let [m, c, k] = matrices;
     let n = m.nrows();
-    let columns = |j: usize| [m, c, k].map(|matrix| matrix.col_as_slice(j));
-    let parts = |[m, c, k]: [&[f64]; 3], i: usize| [s * s * m[i], s * c[i], k[i]];
-    let share = |parts: [f64; 3]| parts.into_iter().map(f64::abs).sum::<f64>();
+    let columns = |j: usize| {
+        let [m, c, k] = [m, c, k].map(|matrix| matrix.col_as_slice(j));
+        m.iter().zip(c).zip(k).map(|((m, c), k)| [*m, *c, *k])
+    };
+    let size = |[m, c, k]: [f64; 3]| s * s * m.abs() + (s * c).abs() + k.abs();
     // In units in which every coordinate has about the same share, which change no trace.
     let mut most = vec![0.0f64; n];
     for j in 0..n {
-        let column = columns(j);
-        for i in 0..n {
-            let share = share(parts(column, i));
-            (most[i], most[j]) = (most[i].max(share), most[j].max(share));
+        let mut own = most[j];
+        for (most, entries) in most.iter_mut().zip(columns(j)) {
+            let size = size(entries);
+            *most = if size > *most { size } else { *most };
+            own = if size > own { size } else { own };
         }
+        most[j] = own;
     }
     let unit = |most: &f64| (-0.5 * most.log2()).round().exp2();
     let units: Vec<f64> = most.iter().map(unit).collect();
@@ -99,41 +104,59 @@ fn trace(matrices: &[Mat<f64>; 3], s: f64) -> Option<(f64, f64)> {
     // The squares of the norms of the rows of what adds up to them, by size.
     let (mut sizes, mut steepness) = (vec![0.0; n], vec![0.0; n]);
     for j in 0..n {
-        let column = columns(j);
-        let (q, slope) = (q.col_as_slice_mut(j), slope.col_as_slice_mut(j));
-        for i in 0..n {
-            let unit = units[i] * units[j];
-            let parts = parts(column, i);
-            let slopes = [2.0 * s * column[0][i], column[1][i], 0.0];
-            q[i] = unit * parts.iter().sum::<f64>();
-            slope[i] = unit * slopes.iter().sum::<f64>();
-            sizes[i] += (unit * share(parts)).powi(2);
-            steepness[i] += (unit * share(slopes)).powi(2);
+        let entries = q.col_as_slice_mut(j).iter_mut();
+        let entries = entries.zip(slope.col_as_slice_mut(j)).zip(columns(j));
+        let squares = sizes.iter_mut().zip(&mut steepness).zip(&units);
+        for (((q, slope), parts), ((square, steep), unit)) in entries.zip(squares) {
+            let unit = unit * units[j];
+            let [m, c, k] = parts;
+            *q = unit * (s * s * m + s * c + k);
+            *slope = unit * (2.0 * s * m + c);
+            *square += (unit * size(parts)).powi(2);
+            *steep += (unit * (2.0 * (s * m).abs() + c.abs())).powi(2);
         }
     }
-    let inverse = Lu::of(q.as_ref()).inverse();
-    let rest = product(q.as_ref(), inverse.as_ref());
-    // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
-    let columns: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
+    let definite = symmetric.then(|| Cholesky::of(q.as_ref())).flatten();
+    let inverse = match definite {
+        Some(factor) => factor.inverse(),
+        None => Lu::of(q.as_ref()).inverse(),
+    };
     let norms = |squares: Vec<f64>| -> Vec<f64> { squares.into_iter().map(f64::sqrt).collect() };
     let (sizes, steepness) = (norms(sizes), norms(steepness));
+    // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
+    let columns: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
+    let rest = rows_of_rest(q.as_ref(), inverse.as_ref());
+    let norm = |entries: &[f64]| ColRef::from_slice(entries).norm_l2();
     let rounding = 4.0 * f64::EPSILON * (n as f64).sqrt();
-    let off = Mat::from_fn(n, n, |i, j| {
-        let own = if i == j { 1.0 } else { 0.0 };
-        (rest[(i, j)] - own).abs() + rounding * sizes[i] * columns[j]
-    });
-    let norm = off.norm_l2();
-    let mut error = 0.0;
-    for (i, steepness) in steepness.iter().enumerate() {
-        let pushed = off.col(i).iter().zip(&columns).map(|(off, x)| off * x);
-        let pushed = pushed.sum::<f64>() / (1.0 - norm);
-        error += steepness * (pushed + rounding * columns[i]);
-    }
+    let off = norm(&rest) + rounding * norm(&sizes) * norm(&columns);
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let steep = dot(&steepness, &columns);
+    let pushed = dot(&columns, &rest) * norm(&steepness) + rounding * dot(&columns, &sizes) * steep;
+    let error = pushed / (1.0 - off) + rounding * steep;
     let row = |i: usize| {
         let pairs = inverse.row(i).iter().zip(slope.col(i).iter());
         pairs.map(|(a, b)| a * b).sum::<f64>()
     };
-    (norm < 0.5 && error.is_finite()).then(|| ((0..n).map(row).sum(), error))
+    (off < 0.5 && error.is_finite()).then(|| ((0..n).map(row).sum(), error))
+}
+
+/// About the norms of the rows of R = I − QX, from its products with columns of signs: the mean of their squares is the square of
+/// the norm.
+fn rows_of_rest(q: MatRef<'_, f64>, inverse: MatRef<'_, f64>) -> Vec<f64> {
+    const SAMPLES: usize = 8;
+    let n = q.nrows();
+    let signs = Mat::from_fn(n, SAMPLES, |i, j| {
+        let bits = ((SAMPLES * i + j + 1) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        if bits.count_ones().is_multiple_of(2) {
+            1.0
+        } else {
+            -1.0
+        }
+    });
+    let rest = &signs - product(q, product(inverse, signs.as_ref()).as_ref());
+    rest.row_iter()
+        .map(|row| row.norm_l2() / (SAMPLES as f64).sqrt())
+        .collect()
 }
 
 #[cfg(test)]

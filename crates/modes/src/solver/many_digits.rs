@@ -72,6 +72,7 @@ pub(super) fn undamped_modes(system: &System, rigid: usize) -> Option<Vec<RealMo
             forms,
             rigid: false,
             doubt: left(&condensed, &massive, &squares, j),
+            quality: None,
             is_exact: true,
         });
     }

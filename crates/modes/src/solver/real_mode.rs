@@ -3,6 +3,7 @@
 use eigentone_digits::DoubleDouble;
 use num_complex::Complex;
 
+use crate::quality::pencil::Quality;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::system::System;
 
@@ -17,6 +18,8 @@ pub(crate) struct RealMode {
     pub(crate) rigid: bool,
     /// How far ω may be off beyond its own rounding, relative.
     pub(crate) doubt: f64,
+    /// Where products of whole matrices gave it.
+    pub(crate) quality: Option<Quality>,
     /// Whether its forms are those of the shape before it was rounded.
     pub(crate) is_exact: bool,
 }
@@ -50,12 +53,17 @@ pub(crate) fn unit_shapes(
     mut shapes: Vec<Vec<f64>>,
     entries: Entries,
 ) -> impl Iterator<Item = (Vec<f64>, RealForms)> {
-    for shape in &mut shapes {
+    scale_to_one(&mut shapes);
+    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+    let forms = RealForms::of(system, &columns, entries);
+    shapes.into_iter().zip(forms)
+}
+
+/// Makes the largest entry of each shape exactly 1.
+pub(super) fn scale_to_one(shapes: &mut [Vec<f64>]) {
+    for shape in shapes {
         let larger = |a: f64, b: &f64| if b.abs() > a.abs() { *b } else { a };
         let pivot = shape.iter().fold(0.0, larger);
         shape.iter_mut().for_each(|x| *x /= pivot);
     }
-    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
-    let forms = RealForms::of(system, &columns, entries);
-    shapes.into_iter().zip(forms)
 }

@@ -34,8 +34,10 @@ pub(crate) struct Shifted;
 /// doubles.
 pub(crate) fn is_needed(system: &System) -> bool {
     let singular = system.masses().contains(&0.0) || system.added(MatrixKind::Mass).is_some();
+    let structure = system.structure();
     singular
-        && match system.structure().finite_roots() {
+        && match structure.finite_roots() {
+            Some(degree) if structure.massless().is_empty() => degree != 2 * system.len(),
             Some(degree) => degree != Massless::of_system(system).degree(),
             None => FirstOrder::of(system).is_err(),
         }

@@ -90,6 +90,7 @@ pub(crate) fn undamped_roots(modes: Vec<RealMode>) -> Vec<Root> {
         let error = (4.0 * f64::EPSILON + mode.doubt) * omega;
         let root = |value, real_error, shape| Root {
             error: Some((error, real_error)),
+            quality: mode.quality,
             ..Root::simple(value, shape)
         };
         if mode.square >= 0.0 {
@@ -139,6 +140,7 @@ pub(crate) fn real_modes(
             rigid: false,
             // Values that are less good than the quotients do not put these in doubt.
             doubt: if singular.rough { 0.0 } else { doubt },
+            quality: None,
             is_exact: false,
         });
     }
@@ -157,6 +159,7 @@ pub(crate) fn real_modes(
             forms,
             rigid: true,
             doubt: 0.0,
+            quality: None,
             is_exact: false,
         }),
     );

@@ -9,13 +9,14 @@ use crate::first_order::FirstOrder;
 use crate::inclusion::congruence;
 use crate::model::{Element, MatrixKind, Node};
 use crate::modes::Modes;
+use crate::quality::pencil::Pencil;
 use crate::quality::real_forms::{Entries, RealForms};
 use crate::structure::Structure;
 use crate::system::System;
 
 use super::many_digits;
 use super::mode_solver::{ModeSolver, ModesError, admit};
-use super::real_mode::{RealMode, unit_shapes};
+use super::real_mode::{RealMode, scale_to_one, unit_shapes};
 use super::roots::collect;
 use super::spring_factor::{refined, undamped_roots};
 
@@ -62,20 +63,23 @@ pub(crate) fn refuses_matrices(system: &System, structure: &Structure) -> Option
     if !structure.is_symmetric() {
         return Some("a matrix is not symmetric".to_owned());
     }
-    if lumped(system).is_some() {
+    if structure.has_definite_mass() || lumped(system).is_some() {
         return None;
     }
     if !structure.massless().is_empty() && FirstOrder::of(system).is_err() {
         return Some("the mass matrix is singular".to_owned());
     }
-    let massive = massive_block(&system.mass_matrix(), structure);
+    let massive = massive_block(system.mass_matrix(), structure);
     let definite = Cholesky::of(massive.as_ref()).is_some() || many_digits::has_modes(system);
     (!definite).then(|| "the mass matrix is not positive definite".to_owned())
 }
 
 /// M without the coordinates that have no mass.
-fn massive_block(mass: &Mat<f64>, structure: &Structure) -> Mat<f64> {
+fn massive_block(mass: Mat<f64>, structure: &Structure) -> Mat<f64> {
     let massless = structure.massless();
+    if massless.is_empty() {
+        return mass;
+    }
     let massive: Vec<usize> = (0..mass.nrows())
         .filter(|i| massless.binary_search(i).is_err())
         .collect();
@@ -140,8 +144,13 @@ pub(crate) fn real_modes(
         .into_iter()
         .map(|(square, error, shape)| ((square, error), shape))
         .unzip();
-    let formed = unit_shapes(system, shapes, entries).zip(values).enumerate();
     let wanted = entries == Entries::Refined;
+    let mut shapes = shapes;
+    scale_to_one(&mut shapes);
+    let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
+    let (forms, products) = RealForms::with_products(system, &columns, entries);
+    let judge = products.map(|products| (Pencil::of(system), products));
+    let formed = shapes.into_iter().zip(forms).zip(values).enumerate();
     let modes = formed.map(|(rank, ((shape, mut forms), (square, reach)))| {
         let rigid = rank < rigid;
         // What massless nodes add may cancel.
@@ -181,8 +190,12 @@ pub(crate) fn real_modes(
         };
         let own = 2.0 * doubt * forms.k.to_f64().abs();
         forms.rounding[2] = forms.rounding[2].max(own);
+        let of_products = |(pencil, [m, k]): &(Pencil, [Mat<f64>; 2])| {
+            pencil.undamped_quality(square, &shape, m.col_as_slice(rank), k.col_as_slice(rank))
+        };
         RealMode {
             square,
+            quality: judge.as_ref().filter(|_| !rigid).map(of_products),
             shape,
             forms,
             rigid,
@@ -253,6 +266,7 @@ pub(super) fn with_right_shapes(
         forms,
         rigid: false,
         doubt,
+        quality: None,
         is_exact: false,
     }));
     Ok(rigid)
@@ -331,16 +345,18 @@ impl Pairs {
     /// ‖M‖‖M⁻¹‖ allows, M⁻¹ being XXᵀ, and that of K by ‖K‖‖x‖².
     fn of(mass: &Mat<f64>, stiffness: &Mat<f64>, (squares, shapes): (Vec<f64>, Mat<f64>)) -> Pairs {
         const UNITS: f64 = 4.0 * f64::EPSILON;
-        let own = |i: usize| mass[(i, i)];
+        let own: Vec<f64> = (0..mass.nrows()).map(|i| mass[(i, i)]).collect();
         let norm = |matrix: &Mat<f64>| {
-            let column = |j: usize| (0..matrix.nrows()).map(move |i| (i, j));
-            let entries = (0..matrix.ncols()).flat_map(column);
-            let square = |at: (usize, usize)| (matrix[at] / own(at.0)) * (matrix[at] / own(at.1));
-            entries.map(square).sum::<f64>().sqrt()
+            let column = |(column, by): (ColRef<'_, f64>, &f64)| -> f64 {
+                let each = column.iter().zip(&own);
+                each.map(|(entry, own)| (entry / own) * (entry / by)).sum()
+            };
+            let columns = matrix.col_iter().zip(&own).map(column);
+            columns.sum::<f64>().sqrt()
         };
         let size = |x: ColRef<'_, f64>| -> f64 {
-            let each = x.iter().enumerate();
-            each.map(|(i, x)| own(i) * x * x).sum()
+            let each = x.iter().zip(&own);
+            each.map(|(x, own)| own * x * x).sum()
         };
         let sizes: Vec<f64> = shapes.col_iter().map(size).collect();
         let inverse: f64 = sizes.iter().sum();
@@ -384,7 +400,7 @@ fn assembled_modes(
     structure: &Structure,
 ) -> Result<Pairs, ModesError> {
     let massless = !structure.massless().is_empty();
-    let mut mass = massive_block(&system.mass_matrix(), structure);
+    let mut mass = massive_block(system.mass_matrix(), structure);
     let nf = mass.nrows();
     // Units in which every mass on the diagonal is about 1, so that rotations beside translations cost no digits.
     let unit = |i: usize| match mass[(i, i)] {
@@ -392,13 +408,20 @@ fn assembled_modes(
         _ => 1.0,
     };
     let units: Vec<f64> = (0..nf).map(unit).collect();
-    mass = Mat::from_fn(nf, nf, |i, j| units[i] * mass[(i, j)] * units[j]);
+    let in_units = |matrix: &mut Mat<f64>, columns: bool| {
+        for (j, column) in matrix.col_iter_mut().enumerate() {
+            let unit = if columns { units[j] } else { 1.0 };
+            let each = column.iter_mut().zip(&units);
+            each.for_each(|(entry, own)| *entry *= own * unit);
+        }
+    };
+    in_units(&mut mass, true);
     if !massless {
-        let stiffness = system.stiffness_matrix();
-        let stiffness = Mat::from_fn(nf, nf, |i, j| units[i] * stiffness[(i, j)] * units[j]);
+        let mut stiffness = system.stiffness_matrix();
+        in_units(&mut stiffness, true);
         let found = eigen(solver, &stiffness, Some(&mass))?;
         let mut found = Pairs::of(&mass, &stiffness, found);
-        found.shapes = Mat::from_fn(nf, nf, |i, j| units[i] * found.shapes[(i, j)]);
+        in_units(&mut found.shapes, false);
         return Ok(found);
     }
     let form = FirstOrder::of(system)?;

@@ -355,6 +355,12 @@ impl Structure {
         self.roots.finite
     }
 
+    /// Whether M is proved positive definite.
+    pub(crate) fn has_definite_mass(&self) -> bool {
+        let mass = &self.coefficients.mass;
+        mass.semidefinite_rank() == Some(mass.matrix.len())
+    }
+
     /// The rank of M, in exact arithmetic. `None` where it was not proved.
     pub fn mass_rank(&self) -> Option<usize> {
         let mass = &self.coefficients.mass;

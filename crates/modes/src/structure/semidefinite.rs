@@ -9,7 +9,8 @@
 use std::cmp::Ordering;
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{Cholesky, DoubleDouble};
+use faer::Mat;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::exact::matrix::ExactMatrix;
@@ -69,7 +70,11 @@ fn sign(matrix: &ExactMatrix, chosen: &[usize]) -> Sign {
     let Some(rows) = scaled(matrix, chosen) else {
         return Sign::Indefinite;
     };
+    let full = is_full(&rows);
     let has_factor_in_doubles = |c: f64| {
+        if full {
+            return has_blocked_factor(&rows, c);
+        }
         let highs = |row: &Vec<DoubleDouble>| row.iter().map(|entry| entry.high()).collect();
         let rows = rows.iter().map(highs).collect();
         Arch::new().dispatch(InDoubles { rows, c })
@@ -96,8 +101,7 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
     let mut powers = vec![0; matrix.len()];
     for (at, &i) in chosen.iter().enumerate() {
         place[i] = at;
-        let (_, terms) = matrix.row(i).find(|entry| entry.0 == i)?;
-        let diagonal = ExactSum::of(terms);
+        let diagonal = ExactSum::of(matrix.entry(i, i));
         if diagonal.sign() != Ordering::Greater {
             return None;
         }
@@ -108,7 +112,10 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
         .map(|&i| {
             let mut row = Vec::new();
             for (j, terms) in matrix.row(i) {
-                if j > i || place[j] == usize::MAX {
+                if j > i {
+                    break;
+                }
+                if place[j] == usize::MAX {
                     continue;
                 }
                 let value = ExactSum::rounded(terms, powers[i] + powers[j]);
@@ -124,6 +131,29 @@ fn scaled(matrix: &ExactMatrix, chosen: &[usize]) -> Option<Vec<Vec<DoubleDouble
             Some(row)
         })
         .collect()
+}
+
+/// Whether blocks of whole columns are quicker than rows of different lengths.
+fn is_full(rows: &[Vec<DoubleDouble>]) -> bool {
+    const MANY: usize = 48;
+    let n = rows.len();
+    let filled: usize = rows.iter().map(Vec::len).sum();
+    n > MANY && 4 * filled > n * n
+}
+
+/// [`has_factor`] in doubles, by faer, which sums the same products in another order and multiplies by reciprocals of pivots: one
+/// rounding more.
+fn has_blocked_factor(rows: &[Vec<DoubleDouble>], c: f64) -> bool {
+    let n = rows.len();
+    let mut matrix = Mat::<f64>::zeros(n, n);
+    for (i, row) in rows.iter().enumerate() {
+        let first = i + 1 - row.len();
+        for (j, entry) in (first..).zip(row) {
+            matrix[(i, j)] = entry.high();
+        }
+        matrix[(i, i)] -= c;
+    }
+    Cholesky::of(matrix.as_ref()).is_some()
 }
 
 /// [`has_factor`] in doubles. Closures are compiled without the wide registers of the processor where they are not inlined.

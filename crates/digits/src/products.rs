@@ -20,14 +20,17 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
         1 => rows - rows % LANES,
         _ => rows,
     };
-    let mut product = Mat::zeros(rows, b.ncols());
-    let (upper, lower) = product.as_mut().split_at_row_mut(whole);
-    matmul(upper, Accum::Replace, a.subrows(0, whole), b, 1.0, Par::Seq);
-    if whole < rows {
+    let product = if whole == rows {
+        a * b
+    } else {
+        let mut product = Mat::zeros(rows, b.ncols());
+        let (upper, lower) = product.as_mut().split_at_row_mut(whole);
+        matmul(upper, Accum::Replace, a.subrows(0, whole), b, 1.0, Par::Seq);
         let rest = even(a.subrows(whole, rows - whole));
         let rest = rest.subrows(0, rows - whole);
         matmul(lower, Accum::Replace, rest, b, 1.0, Par::Seq);
-    }
+        product
+    };
     settle();
     product
 }

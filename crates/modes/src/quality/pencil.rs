@@ -552,6 +552,38 @@ mod tests {
         assert!((quality.condition.unwrap() - 0.625).abs() < 1e-15);
     }
 
+    /// From products that are at hand, oscillating and diverging: the same as of the root with its complex shape.
+    #[test]
+    fn undamped_modes_are_judged_alike() {
+        let system = System::builder()
+            .mass("a", 1.5)
+            .mass("b", 0.25)
+            .spring("a", "b", 3.0)
+            .spring(GROUND, "a", 2.0);
+        let system = system.build().unwrap();
+        let pencil = Pencil::of(&system);
+        let x = [1.0, -0.75];
+        let shape = x.map(Complex::from);
+        let [m, k] = [system.mass_matrix(), system.stiffness_matrix()];
+        let times = |a: &Mat<f64>| [0, 1].map(|i| a[(i, 0)] * x[0] + a[(i, 1)] * x[1]);
+        for (square, value) in [
+            (2.25, Complex::new(0.0, 1.5)),
+            (-4.0, Complex::new(2.0, 0.0)),
+        ] {
+            let left = None;
+            let near = Approximate {
+                value,
+                shape: &shape,
+                left,
+            };
+            let expected = pencil.qualities(&[near])[0];
+            let found = pencil.undamped_quality(square, &x, &times(&m), &times(&k));
+            assert!((found.backward_error / expected.backward_error - 1.0).abs() < 1e-15);
+            let quotient = found.condition.unwrap() / expected.condition.unwrap();
+            assert!((quotient - 1.0).abs() < 1e-15);
+        }
+    }
+
     /// Both measures by their definitions, entry by entry, for matrices without any symmetry.
     #[test]
     fn matrices_without_symmetry() {

@@ -149,7 +149,10 @@ pub(crate) fn real_modes(
     scale_to_one(&mut shapes);
     let columns: Vec<&[f64]> = shapes.iter().map(Vec::as_slice).collect();
     let (forms, products) = RealForms::with_products(system, &columns, entries);
-    let judge = products.map(|products| (Pencil::of(system), products));
+    // Beside dampers C has a share in the residuals.
+    let judge = products
+        .filter(|_| structure.is_undamped())
+        .map(|products| (Pencil::of(system), products));
     let formed = shapes.into_iter().zip(forms).zip(values).enumerate();
     let modes = formed.map(|(rank, ((shape, mut forms), (square, reach)))| {
         let rigid = rank < rigid;

@@ -236,22 +236,33 @@ fn add<S: Simd>(simd: S, y: &mut [f64], columns: &Mat<f64>, row: usize, factors:
         let columns = [column(0), column(1), column(2), column(3)];
         let [a, b, c, d] = columns.map(|column| S::as_simd_f64s(column));
         let (head, tail) = S::as_mut_simd_f64s(y);
-        let factors = [factors[0], factors[1], factors[2], factors[3]];
-        let [p, q, r, s] = factors.map(|factor| simd.splat_f64s(factor));
+        let single = [factors[0], factors[1], factors[2], factors[3]];
+        let factors = single.map(|factor| simd.splat_f64s(factor));
         for ((((y, a), b), c), d) in head.iter_mut().zip(a.0).zip(b.0).zip(c.0).zip(d.0) {
-            let sum = simd.mul_add_f64s(p, *a, *y);
-            let other = simd.mul_add_f64s(r, *c, simd.mul_f64s(q, *b));
-            *y = simd.add_f64s(sum, simd.mul_add_f64s(s, *d, other));
+            *y = sum(simd, *y, factors, [*a, *b, *c, *d]);
         }
         for (i, y) in tail.iter_mut().enumerate() {
             let entries = [a.1[i], b.1[i], c.1[i], d.1[i]];
-            *y += factors
+            *y += single
                 .iter()
                 .zip(entries)
                 .map(|(factor, entry)| factor * entry)
                 .sum::<f64>();
         }
     }
+}
+
+/// y + Σ factors_q·entries_q, in two sums.
+#[inline(always)]
+fn sum<S: Simd>(
+    simd: S,
+    y: S::f64s,
+    [p, q, r, s]: [S::f64s; TOGETHER],
+    [a, b, c, d]: [S::f64s; TOGETHER],
+) -> S::f64s {
+    let one = simd.mul_add_f64s(p, a, y);
+    let other = simd.mul_add_f64s(r, c, simd.mul_f64s(q, b));
+    simd.add_f64s(one, simd.mul_add_f64s(s, d, other))
 }
 
 /// The products of so many columns, from a row on, with v.
@@ -313,8 +324,8 @@ fn add_product<S: Simd>(simd: S, matrix: &Mat<f64>, v: &[f64], y: &mut [f64]) {
         let (above, y) = y.split_at_mut(end);
         let (y, last) = S::as_mut_simd_f64s(y);
         let (head, tail) = S::as_simd_f64s(&v[end..]);
-        let factors = [v[at], v[at + 1], v[at + 2], v[at + 3]];
-        let [p, q, r, s] = factors.map(|factor| simd.splat_f64s(factor));
+        let single = [v[at], v[at + 1], v[at + 2], v[at + 3]];
+        let factors = single.map(|factor| simd.splat_f64s(factor));
         let mut sums = [simd.splat_f64s(0.0); TOGETHER];
         let each = y.iter_mut().zip(head).zip(a.0).zip(b.0).zip(c.0).zip(d.0);
         for (((((y, v), a), b), c), d) in each {
@@ -325,14 +336,12 @@ fn add_product<S: Simd>(simd: S, matrix: &Mat<f64>, v: &[f64], y: &mut [f64]) {
                 simd.mul_add_f64s(*c, *v, h),
                 simd.mul_add_f64s(*d, *v, k),
             ];
-            let sum = simd.mul_add_f64s(p, *a, *y);
-            let other = simd.mul_add_f64s(r, *c, simd.mul_f64s(q, *b));
-            *y = simd.add_f64s(sum, simd.mul_add_f64s(s, *d, other));
+            *y = sum(simd, *y, factors, [*a, *b, *c, *d]);
         }
         let rests = [a.1, b.1, c.1, d.1];
         for (i, (y, v)) in last.iter_mut().zip(tail).enumerate() {
             for (j, rest) in rests.iter().enumerate() {
-                *y += factors[j] * rest[i];
+                *y += single[j] * rest[i];
                 above[at + j] += rest[i] * v;
             }
         }

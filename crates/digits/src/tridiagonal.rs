@@ -30,17 +30,7 @@ pub(crate) fn eigen(diagonal: &[f64], below: &[f64], leaf: usize) -> Option<(Vec
     if n == 0 {
         return Some((Vec::new(), Mat::zeros(0, 0)));
     }
-    let entries = || diagonal.iter().chain(below);
-    if entries().any(|entry| !entry.is_finite()) {
-        return None;
-    }
-    // Squares stay within the range of doubles.
-    let unit = match entries().fold(0.0, |most: f64, entry| most.max(entry.abs())) {
-        0.0 => 1.0,
-        largest => largest.log2().floor().exp2(),
-    };
-    let scaled = |entries: &[f64]| -> Vec<f64> { entries.iter().map(|x| x / unit).collect() };
-    let (mut values, below) = (scaled(diagonal), scaled(below));
+    let (unit, [mut values, below]) = scaled([diagonal, below])?;
     let mut vectors = Mat::<f64>::zeros(n, n);
     divide(
         &mut values,
@@ -50,21 +40,34 @@ pub(crate) fn eigen(diagonal: &[f64], below: &[f64], leaf: usize) -> Option<(Vec
     )?;
     let mut order: Vec<usize> = (0..n).collect();
     sort_by_number(&mut order, |j| values[*j]);
-    for at in 0..n {
-        // What belonged to a place before has left its own for where that place's column was.
-        let mut from = order[at];
-        while from < at {
-            from = order[from];
-        }
-        if from > at {
-            let (one, other) = vectors.two_cols_mut(at, from);
-            let columns = [one, other].map(|column| column.try_as_col_major_mut());
-            if let [Some(one), Some(other)] = columns {
-                one.as_slice_mut().swap_with_slice(other.as_slice_mut());
-            }
-        }
+    let mut sorted = Mat::zeros(n, n);
+    for (at, j) in order.iter().enumerate() {
+        sorted.col_mut(at).copy_from(vectors.col(*j));
     }
-    Some((order.iter().map(|j| values[*j] * unit).collect(), vectors))
+    Some((order.iter().map(|j| values[*j] * unit).collect(), sorted))
+}
+
+/// The eigenvalues alone, rising, by implicit QR steps; `None` as for [`eigen`].
+pub(crate) fn eigenvalues(diagonal: &[f64], below: &[f64]) -> Option<Vec<f64>> {
+    let (unit, [mut values, below]) = scaled([diagonal, below])?;
+    by_qr_steps(&mut values, &below, None)?;
+    values.iter_mut().for_each(|value| *value *= unit);
+    values.sort_unstable_by(f64::total_cmp);
+    Some(values)
+}
+
+/// All entries in a unit in which squares stay within the range of doubles; `None` where one is not finite.
+fn scaled(parts: [&[f64]; 2]) -> Option<(f64, [Vec<f64>; 2])> {
+    let entries = || parts.into_iter().flatten();
+    if entries().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let unit = match entries().fold(0.0, |most: f64, entry| most.max(entry.abs())) {
+        0.0 => 1.0,
+        largest => largest.log2().floor().exp2(),
+    };
+    let scaled = parts.map(|part| part.iter().map(|entry| entry / unit).collect());
+    Some((unit, scaled))
 }
 
 /// What all levels compute in.
@@ -98,7 +101,7 @@ fn divide(
 ) -> Option<()> {
     let n = diagonal.len();
     if n <= room.leaf {
-        return by_qr_steps(diagonal, below, vectors);
+        return by_qr_steps(diagonal, below, Some(vectors));
     }
     let half = n / 2;
     let joint = below[half - 1];
@@ -112,8 +115,12 @@ fn divide(
     Some(())
 }
 
-/// The same by implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3).
-fn by_qr_steps(diagonal: &mut [f64], below: &[f64], vectors: MatMut<'_, f64>) -> Option<()> {
+/// The same by implicit QR steps (Golub & Van Loan, *Matrix Computations*, §8.3), with vectors or without.
+fn by_qr_steps(
+    diagonal: &mut [f64],
+    below: &[f64],
+    vectors: Option<MatMut<'_, f64>>,
+) -> Option<()> {
     let n = diagonal.len();
     let mut offset = Diag::<f64>::zeros(n);
     below.iter().enumerate().for_each(|(i, x)| offset[i] = *x);
@@ -126,7 +133,7 @@ fn by_qr_steps(diagonal: &mut [f64], below: &[f64], vectors: MatMut<'_, f64>) ->
         ColRef::from_slice(diagonal).as_diagonal(),
         offset.as_ref(),
         values.as_mut(),
-        Some(vectors),
+        vectors,
         Par::Seq,
         MemStack::new(&mut workspace(scratch)),
         params,

@@ -50,7 +50,9 @@ pub(crate) fn eigen(diagonal: &[f64], below: &[f64], leaf: usize) -> Option<(Vec
 /// The eigenvalues alone, rising, by implicit QR steps; `None` as for [`eigen`].
 pub(crate) fn eigenvalues(diagonal: &[f64], below: &[f64]) -> Option<Vec<f64>> {
     let (unit, [mut values, below]) = scaled([diagonal, below])?;
-    by_qr_steps(&mut values, &below, None)?;
+    if values.len() > 1 {
+        by_qr_steps(&mut values, &below, None)?;
+    }
     values.iter_mut().for_each(|value| *value *= unit);
     values.sort_unstable_by(f64::total_cmp);
     Some(values)

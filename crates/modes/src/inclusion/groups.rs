@@ -1,7 +1,7 @@
 //! Indices that are joined with each other, directly or through others.
 
 /// Gives all that have the label of either the lesser of both.
-pub(super) fn join(label: &mut [usize], i: usize, j: usize) {
+pub(crate) fn join(label: &mut [usize], i: usize, j: usize) {
     let (from, to) = (label[i].max(label[j]), label[i].min(label[j]));
     let moved = label.iter_mut().filter(|label| **label == from);
     moved.for_each(|label| *label = to);

@@ -6,7 +6,7 @@ pub(crate) mod classical;
 pub(crate) mod congruence;
 mod exactly;
 mod gram;
-mod groups;
+pub(crate) mod groups;
 mod inert;
 pub(crate) mod pairs;
 mod pencil;

@@ -28,6 +28,7 @@ mod star_mesh;
 mod state_matrix;
 mod symmetric;
 mod tree_factor;
+mod weak_coupling;
 
 use num_complex::Complex;
 

@@ -1,7 +1,7 @@
 //! General damping in the coordinates of the undamped modes.
 
 use eigentone_digits::sort_by_number;
-use faer::Mat;
+use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::first_order::FirstOrder;
@@ -15,17 +15,19 @@ use super::improvement::refine;
 use super::modal_damping::modal_damping;
 use super::mode_solver::{ModeSolver, ModesError, admit};
 use super::real_mode::RealMode;
-use super::roots::collect;
+use super::roots::{Root, collect};
 use super::spring_factor::{self, undamped_roots};
+use super::weak_coupling::weakly_coupled;
 use super::{classical, rigid, state_matrix, symmetric};
 
 /// Up to so many coordinates an even system is solved without its undamped modes.
-const FEW: usize = 64;
+const FEW: usize = 12;
 
 /// Eigenvalues of [0 Ω; −JΩ −Γ], with the undamped frequencies Ω, J = I but for −1 where K makes a square negative, and the
 /// modal damping matrix Γ = ΦᵀCΦ: for symmetric systems without massless nodes.
 ///
-/// Its states are scaled by their energy, so that stiff springs do not swamp soft ones, and the
+/// Where damping couples the modes weakly their roots are refined all at once, else they are those of the QR algorithm. The
+/// states are scaled by their energy, so that stiff springs do not swamp soft ones, and the
 /// frequencies come from the springs themselves where the system is built of them. Modes that C
 /// provably leaves undamped ([`Structure::undamped_modes`]) are set apart and keep Re λ = 0.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +62,7 @@ impl ModeSolver for ModalMatrix {
     }
 
     fn reason(&self) -> &'static str {
-        "damping couples the undamped modes: eigenvalues of the state matrix in modal coordinates"
+        "damping couples the undamped modes: roots in modal coordinates"
     }
 
     fn solve(&self, system: &System, structure: &Structure) -> Result<Modes, ModesError> {
@@ -81,32 +83,19 @@ impl ModeSolver for ModalMatrix {
         let r = modes.len();
         let elastic = modes.iter().filter(|mode| !mode.rigid).count();
         let gamma = modal_damping(system, modes.iter().map(|mode| mode.shape.as_slice()));
-        let mut a = Mat::<f64>::zeros(elastic + r, elastic + r);
-        for (j, mode) in modes.iter().take(elastic).enumerate() {
-            let frequency = mode.square.abs().sqrt();
-            a[(j, elastic + j)] = frequency;
-            a[(elastic + j, j)] = -frequency.copysign(mode.square);
-        }
-        for j in 0..r {
-            for i in 0..r {
-                a[(elastic + i, elastic + j)] = -gamma[(i, j)];
-            }
-        }
         let shapes = Mat::from_fn(system.len(), r, |i, j| modes[j].shape[i]);
-        // z holds ωq and q′ = λq of each mode: q comes from the larger.
-        let amplitudes = |lambda: Complex<f64>, z: Vec<Complex<f64>>| {
-            let amplitude = |j: usize| {
-                let velocity = z[elastic + j];
-                if j < elastic && z[j].norm_sqr() > velocity.norm_sqr() {
-                    z[j] / modes[j].square.abs().sqrt()
-                } else {
-                    velocity / lambda
-                }
-            };
-            (0..r).map(amplitude).collect()
-        };
         let basis = shapes.as_ref();
-        let mut found = state_matrix::eigen(self, a.as_ref(), basis, &amplitudes, None)?;
+        let is_held = modes.iter().all(|mode| !mode.rigid && mode.square > 0.0);
+        let weakly = || {
+            let frequencies: Vec<f64> = modes.iter().map(|mode| mode.square.sqrt()).collect();
+            weakly_coupled(&frequencies, gamma.as_ref())
+        };
+        let mut found = match is_held.then(weakly).flatten() {
+            Some((values, amplitudes)) => {
+                state_matrix::assembled(self, values, amplitudes, None, basis)?
+            }
+            None => by_states(self, &modes[..], elastic, gamma.as_ref(), basis)?,
+        };
         let rigid_count = r - elastic;
         if rigid_count > 0 {
             let zeros = structure.zero_roots().unwrap_or(rigid_count);
@@ -117,6 +106,41 @@ impl ModeSolver for ModalMatrix {
         roots.extend(refine(system, structure, found));
         Ok(collect(self, system, roots))
     }
+}
+
+/// The roots of the state matrix, conjugates included.
+fn by_states(
+    solver: &dyn ModeSolver,
+    modes: &[RealMode],
+    elastic: usize,
+    gamma: MatRef<'_, f64>,
+    basis: MatRef<'_, f64>,
+) -> Result<Vec<Root>, ModesError> {
+    let r = modes.len();
+    let mut a = Mat::<f64>::zeros(elastic + r, elastic + r);
+    for (j, mode) in modes.iter().take(elastic).enumerate() {
+        let frequency = mode.square.abs().sqrt();
+        a[(j, elastic + j)] = frequency;
+        a[(elastic + j, j)] = -frequency.copysign(mode.square);
+    }
+    for j in 0..r {
+        for i in 0..r {
+            a[(elastic + i, elastic + j)] = -gamma[(i, j)];
+        }
+    }
+    // z holds ωq and q′ = λq of each mode: q comes from the larger.
+    let amplitudes = |lambda: Complex<f64>, z: Vec<Complex<f64>>| {
+        let amplitude = |j: usize| {
+            let velocity = z[elastic + j];
+            if j < elastic && z[j].norm_sqr() > velocity.norm_sqr() {
+                z[j] / modes[j].square.abs().sqrt()
+            } else {
+                velocity / lambda
+            }
+        };
+        (0..r).map(amplitude).collect()
+    };
+    state_matrix::eigen(solver, a.as_ref(), basis, &amplitudes, None)
 }
 
 /// Whether masses and springs lie within three orders of magnitude each, and no damper is far stronger than either: then

@@ -72,7 +72,6 @@ pub(crate) fn eigen(
 ) -> Result<Vec<Root>, ModesError> {
     let method = solver.name();
     let symmetric = b.is_none();
-    let n = a.nrows();
     let balanced = balance(a);
     if !balanced.matrix.norm_max().is_finite() {
         return Err(ModesError::OutOfRange { method });
@@ -91,23 +90,35 @@ pub(crate) fn eigen(
         .zip(found.right)
         .map(|(value, z)| amplitudes(*value, unbalanced(z, false)))
         .collect();
-    let right: Vec<&[Complex<f64>]> = right.iter().map(Vec::as_slice).collect();
-    let shapes: Vec<Vec<Complex<f64>>> = products(basis, &right)
+    let lefts = b.zip(found.left).map(|(b, left)| {
+        let left: Vec<Vec<Complex<f64>>> = left.into_iter().map(|w| unbalanced(w, true)).collect();
+        let left: Vec<&[Complex<f64>]> = left.iter().map(Vec::as_slice).collect();
+        products(b.transpose(), &left)
+    });
+    assembled(solver, values, right, lefts, basis)
+}
+
+/// Roots given by one of each conjugate pair and the amplitudes that a basis of shapes has in it: conjugates included, with
+/// their shapes. Left shapes are given as they are.
+pub(crate) fn assembled(
+    solver: &dyn ModeSolver,
+    values: Vec<Complex<f64>>,
+    amplitudes: Vec<Vec<Complex<f64>>>,
+    lefts: Option<Vec<Vec<Complex<f64>>>>,
+    basis: MatRef<'_, f64>,
+) -> Result<Vec<Root>, ModesError> {
+    let amplitudes: Vec<&[Complex<f64>]> = amplitudes.iter().map(Vec::as_slice).collect();
+    let shapes: Vec<Vec<Complex<f64>>> = products(basis, &amplitudes)
         .into_iter()
         .map(of_size_one)
         .collect();
     // Motions at rest need none: their shapes are known.
     let mut moving = values.iter().zip(&shapes);
     if moving.any(|(value, shape)| *value != Complex::ZERO && !is_direction(shape)) {
+        let method = solver.name();
         return Err(ModesError::OutOfRange { method });
     }
-    let lefts = b.zip(found.left).map(|(b, left)| {
-        let left: Vec<Vec<Complex<f64>>> = left.into_iter().map(|w| unbalanced(w, true)).collect();
-        let left: Vec<&[Complex<f64>]> = left.iter().map(Vec::as_slice).collect();
-        products(b.transpose(), &left)
-    });
-
-    let mut roots = Vec::with_capacity(n);
+    let mut roots = Vec::with_capacity(2 * values.len());
     let mut lefts = lefts.map(Vec::into_iter);
     for (value, shape) in values.into_iter().zip(shapes) {
         let root = Root {

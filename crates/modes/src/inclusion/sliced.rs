@@ -53,14 +53,20 @@ pub(super) fn products(
         let (b, a) = (b.transpose(), a.as_ref());
         matmul(to.as_mut(), shape, accum, b, whole, a, whole, 1.0, Par::Seq);
     };
-    let mut entries = vec![DoubleDouble::ZERO; count * size];
+    // Highs and lows apart, for vectors of each.
+    let [mut high, mut low] = [0, 1].map(|_| vec![0.0; count * size]);
     let start = |i: usize| if is_symmetric { i } else { 0 };
     let mut add = |part: &Mat<f64>| {
         for i in 0..count {
-            let row = entries[i * size..(i + 1) * size].iter_mut();
-            for (entry, x) in row.zip(part.col(i).iter()).skip(start(i)) {
-                *entry += DoubleDouble::from(*x);
-            }
+            let row = i * size + start(i)..(i + 1) * size;
+            let (high, low) = (&mut high[row.clone()], &mut low[row]);
+            let part = &part.col_as_slice(i)[start(i)..];
+            Arch::new().dispatch(|| {
+                for ((high, low), x) in high.iter_mut().zip(low).zip(part) {
+                    let sum = DoubleDouble::new(*high, *low) + DoubleDouble::from(*x);
+                    (*high, *low) = (sum.high(), sum.low());
+                }
+            });
         }
     };
     multiply(
@@ -82,9 +88,11 @@ pub(super) fn products(
         }
     }
     settle();
+    let mut entries = vec![DoubleDouble::ZERO; count * size];
     for i in 0..count {
         for j in start(i)..size {
-            let entry = entries[i * size + j].scale(left.exponents[i] + right.exponents[j]);
+            let entry = DoubleDouble::new(high[i * size + j], low[i * size + j]);
+            let entry = entry.scale(left.exponents[i] + right.exponents[j]);
             entries[i * size + j] = entry;
             if is_symmetric {
                 entries[j * size + i] = entry;

@@ -99,6 +99,7 @@ impl Pairs<'_> {
                 value
             }
         };
+        let sizes: Vec<f64> = self.pairs.iter().map(|pair| pair.value.norm()).collect();
         let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
             let fixed = [i, other.pair]
                 .map(|i| self.pairs[i].origin)
@@ -116,10 +117,11 @@ impl Pairs<'_> {
             let (product, sum) = (first * second, first + second);
             let a = k - product * m;
             let b = -(c + sum * m);
-            let a_size = k.norm() + product.norm() * m.norm();
-            let b_size = c.norm() + sum.norm() * m.norm();
-            let a_error = k_error + product.norm() * m_error + ROUNDING * a_size;
-            let b_error = c_error + sum.norm() * m_error + ROUNDING * b_size;
+            let (product, sum) = (sizes[i] * sizes[other.pair], sum.norm());
+            let [k, m, c] = [k, m, c].map(|z| plain(z).l1_norm());
+            let (a_size, b_size) = (k + product * m, c + sum * m);
+            let a_error = k_error + product * m_error + ROUNDING * a_size;
+            let b_error = c_error + sum * m_error + ROUNDING * b_size;
             Entry {
                 a,
                 b,

@@ -100,18 +100,16 @@ fn trace(matrices: &[Mat<f64>; 3], symmetric: bool, s: f64) -> Option<(f64, f64)
     }
     let unit = |most: &f64| (-0.5 * most.log2()).round().exp2();
     let units: Vec<f64> = most.iter().map(unit).collect();
-    let (mut q, mut slope) = (Mat::<f64>::zeros(n, n), Mat::<f64>::zeros(n, n));
+    let mut q = Mat::<f64>::zeros(n, n);
     // The squares of the norms of the rows of what adds up to them, by size.
     let (mut sizes, mut steepness) = (vec![0.0; n], vec![0.0; n]);
     for j in 0..n {
-        let entries = q.col_as_slice_mut(j).iter_mut();
-        let entries = entries.zip(slope.col_as_slice_mut(j)).zip(columns(j));
+        let entries = q.col_as_slice_mut(j).iter_mut().zip(columns(j));
         let squares = sizes.iter_mut().zip(&mut steepness).zip(&units);
-        for (((q, slope), parts), ((square, steep), unit)) in entries.zip(squares) {
+        for ((q, parts), ((square, steep), unit)) in entries.zip(squares) {
             let unit = unit * units[j];
             let [m, c, k] = parts;
             *q = unit * (s * s * m + s * c + k);
-            *slope = unit * (2.0 * s * m + c);
             *square += (unit * size(parts)).powi(2);
             *steep += (unit * (2.0 * (s * m).abs() + c.abs())).powi(2);
         }
@@ -124,20 +122,28 @@ fn trace(matrices: &[Mat<f64>; 3], symmetric: bool, s: f64) -> Option<(f64, f64)
     let norms = |squares: Vec<f64>| -> Vec<f64> { squares.into_iter().map(f64::sqrt).collect() };
     let (sizes, steepness) = (norms(sizes), norms(steepness));
     // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
-    let columns: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
+    let lengths: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
     let rest = rows_of_rest(q.as_ref(), inverse.as_ref());
     let norm = |entries: &[f64]| ColRef::from_slice(entries).norm_l2();
     let rounding = 4.0 * f64::EPSILON * (n as f64).sqrt();
-    let off = norm(&rest) + rounding * norm(&sizes) * norm(&columns);
+    let off = norm(&rest) + rounding * norm(&sizes) * norm(&lengths);
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let steep = dot(&steepness, &columns);
-    let pushed = dot(&columns, &rest) * norm(&steepness) + rounding * dot(&columns, &sizes) * steep;
+    let steep = dot(&steepness, &lengths);
+    let pushed = dot(&lengths, &rest) * norm(&steepness) + rounding * dot(&lengths, &sizes) * steep;
     let error = pushed / (1.0 - off) + rounding * steep;
-    let row = |i: usize| {
-        let pairs = inverse.row(i).iter().zip(slope.col(i).iter());
-        pairs.map(|(a, b)| a * b).sum::<f64>()
+    // Of symmetric Q′ by columns, which lie one after the other.
+    let inverse = if symmetric {
+        inverse.as_ref()
+    } else {
+        inverse.transpose()
     };
-    (off < 0.5 && error.is_finite()).then(|| ((0..n).map(row).sum(), error))
+    let own = |j: usize| {
+        let slopes = columns(j).zip(&units);
+        let slopes = slopes.map(|([m, c, _], unit)| unit * units[j] * (2.0 * s * m + c));
+        let pairs = inverse.col(j).iter().zip(slopes);
+        pairs.map(|(x, slope)| x * slope).sum::<f64>()
+    };
+    (off < 0.5 && error.is_finite()).then(|| ((0..n).map(own).sum(), error))
 }
 
 /// About the norms of the rows of R = I − QX, from its products with columns of signs: the mean of their squares is the square of

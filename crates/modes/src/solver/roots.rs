@@ -314,7 +314,8 @@ pub(crate) fn normalised(shape: &[Complex<f64>]) -> Vec<Complex<f64>> {
     const TIE: f64 = 1.0 - 1e-12;
     // Squares near the ends of the range of doubles lose digits, or have left it.
     const SAFE: std::ops::Range<f64> = 1e-280..1e280;
-    let square = shape.iter().map(Complex::norm_sqr).fold(0.0, f64::max);
+    let squares = shape.iter().map(Complex::norm_sqr);
+    let square = squares.fold(0.0, |a: f64, b| if b > a { b } else { a });
     if !SAFE.contains(&square) || shape.iter().any(|entry| entry.is_nan()) {
         let parts = shape
             .iter()

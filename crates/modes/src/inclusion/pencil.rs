@@ -41,6 +41,11 @@ impl<T: Real> Scaled<T> {
         )
     }
 
+    pub(crate) fn conj(self) -> Self {
+        let ball = Ball::new(self.ball.middle().conj(), self.ball.radius());
+        Scaled { ball, ..self }
+    }
+
     fn normalised(self) -> Self {
         let size = self.ball.upper();
         if size.is_zero() || !size.is_finite() {

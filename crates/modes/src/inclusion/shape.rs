@@ -335,7 +335,12 @@ impl<'a> Shaper<'a> {
                 let left = left.flatten();
                 let found = Shapes { right, left };
                 let good = self.is_good(&found);
+                // Then no other precision goes on from here.
+                let is_last = good && !found.both().any(Enclosed::is_doubtful);
                 best = Some(found);
+                if is_last {
+                    return best;
+                }
                 if good {
                     break;
                 }

@@ -71,11 +71,7 @@ impl<T: Real> Points<T> {
                     && self.z[i].middle() == self.z[*j].middle().conj()
             });
             let value = match conjugate {
-                Some(j) => {
-                    let value = self.values[j].expect("found above");
-                    let ball = Ball::new(value.ball.middle().conj(), value.ball.radius());
-                    Scaled { ball, ..value }
-                }
+                Some(j) => self.values[j].expect("found above").conj(),
                 None => {
                     let (value, products) = polynomial.pencil.determinant(self.z[i]);
                     self.products += products;
@@ -86,8 +82,17 @@ impl<T: Real> Points<T> {
         }
         self.products += (n * n) as u64;
         let known = polynomial.leading.unwrap_or_else(Scaled::one);
-        let mut shares = Vec::with_capacity(n);
+        // Where every point has one at its conjugate, itself or another, so have the corrections: P is real.
+        let at_conjugate =
+            |i: usize| (0..n).find(|j| self.z[i].middle() == self.z[*j].middle().conj());
+        let twins: Option<Vec<usize>> = (0..n).map(at_conjugate).collect();
+        let mut shares: Vec<Scaled<T>> = Vec::with_capacity(n);
         for i in 0..n {
+            let twin = twins.as_ref().map_or(i, |twins| twins[i]);
+            if twin < i {
+                shares.push(shares[twin].conj());
+                continue;
+            }
             let mut below = known;
             for j in (0..n).filter(|j| *j != i) {
                 below = below.times(self.z[i] - self.z[j]);
@@ -149,13 +154,11 @@ impl<T: Real> Points<T> {
     /// Groups of points that do not stand clear of each other.
     pub(crate) fn groups(&self) -> Vec<Vec<usize>> {
         let n = self.z.len();
-        let reach: Vec<f64> = self
-            .corrections
-            .iter()
-            .map(|w| 2.5 * n as f64 * upper(*w))
-            .collect();
+        let reach = self.corrections.iter().map(|w| 2.5 * n as f64 * upper(*w));
+        let reach: Vec<f64> = reach.collect();
+        let improved: Vec<Ball<T>> = (0..n).map(|i| self.improved(i)).collect();
         groups(n, |i, j| {
-            lower(self.improved(i) - self.improved(j)) <= reach[i] + reach[j]
+            lower(improved[i] - improved[j]) <= reach[i] + reach[j]
         })
     }
 
@@ -163,16 +166,18 @@ impl<T: Real> Points<T> {
     /// discs apart from each other; `None` where that cannot be shown.
     pub(crate) fn include(&self, groups: &[Vec<usize>]) -> Option<Vec<Inclusion<T>>> {
         let n = self.z.len();
+        let improved: Vec<Ball<T>> = (0..n).map(|i| self.improved(i)).collect();
+        let sizes: Vec<f64> = self.corrections.iter().map(|w| upper(*w)).collect();
         let mut discs = Vec::with_capacity(groups.len());
         for members in groups {
             let m = members.len();
             // The largest t for which the group's discs avoid all others.
             let mut t = f64::INFINITY;
             for &i in members {
-                let own = upper(self.corrections[i]) * n as f64;
+                let own = sizes[i] * n as f64;
                 for j in (0..n).filter(|j| !members.contains(j)) {
-                    let distance = lower(self.improved(i) - self.improved(j));
-                    let other = upper(self.corrections[j]);
+                    let distance = lower(improved[i] - improved[j]);
+                    let other = sizes[j];
                     if other > 0.0 {
                         let room = 0.9 * (distance - own) / other - n as f64;
                         t = t.min(room / m as f64);
@@ -186,22 +191,20 @@ impl<T: Real> Points<T> {
             }
             let mut centre = Ball::ZERO;
             for &i in members {
-                let improved = self.improved(i);
-                centre = centre + middle(improved);
+                centre = centre + middle(improved[i]);
             }
             let share = real(1.0).checked_div(real(m as f64))?;
             let centre = centre * share;
             let centre = middle(centre);
             let mut reach = 0f64;
             for &i in members {
-                let size = upper(self.corrections[i]);
                 let spread = if m == 1 {
                     0.0
                 } else {
-                    upper(self.improved(i) - centre)
+                    upper(improved[i] - centre)
                 };
-                let own = size * ((m - 1) as f64 + (n - m) as f64 / t);
-                reach = reach.max((own + radius(self.improved(i)) + spread) * (1.0 + 1e-9));
+                let own = sizes[i] * ((m - 1) as f64 + (n - m) as f64 / t);
+                reach = reach.max((own + radius(improved[i]) + spread) * (1.0 + 1e-9));
             }
             discs.push(Inclusion {
                 members: members.clone(),

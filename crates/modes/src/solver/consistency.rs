@@ -131,7 +131,7 @@ fn trace(matrices: &[Mat<f64>; 3], symmetric: bool, s: f64) -> Option<(f64, f64)
     let steep = dot(&steepness, &lengths);
     let pushed = dot(&lengths, &rest) * norm(&steepness) + rounding * dot(&lengths, &sizes) * steep;
     let error = pushed / (1.0 - off) + rounding * steep;
-    // Of symmetric Q′ by columns, which lie one after the other.
+    // A symmetric inverse by columns, which lie one after the other.
     let inverse = if symmetric {
         inverse.as_ref()
     } else {

@@ -3,7 +3,7 @@
 use num_complex::Complex;
 
 use crate::model::{Element, MatrixKind, Node};
-use crate::modes::{Bounds, Mode, Modes, Repeats, order, sort};
+use crate::modes::{Bounds, Mode, ModePlan, Modes, Repeats, order, sort};
 use crate::system::System;
 
 use super::coincidence::{settle_between, touch};
@@ -97,14 +97,17 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) 
     let mut modes: Vec<Mode> = Vec::new();
     let mut eigenvalues = Vec::new();
     let (mut infinite, mut proven, mut complete) = (0, true, true);
-    let mut plan = None;
+    let mut some_proven = false;
+    // What is said of all is said of the one that is known least, and of the largest of those.
+    let mut told: Option<((bool, usize), ModePlan)> = None;
     let mut ends = Vec::new();
     let count = solved.len();
     let mut parts = Vec::with_capacity(count);
     for (coordinates, own, part) in solved {
         parts.push(own);
         infinite += part.infinite;
-        proven &= part.bounds == Bounds::Proven;
+        let is_proven = part.bounds == Bounds::Proven;
+        (proven, some_proven) = (proven && is_proven, some_proven || is_proven);
         complete &= part.complete;
         eigenvalues.extend(part.eigenvalues);
         let spread = |entries: &[Complex<f64>]| {
@@ -130,7 +133,10 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) 
             ..mode
         }));
         ends.push(modes.len());
-        plan = plan.or(Some(part.plan));
+        let rank = (!is_proven, coordinates.len());
+        if told.as_ref().is_none_or(|(other, _)| rank > *other) {
+            told = Some((rank, part.plan));
+        }
     }
     let bounds = if proven {
         Bounds::Proven
@@ -139,9 +145,13 @@ pub(crate) fn joined(system: &System, solved: Vec<(Vec<usize>, System, Modes)>) 
     };
     forget_shared(&mut modes, &ends, proven);
     settle_between(&parts, &mut modes, &ends, bounds);
-    let mut plan = plan.expect("a system has a coordinate");
+    let (_, mut plan) = told.expect("a system has a coordinate");
+    let which = match some_proven && !proven {
+        true => "the largest without proof",
+        false => "the largest",
+    };
     plan.reason = format!(
-        "{}; {count} parts that nothing joins are solved apart",
+        "{}; {count} parts that nothing joins are solved apart: this is {which}",
         plan.reason
     );
     // The roots at 0 of several parts are one root: defective if any of them is.

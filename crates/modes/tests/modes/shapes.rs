@@ -1,7 +1,7 @@
 //! Shapes that formulas give, and what is said of them where they are not determined.
 
 use eigentone_digits::DoubleDouble;
-use eigentone_modes::{Bounds, GROUND, Mode, Precision, System};
+use eigentone_modes::{Bounds, GROUND, Mode, Precision, System, SystemBuilder};
 use faer::{Mat, mat};
 
 use crate::root::{Join, U, network};
@@ -235,6 +235,42 @@ fn parts_that_nothing_joins_keep_their_shapes_apart() {
     for (mode, place) in modes.iter().zip(0..) {
         assert_eq!(mode.shape()[place].re, 1.0);
         assert_eq!(mode.shape_bound(), Some([0.0, 0.0].as_slice()));
+    }
+}
+
+/// The plan tells of the part that takes most, wherever it is listed.
+#[test]
+fn the_plan_of_parts_is_that_of_the_largest() {
+    let alone = |builder: SystemBuilder| builder.mass("x", 1.0).spring(GROUND, "x", 2.0);
+    let chain = |builder: SystemBuilder| {
+        (0..20).fold(builder, |builder, i| {
+            let name = |i: usize| format!("m{i}");
+            let from = if i == 0 {
+                GROUND.to_owned()
+            } else {
+                name(i - 1)
+            };
+            let builder = builder.mass(name(i), 1.0 + 0.1 * (i % 3) as f64);
+            let builder = builder.spring(from.clone(), name(i), 3.0 + (i % 4) as f64);
+            builder.damper(from, name(i), 0.01 * (1.0 + (i % 5) as f64))
+        })
+    };
+    let plan = |builder: SystemBuilder| {
+        let system = builder.build().expect("a system");
+        let modes = system.modes_to(Precision::Double).expect("modes");
+        (modes.plan().solver, modes.plan().reason.clone())
+    };
+    let (largest, _) = plan(chain(System::builder()));
+    assert_ne!(largest, plan(alone(System::builder())).0);
+    for both in [
+        alone(chain(System::builder())),
+        chain(alone(System::builder())),
+    ] {
+        let (solver, reason) = plan(both);
+        assert_eq!(solver, largest);
+        assert!(
+            reason.ends_with("2 parts that nothing joins are solved apart: this is the largest")
+        );
     }
 }
 

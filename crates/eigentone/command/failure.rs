@@ -1,6 +1,5 @@
 //! What can go wrong, and the exit status it ends with.
 
-use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -61,7 +60,7 @@ pub enum Failure {
         scene: PathBuf,
         error: ResponseError,
     },
-    #[error("{}: {}", scene.display(), named(error, error.switch(), switches))]
+    #[error("{}: {}", scene.display(), error.with_names(switches))]
     Switching {
         scene: PathBuf,
         error: SwitchingError,
@@ -77,7 +76,7 @@ pub enum Failure {
         first: String,
         what: &'static str,
     },
-    #[error("{}: {}", scene.display(), named(error, error.switch(), switches))]
+    #[error("{}: {}", scene.display(), error.with_names(switches))]
     Cycle {
         scene: PathBuf,
         error: CycleError,
@@ -154,15 +153,6 @@ fn frequency(error: &FrequencyError) -> String {
             "nothing drives the scene, and it has too many masses to take each: name an input, as with --from NAME".to_owned()
         }
         error => error.to_string(),
-    }
-}
-
-/// What goes wrong with switches, by their names.
-fn named(error: &impl Display, switch: Option<usize>, switches: &[String]) -> String {
-    let text = error.to_string();
-    match switch.and_then(|switch| switches.get(switch).map(|name| (switch, name))) {
-        Some((switch, name)) => text.replacen(&format!("switch {switch}"), name, 1),
-        None => text,
     }
 }
 

@@ -25,6 +25,7 @@ from . import _eigentone
 
 __all__ = [
     "BoundedMatrix",
+    "Event",
     "Exponential",
     "Functions",
     "Modes",
@@ -78,6 +79,20 @@ class Modes:
 
 
 @_dataclass(frozen=True)
+class Event:
+    """What happens at once in a motion with frictions, stops, impacts or controlled dampers."""
+
+    time: float
+    """In s."""
+    bound: float
+    """How far the time may be off."""
+    kind: str
+    """``stick``, ``slip``, ``contact``, ``release``, ``impact`` or ``switch``."""
+    element: str
+    """Of what in the scene, as ``frictions[0]``."""
+
+
+@_dataclass(frozen=True)
 class Motion:
     """A motion at the instants asked for."""
 
@@ -92,6 +107,8 @@ class Motion:
     outputs: Dict[str, _np.ndarray]
     """The scene's outputs by name."""
     output_bounds: Dict[str, _np.ndarray]
+    events: List[Event]
+    """Those up to the last instant, in order of time; none in a linear scene."""
     bounds: str
     method: str
 
@@ -282,16 +299,21 @@ def modes(system, C=None, K=None, *, precision="certified"):
 
 
 def response(scene, *, steps=None, precision="certified"):
-    """The motion of a scene at every instant of its ``time``, or at those sample indices."""
+    """The motion of a scene at every instant of its ``time``, or at those sample indices.
+
+    Frictions, stops, impacts and controlled dampers are followed from event to event; ``modes``, ``frf``, ``state_space``
+    and ``discretise`` leave them out, and a ``UserWarning`` says so.
+    """
     if steps is not None:
         steps = _reals(steps, "steps")
         for step in steps[~((steps >= 0) & (steps < 2**53) & (steps % 1 == 0))]:
             raise ValueError(f"steps has {step}: it must be of whole numbers from 0 on, the indices of instants")
         steps = steps.astype(_np.uint64).tolist()
     answer = _eigentone.response(*_text(scene), steps, precision)
-    *motion, outputs, bounds, method = answer
+    *motion, outputs, events, bounds, method = answer
     values = {name: value for name, value, _ in outputs}
-    return Motion(*motion, values, {name: bound for name, _, bound in outputs}, bounds, method)
+    output_bounds = {name: bound for name, _, bound in outputs}
+    return Motion(*motion, values, output_bounds, [Event(*event) for event in events], bounds, method)
 
 
 def frf(scene, frequency, *, inputs=None, outputs=None, quantity="displacement", precision="certified"):

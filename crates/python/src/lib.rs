@@ -1,15 +1,17 @@
 //! The functions behind the Python package `eigentone`: arrays in, arrays with bounds out.
 #![deny(missing_docs)]
 
+use std::ffi::CStr;
 use std::path::Path;
 
 use eigentone::modes::{Bounds, MatrixKind, Modes, Precision, System};
 use eigentone::response::{BoundedMatrix, Hold, Quantity, ResponsePlan, Trajectory, expm_bounded};
 use eigentone::scene::Scene;
+use eigentone::switching::{Event, Switching};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
 /// What is wrong with the input, or why there is no answer, as a `ValueError`.
@@ -50,6 +52,20 @@ fn worth(bounds: Bounds) -> &'static str {
 
 fn scene(text: &str, file: &str) -> PyResult<Scene> {
     Scene::parse(text, Path::new(file)).map_err(wrong)
+}
+
+/// What an answer leaves out of a scene, if anything.
+fn left_out(scene: &Scene) -> Option<&'static CStr> {
+    let note = c"modes, frequency responses and state-space forms are of the scene without its frictions, stops, impacts and controlled dampers";
+    (!scene.switches().is_empty()).then_some(note)
+}
+
+/// Warns the caller of the function in Python of what is left out.
+fn warn_of_left_out(py: Python<'_>, scene: &Scene) -> PyResult<()> {
+    match left_out(scene) {
+        None => Ok(()),
+        Some(note) => PyErr::warn(py, &py.get_type::<PyUserWarning>(), note, 2),
+    }
 }
 
 fn matrix(array: &PyReadonlyArray2<'_, f64>) -> Mat<f64> {
@@ -165,13 +181,15 @@ fn modes_of_scene<'py>(
 ) -> PyResult<ModesAnswer<'py>> {
     let precision = precision(accuracy)?;
     let scene = scene(text, file)?;
+    warn_of_left_out(py, &scene)?;
     let system = scene.system();
     let modes = py.detach(|| system.modes_to(precision)).map_err(wrong)?;
     Ok(answer(py, system, &modes))
 }
 
 /// Names; times; displacements and velocities, a row for each coordinate; a bound for each instant of either; names,
-/// values and bounds of the outputs; how sure the bounds are, and the method.
+/// values and bounds of the outputs; times of the events, how far these may be off, what happens, and to which element of the
+/// scene; how sure the bounds are, and the method.
 type MotionAnswer<'py> = (
     Vec<String>,
     Vector<'py, f64>,
@@ -180,6 +198,7 @@ type MotionAnswer<'py> = (
     Vector<'py, f64>,
     Vector<'py, f64>,
     Vec<(String, Vector<'py, f64>, Vector<'py, f64>)>,
+    Vec<(f64, f64, String, String)>,
     &'static str,
     &'static str,
 );
@@ -195,12 +214,8 @@ fn response<'py>(
 ) -> PyResult<MotionAnswer<'py>> {
     let precision = precision(accuracy)?;
     let scene = scene(text, file)?;
-    if !scene.switches().is_empty() {
-        return Err(wrong(
-            "the scene has frictions, stops, impacts or controlled dampers, which the Python package does not follow yet: take `eigentone response` on the command line",
-        ));
-    }
-    let motion = py.detach(|| -> PyResult<Trajectory> {
+    let places = scene.switch_places();
+    let (motion, events) = py.detach(|| -> PyResult<(Trajectory, Vec<Event>)> {
         let problem = scene.problem().ok_or_else(|| {
             wrong("the scene has no \"time\": add \"time\": {\"end\": …, \"step\": …}")
         })?;
@@ -209,14 +224,24 @@ fn response<'py>(
             None => problem,
             Some(steps) => problem.at(steps).map_err(wrong)?,
         };
-        let plan = ResponsePlan::of(&problem).map_err(wrong)?;
-        plan.run(&problem).map_err(wrong)
+        if places.is_empty() {
+            let plan = ResponsePlan::of(&problem).map_err(wrong)?;
+            return Ok((plan.run(&problem).map_err(wrong)?, Vec::new()));
+        }
+        let switching = Switching::new(&problem, scene.switches());
+        let motion = switching.and_then(|switching| switching.run());
+        let motion = motion.map_err(|error| wrong(error.with_names(&places)))?;
+        Ok((motion.trajectory().clone(), motion.events().to_vec()))
     })?;
     let names = motion.outputs().map(str::to_owned).collect::<Vec<_>>();
     let outputs = names.into_iter().enumerate().map(|(index, name)| {
         let values = motion.output(index).to_vec().into_pyarray(py);
         let bounds = numbers(motion.output_bound(index)).into_pyarray(py);
         (name, values, bounds)
+    });
+    let events = events.iter().map(|event| {
+        let element = places[event.switch].clone();
+        (event.time, event.bound, event.kind.to_string(), element)
     });
     Ok((
         scene.system().names().to_vec(),
@@ -226,6 +251,7 @@ fn response<'py>(
         numbers(motion.displacement_bound()).into_pyarray(py),
         numbers(motion.velocity_bound()).into_pyarray(py),
         outputs.collect(),
+        events.collect(),
         worth(motion.bounds()),
         motion.method(),
     ))
@@ -263,6 +289,7 @@ fn frf<'py>(
     ];
     let (quantity, precision) = (choice("quantity", of, &quantities)?, precision(accuracy)?);
     let scene = scene(text, file)?;
+    warn_of_left_out(py, &scene)?;
     let inputs = inputs.unwrap_or_else(|| scene.inputs());
     let asked = scene
         .frequency_response(&inputs, outputs.as_deref())
@@ -330,7 +357,8 @@ fn state_space<'py>(
     }
     let inputs = inputs.unwrap_or_else(|| scene.inputs());
     let form = py.detach(|| scene.state_space(&inputs, outputs.as_deref()));
-    let (plant, said) = form.map_err(wrong)?;
+    let (plant, mut said) = form.map_err(wrong)?;
+    said.extend(left_out(&scene).map(|note| note.to_string_lossy().into_owned()));
     let discrete = match held {
         None => None,
         Some((step, hold)) => {

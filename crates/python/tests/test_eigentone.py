@@ -112,6 +112,55 @@ def test_the_scene_of_a_quarter_car_has_outputs():
     assert eigentone.frf(CAR, 10.0).values["road", "comfort"].shape == (1,)
 
 
+# A mass of 1 kg on a spring of 4 N/m and a rough table, let go at 1 m: each half swing loses 2 F/k = 0.25 m, until it
+# holds at 0.
+ROUGH = {
+    "masses": [{"name": "m", "mass": 1}],
+    "springs": [{"between": ["ground", "m"], "stiffness": 4}],
+    "frictions": [{"between": ["ground", "m"], "force": 0.5}],
+    "initial": {"m": {"displacement": 1}},
+    "time": {"end": 7, "step": 0.125},
+}
+# Two masses on each other, pulled so that either friction may give way.
+PILED = {
+    "masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 1}],
+    "frictions": [{"between": pair, "force": 1, "static": 2} for pair in (["ground", "a"], ["a", "b"])],
+    "loads": [{"on": "b", "step": {"force": 2.5}}],
+    "time": {"end": 1, "step": 0.5},
+}
+
+
+def test_a_friction_is_followed_from_event_to_event():
+    motion = eigentone.response(ROUGH)
+    assert motion.bounds == "proven"
+    expected = []
+    for time in motion.time:
+        half, phase = divmod(2 * time, np.pi)
+        expected.append(0 if half >= 4 else (-1) ** half * (0.125 + (0.875 - 0.25 * half) * np.cos(phase)))
+    assert np.abs(motion.displacement[0] - expected).max() < 1e-15
+    assert [(event.kind, event.element) for event in motion.events] == [
+        (kind, "frictions[0]") for kind in ("slip", "slip", "slip", "stick")
+    ]
+    for k, event in enumerate(motion.events):
+        assert abs(event.time - (k + 1) * np.pi / 2) <= event.bound + 1e-15
+    assert eigentone.response(NAMED).events == []
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: eigentone.modes(ROUGH),
+        lambda: eigentone.frf(ROUGH, 1.0),
+        lambda: eigentone.state_space(ROUGH),
+        lambda: eigentone.discretise(ROUGH, 0.1),
+    ],
+)
+def test_what_leaves_frictions_out_says_so(ask):
+    with pytest.warns(UserWarning, match="without its frictions") as said:
+        ask()
+    assert said[0].filename == __file__
+
+
 @pytest.mark.skipif("EIGENTONE" not in os.environ, reason="EIGENTONE names the program to compare with")
 def test_a_quarter_car_is_that_of_the_command_line_bit_for_bit():
     def said(*arguments):
@@ -128,6 +177,18 @@ def test_a_quarter_car_is_that_of_the_command_line_bit_for_bit():
     for name, values in motion["outputs"].items():
         assert values == moved.outputs[name].tolist()
         assert motion["output_bound"][name] == moved.output_bounds[name].tolist()
+
+
+@pytest.mark.skipif("EIGENTONE" not in os.environ, reason="EIGENTONE names the program to compare with")
+def test_a_friction_is_that_of_the_command_line_bit_for_bit(tmp_path):
+    file = tmp_path / "rough.json"
+    file.write_text(json.dumps(ROUGH))
+    said = json.loads(subprocess.check_output([os.environ["EIGENTONE"], "response", str(file), "--json"]))
+    moved = eigentone.response(file)
+    assert said["displacement"]["m"] == moved.displacement[0].tolist()
+    assert said["displacement_bound"] == moved.displacement_bound.tolist()
+    events = [(event["time"], event["bound"], event["what"], event["element"]) for event in said["events"]]
+    assert events == [(event.time, event.bound, event.kind, event.element) for event in moved.events]
 
 
 # A mass without dampers but those on a shaker, whose velocity the acceleration of the mass then follows.
@@ -249,6 +310,11 @@ def test_supports_are_inputs_by_what_moves_them():
         (lambda: eigentone.response(NAMED, steps=["1"]), "steps has a str"),
         (lambda: eigentone.response(NAMED, steps=1), "steps .* must be a list"),
         (lambda: eigentone.response(NAMED).of("a"), "a coordinate and an output"),
+        (
+            lambda: eigentone.response({**ROUGH, "frictions": [{"between": ["ground", "m"], "force": -1}]}),
+            r"frictions\[0\].force",
+        ),
+        (lambda: eigentone.response(PILED), r"what frictions\[[01]\] does next: .*at once"),
         (lambda: eigentone.response(NAMED).of("b"), "known are"),
         (
             lambda: eigentone.frf(

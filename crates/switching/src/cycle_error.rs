@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::error::SwitchingError;
+use crate::error::{SwitchingError, named};
 use crate::march::Halt;
 
 /// Why no periodic motion was found.
@@ -76,6 +76,11 @@ impl CycleError {
             CycleError::Switching(error) | CycleError::Halted(error) => error.switch(),
             _ => None,
         }
+    }
+
+    /// The message with the name of the switch in place of its number; `names` are those of all switches, in order.
+    pub fn with_names(&self, names: &[String]) -> String {
+        named(self, self.switch(), names)
     }
 }
 

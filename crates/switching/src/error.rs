@@ -1,5 +1,7 @@
 //! Why there is no motion.
 
+use std::fmt::Display;
+
 use eigentone_response::ResponseError;
 use thiserror::Error;
 
@@ -84,5 +86,19 @@ impl SwitchingError {
             | SwitchingError::Endless { switch, .. } => Some(*switch),
             _ => None,
         }
+    }
+
+    /// The message with the name of the switch in place of its number; `names` are those of all switches, in order.
+    pub fn with_names(&self, names: &[String]) -> String {
+        named(self, self.switch(), names)
+    }
+}
+
+/// A message about "switch 0" with the name of that.
+pub(crate) fn named(error: &impl Display, switch: Option<usize>, names: &[String]) -> String {
+    let text = error.to_string();
+    match switch.and_then(|switch| names.get(switch).map(|name| (switch, name))) {
+        Some((switch, name)) => text.replacen(&format!("switch {switch}"), name, 1),
+        None => text,
     }
 }

@@ -240,6 +240,14 @@ fn what_gives_way_of_two_at_once_is_not_guessed() {
                 && error.to_string().contains("at their limits at once"),
             "{error}"
         );
+        let names = ["lower".to_owned(), "upper".to_owned()];
+        let (said, named) = (error.to_string(), error.with_names(&names));
+        let switch = error.switch().expect("a switch");
+        assert_eq!(
+            named,
+            said.replace(&format!("switch {switch}"), &names[switch])
+        );
+        assert_ne!(named, said);
         // The one with the lower limit: both at 0.75 m/s², or the upper one alone at 1.5 m/s².
         for (limits, wanted) in [([1.9, 2.0], [0.375, 0.375]), ([2.0, 1.9], [0.0, 0.75])] {
             let motion = run(limits, turned).expect("a motion");

@@ -389,6 +389,7 @@ fn steps_beyond_a_rigid_stop_are_those_of_the_search() {
             Ok(found) if chain == mended => comes_back(&system, ask, &switches, &found),
             Err(error @ CycleError::Halted(_)) if chain == ended => {
                 assert_eq!(error.switch(), Some(0));
+                assert!(error.with_names(&["wall".to_owned()]).contains("wall"));
                 let switching = Switching::new(&problem, switches.to_vec());
                 switching.expect("switches").run().expect("a motion");
             }

@@ -12,7 +12,7 @@
 //! taken for √n roundings of the sum of sizes. Where ‖R‖ is not below ½, that s decides nothing.
 
 use eigentone_digits::{Cholesky, Lu, product};
-use faer::{ColRef, Mat, MatRef};
+use faer::{Mat, MatRef};
 
 use crate::modes::Modes;
 use crate::structure::Structure;
@@ -122,12 +122,13 @@ fn trace(matrices: &[Mat<f64>; 3], symmetric: bool, s: f64) -> Option<(f64, f64)
     let norms = |squares: Vec<f64>| -> Vec<f64> { squares.into_iter().map(f64::sqrt).collect() };
     let (sizes, steepness) = (norms(sizes), norms(steepness));
     // (|A||X|)_ij is at most the norm of a row of A times that of a column of X.
-    let lengths: Vec<f64> = inverse.col_iter().map(|x| x.norm_l2()).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let norm = |entries: &[f64]| dot(entries, entries).sqrt();
+    let columns_of_inverse = (0..n).map(|j| inverse.col_as_slice(j));
+    let lengths: Vec<f64> = columns_of_inverse.map(norm).collect();
     let rest = rows_of_rest(q.as_ref(), inverse.as_ref());
-    let norm = |entries: &[f64]| ColRef::from_slice(entries).norm_l2();
     let rounding = 4.0 * f64::EPSILON * (n as f64).sqrt();
     let off = norm(&rest) + rounding * norm(&sizes) * norm(&lengths);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let steep = dot(&steepness, &lengths);
     let pushed = dot(&lengths, &rest) * norm(&steepness) + rounding * dot(&lengths, &sizes) * steep;
     let error = pushed / (1.0 - off) + rounding * steep;
@@ -160,8 +161,9 @@ fn rows_of_rest(q: MatRef<'_, f64>, inverse: MatRef<'_, f64>) -> Vec<f64> {
         }
     });
     let rest = &signs - product(q, product(inverse, signs.as_ref()).as_ref());
-    rest.row_iter()
-        .map(|row| row.norm_l2() / (SAMPLES as f64).sqrt())
+    let squares = |i: usize| (0..SAMPLES).map(|j| rest[(i, j)].powi(2)).sum::<f64>();
+    (0..n)
+        .map(|i| (squares(i) / SAMPLES as f64).sqrt())
         .collect()
 }
 

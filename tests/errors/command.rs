@@ -37,7 +37,7 @@ const PROGRAMS: [(&str, &str); 7] = [
 ];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 53] = [
+const CASES: [(&str, &str); 54] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -106,6 +106,7 @@ const CASES: [(&str, &str); 53] = [
     ),
     ("", "spectrum record.csv --step 0"),
     ("Campbell", "campbell S --speeds 2,1"),
+    ("", "campbell S --speeds 1"),
     ("", "campbell S --speeds 1:2"),
     ("Study", "sweep S --vary m.mas=1:2:3"),
     ("Parts", "merge ."),

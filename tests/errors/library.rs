@@ -275,6 +275,7 @@ fn design_errors(listing: &mut Listing) {
         Grid::new(Vec::new());
         Grid::new(wide());
         Grid::new(pair()).and_then(|grid| grid.part(3, 2));
+        Campbell::of(&disc).over(&[]);
         Campbell::of(&disc).over(&[2.0, 1.0]);
         Campbell::of(&disc).given_at(0.0).over(&[0.0, 1.0]);
         Campbell::of(&rotor([1.0, 1.0], 1e300)).over(&[0.0, 1e10]);

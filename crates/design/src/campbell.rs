@@ -106,10 +106,14 @@ pub struct CriticalSpeed {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CampbellError {
+    /// No range of speeds.
+    #[error("a diagram takes two speeds or more, of which the first may be 0: there is {}", if *count == 0 { "none" } else { "one" })]
+    FewSpeeds {
+        /// How many there are, below two.
+        count: usize,
+    },
     /// Speeds do not rise from 0 or more.
-    #[error(
-        "speeds rise from 0 or more, and there are at least two: {before:?} comes before {after:?}"
-    )]
+    #[error("speeds must rise from 0 or more: {before:?} comes before {after:?}")]
     Speeds {
         /// A speed.
         before: f64,
@@ -199,13 +203,12 @@ impl<'a> Campbell<'a> {
     /// [`CampbellError`].
     pub fn over(&self, speeds: &[f64]) -> Result<CampbellDiagram, CampbellError> {
         let rises = |pair: &[f64]| pair[0] >= 0.0 && pair[0] < pair[1] && pair[1].is_finite();
-        let wrong = speeds.windows(2).find(|pair| !rises(pair));
-        let wrong = wrong.map(|pair| (pair[0], pair[1]));
-        let few = (speeds.len() < 2).then(|| {
-            let only = speeds.first().copied().unwrap_or_default();
-            (only, only)
-        });
-        if let Some((before, after)) = wrong.or(few) {
+        if speeds.len() < 2 {
+            let count = speeds.len();
+            return Err(CampbellError::FewSpeeds { count });
+        }
+        if let Some(pair) = speeds.windows(2).find(|pair| !rises(pair)) {
+            let (before, after) = (pair[0], pair[1]);
             return Err(CampbellError::Speeds { before, after });
         }
         let numbers = self.orders.iter().chain([&self.reference]);

@@ -348,8 +348,11 @@ fn massless_nodes_are_no_matter_unless_gyroscopic_forces_act_on_them() {
 fn what_makes_no_diagram_is_an_error() {
     let rotor = stodola();
     let error = |speeds: &[f64]| Campbell::of(&rotor).over(speeds).expect_err("no diagram");
-    for speeds in [&[][..], &[1.0], &[2.0, 1.0], &[-1.0, 1.0], &[0.0, f64::NAN]] {
-        assert!(matches!(error(speeds), CampbellError::Speeds { .. }));
+    for (count, speeds) in [&[][..], &[1.0]].into_iter().enumerate() {
+        assert_eq!(error(speeds), CampbellError::FewSpeeds { count });
+    }
+    for speeds in [[2.0, 1.0], [1.0, 1.0], [-1.0, 1.0], [0.0, f64::NAN]] {
+        assert!(matches!(error(&speeds), CampbellError::Speeds { .. }));
     }
     for wrong in [0.0, -1.0, f64::INFINITY, f64::NAN] {
         let given = Campbell::of(&rotor).given_at(wrong).over(&[0.0, 1.0]);

@@ -1760,7 +1760,7 @@ fn campbell_diagrams_have_critical_speeds_and_files() {
         "{text}"
     );
     let error = refused(&["campbell", file, "--speeds", "3,1"], 2);
-    assert!(error.contains("speeds rise"), "{error}");
+    assert!(error.contains("speeds must rise"), "{error}");
 }
 
 /// Values, bounds and times of a record with a single pulse, at as many frequencies as were asked for; files; places of faults.

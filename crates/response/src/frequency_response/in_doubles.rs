@@ -32,7 +32,7 @@ pub(super) struct InDoubles<'a> {
     pub(super) columns: Vec<f64>,
     /// |R| times the lengths.
     pub(super) residual: Vec<f64>,
-    /// About the largest rate of a mode, in rad/s.
+    /// The largest rate of a mode, in 1/s.
     fastest: f64,
 }
 
@@ -195,16 +195,8 @@ impl<'a> InDoubles<'a> {
             let terms = (0..n).map(|j| sum.residual[(k, j)] * lengths[j]);
             terms.sum()
         });
-        let rates = sum
-            .blocks
-            .iter()
-            .map(|block| match *block.generator.as_slice() {
-                [a] => a.to_f64().abs(),
-                [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt() + (a + d).to_f64().abs(),
-                _ => f64::INFINITY,
-            });
         Some(InDoubles {
-            fastest: rates.fold(0.0, f64::max),
+            fastest: sum.rates().iter().fold(0.0, |most, rate| rate[1].max(most)),
             count,
             inputs: inputs.collect(),
             lengths: each.collect(),
@@ -445,13 +437,23 @@ impl ModalSum {
         Some(())
     }
 
-    /// How fast the modes of each block are, in 1/s.
-    pub(super) fn rates(&self) -> Vec<f64> {
+    /// How slow and how fast the modes of each block are, in 1/s.
+    pub(super) fn rates(&self) -> Vec<[f64; 2]> {
         let blocks = self.blocks.iter();
         let rates = blocks.map(|block| match *block.generator.as_slice() {
-            [a] => a.to_f64().abs(),
-            [a, b, c, d] => (a * d - b * c).to_f64().abs().sqrt(),
-            _ => 0.0,
+            [a] => [a.to_f64().abs(); 2],
+            [a, b, c, d] => {
+                let square = (a * d - b * c).to_f64().abs();
+                let half = 0.5 * (a + d).to_f64().abs();
+                match half * half > square {
+                    true => {
+                        let fast = half + (half * half - square).sqrt();
+                        [square / fast, fast]
+                    }
+                    false => [square.sqrt(); 2],
+                }
+            }
+            _ => [0.0; 2],
         });
         rates.collect()
     }
@@ -459,7 +461,10 @@ impl ModalSum {
     /// Lengths for all frequencies: they have the units of the coordinates.
     fn common_lengths(&self) -> Option<Vec<f64>> {
         let n = self.shapes.nrows();
-        let largest = self.rates().into_iter().fold(0.0, f64::max);
+        let largest = self
+            .rates()
+            .iter()
+            .fold(0.0, |most, rate| rate[1].max(most));
         let rate = if largest > 0.0 { largest } else { 1.0 };
         // Above all of them no block is near to its resonance.
         let at = self.at_lengths(Frequency::from(rate * 1.618))?;

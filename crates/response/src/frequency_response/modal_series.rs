@@ -166,8 +166,9 @@ impl InDoubles<'_> {
         /// Slower ones, in parts of the fastest, are rigid but for rounding.
         const RIGID: f64 = 1e-7;
         let rates = self.sum.rates();
-        let most = rates.iter().copied().fold(0.0, f64::max);
-        let moving = rates.into_iter().filter(|rate| *rate > RIGID * most);
+        let most = rates.iter().fold(0.0, |most, rate| rate[1].max(most));
+        let moving = rates.iter().map(|rate| rate[0]);
+        let moving = moving.filter(|rate| *rate > RIGID * most);
         let least = moving.fold(f64::INFINITY, f64::min);
         (most > 0.0 && least.is_finite()).then_some([least, most])
     }
@@ -177,9 +178,9 @@ impl InDoubles<'_> {
         (self.columns.len() * (count + 1) * (self.rows.len() + 1)) as u64
     }
 
-    /// The only output about x, with a radius ρ of `least` or more, which is returned too; `None` where the modes do not prove
+    /// The only output about x, with a radius ρ of `least` or more; `None` where the modes do not prove
     /// that it is analytic there.
-    pub(super) fn series(&self, x: f64, least: f64, count: usize) -> Option<(PowerSeries, f64)> {
+    pub(super) fn series(&self, x: f64, least: f64, count: usize) -> Option<PowerSeries> {
         /// Beyond it nothing is gained.
         const MOST: f64 = 0.5;
         let mut steepest = 0.0f64;
@@ -265,12 +266,10 @@ impl InDoubles<'_> {
             };
             Ball::new(middle, error.into())
         };
-        known.then(|| {
-            let series = PowerSeries {
-                coefficients: coefficients.into_iter().map(number).collect(),
-                largest: largest.into(),
-            };
-            (series, radius)
+        known.then(|| PowerSeries {
+            coefficients: coefficients.into_iter().map(number).collect(),
+            largest: largest.into(),
+            radius,
         })
     }
 

@@ -5,7 +5,8 @@
 //! G = |A₀⁻¹A₁| + |A₀⁻¹A₂| has q = ‖G‖ < 1 in the largest ratio to some lengths, A is regular for all complex |t| ≤ 1, and |y| there at
 //! most (1 − G)⁻¹v with v = |A₀⁻¹b₀| + |A₀⁻¹b₁| + |A₀⁻¹b₂|, so at most z wherever v + Gz ≤ z, entry by entry: behind many masses y is
 //! smaller than before them by as many powers as its bound then is, and ‖v‖/(1 − q) is not. A bound of an analytic function on the
-//! unit disc bounds all of its coefficients (Cauchy).
+//! unit disc bounds all of its coefficients (Cauchy): those that follow, and those that errors of the recursion, which grow from step to
+//! step, leave less known. A smaller ρ makes the bound smaller, of functions that fall steeply by much more than their last terms grow.
 
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, WideComplex};
 use num_complex::Complex;
@@ -15,6 +16,9 @@ use super::refinement::{UPWARD, largest};
 
 /// A number with bounds.
 pub(super) type Number = Ball<DoubleDouble>;
+
+/// The farthest that is looked at about a point, in ρ.
+pub(super) const REACH: f64 = 0.4;
 
 /// By powers of x, or of t.
 pub(super) type Polynomial = [Number; 3];
@@ -34,14 +38,16 @@ pub(super) struct Center {
     changes: Vec<(usize, usize, [Number; 2])>,
     lengths: Vec<f64>,
     contraction: f64,
-    /// G, by rows.
-    growth: Vec<Magnitude>,
+    /// |A₀⁻¹A₁| and |A₀⁻¹A₂|, by rows.
+    growth: [Vec<f64>; 2],
 }
 
 /// The coefficients of an analytic function of t, and a bound of its size where |t| ≤ 1.
 pub(super) struct PowerSeries {
     pub(super) coefficients: Vec<Number>,
     pub(super) largest: Magnitude,
+    /// ρ.
+    pub(super) radius: f64,
 }
 
 impl Center {
@@ -82,7 +88,7 @@ impl Center {
             changes,
             lengths: Vec::new(),
             contraction: 0.0,
-            growth: Vec::new(),
+            growth: [Vec::new(), Vec::new()],
         };
         let known = center.contract(n, least);
         (known.map(|()| center), work)
@@ -127,15 +133,12 @@ impl Center {
             }
             (radius, contraction) = (2.0 * radius, wider);
         }
-        // What is below the doubles is not 0.
-        let grown = |(a, b): (&f64, &f64)| (radius * (a + radius * b)) * UPWARD + f64::MIN_POSITIVE;
-        let grown = first.iter().zip(&second).map(grown);
-        self.growth = grown.map(Magnitude::from).collect();
         for (_, _, [first, second]) in &mut self.changes {
             *first = times(*first, radius);
             *second = times(*second, radius * radius);
         }
         (self.radius, self.contraction, self.lengths) = (radius, contraction, lengths);
+        self.growth = [first, second];
         Some(())
     }
 
@@ -170,23 +173,30 @@ impl Center {
         })
     }
 
-    /// Bounds of the entries of y on the unit disc, from those of v.
-    fn within(&self, least: &[Magnitude]) -> Vec<Magnitude> {
-        /// Few steps are enough far from poles.
-        const STEPS: usize = 24;
+    /// Bounds of the entries of y on the unit disc for this radius, ρ or less, from those of v.
+    fn within(&self, radius: f64, least: &[Magnitude]) -> Vec<Magnitude> {
+        /// How far above what is needed, so that a last sweep finds enough everywhere.
+        const SPARE: f64 = 1.0 + 1.0 / 16.0;
         let n = least.len();
-        let next = |z: &[Magnitude], i: usize| {
-            let row = self.growth[i * n..(i + 1) * n].iter().zip(z);
-            row.fold(least[i], |sum, (factor, z)| sum + *factor * *z)
-        };
+        // On the way through many masses each of them may take a sweep.
+        let sweeps = 24 + n;
+        // What is below the doubles is not 0.
+        let grown = |(a, b): (&f64, &f64)| (radius * (a + radius * b)) * UPWARD + f64::MIN_POSITIVE;
+        let grown = self.growth[0].iter().zip(&self.growth[1]).map(grown);
+        let growth: Vec<Magnitude> = grown.map(Magnitude::from).collect();
         let mut z = least.to_vec();
-        for _ in 0..STEPS {
-            // Twice the sum so far, if that is enough.
-            let twice: Vec<Magnitude> = z.iter().map(|z| *z + *z).collect();
-            if (0..n).all(|i| next(&twice, i) <= twice[i]) {
-                return twice;
+        for _ in 0..sweeps {
+            let mut is_enough = true;
+            for i in 0..n {
+                let row = growth[i * n..(i + 1) * n].iter().zip(&z);
+                let needed = row.fold(least[i], |sum, (factor, z)| sum + *factor * *z);
+                if needed > z[i] {
+                    (z[i], is_enough) = (needed * Magnitude::from(SPARE), false);
+                }
             }
-            z = (0..n).map(|i| next(&z, i)).collect();
+            if is_enough {
+                return z;
+            }
         }
         let ratios = least.iter().zip(&self.lengths);
         let ratios = ratios.map(|(size, length)| *size / Magnitude::from(*length));
@@ -196,18 +206,20 @@ impl Center {
         self.lengths.iter().map(bound).collect()
     }
 
-    /// The centre and ρ.
-    pub(super) fn place(&self) -> (f64, f64) {
-        (self.x, self.radius)
+    /// The centre.
+    pub(super) fn place(&self) -> f64 {
+        self.x
     }
 
-    /// Σ cⱼyⱼ + d for a right-hand side b, with polynomials in x.
+    /// Σ cⱼyⱼ + d for a right-hand side b, with polynomials in x, and with the radius of which the rest is least within `half` of the
+    /// centre: a function that falls steeply is much larger on wide discs.
     pub(super) fn series(
         &self,
         right: &[(usize, Polynomial)],
         output: &[(usize, Polynomial)],
         direct: &Polynomial,
         count: usize,
+        half: f64,
     ) -> PowerSeries {
         let n = self.lengths.len();
         let stretched = |polynomial: &Polynomial| {
@@ -258,24 +270,63 @@ impl Center {
             }
             sum
         });
-        let coefficients = coefficients.collect();
-        let mut sizes = vec![Magnitude::ZERO; n];
-        for force in forces {
-            if force.iter().any(|part| !part.upper().is_zero()) {
-                for (size, part) in sizes.iter_mut().zip(self.factor.solve(force)) {
-                    *size = *size + part.upper();
-                }
+        let coefficients: Vec<Number> = coefficients.collect();
+        let solved = forces.map(
+            |force| match force.iter().any(|part| !part.upper().is_zero()) {
+                true => self
+                    .factor
+                    .solve(force)
+                    .into_iter()
+                    .map(Ball::upper)
+                    .collect(),
+                false => vec![Magnitude::ZERO; n],
+            },
+        );
+        // A polynomial's parts, with ρ over 2^shift.
+        let narrowed = |parts: [Magnitude; 3], shift: i64| {
+            let mut power = 0;
+            parts.into_iter().fold(Magnitude::ZERO, |sum, part| {
+                power += shift;
+                sum + part * Magnitude::power_of_two(shift - power)
+            })
+        };
+        let bound = |shift: i64| {
+            let sizes: Vec<Magnitude> = (0..n)
+                .map(|i| narrowed([0, 1, 2].map(|order| solved[order][i]), shift))
+                .collect();
+            let sizes = self.within(self.radius * f64::exp2(-shift as f64), &sizes);
+            let size = |parts: &Polynomial| narrowed(parts.map(Ball::upper), shift);
+            output.iter().fold(size(&direct), |total, (column, parts)| {
+                total + size(parts) * sizes[*column]
+            })
+        };
+        let (mut shift, mut largest) = (0, bound(0));
+        let most = (REACH * self.radius / half).log2().min(60.0) as i64;
+        for next in 1..=most {
+            let narrower = bound(next);
+            // The rest grows with the square of the bound, and with 1/ρ to the power of its order.
+            let gain = 2.0 * (largest.log2() - narrower.log2());
+            if gain.is_nan() || gain <= count as f64 {
+                break;
             }
+            (shift, largest) = (next, narrower);
         }
-        let sizes = self.within(&sizes);
-        let sum = |parts: &Polynomial| parts.iter().fold(Magnitude::ZERO, |s, p| s + p.upper());
-        let largest = output.iter().fold(sum(&direct), |total, (column, parts)| {
-            total + sum(parts) * sizes[*column]
-        });
+        let each = coefficients.into_iter().enumerate();
         PowerSeries {
-            coefficients,
+            coefficients: each
+                .map(|(k, coefficient)| at_most(scaled(coefficient, -shift * k as i64), largest))
+                .collect(),
             largest,
+            radius: self.radius * f64::exp2(-shift as f64),
         }
+    }
+}
+
+/// What is known of a number of this size or less: errors of recursions grow from step to step, and may be larger.
+pub(super) fn at_most(value: Number, size: Magnitude) -> Number {
+    match size < value.radius() {
+        true => Ball::new(WideComplex::ZERO, size),
+        false => value,
     }
 }
 

@@ -1,8 +1,8 @@
 //! All frequencies between 0 and ∞ at which a magnitude turns, each in an interval of its own.
 //!
 //! |H|² is covered by power series about points of the axis: of H, or of 1/H beside poles that are nearly on the axis, in Ω
-//! and, beyond all poles, in 1/Ω. Those of H come from a factor at the point, or of full matrices from modes
-//! (`modal_series`), which know poles without damping too. With a(t) = |h|² of a series h, its slope has the sign of a
+//! and, beyond all poles, in 1/Ω. Those of H come from modes (`modal_series`), which know poles without damping too, and from a
+//! factor at the point where modes in doubles have too few digits. With a(t) = |h|² of a series h, its slope has the sign of a
 //! polynomial g(t) with bounds for the coefficients and for the rest. An interval is decided where g has one sign, or where g′ has one and g is known at both
 //! ends; others are divided. Where one stays undecided, or the work is not worth it, nothing is said.
 
@@ -15,7 +15,9 @@ use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
 use super::in_doubles::InDoubles;
 use super::orders::{Orders, Terms};
-use super::power_series::{Center, Entry, Number, Polynomial, PowerSeries, real, times};
+use super::power_series::{
+    Center, Entry, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
+};
 use super::refinement::UPWARD;
 
 /// What is known of a magnitude at all frequencies.
@@ -60,18 +62,15 @@ pub(super) struct Centers {
     /// By the number of equations, which outputs out of reach have none of, the direction and both ends.
     known: HashMap<(usize, bool, u64, u64), Option<Rc<Center>>>,
     work: u64,
-    /// Those of modes, in doubles.
+    /// Those of modes, in doubles, for one output.
     products: u64,
 }
 
 /// Products of balls that may be spent on one input.
 const MOST_WORK: u64 = 20_000_000;
 
-/// Products of doubles likewise.
+/// Products of doubles that may be spent on one output.
 const MOST_PRODUCTS: u64 = 300_000_000;
-
-/// The farthest that is looked at about a point, in ρ.
-const REACH: f64 = 0.4;
 
 /// One function, in Ω or in 1/Ω.
 struct Axis<'a> {
@@ -94,7 +93,7 @@ struct Axis<'a> {
 }
 
 /// The turns of what one input does to one output; `None` where they are not proved to be all. Modes, where they are known,
-/// answer between the slowest and the fastest of them; else the axes meet at `middle`.
+/// answer between the slowest and the fastest of them, at a hundredth of the time that a factor takes; else the axes meet at `middle`.
 pub(super) fn turns(
     block: &Block,
     pushes: &[Push],
@@ -105,6 +104,7 @@ pub(super) fn turns(
 ) -> Option<Turns> {
     /// So much slower and faster than all modes one series is enough, to 0 and to ∞.
     const BEYOND: f64 = 16.0;
+    centers.products = 0;
     let axes = Axis::both(block, pushes, reading)?;
     let by_modes = |centers: &mut Centers| {
         let (modes, [least, most]) = (modes?, modes?.rates()?);
@@ -113,13 +113,7 @@ pub(super) fn turns(
         axes[0].modes = Some((modes, least / BEYOND));
         covered(&axes, middle, centers)
     };
-    // Factors of full matrices take long, those of others hardly any time.
-    let n = axes[0].n;
-    if 8 * axes[0].entries.len() > n * n {
-        by_modes(centers).or_else(|| covered(&axes, middle, centers))
-    } else {
-        covered(&axes, middle, centers).or_else(|| by_modes(centers))
-    }
+    by_modes(centers).or_else(|| covered(&axes, middle, centers))
 }
 
 /// The same of the function in Ω and in 1/Ω.
@@ -372,11 +366,11 @@ impl Axis<'_> {
     }
 
     /// h, or 1/h up to its sign.
-    fn series(&self, center: &Center, inverse: bool, count: usize) -> PowerSeries {
+    fn series(&self, center: &Center, inverse: bool, count: usize, half: f64) -> PowerSeries {
         let n = self.n;
         if inverse {
             let one = [real(1.0), Number::ZERO, Number::ZERO];
-            return center.series(&[(n, one)], &[(n, one)], &[Number::ZERO; 3], count);
+            return center.series(&[(n, one)], &[(n, one)], &[Number::ZERO; 3], count, half);
         }
         let own = self.entries.iter();
         let right: Vec<(usize, Polynomial)> = own
@@ -393,7 +387,7 @@ impl Axis<'_> {
             .clone()
             .find(|(row, column, _)| *row == n && *column == n);
         let direct = direct.map_or([Number::ZERO; 3], |entry| entry.2.map(|part| -part));
-        center.series(&right, &output, &direct, count)
+        center.series(&right, &output, &direct, count, half)
     }
 
     /// One interval, by a series of h or 1/h.
@@ -412,15 +406,16 @@ impl Axis<'_> {
         } else {
             &COUNTS[..1]
         };
-        let (x, radius) = center.place();
+        let x = center.place();
         for &count in counts {
             centers.work += (count * self.entries.len() * 2 + count * count) as u64;
-            let mut series = self.series(center, inverse, count);
+            let mut series = self.series(center, inverse, count, high - x);
+            let radius = series.radius;
             if x == 0.0 {
                 self.clear(&mut series, inverse);
             }
             let power = if inverse { -self.power } else { self.power };
-            let slope = Slope::of(&series, power, self.even, x, radius)?;
+            let slope = Slope::of(&series, power, self.even, x)?;
             // |h|² is a ratio of polynomials of degree 4n + 4 or less: it is constant if it is for so many coefficients.
             if slope.is_zero() && count < 8 * self.n + 20 {
                 continue;
@@ -467,7 +462,7 @@ impl Axis<'_> {
         });
         let center = found.filter_map(|(_, center)| center.clone()).next()?;
         let power = usize::try_from(self.power).ok()?;
-        let mut series = self.series(&center, false, power + 1);
+        let mut series = self.series(&center, false, power + 1, f64::INFINITY);
         self.clear(&mut series, false);
         let (before, own) = series.coefficients.split_at(power);
         if before
@@ -477,8 +472,7 @@ impl Axis<'_> {
             return None;
         }
         let size = own.first()?.middle().norm();
-        let (_, radius) = center.place();
-        let unit = radius.powi(self.power);
+        let unit = series.radius.powi(self.power);
         let (value, off) = (size / unit, own.first()?.radius().to_f64() / unit);
         let bound = off + value * 4.0 * f64::EPSILON;
         (value.is_finite() && bound.is_finite()).then_some((value, bound))
@@ -507,12 +501,12 @@ fn by_modes(
     centers.products += modes.products(COUNT);
     let mut undecided = Undecided::Wide;
     let mut by_series = || {
-        let (series, radius) = modes.series(x, least, COUNT)?;
-        let slope = Slope::of(&series, 0, false, x, radius)?;
-        if slope.is_blind((high - x) / radius) {
+        let series = modes.series(x, least, COUNT)?;
+        let slope = Slope::of(&series, 0, false, x)?;
+        if slope.is_blind((high - x) / series.radius) {
             undecided = Undecided::Blind;
         }
-        slope.turns_between(low, high, x, radius)
+        slope.turns_between(low, high, x, series.radius)
     };
     let turns = by_series();
     let by_pole = || {
@@ -554,15 +548,18 @@ struct Slope {
 impl Slope {
     /// With a = |h|²: (x₀/ρ + t) a′ − 2P a, as |H|², or its inverse, is a divided by 2P powers of x; `even` where a has even
     /// powers of x alone.
-    fn of(series: &PowerSeries, power: i32, even: bool, x: f64, radius: f64) -> Option<Slope> {
+    fn of(series: &PowerSeries, power: i32, even: bool, x: f64) -> Option<Slope> {
         let down = series.largest.exponent();
         let sized = |value: Number| super::elimination::scaled(value, -down);
         let h: Vec<Number> = series.coefficients.iter().copied().map(sized).collect();
         let conj = |value: Number| Ball::new(value.middle().conj(), value.radius());
         let count = h.len();
+        // The square of the bound holds for what |h|² is at complex t too.
+        let largest = series.largest * Magnitude::power_of_two(-down);
         let square = |k: usize| {
             let pairs = (0..=k).filter(|i| !h[*i].upper().is_zero() && !h[k - i].upper().is_zero());
-            pairs.fold(Number::ZERO, |sum, i| sum + h[i] * conj(h[k - i]))
+            let sum = pairs.fold(Number::ZERO, |sum, i| sum + h[i] * conj(h[k - i]));
+            at_most(sum, largest * largest)
         };
         let squares: Vec<Number> = (0..count)
             .map(|k| match even && x == 0.0 && k % 2 == 1 {
@@ -571,7 +568,7 @@ impl Slope {
             })
             .collect();
         let power = f64::from(power);
-        let far = x / radius;
+        let far = x / series.radius;
         let slope = (0..count - 1).map(|k| {
             let at = k as f64;
             let own = times(squares[k], at - 2.0 * power);
@@ -597,8 +594,6 @@ impl Slope {
             .map(double)
             .collect();
         let count = (count - 1) as f64;
-        // The square of the bound holds for what |h|² is at complex t too.
-        let largest = series.largest * Magnitude::power_of_two(-down);
         let largest = largest.to_f64() * largest.to_f64() * UPWARD;
         let next = largest * (far.abs() * (count + 1.0) + count + 2.0 * power.abs());
         let known = coefficients
@@ -819,12 +814,12 @@ mod tests {
                 assert_eq!(by_modes.rises_at_last, by_factors.rises_at_last);
                 // Without damping poles may be near.
                 for x in [0.37, 1.9, 3.1].into_iter().filter(|_| is_damped) {
-                    let (one, radius) = modes.series(x, 1e-3, 12).expect("regular");
+                    let one = modes.series(x, 1e-3, 12).expect("regular");
                     let center = axes[0].direct(x - 4e-4, x + 4e-4, &mut centers);
                     let center = center.expect("regular");
-                    let (at, own) = center.place();
-                    assert_eq!(at, x);
-                    let other = axes[0].series(&center, false, 12);
+                    assert_eq!(center.place(), x);
+                    let other = axes[0].series(&center, false, 12, 4e-4);
+                    let (radius, own) = (one.radius, other.radius);
                     let (mut unit, mut shared) = (1.0, 1.0);
                     for (a, b) in one.coefficients.iter().zip(&other.coefficients) {
                         // The other function is divided by the power of Ω that its row has.

@@ -529,6 +529,34 @@ fn peaks_are_complete_where_functions_fall_steeply() {
     }
 }
 
+/// Where doubles do not tell on which side of a turn a function rises, digits that do place it.
+#[test]
+fn turns_that_doubles_cannot_place_are_listed() {
+    let n = 16;
+    let name = |i: usize| format!("m{i}");
+    for seed in 1..=12 {
+        let mut numbers = Random(seed);
+        let mut decades = || 10f64.powf(2.0 * numbers.signed());
+        let mut builder = System::builder();
+        for i in 0..n {
+            let stiffness = 100.0 * decades();
+            let before = if i == 0 {
+                GROUND.to_owned()
+            } else {
+                name(i - 1)
+            };
+            builder = builder.mass(name(i), decades());
+            builder = builder.spring(&before, name(i), stiffness);
+            builder = builder.damper(before, name(i), 1e-3 * stiffness);
+        }
+        let system = builder.build().expect("a system");
+        let asked = FrequencyResponse::of(&system).from("m0").to(name(n - 1));
+        let found = &asked.features(&[]).expect("features")[0];
+        assert!(found.is_complete(), "{seed}");
+        assert_eq!(found.peaks().len(), found.dips().len() + 1, "{seed}");
+    }
+}
+
 /// Rayleigh damping of finite elements makes modes from lightly to overdamped ones, the fastest a thousand times as fast as the stiffness
 /// alone would have it; and the errors of a recursion about 0 and ∞ grow by ten orders from one coefficient to the next.
 #[test]

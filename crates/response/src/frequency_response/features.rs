@@ -144,9 +144,10 @@ impl Features {
         grid: &[f64],
         turns: Option<&Turns>,
     ) -> Features {
-        let steep = |frequency: f64| match glance.and_then(|glance| glance(frequency)) {
-            Some(rise) => Some(rise),
-            None => look(frequency.into(), Asked::Sign).and_then(|value| rise(&value)),
+        let sure = |frequency: f64| look(frequency.into(), Asked::Sign).as_ref().and_then(rise);
+        let steep = |frequency: f64| {
+            let known = glance.and_then(|glance| glance(frequency));
+            known.or_else(|| sure(frequency))
         };
         let known = grid.iter().filter(|frequency| **frequency > 0.0);
         let complete = turns.and_then(|turns| {
@@ -154,8 +155,10 @@ impl Features {
                 if let Some(frequency) = turn.pole {
                     return Some((true, Peak::pole(frequency)));
                 }
-                let rises = [steep(turn.ends[0])?, steep(turn.ends[1])?];
-                found(look, glance, turn.ends, rises)
+                let [low, high] = turn.ends;
+                let quick = || found(look, glance, turn.ends, [steep(low)?, steep(high)?]);
+                // Doubles may not tell the signs where a function has fallen far.
+                quick().or_else(|| found(look, None, turn.ends, [sure(low)?, sure(high)?]))
             });
             let found = found.collect::<Option<Vec<(bool, Peak)>>>()?;
             // As many as there are, if no two are the same.

@@ -557,8 +557,8 @@ fn turns_that_doubles_cannot_place_are_listed() {
     }
 }
 
-/// Rayleigh damping of finite elements makes modes from lightly to overdamped ones, the fastest a thousand times as fast as the stiffness
-/// alone would have it; and the errors of a recursion about 0 and ∞ grow by ten orders from one coefficient to the next.
+/// Rayleigh damping of finite elements makes modes from lightly to overdamped ones, the fastest many times as fast as without damping;
+/// and the errors of the recursion about 0 and ∞ grow by ten orders from one coefficient to the next.
 #[test]
 fn peaks_of_finite_elements_are_complete() {
     for elements in [10, 20, 40] {

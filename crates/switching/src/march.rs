@@ -107,8 +107,8 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) largest: Vec<f64>,
     /// Of each switch, when it bounced last, three times at most.
     pub(crate) turns: Vec<Vec<T>>,
-    /// Beside that, bounces of this speed are not seen.
-    pub(crate) invisible: f64,
+    /// Whether digits ended bounces, and not their speeds.
+    pub(crate) is_cut: bool,
     /// When the loads change next, or are no longer followed.
     pub(crate) change: Option<T>,
     /// Until when, in s, bounces go on that are left out, what they may do to ζ, and of which switch they are.
@@ -380,9 +380,6 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             Unfit::Dependent => Halt::Undecided(SwitchingError::Stuck),
             Unfit::OutOfRange => Halt::Failed(SwitchingError::OutOfRange),
         })?;
-        // What is left out is of its second order.
-        let invisible = (tolerance.min(1e-15) * 2f64.powi(-24)).sqrt();
-        let invisible = invisible.min(2f64.powi(T::UNIT_LOG2 / 8));
         Ok(March {
             question,
             driven,
@@ -406,7 +403,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             bounced: vec![false; count],
             largest: vec![0.0; count],
             turns: vec![Vec::new(); count],
-            invisible,
+            is_cut: false,
             change: None,
             hidden: (T::ZERO, 0.0, 0),
             delays: vec![None; count],
@@ -578,7 +575,8 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         let end = grid.time(grid.last());
         let tolerance = self.tolerance + f64::EPSILON / 2.0;
         let good = |event: &Event| event.bound <= tolerance * event.time.max(PART * end);
-        let good = outputs.is_good() && self.events.iter().all(good);
+        let is_whole = !self.is_cut || self.tolerance.is_infinite();
+        let good = is_whole && outputs.is_good() && self.events.iter().all(good);
         let (trajectory, forces) = outputs.trajectory(problem, asked, &picked);
         Ok(Found {
             good,
@@ -1011,7 +1009,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.budget -= self.cost;
         const MOST_EVENTS: usize = 5_000_000;
         const MOST_STEPS: f64 = 3e7;
-        const WINDOW: usize = 20_000;
+        const WINDOW: usize = 50_000;
         let steps = (until - self.now).to_f64() / self.current.step;
         if steps > MOST_STEPS || self.budget < 0.0 {
             let rate = self.current.reach / self.current.step;

@@ -270,8 +270,9 @@ impl<T: Real> March<'_, '_, T> {
     /// the largest speed left out. A bounce that starts with v, is slowed by a and brought back by b takes v/a + v/√(ab), and
     /// the next starts with r√(b/a) v; a and b differ by the frictions of the same ends.
     ///
-    /// A speed that a change of the loads leaves free lasts. So bounces that go on until then are followed as long as digits
-    /// show them, and have died out where they end at that instant as far as digits show.
+    /// Which digits suffice depends on where the motion is asked for. So how many bounces are followed depends on their speeds,
+    /// and on digits only where no more are at hand. A speed that a change of the loads leaves free lasts: bounces that go on
+    /// until then are followed farther, and have died out where they end at that instant as far as half of the digits show.
     fn closing(
         &mut self,
         switch: usize,
@@ -279,40 +280,44 @@ impl<T: Real> March<'_, '_, T> {
         speed: T,
         restitution: f64,
     ) -> Result<Option<(f64, f64, f64)>, Halt> {
+        /// Beside the largest speed: what digits need not hide, what an instant among bounces need not know, what may last.
+        const SMALL: f64 = 1e-6;
+        const UNSEEN: f64 = 1e-19;
+        const LASTING: f64 = 1e-25;
+        /// Bounces no higher than this are hidden by the error of the state.
+        const HIDDEN: f64 = 1e6;
         let speed = speed.to_f64();
         let largest = self.largest[switch].max(speed);
         self.largest[switch] = largest;
         let left = restitution * speed;
-        // Bounces no higher than this are hidden by the error of the state.
-        const HIDDEN: f64 = 1e6;
-        const SMALL: f64 = 1e-6;
         // Other loads act at once.
         let ends = self.change.is_some_and(|change| self.now >= change);
         if restitution == 0.0 || restitution >= 1.0 || left > SMALL * largest || ends {
             return Ok(None);
         }
-        let stretch = &self.places[switch].stretch;
-        let hidden = HIDDEN
-            * match self.doubt {
-                Doubt::Ignored => stretch.own_error(self.size()),
-                _ => self.vague(stretch),
-            };
         let Some((delay, off, away)) = self.dying(switch, rate, speed, restitution) else {
             return Ok(None);
         };
         let rest = self
             .change
             .map(|change| (change - self.now).to_f64() - delay);
-        let lasts = rest.is_some_and(|rest| rest <= delay);
-        let seen = lasts || left > self.invisible * largest;
-        if seen && left * left > 2.0 * away * hidden {
-            return Ok(None);
-        }
+        let (least, ends_there) = match rest {
+            Some(rest) if rest <= delay => (LASTING, rest.abs() <= off),
+            _ => (UNSEEN, true),
+        };
+        let is_over = left <= least * largest && ends_there;
+        let stretch = &self.places[switch].stretch;
+        let hidden = match self.doubt {
+            Doubt::Ignored => stretch.own_error(self.size()),
+            _ => self.vague(stretch),
+        };
+        let is_hidden = left * left <= 2.0 * away * HIDDEN * hidden;
         match self.doubt {
+            _ if !is_over && !is_hidden => return Ok(None),
             Doubt::Ignored => {}
-            Doubt::Coincidence if rest.is_none_or(|rest| rest.abs() <= off) => {}
-            _ if lasts => return Err(self.interrupted(switch)),
-            _ => {}
+            Doubt::Refused => return Err(self.undecided(switch)),
+            Doubt::Coincidence if !ends_there => return Err(self.interrupted(switch)),
+            Doubt::Coincidence => self.is_cut |= !is_over,
         }
         Ok(Some((delay, off, left)))
     }
@@ -442,13 +447,13 @@ impl<T: Real> March<'_, '_, T> {
     fn check_alone(&self, switch: usize, delay: f64) -> Result<(), Halt> {
         /// Beside what is left the bounces before it were long.
         const BEFORE: f64 = 1e3;
-        let time = self.now.to_f64();
-        let events = self.events.iter().rev();
-        let mut near = events.take_while(|event| event.time > time - BEFORE * delay);
-        match near.any(|event| event.kind == EventKind::Impact && event.switch != switch) {
+        let lasts = self.turns.iter().map(|turns| turns.last());
+        let is_near = |last: &T| (self.now - *last).to_f64() < BEFORE * delay;
+        let mut near = lasts.enumerate().filter(|(other, _)| *other != switch);
+        match near.any(|(_, last)| last.is_some_and(is_near)) {
             false => Ok(()),
             true => Err(Halt::Failed(SwitchingError::Undecided {
-                time,
+                time: self.now.to_f64(),
                 switch,
                 reason: TOGETHER,
             })),

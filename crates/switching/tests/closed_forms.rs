@@ -800,6 +800,42 @@ fn a_load_that_ends_while_bounces_die_out_leaves_their_speed() {
     }
 }
 
+/// The same mass under a lasting force hits with 2^(1−k) m/s, k = 0, 1, …, and lies there from 3 s on. It leaves with more than
+/// 1e-19 of the largest speed 63 times, whether or not the motion is asked for at 3 s.
+#[test]
+fn bounces_are_those_of_the_motion_at_any_output_step() {
+    let system = System::builder().mass("m", 1.0).build().expect("a system");
+    for precision in [
+        Precision::default(),
+        Precision::Certified { tolerance: 1e-6 },
+        Precision::Double,
+    ] {
+        for step in [4.0, 0.8, 0.5, 2f64.powi(-6)] {
+            let ask = Response::of(&system).load("m", Step::of(2.0));
+            let ask = ask.every(step).until(4.0).to(precision);
+            let motion = run(ask, vec![impact(GROUND, "m", 1.0, 0.5)]);
+            let (contact, impacts) = motion.events().split_last().expect("events");
+            assert_eq!(impacts.len(), 63, "{precision:?} {step}");
+            for (impact, k) in impacts.iter().zip(0..) {
+                assert_eq!(impact.kind, EventKind::Impact);
+                close(impact.time, 3.0 - 2f64.powi(1 - k), 1e-15);
+            }
+            assert_eq!(contact.kind, EventKind::Contact);
+            close(contact.time, 3.0, 1e-15);
+            let found = motion.trajectory();
+            let bounds = [found.displacement_bound(), found.velocity_bound()];
+            for (k, time) in found.times().iter().enumerate() {
+                let bounds = bounds.map(|bounds| bounds[k].expect("a bound"));
+                assert!(bounds.iter().all(|bound| *bound < 1e-15), "{bounds:?}");
+                if *time >= 3.0 {
+                    let [x, v] = [found.displacement(), found.velocity()].map(|all| all[(0, k)]);
+                    assert!((x - 1.0).abs() <= bounds[0] && v.abs() <= bounds[1]);
+                }
+            }
+        }
+    }
+}
+
 /// The load ends as the mass hits with 1 m/s: it leaves with the restitution, be it as small as it may.
 #[test]
 fn a_load_that_ends_at_an_impact_leaves_its_rebound() {
@@ -819,6 +855,55 @@ fn a_load_that_ends_at_an_impact_leaves_its_rebound() {
         );
         assert_eq!(motion.events().len(), 1);
     }
+}
+
+/// Two masses bounce to rest on the ground, each by itself: at 3 s, and d m nearer at 3 √(1 − d) s. Where both do so at once the
+/// motion is refused.
+#[test]
+fn bounces_side_by_side_die_out_each_in_its_time() {
+    let system = System::builder().mass("a", 1.0).mass("b", 1.0);
+    let system = system.build().expect("a system");
+    let run = |nearer: f64| {
+        let ask = Response::of(&system)
+            .from(State::at_rest().displace("b", nearer))
+            .load("a", Step::of(2.0))
+            .load("b", Step::of(2.0));
+        let problem = ask.every(0.8).until(4.0).problem().expect("a problem");
+        let impacts = ["a", "b"].map(|name| impact(GROUND, name, 1.0, 0.5));
+        Switching::new(&problem, impacts.to_vec())
+            .expect("switches")
+            .run()
+    };
+    for nearer in [1e-4, 1e-9] {
+        let motion = run(nearer).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(motion.events().len(), 2 * 64);
+        for (switch, wanted) in [3.0, 3.0 * (1.0 - nearer).sqrt()].into_iter().enumerate() {
+            let contact = motion.events().iter().rev();
+            let mut contact = contact.filter(|event| event.switch == switch);
+            let contact = contact.next().expect("events");
+            assert_eq!(contact.kind, EventKind::Contact);
+            close(contact.time, wanted, 1e-15);
+        }
+    }
+    let error = run(0.0).expect_err("they end together").to_string();
+    assert!(error.contains("die out together"), "{error}");
+}
+
+/// A ball that keeps 0.9995 of its speed lies still after 87 500 bounces.
+#[test]
+fn bounces_that_die_out_slowly_have_an_end() {
+    let (speed, r) = (1.0, 0.9995);
+    let system = System::builder().mass("m", 1.0).build().expect("a system");
+    let ask = Response::of(&system)
+        .from(State::at_rest().push("m", -speed))
+        .load("m", Step::of(1.0));
+    let ask = ask.every(5e3).until(5e3);
+    let motion = run(ask, vec![impact(GROUND, "m", 0.0, r)]);
+    let (contact, impacts) = motion.events().split_last().expect("events");
+    assert_eq!(contact.kind, EventKind::Contact);
+    close(contact.time, 2.0 * speed / (1.0 - r), 1e-12);
+    let most = (1e-19f64.ln() / r.ln()).floor();
+    assert_eq!(impacts.len() as f64, most);
 }
 
 /// As many instants as there may be are refused before any memory is taken.

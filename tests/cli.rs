@@ -359,6 +359,51 @@ fn wrong_input_ends_with_2_and_one_message() {
     refused(&["tabulate", &file], 2);
 }
 
+/// Numbers that are none for anybody, far beyond what they are of: refused at once, in words that have no infinite number.
+#[test]
+fn options_far_out_of_range_are_refused() {
+    let file = scene("three-mass-1");
+    let directory = fresh("options_far_out_of_range_are_refused");
+    fs::create_dir_all(&directory).expect("it can be made");
+    let write = |name: &str, text: &str| {
+        let path = directory.join(name);
+        fs::write(&path, text).expect("it can be written");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let record = write("record", "0\n1\n");
+    let late = r#"{"masses": [{"name": "m", "mass": 1}], "time": {"end": 1.7e308, "step": 1e308}}"#;
+    let late = write("late.json", late);
+    let cases: [(&[&str], &str); 6] = [
+        (
+            &["export", &file, "--hold", "zero", "--step", "1e308"],
+            "a shorter step",
+        ),
+        (&["cycle", &file, "--period", "1e300"], "ask for less time"),
+        (
+            &["spectrum", &record, "--step", "1e300"],
+            "leaves the range of doubles",
+        ),
+        (
+            &[
+                "spectrum", &record, "--step", "1", "--to", "1e300", "--count", "3",
+            ],
+            "leaves the range of doubles",
+        ),
+        (
+            &["spectrum", &record, "--step", "1", "--ratio", "1e300"],
+            "leaves the range of doubles",
+        ),
+        (
+            &["response", &late],
+            "time: the last instant, after 2 steps of 1e308 s, is beyond",
+        ),
+    ];
+    for (asked, right) in cases {
+        let error = refused(asked, 2);
+        assert!(error.contains(right) && !error.contains(" inf "), "{error}");
+    }
+}
+
 #[test]
 fn either_precision_and_any_tolerance_it_may_have_are_taken() {
     let file = scene("two-mass-free");
@@ -1081,6 +1126,8 @@ fn memory_is_refused_before_it_is_taken() {
     for command in ["analyze", "modes", "response", "check"] {
         let error = refused(&[command, &file, "--memory-limit", "1e-7"], 2);
         assert!(error.contains("GB of memory, more than the"), "{error}");
+        // It is for the matrices of all modes, of which no command takes fewer.
+        assert!(error.contains("allowed: allow more with"), "{error}");
         for limit in ["0", "-1", "NaN", "much"] {
             refused(&[command, &file, &format!("--memory-limit={limit}")], 2);
         }
@@ -1111,7 +1158,7 @@ fn memory_is_refused_before_it_is_taken() {
     assert!(speeds("0:1:10").status.success());
     let refusal = speeds("0:1:1000000");
     assert_eq!(refusal.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&refusal.stderr).contains("GB of memory, more than the"));
+    assert!(String::from_utf8_lossy(&refusal.stderr).contains("ask for fewer speeds, or allow"));
 }
 
 #[test]
@@ -1759,8 +1806,10 @@ fn campbell_diagrams_have_critical_speeds_and_files() {
         text.contains("there are no others of these orders") && text.contains("19.09859"),
         "{text}"
     );
-    let error = refused(&["campbell", file, "--speeds", "3,1"], 2);
-    assert!(error.contains("speeds must rise"), "{error}");
+    for (speeds, wrong) in [("3,1", "speeds must rise"), ("0:1e300:3", "at 1e300 rad/s")] {
+        let error = refused(&["campbell", file, "--speeds", speeds], 2);
+        assert!(error.contains(wrong), "{error}");
+    }
 }
 
 /// Values, bounds and times of a record with a single pulse, at as many frequencies as were asked for; files; places of faults.

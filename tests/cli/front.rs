@@ -621,7 +621,16 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
     let error = |more: &[&str]| refused(&[&["absorber", &mast], more].concat(), 2);
     assert!(error(&["--on", "mast.20.x", "--mass", "1"]).contains("did you mean \"mast.20.w\"?"));
     assert!(error(&["--on", "mast.20.w", "--mass", "-1"]).contains("greater than 0"));
-    assert!(error(&["--on", "mast.20.w", "--mass", "1", "--mode", "0"]).contains("from 1 to 40"));
+    for (mode, right) in [
+        ("0", "from 1 to"),
+        ("nan", "from 1 to"),
+        ("41", "from 1 to 40"),
+    ] {
+        assert!(error(&["--on", "mast.20.w", "--mass", "1", "--mode", mode]).contains(right));
+    }
+    for mass in ["1e300", "1e-300"] {
+        assert!(error(&["--on", "mast.20.w", "--mass", mass]).contains("nearer to the modal mass"));
+    }
     let again = [
         "absorber",
         &scene,

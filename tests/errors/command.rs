@@ -37,7 +37,7 @@ const PROGRAMS: [(&str, &str); 7] = [
 ];
 
 /// What goes wrong, and the arguments; S stands for a scene.
-const CASES: [(&str, &str); 54] = [
+const CASES: [(&str, &str); 55] = [
     ("Scene", "modes lost.json"),
     ("NoTime", "response still.json"),
     (
@@ -105,6 +105,7 @@ const CASES: [(&str, &str); 54] = [
         "spectrum record.csv --step 0.01 --from 5 --to 1",
     ),
     ("", "spectrum record.csv --step 0"),
+    ("", "campbell rotor.json --speeds 0:1e300:3"),
     ("Campbell", "campbell S --speeds 2,1"),
     ("", "campbell S --speeds 1"),
     ("", "campbell S --speeds 1:2"),
@@ -152,6 +153,8 @@ fn files(folder: &Path) {
         "\"impacts\": [{\"between\": [\"ground\", \"m\"], \"gap\": 0.5, \"restitution\": 1}]";
     let beyond = format!("{}, {moving}, {wall}, {}", spring("4"), time("1", "0.1"));
     write("beyond.json", &one("1", &beyond));
+    let rotor = "{\"masses\": [{\"name\": \"x\", \"mass\": 1}, {\"name\": \"y\", \"mass\": 1}], \"matrices\": {\"damping\": [[0, 1], [-1, 0]], \"stiffness\": [[4, 0], [0, 5]]}}";
+    write("rotor.json", rotor);
     write("record.csv", "t,ax\n0,0\n0.01,1\n");
     let growing = format!("{}, {moving}, {}", spring("-400"), time("100", "1"));
     write("growing.json", &one("1", &growing));

@@ -71,10 +71,14 @@ pub const ENUMS: [(&str, &str); 29] = [
     ("crates/response/src/problem/load.rs", "LoadError"),
 ];
 
-const LEFT_OUT: [(&str, &str); 31] = [
+const LEFT_OUT: [(&str, &str); 32] = [
     (
         "CampbellError::Modes",
         "passes on a `ModesError`, all of which are shown or named here",
+    ),
+    (
+        "CampbellError::System",
+        "no rotor is known that is singular at some speed alone",
     ),
     (
         "CampbellError::Follow",
@@ -536,6 +540,7 @@ fn response_errors(listing: &mut Listing) {
         Response::of(&one).every(0.0).until(10.0).run();
         Response::of(&one).every(1.0).until(-1.0).run();
         Response::of(&one).every(1.0).until(1e300).run();
+        Response::of(&one).every(1e308).until(1.7e308).run();
         Response::of(&one).run();
         of(&one).load("n", Step::of(1.0)).run();
         of(&one).follow(&[Output::Velocity(4)]);

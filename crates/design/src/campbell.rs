@@ -128,6 +128,14 @@ pub enum CampbellError {
         /// The value.
         value: f64,
     },
+    /// Gyroscopic forces at some speed, or what they make of the frequencies, leave the range of doubles.
+    #[error(
+        "at {speed:?} rad/s gyroscopic forces lie too far from all others for doubles: take speeds and orders nearer to the frequencies, and to the speed that the system is given at"
+    )]
+    FarSpeed {
+        /// In rad/s.
+        speed: f64,
+    },
     /// The system is none at some speed.
     #[error("at {speed:?} rad/s: {error}")]
     System {
@@ -216,6 +224,12 @@ impl<'a> Campbell<'a> {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(CampbellError::NotPositive { value });
             }
+        }
+        let far = speeds
+            .iter()
+            .find(|speed| !(*speed / self.reference).is_finite());
+        if let Some(&speed) = far {
+            return Err(CampbellError::FarSpeed { speed });
         }
         let gyroscopic = self.system.gyroscopic_terms();
         if let Some(index) = self.unsettled(&gyroscopic) {
@@ -318,9 +332,17 @@ impl<'a> Campbell<'a> {
     fn at_with(&self, ratio: f64, precision: Precision) -> Result<Rotor, CampbellError> {
         let speed = ratio * self.reference;
         let system = self.system.with_gyroscopic_part(ratio);
-        let system = system.map_err(|error| CampbellError::System { speed, error })?;
+        let system = system.map_err(|error| match error {
+            BuildError::DampingRange => CampbellError::FarSpeed { speed },
+            error => CampbellError::System { speed, error },
+        })?;
         let modes = system.modes_to(precision);
-        let modes = modes.map_err(|error| CampbellError::Modes { speed, error })?;
+        let modes = modes.map_err(|error| match error {
+            ModesError::OutOfRange { .. } if !system.gyroscopic_terms().is_empty() => {
+                CampbellError::FarSpeed { speed }
+            }
+            error => CampbellError::Modes { speed, error },
+        })?;
         Ok(Rotor {
             ratio,
             system,

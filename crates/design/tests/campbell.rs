@@ -360,4 +360,8 @@ fn what_makes_no_diagram_is_an_error() {
         let orders = Campbell::of(&rotor).orders([wrong]).over(&[0.0, 1.0]);
         assert!(matches!(orders, Err(CampbellError::NotPositive { .. })));
     }
+    for (given_at, speed) in [(1.0, 1e300), (1.0, 1e-310), (1e-300, 1e300)] {
+        let found = Campbell::of(&rotor).given_at(given_at).over(&[0.0, speed]);
+        assert_eq!(found.err(), Some(CampbellError::FarSpeed { speed }));
+    }
 }

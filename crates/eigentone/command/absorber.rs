@@ -10,7 +10,7 @@ use eigentone_digits::sort_by_number;
 use serde_json::{Value, json};
 
 use super::study::Varied;
-use super::{Failure, print, source};
+use super::{Failure, positive, print, source};
 
 /// Tunes an absorber for one mode of the scene, by the closed forms for one mass under a force
 #[derive(Debug, Args)]
@@ -22,11 +22,11 @@ pub struct Absorber {
     #[arg(long, value_name = "NAME")]
     on: String,
     /// Its mass, in kg; on a rotation its moment of inertia
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", value_parser = positive)]
     mass: f64,
     /// For which mode without damping, the lowest first
-    #[arg(long, value_name = "K", default_value_t = 1)]
-    mode: usize,
+    #[arg(long, value_name = "K", value_parser = super::count, default_value_t = 1)]
+    mode: u32,
     /// Print the scene with the absorber that this rule makes, as `absorber` with `absorber-spring` and `absorber-damper`
     #[arg(long, value_name = "RULE", value_enum, conflicts_with = "json")]
     as_scene: Option<Rule>,
@@ -97,11 +97,6 @@ impl Absorber {
         let none = std::iter::empty();
         let (scene, varied) = Varied::read(&self.scene, Precision::Double, none)?;
         let refuse = |why: String| varied.refuse(why);
-        if !(self.mass > 0.0 && self.mass.is_finite()) {
-            let mass = self.mass;
-            let why = format!("--mass {mass:?}: it must be a finite number greater than 0");
-            return Err(refuse(why));
-        }
         let system = scene.system();
         let form = system.form(&self.on).ok_or_else(|| {
             let points = system.points().iter().map(|point| &point.name);
@@ -121,6 +116,16 @@ impl Absorber {
             let stiffness = self.mass * own * own;
             (*rule, f, zeta, stiffness, 2.0 * zeta * self.mass * own)
         });
+        if !rules.clone().all(|(_, f, zeta, stiffness, damping)| {
+            [f, zeta, stiffness, damping]
+                .iter()
+                .all(|number| number.is_normal())
+        }) {
+            let (mass, on) = (self.mass, &self.on);
+            return Err(refuse(format!(
+                "--mass {mass:?}: the tuning leaves the range of doubles: take a mass nearer to the modal mass at {on}, {modal:.1e}"
+            )));
+        }
         if let Some(wanted) = self.as_scene {
             let chosen = rules.clone().find(|(rule, ..)| *rule == wanted);
             let Some((.., stiffness, damping)) = chosen else {
@@ -183,7 +188,7 @@ impl Absorber {
         let mut order: Vec<usize> = (0..m.len()).collect();
         sort_by_number(&mut order, |at| k[*at] / m[*at]);
         let mode = self.mode;
-        let Some(&at) = mode.checked_sub(1).and_then(|at| order.get(at)) else {
+        let Some(&at) = order.get(mode as usize - 1) else {
             let count = order.len();
             return Err(format!("--mode {mode}: give a number from 1 to {count}"));
         };

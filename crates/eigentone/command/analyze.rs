@@ -40,7 +40,7 @@ impl Analyze {
         let system = scene.system();
         self.question.admit_modes(&scene)?;
         let motion = memory::of_motion(&scene, memory::instants(&scene));
-        self.question.admit(motion)?;
+        self.question.admit(motion, "instants")?;
         let progress = Progress::of("structure");
         let structure = system.structure();
         progress.say("modes");

@@ -39,9 +39,13 @@ impl Campbell {
         let file = &self.question.scene;
         report_switches(file, &scene);
         self.question.report_loss_factors(&scene);
-        let kept = memory::of_speeds(scene.system(), self.speeds.values().len());
-        let memory = &self.question.memory;
-        memory.admit_modes_beside(file, &scene, kept)?;
+        self.question.admit_modes(&scene)?;
+        let system = scene.system();
+        if !system.is_large() {
+            let kept = memory::of_speeds(system, self.speeds.values().len());
+            self.question
+                .admit(memory::of_modes(system) + kept, "speeds")?;
+        }
         let progress = Progress::of("modes at all speeds");
         let rotor = Rotor::of(scene.system())
             .given_at(self.given_at)

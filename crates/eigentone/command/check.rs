@@ -45,7 +45,7 @@ impl Check {
         let (exact, integrators, stepping) = self.methods(!switches.is_empty())?;
         self.question.admit_modes(&scene)?;
         let motion = memory::of_motion(&scene, memory::instants(&scene));
-        self.question.admit(motion)?;
+        self.question.admit(motion, "instants")?;
         let progress = Progress::of("check");
         let mut report = |row: Row| progress.say(&message(&row));
         let modes = ModeComparison::measure(scene.system(), &mut report);

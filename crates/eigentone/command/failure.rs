@@ -37,13 +37,16 @@ pub enum Failure {
         gigabytes: f64,
     },
     #[error(
-        "{}: it may take {} GB of memory, more than the {} GB allowed: ask for fewer instants or modes, or allow more with --memory-limit",
-        scene.display(), gigabytes(*needed), gigabytes(*allowed)
+        "{}: it may take {} GB of memory, more than the {} GB allowed: {}allow more with --memory-limit",
+        scene.display(), gigabytes(*needed), gigabytes(*allowed),
+        fewer.map(|what| format!("ask for fewer {what}, or ")).unwrap_or_default()
     )]
     Memory {
         scene: PathBuf,
         needed: f64,
         allowed: f64,
+        /// What takes less where there is less of it, and can be asked for.
+        fewer: Option<&'static str>,
     },
     #[error("{}: {error}", scene.display())]
     Sparse { scene: PathBuf, error: SparseError },
@@ -269,10 +272,6 @@ impl Failure {
             | Failure::StateSpace {
                 error: StateSpaceError::Overflow { .. } | StateSpaceError::Lost,
                 ..
-            }
-            | Failure::Spectrum {
-                error: SpectrumError::OutOfRange { .. } | SpectrumError::Undecided { .. },
-                ..
             } => 1,
             Failure::Table {
                 error: TableError::Response(_),
@@ -288,6 +287,7 @@ impl Failure {
                 _ => 1,
             },
             Failure::Cycle { error, .. } => match error {
+                CycleError::Halted(SwitchingError::TooLong { .. }) => 2,
                 CycleError::Lost | CycleError::Halted(_) | CycleError::NoMultipliers { .. } => 1,
                 _ => 2,
             },

@@ -20,8 +20,13 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Refuses what would take more than is allowed, before any is taken.
-    pub fn admit(&self, scene: &Path, bytes: f64) -> Result<(), Failure> {
+    /// Refuses what would take more than is allowed, before any is taken, and says of what there may be fewer.
+    pub fn admit(
+        &self,
+        scene: &Path,
+        bytes: f64,
+        fewer: Option<&'static str>,
+    ) -> Result<(), Failure> {
         let (needed, allowed) = (bytes / 1e9, self.allowed);
         if needed <= allowed {
             return Ok(());
@@ -30,19 +35,15 @@ impl Limit {
             scene: scene.to_owned(),
             needed,
             allowed,
+            fewer,
         })
     }
 
     /// The same for all modes; systems that are too large for dense matrices are recognised later.
     pub fn admit_modes(&self, file: &Path, scene: &Scene) -> Result<(), Failure> {
-        self.admit_modes_beside(file, scene, 0.0)
-    }
-
-    /// The same beside what is kept all the while, in bytes.
-    pub fn admit_modes_beside(&self, file: &Path, scene: &Scene, kept: f64) -> Result<(), Failure> {
         match scene.system().is_large() {
             true => Ok(()),
-            false => self.admit(file, of_modes(scene.system()) + kept),
+            false => self.admit(file, of_modes(scene.system()), None),
         }
     }
 }

@@ -245,9 +245,9 @@ impl Question {
         self.accuracy.precision().unwrap_or_default()
     }
 
-    /// Refuses what would take more memory than is allowed, before any is taken.
-    fn admit(&self, bytes: f64) -> Result<(), Failure> {
-        self.memory.admit(&self.scene, bytes)
+    /// Refuses what would take more memory than is allowed, before any is taken, and says of what there may be fewer.
+    fn admit(&self, bytes: f64, fewer: &'static str) -> Result<(), Failure> {
+        self.memory.admit(&self.scene, bytes, Some(fewer))
     }
 
     /// The same for all modes.

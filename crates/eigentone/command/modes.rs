@@ -98,7 +98,7 @@ impl Modes {
         examine_pairs(system, target, count, Vec::new(), 0.0).map_err(Failure::sparse(scene))?;
         let shapes = 3.0 * (count as f64 + 6.0) * system.len() as f64;
         self.question
-            .admit(shapes * size_of::<Complex<f64>>() as f64)?;
+            .admit(shapes * size_of::<Complex<f64>>() as f64, "modes")?;
         let pairs = self.slepc.pairs(system, target, count).map_err(failed)?;
         let progress = Progress::of("examining what SLEPc found");
         let examined = examine_pairs(system, target, count, pairs, self.operations());

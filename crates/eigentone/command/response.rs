@@ -40,7 +40,8 @@ impl Response {
             Some(steps) => steps.len() as u64,
             None => memory::instants(&scene),
         };
-        self.question.admit(memory::of_motion(&scene, instants))?;
+        self.question
+            .admit(memory::of_motion(&scene, instants), "instants")?;
         let no_time = || Failure::NoTime {
             scene: file.clone(),
         };

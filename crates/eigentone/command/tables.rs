@@ -48,7 +48,7 @@ impl Tables {
                     None => memory::instants(&scene).min(SPREAD),
                 };
                 let needed = memory::of_tables(&scene, instants);
-                self.memory.admit(file, needed)?;
+                self.memory.admit(file, needed, Some("instants"))?;
                 let _progress = Progress::of("tables");
                 let tables = tables_of(file, &name, &scene, self.steps.as_deref())?;
                 let mut files = Files::into(&self.out)?.beside(file);
@@ -70,7 +70,8 @@ fn gallery(directory: &Path, limit: memory::Limit) -> Result<(), Failure> {
         progress.say(&format!("{} of {}: {name}", k + 1, cases().len()));
         let steps: Vec<u64> = instants(case);
         let (file, scene) = (Path::new(name), case.scene());
-        limit.admit(file, memory::of_tables(&scene, steps.len() as u64))?;
+        let needed = memory::of_tables(&scene, steps.len() as u64);
+        limit.admit(file, needed, None)?;
         let tables = tables_of(file, name, &scene, Some(&steps))?;
         write(&mut files, name, &tables)?;
         complete(file, &tables)?;

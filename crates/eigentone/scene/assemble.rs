@@ -982,7 +982,7 @@ fn response_path(
     match error {
         ResponseError::Step { .. } => steps!["time", "step"],
         ResponseError::End { .. } => steps!["time", "end"],
-        ResponseError::TooManySteps { .. } => steps!["time"],
+        ResponseError::TooManySteps { .. } | ResponseError::LastInstant { .. } => steps!["time"],
         ResponseError::InitialOnMassless { name }
         | ResponseError::InitialNotFinite { name, .. } => steps!["initial", name.as_str()],
         ResponseError::VelocityOnMassless { name } => {

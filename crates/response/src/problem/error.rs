@@ -29,6 +29,16 @@ pub enum ResponseError {
         /// The end given, in s.
         end: f64,
     },
+    /// The last instant, to which the end is rounded up, is beyond the largest double.
+    #[error(
+        "the last instant, after {steps} steps of {step:?} s, is beyond the largest double: take a smaller step"
+    )]
+    LastInstant {
+        /// The step given, in s.
+        step: f64,
+        /// How many steps make the end, rounded.
+        steps: u64,
+    },
     /// Neither a step nor an end was given.
     #[error("no instants are given: say every which step, and until when")]
     NoGrid,

@@ -18,7 +18,8 @@ impl TimeGrid {
     ///
     /// # Errors
     /// [`ResponseError::Step`] unless step is finite and > 0, [`ResponseError::End`] unless end is
-    /// finite and ≥ 0, [`ResponseError::TooManySteps`] above [`MAX_STEPS`].
+    /// finite and ≥ 0, [`ResponseError::TooManySteps`] above [`MAX_STEPS`], [`ResponseError::LastInstant`] where
+    /// rounding up goes beyond the doubles.
     ///
     /// ```
     /// use eigentone_response::TimeGrid;
@@ -49,7 +50,8 @@ impl TimeGrid {
             return Err(ResponseError::TooManySteps { step, end });
         }
         if !(last as f64 * step).is_finite() {
-            return Err(ResponseError::End { end: f64::INFINITY });
+            let steps = last;
+            return Err(ResponseError::LastInstant { step, steps });
         }
         Ok(TimeGrid { step, last })
     }

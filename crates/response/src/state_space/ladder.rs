@@ -32,7 +32,7 @@ fn afford(states: usize, operations: f64) -> Result<(), StateSpaceError> {
     match operations > limit {
         true => Err(StateSpaceError::TooMuchWork {
             states,
-            operations,
+            operations: operations.min(f64::MAX),
             limit,
         }),
         false => Ok(()),

@@ -339,6 +339,22 @@ fn what_nothing_depends_on_is_not_determined() {
     }
 }
 
+#[test]
+fn measurements_far_from_the_model_leave_finite_residuals() {
+    let folder = fresh("fit-far");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = scene(&folder.join("scene.json"), [1.0, 0.04, 0.01]);
+    let table = folder.join("table.csv");
+    let rows = "time [s],displacement m [m]\n0,0\n1,1e-300\n2,1e-300\n3,1e-300\n";
+    fs::write(&table, rows).expect("it can be written");
+    let table = table.to_str().expect("UTF-8");
+    let text = printed(&["fit", &scene, "--vary", "k.stiffness", "--to", table]);
+    assert!(
+        text.contains("residuals: ") && !text.contains("inf"),
+        "{text}"
+    );
+}
+
 /// What doubles do not show: a mass that no spring holds, m x″ + c x′ = 0 in closed form, and ratios below the rounding of other roots.
 #[test]
 fn what_doubles_do_not_show_is_fitted_with_proof() {

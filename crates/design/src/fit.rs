@@ -142,12 +142,11 @@ pub fn fit_with(
     }
     let is_settled = !is_alone && slopes.is_least(&point, &left);
     let rank = slopes.rank();
-    let sum: f64 = left.iter().map(|rest| rest * rest).sum();
     let freedom = left.len() - rank.min(left.len());
     let deviation = match (known, freedom) {
         (true, _) => Some(1.0),
         (false, 0) => None,
-        (false, freedom) => Some((sum / freedom as f64).sqrt()),
+        (false, freedom) => Some(length(&left) / (freedom as f64).sqrt()),
     };
     let width = match known {
         true => NORMAL,

@@ -215,3 +215,19 @@ fn what_rounding_leaves_is_no_dependence() {
     assert!(found.interval[0].is_some() && found.interval[1].is_none());
     assert!((found.point[0] - 2.45).abs() < 1e-14 && found.point[1] == 3.0);
 }
+
+/// Squares of residuals beyond the doubles.
+#[test]
+fn residuals_of_any_size_have_a_deviation() {
+    let fitted = |unit: f64| {
+        let found = fit(&[1.0], false, |p| {
+            Some(vec![unit * (p[0] - 2.5), unit * (p[0] - 2.4)])
+        });
+        found.expect("a fit")
+    };
+    let (one, large) = (fitted(1.0), fitted(1e300));
+    let deviations = (one.deviation.unwrap(), large.deviation.unwrap());
+    assert!((deviations.1 / 1e300 / deviations.0 - 1.0).abs() < 1e-12);
+    let widths = (one.interval[0].unwrap(), large.interval[0].unwrap());
+    assert!((widths.1 / widths.0 - 1.0).abs() < 1e-9, "{widths:?}");
+}

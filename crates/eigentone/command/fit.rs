@@ -110,9 +110,7 @@ impl Fit {
             );
             let other = begun.and_then(|begun| from(&begun.point));
             let left = |found: &Result<design::Fit, FitError>| {
-                let squares =
-                    |found: &design::Fit| found.residuals.iter().map(|left| left * left).sum();
-                found.as_ref().map_or(f64::INFINITY, squares)
+                found.as_ref().map_or(f64::INFINITY, length)
             };
             if left(&other) < left(&found) {
                 found = other;
@@ -160,6 +158,11 @@ impl Fit {
             _ => out.write_all(answer.text().as_bytes()),
         })
     }
+}
+
+/// Of the residuals together, whose squares may leave the doubles.
+fn length(found: &design::Fit) -> f64 {
+    found.residuals.iter().copied().fold(0.0, f64::hypot)
 }
 
 struct Answer<'a> {
@@ -231,8 +234,7 @@ impl Answer<'_> {
             };
             let _ = writeln!(text, "±: 95 % confidence intervals, {rest}");
         }
-        let squares = found.residuals.iter().map(|left| left * left);
-        let mean = (squares.sum::<f64>() / found.residuals.len() as f64).sqrt();
+        let mean = length(found) / (found.residuals.len() as f64).sqrt();
         let _ = match self.known {
             true => writeln!(
                 text,

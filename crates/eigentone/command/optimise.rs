@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{
-    Kind, METRICS, Metric, Varied, mean_square, object, peaks_in_doubles, peaks_of_gain, rates,
+    Kind, METRICS, Metric, Varied, mean_square, object, peaks_by_values, peaks_in_doubles, rates,
     ratios, sensitivities, transfer,
 };
 use super::{Failure, print, report_switches, source};
@@ -404,7 +404,10 @@ impl Varied {
         };
         match &aim.metric.kind {
             Kind::Gain(from, to, band) if aim.sign > 0.0 => {
-                let peaks = peaks_of_gain(scene, modes, from, to, *band)?;
+                let peaks = match peaks_in_doubles(scene, from, to, *band)? {
+                    None => peaks_by_values(scene, modes, from, to, *band)?,
+                    known => known,
+                };
                 let limit = match (band, &peaks) {
                     (None, Some(all)) => all.iter().map(|(at, _)| *at).reduce(f64::max),
                     _ => None,

@@ -567,22 +567,9 @@ fn largest_gain(
 }
 
 /// Frequency in rad/s and magnitude of each peak within a band, or at all frequencies, its ends and the highest frequency looked at
-/// included; `None` where one is infinite, or something grows.
-pub fn peaks_of_gain(
-    scene: &Scene,
-    modes: &Modes,
-    from: &String,
-    to: &String,
-    band: Option<(f64, f64)>,
-) -> Result<Option<Vec<(f64, f64)>>, String> {
-    match peaks_in_doubles(scene, from, to, band)? {
-        None => peaks_by_values(scene, modes, from, to, band),
-        known => Ok(known),
-    }
-}
-
-/// The same by values that keep their digits where matrices in doubles do not, most of them all.
-fn peaks_by_values(
+/// included; `None` where one is infinite, or something grows. By values that keep their digits where matrices in doubles do
+/// not, most of them all.
+pub fn peaks_by_values(
     scene: &Scene,
     modes: &Modes,
     from: &String,

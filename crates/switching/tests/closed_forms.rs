@@ -9,6 +9,16 @@ use eigentone_switching::{
     Switching, SwitchingError,
 };
 
+/// In which three frictions may be listed.
+const ORDERS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [0, 2, 1],
+    [1, 0, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [2, 1, 0],
+];
+
 fn friction(a: &str, b: &str, force: f64, static_force: f64) -> Switch {
     Switch::Friction(Friction {
         between: [a.into(), b.into()],
@@ -45,15 +55,7 @@ fn what_nothing_holds_together_slides() {
     let system = System::builder().support("s").mass("m", 2.8);
     let system = system.build().expect("a system");
     let given = [("s", 0.6, 0.623), (GROUND, 1.4, 2.451), ("s", 0.4, 0.68)];
-    let orders = [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ];
-    for (order, turned) in orders
+    for (order, turned) in ORDERS
         .iter()
         .flat_map(|order| (0..8).map(move |turned| (order, turned)))
     {
@@ -352,14 +354,6 @@ fn three_frictions_hold_what_some_share_of_them_holds() {
         friction(GROUND, "b", 4.42, limits[1]),
         friction("a", "b", 5.1, limits[2]),
     ];
-    let orders = [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ];
     let mut held = 0;
     for (i, j) in (0..18).flat_map(|i| (0..18).map(move |j| (i, j))) {
         let loads = [i, j].map(|k| 1.7 * f64::from(k) - 14.9);
@@ -373,7 +367,7 @@ fn three_frictions_hold_what_some_share_of_them_holds() {
             continue;
         }
         held += 1;
-        for order in orders {
+        for order in ORDERS {
             let ask = Response::of(&system).load("a", Step::of(loads[0]));
             let ask = ask.load("b", Step::of(loads[1])).every(0.5).until(1.0);
             let motion = run(ask, order.map(|k| each[k].clone()).to_vec());

@@ -11,10 +11,10 @@ use eigentone::modes::{
     SparseModes, SpringFactor, System, examine_pairs, modal_assurance, phase_collinearity,
 };
 use eigentone::response::{
-    ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse, HalfSine,
-    Harmonic, Hold, Impulse, Load, ModalTruncation, Noise, Output, Pade13, Polynomial, Problem,
-    Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace, SteadyState,
-    Step, Sum, Sweep, Versine, expm, receptance,
+    Baseline, ByCertifiedExponential, BySuperposition, Combination, Exponential, FrequencyResponse,
+    HalfSine, Harmonic, Hold, Impulse, Load, ModalTruncation, Noise, Output, Pade13, Polynomial,
+    Problem, Quantity, RandomVibration, Response, ResponseSpectrum, Samples, State, StateSpace,
+    SteadyState, Step, Sum, Sweep, Versine, expm, receptance,
 };
 use eigentone::switching::{Friction, Impact, Period, Switch, Switching};
 use eigentone::tables::{ModeTable, ResponseTable};
@@ -469,6 +469,7 @@ fn mode_errors(listing: &mut Listing) {
         Participation::of(&unsymmetric);
         Participation::along(&one, &[1.0, 1.0]);
         Participation::along(&one, &[f64::NAN]);
+        Participation::along(&one, &[1e300]);
         Participation::of(&far_apart);
         Participation::of(&apart);
     }
@@ -662,6 +663,7 @@ fn response_errors(listing: &mut Listing) {
         spectrum(&[0.0, 1.0], 0.05, 0.0);
         spectrum(&[0.0, 1.0], 0.05, 1e-200);
         ResponseSpectrum::of(slow, 0.0, &[1.0], Precision::Double);
+        Baseline::of(&record(&[1.5e308, 1.5e308]));
     }
     list! { listing:
         kerb(&quarter, "wall", Step::of(1.0).into()).run();

@@ -178,11 +178,16 @@ impl Participation {
         } else {
             (missing / own.to_f64()).abs()
         };
+        let total = total.to_f64();
+        let all = factors.iter().chain(&effective);
+        if !all.chain([&total, &defect]).all(|value| value.is_finite()) {
+            return Err(ParticipationError::OutOfRange);
+        }
         Ok(Participation {
             modes,
             factors,
             effective,
-            total: total.to_f64(),
+            total,
             defect,
         })
     }
@@ -341,6 +346,11 @@ pub enum ParticipationError {
         /// Its value.
         value: f64,
     },
+    /// Factors or masses, or what they are sums of, leave the range of doubles.
+    #[error(
+        "participation factors or effective masses leave the range of doubles: give an influence vector nearer to 1, and masses that are neither so large nor so small"
+    )]
+    OutOfRange,
     /// The modes could not be computed.
     #[error(transparent)]
     Modes(#[from] ModesError),
@@ -625,5 +635,8 @@ mod tests {
         let (index, value) = (1, f64::INFINITY);
         let infinite = ParticipationError::InfluenceNotFinite { index, value };
         assert_eq!(refusal(&[1.0, f64::INFINITY]), Some(infinite));
+        let two = chain(2, true).build().unwrap();
+        let far = Participation::along(&two, &[1e300, 1.0]);
+        assert_eq!(far.err(), Some(ParticipationError::OutOfRange));
     }
 }

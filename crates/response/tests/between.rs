@@ -3,12 +3,38 @@
 use eigentone_modes::{Bounds, ElementKind, GROUND, Precision, System};
 use eigentone_response::{
     ByCertifiedExponential, BySuperposition, Extrema, HalfSine, Impulse, Problem, Quantity,
-    Response, ResponseMethod, ResponsePlan, State, Step, Trajectory,
+    Response, ResponseMethod, ResponsePlan, State, Step, Summary, Trajectory,
 };
 
 fn answered(problem: &Problem<'_>) -> Trajectory {
     let plan = ResponsePlan::of(problem).expect("a plan");
     plan.run(problem).expect("a motion")
+}
+
+#[test]
+fn what_is_of_another_system_has_no_extrema() {
+    let systems = [2, 4].map(|n: usize| {
+        let masses = (0..n).fold(System::builder(), |all, i| all.mass(format!("m{i}"), 1.0));
+        let tied = (1..n).fold(masses.spring(GROUND, "m0", 2.0), |all, i| {
+            all.spring(format!("m{}", i - 1), format!("m{i}"), 3.0)
+        });
+        tied.build().expect("a system")
+    });
+    let modes = systems
+        .each_ref()
+        .map(|system| system.modes().expect("modes"));
+    let asked = systems.each_ref().map(|system| {
+        let asked = Response::of(system).load("m0", Step::of(1.0));
+        asked.every(0.1).until(2.0).problem().expect("a problem")
+    });
+    let motions = asked.each_ref().map(answered);
+    for (own, other) in [(0, 1), (1, 0)] {
+        let problem = &asked[own];
+        assert!(Summary::of(problem, &motions[own], &modes[own]).is_some());
+        assert!(Extrema::of(problem, &motions[other]).is_none());
+        assert!(Summary::of(problem, &motions[other], &modes[own]).is_none());
+        assert!(Summary::of(problem, &motions[own], &modes[other]).is_none());
+    }
 }
 
 /// A step F on m, k at 1/3 s: x″ = F/m·cos ωt and kx = F(1 − cos ωt) from there, ω = 2. The acceleration jumps between

@@ -16,7 +16,7 @@ impl System {
     ///
     /// To first order K + ΔK has a root at 0 where y*(K + ΔK)x = 0 for the shapes x and y of a root near 0 (Stewart and Sun 1990,
     /// *Matrix Perturbation Theory*, chapter VI). Entries off by two units in their last place each, as sums of some terms are, make
-    /// that possible where |y*Kx| ≤ 4u·|y|ᵀ|K||x|.
+    /// that possible where |y*Kx| ≤ 4u·|y|ᵀ|K||x|. None of modes with another number of coordinates.
     ///
     /// ```
     /// use eigentone_modes::System;
@@ -38,7 +38,8 @@ impl System {
         const UNITS: f64 = 2.0 * f64::EPSILON;
         let model = self.model();
         let whole = model.added_whole(MatrixKind::Stiffness);
-        if model.is_large() || whole.squares().is_some() {
+        let is_foreign = modes.iter().any(|mode| mode.shape().len() != self.len());
+        if is_foreign || model.is_large() || whole.squares().is_some() {
             return Vec::new();
         }
         let Some(stiffness) = self.added(MatrixKind::Stiffness) else {
@@ -105,5 +106,11 @@ mod tests {
         );
         assert_eq!(moved[0], still);
         assert_eq!(rigid(&beam(1.0 / 3.0, 2)), (0, Vec::new()));
+        let others = beam(1.0 / 3.0, 2).modes().expect("modes");
+        assert!(
+            beam(1.0 / 3.0, 0)
+                .rigid_but_for_rounding(&others)
+                .is_empty()
+        );
     }
 }

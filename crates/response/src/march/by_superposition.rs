@@ -49,6 +49,7 @@ impl ResponseMethod for BySuperposition {
 }
 
 /// The modes of a system, found once for any number of its motions.
+#[derive(Clone)]
 pub(crate) struct Superposition {
     basis: Arc<Basis>,
 }

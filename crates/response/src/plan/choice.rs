@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::ptr;
+use std::sync::Arc;
 
 use eigentone_modes::{Precision, System, dense_gigabytes};
 
@@ -11,6 +12,7 @@ use crate::march::{ByExponential, BySuperposition, Exponential, Superposition};
 use crate::problem::{Problem, ResponseError};
 
 /// The choice of a response method, as a value that can be printed and run.
+#[derive(Clone)]
 pub struct ResponsePlan {
     /// The method that runs.
     pub method: &'static dyn ResponseMethod,
@@ -24,12 +26,13 @@ pub struct ResponsePlan {
 }
 
 /// What was found of the system to choose.
+#[derive(Clone)]
 enum Found {
     Nothing,
     /// The modes by which superposition applies.
     Modes(Superposition),
     /// The form of which the exponential is taken.
-    Form(Box<Exponential>),
+    Form(Arc<Exponential>),
 }
 
 /// Every exact method, in the order in which the plan prefers them where they apply well: the
@@ -136,7 +139,7 @@ impl ResponsePlan {
                     method: &ByExponential,
                     reason: reason.to_owned(),
                     left_out,
-                    found: form.map_or(Found::Nothing, |form| Found::Form(Box::new(form))),
+                    found: form.map_or(Found::Nothing, |form| Found::Form(Arc::new(form))),
                     system,
                 })
             }
@@ -157,6 +160,16 @@ impl ResponsePlan {
             Found::Form(found) if is_for(ByExponential.name()) => found.run(problem),
             _ => self.method.run(problem),
         }
+    }
+}
+
+impl fmt::Debug for ResponsePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ResponsePlan")
+            .field("method", &self.method.name())
+            .field("reason", &self.reason)
+            .field("left_out", &self.left_out)
+            .finish_non_exhaustive()
     }
 }
 

@@ -200,7 +200,8 @@ impl Fastest {
 impl Extrema {
     /// The extrema of a motion, of which `trajectory` has the instants. `None` where it asks for
     /// too many points in between, such as a motion of very many oscillations from one instant to the
-    /// next, or for more digits than 32 to set out, and for a [large](eigentone_modes::System::is_large) system.
+    /// next, or for more digits than 32 to set out, for a [large](eigentone_modes::System::is_large) system, and where the
+    /// trajectory has another number of coordinates.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory) -> Option<Extrema> {
         Extrema::with(&mut Follower::of(problem), Digits::Once, trajectory)
     }
@@ -212,7 +213,8 @@ impl Extrema {
         trajectory: &Trajectory,
     ) -> Option<Extrema> {
         let problem = follower.problem();
-        if problem.system().is_large() {
+        let is_foreign = trajectory.displacement().nrows() != problem.system().len();
+        if problem.system().is_large() || is_foreign {
             return None;
         }
         let (n, mut all) = (problem.system().len(), known(problem, trajectory));

@@ -122,15 +122,16 @@ impl Summary {
     /// grid, its bounds are proven and the motion can be followed; else those of the instants:
     /// [`is_between`](Self::is_between) says which. The last instant decides what keeps moving, of which
     /// what is too small to be seen in six digits is left out. `None` if there are no instants, or
-    /// none by its index, and for a [large](eigentone_modes::System::is_large) system, of which not all modes
-    /// can be computed.
+    /// none by its index, for a [large](eigentone_modes::System::is_large) system, of which not all modes
+    /// can be computed, and where the trajectory or the modes have another number of coordinates.
     pub fn of(problem: &Problem<'_>, trajectory: &Trajectory, modes: &Modes) -> Option<Summary> {
         let system = problem.system();
-        if system.is_large() {
-            return None;
-        }
         let n = system.len();
         let (x, v) = (trajectory.displacement(), trajectory.velocity());
+        let is_foreign = x.nrows() != n || modes.iter().any(|mode| mode.shape().len() != n);
+        if system.is_large() || is_foreign {
+            return None;
+        }
         let latest = (0..trajectory.steps().len()).max_by_key(|&k| trajectory.steps()[k])?;
         let last = Last {
             time: trajectory.times()[latest],

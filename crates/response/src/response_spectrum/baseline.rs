@@ -38,7 +38,8 @@ impl Baseline {
     /// Of a record.
     ///
     /// # Errors
-    /// [`SpectrumError::Base`] for a record without samples, with one that is not finite, or without a step.
+    /// [`SpectrumError::Base`] for a record without samples, with one that is not finite, or without a step, and
+    /// [`SpectrumError::BaseRange`] where a sum of samples leaves the range of doubles.
     pub fn of(record: &Samples) -> Result<Baseline, SpectrumError> {
         BaseAcceleration::Record(record.clone()).check()?;
         let values = &record.values;
@@ -72,13 +73,23 @@ impl Baseline {
             0 => DoubleDouble::from(values[0]),
             _ => velocity / count,
         };
-        Ok(Baseline {
+        let found = Baseline {
             duration: (step * count).to_f64(),
             peak: values[largest].abs(),
             peak_time: largest as f64 * record.step,
             mean: mean.to_f64(),
             velocity: (velocity * step).to_f64(),
             displacement: (displacement * step * step).to_f64(),
-        })
+        };
+        let motion = [
+            found.duration,
+            found.mean,
+            found.velocity,
+            found.displacement,
+        ];
+        match motion.iter().all(|value| value.is_finite()) {
+            true => Ok(found),
+            false => Err(SpectrumError::BaseRange),
+        }
     }
 }

@@ -11,6 +11,11 @@ pub enum SpectrumError {
     /// The acceleration of the base is wrong by itself.
     #[error("the acceleration of the base: {0}")]
     Base(#[from] LoadError),
+    /// Sums of a record leave the range of doubles.
+    #[error(
+        "the motion of the base at the end of the record leaves the range of doubles: give accelerations and durations in units that bring them closer together"
+    )]
+    BaseRange,
     /// A frequency that none can have.
     #[error("frequency {index} is {frequency:?} Hz: it must be a finite number greater than 0")]
     Frequency {

@@ -216,6 +216,17 @@ fn a_base_at_rest_moves_nothing() {
 }
 
 #[test]
+fn a_baseline_beyond_the_doubles_is_refused() {
+    let of = |size: f64| {
+        let (step, values, hold) = (STEP, vec![size, size, size], Hold::First);
+        Baseline::of(&Samples { step, values, hold })
+    };
+    let large = of(1e300).expect("a baseline");
+    assert!((large.velocity / (2e300 * STEP) - 1.0).abs() < 1e-15);
+    assert_eq!(of(1.5e308), Err(SpectrumError::BaseRange));
+}
+
+#[test]
 fn a_baseline_is_summed() {
     let baseline = Baseline::of(&record(Hold::Zero)).expect("a record");
     let sum: f64 = RECORD.iter().sum();

@@ -37,12 +37,21 @@ struct Stage {
 impl Weighting {
     /// Its value at a frequency in rad/s.
     pub fn at(self, frequency: f64) -> Complex<f64> {
-        let s = Complex::new(0.0, frequency);
+        // In powers of 1/s where those of s may leave the doubles.
+        let is_far = frequency.abs() > 1e50;
+        let s = match is_far {
+            true => Complex::new(0.0, -1.0 / frequency),
+            false => Complex::new(0.0, frequency),
+        };
+        let value = |mut by: [f64; 3]| {
+            if is_far {
+                by.reverse();
+            }
+            Complex::from(by[0]) + s * by[1] + s * s * by[2]
+        };
         let stages = self.stages().into_iter();
-        let factors = stages.map(|Stage { above, below }| {
-            let above = Complex::from(above[0]) + s * above[1] + s * s * above[2];
-            above / (Complex::from(1.0) + s * below[0] + s * s * below[1])
-        });
+        let factors =
+            stages.map(|Stage { above, below }| value(above) / value([1.0, below[0], below[1]]));
         factors.product()
     }
 
@@ -101,5 +110,22 @@ impl Weighting {
                 form.followed([-1.0 / square, -first / square], 1.0 / square, read, bend)
             },
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_frequencies_are_filtered_out() {
+        for weighting in [Weighting::Vertical, Weighting::Horizontal] {
+            // It falls with the square of the frequency by the low pass, and once more by the transition.
+            let [near, far] = [1e49, 1e51].map(|frequency| weighting.at(frequency));
+            assert!((far.norm() / near.norm() * 1e6 - 1.0).abs() < 1e-12);
+            for frequency in [1e160, 1e300, f64::MAX, f64::INFINITY, -1e300] {
+                assert_eq!(weighting.at(frequency).norm(), 0.0, "{frequency}");
+            }
+        }
     }
 }

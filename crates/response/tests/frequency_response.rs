@@ -559,6 +559,51 @@ fn turns_that_doubles_cannot_place_are_listed() {
 
 /// Rayleigh damping of finite elements makes modes from lightly to overdamped ones, the fastest many times as fast as without damping;
 /// and the errors of the recursion about 0 and ∞ grow by ten orders from one coefficient to the next.
+/// Of matrices of a free beam, with the two rigid motions that rounding of the stiffness moves.
+#[test]
+fn elastic_modes_of_a_free_beam_are_its_peaks() {
+    let free = System::builder().beam(Beam {
+        name: "rod".to_owned(),
+        length: 2.0,
+        elements: 16,
+        flexural_rigidity: 100.0,
+        mass_per_length: 1.2,
+        ends: [BeamEnd::Free; 2],
+        lumped: false,
+    });
+    let free = free.build().expect("a system");
+    let none = Mat::<f64>::zeros(free.len(), free.len());
+    let [mass, stiffness] = [free.mass_matrix(), free.stiffness_matrix()];
+    let system = System::from_matrices(mass.as_ref(), none.as_ref(), stiffness.as_ref());
+    let system = system.expect("a system");
+    let modes = system.modes().expect("modes");
+    let grid = peak_grid(&system, &modes, &[]);
+    let names = system.names();
+    let asked = FrequencyResponse::of(&system)
+        .from(&names[0])
+        .to(&names[system.len() - 2]);
+    let found = &asked.features(&grid).expect("features")[0];
+    let elastic = modes
+        .eigenvalues()
+        .iter()
+        .filter(|root| root.value.im > 1.0);
+    let mut count = 0;
+    for root in elastic {
+        let (place, bound) = (root.value.im, root.bound.expect("proven"));
+        let near = |peak: &&eigentone_response::Peak| {
+            let (at, off) = peak.frequency();
+            (at - place).abs() <= off + bound
+        };
+        let own: Vec<_> = found.peaks().iter().filter(near).collect();
+        assert_eq!(own.len(), 1, "{place}");
+        let (at, off) = own[0].frequency();
+        assert!(off <= f64::EPSILON * at, "{at} {off}");
+        assert_eq!(own[0].gain(), None, "{place}");
+        count += 1;
+    }
+    assert_eq!(count, 32);
+}
+
 #[test]
 fn peaks_of_finite_elements_are_complete() {
     for elements in [10, 20, 40] {

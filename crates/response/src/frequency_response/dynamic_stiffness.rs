@@ -143,9 +143,15 @@ impl Part {
         (self.power, turned)
     }
 
-    /// Power and factor, where there is no loss.
-    pub(super) fn real(&self) -> Option<(i32, f64)> {
-        (self.turns == 0).then(|| (self.power, self.factors.iter().product()))
+    /// Whether there is no loss.
+    pub(super) fn is_real(&self) -> bool {
+        self.turns == 0
+    }
+
+    /// The product in double-double, which a power of iΩ is multiplied by where there is no loss.
+    pub(super) fn product(&self) -> DoubleDouble {
+        let factors = self.factors.iter();
+        factors.fold(DoubleDouble::from(1.0), |product, factor| product * *factor)
     }
 
     pub(super) fn value<T: Real>(&self, frequency: Frequency) -> Ball<T> {
@@ -359,6 +365,11 @@ impl Block {
             reach[*row] = reach[*row].max(row.abs_diff(*column));
         }
         n > FEW && reach.into_iter().sum::<usize>() > FAR * n
+    }
+
+    /// Whether it has three entries in a row or fewer, as a chain.
+    pub(super) fn is_thin(&self) -> bool {
+        self.entries.len() <= 3 * self.coordinates.len()
     }
 
     /// Whether springs in it have loss factors.

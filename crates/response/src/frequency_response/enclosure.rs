@@ -7,7 +7,7 @@ use super::dynamic_stiffness::{Block, Frequency, Part};
 use super::elimination::{Factor, Outcome, scaled};
 use super::function::FrequencyMethod;
 use super::inverse::Inverse;
-use super::modal_sum::ModalSum;
+use super::modal_sum::{Entry, ModalSum};
 use super::phasor::Phase;
 use super::refinement::ApproximateInverse;
 
@@ -100,9 +100,17 @@ enum Answer {
 /// For each right-hand side, all of which act on the block alone, the values of its readings.
 pub(super) fn enclose(question: &Question<'_>) -> Enclosed {
     let mut found = None;
-    if let Some(Answer::Found(values, good)) =
-        question.modes.and_then(|modes| by_modes(modes, question))
+    if let Some(modes) = question.modes
+        && let Some(Answer::Found(mut values, mut good)) =
+            by_modes(modes, modes.entries(), question)
     {
+        if !good
+            && question.frequency.radius == 0.0
+            && let Some(Answer::Found(more, known)) =
+                by_modes(modes, modes.more_entries(), question)
+        {
+            (values, good) = (more, known);
+        }
         if good {
             return Enclosed::Values(values, FrequencyMethod::Modes);
         }
@@ -194,11 +202,15 @@ fn by_inverse(question: &Question<'_>) -> Option<Answer> {
     read(question, exponents.len(), place, solve, slope)
 }
 
-/// The same by modes, of the whole system.
-fn by_modes(modes: &ModalSum, question: &Question<'_>) -> Option<Answer> {
-    let at = modes.at(question.frequency)?;
-    let solve = |right: Vec<Ball<DoubleDouble>>| at.solve(&right);
-    let slope = |x: &[Ball<DoubleDouble>]| at.slope(x);
+/// The same by modes, of the whole system, with the entries of Z.
+fn by_modes<T: Real>(
+    modes: &ModalSum,
+    entries: &[Entry<T>],
+    question: &Question<'_>,
+) -> Option<Answer> {
+    let at = modes.at(question.frequency, entries)?;
+    let solve = |right: Vec<Ball<T>>| at.solve(&right);
+    let slope = |x: &[Ball<T>]| at.slope(x);
     read(question, modes.coordinates(), Some, solve, slope)
 }
 

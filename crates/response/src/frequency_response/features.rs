@@ -147,7 +147,7 @@ impl Features {
         let sure = |frequency: f64| look(frequency.into(), Asked::Sign).as_ref().and_then(rise);
         let steep = |frequency: f64| {
             let known = glance.and_then(|glance| glance(frequency));
-            known.or_else(|| sure(frequency))
+            known.map(|(_, rise)| rise).or_else(|| sure(frequency))
         };
         let known = grid.iter().filter(|frequency| **frequency > 0.0);
         let complete = turns.and_then(|turns| {
@@ -200,7 +200,8 @@ impl Features {
         for peak in &mut features.peaks {
             peak.half_power = peak.gain.and_then(|(gain, _)| {
                 let ends = [first.min(peak.frequency.0), last.max(peak.frequency.0)];
-                half_power(look, peak.frequency.0, gain, &features.dips, ends)
+                let all = &features.dips;
+                half_power(look, glance, peak.frequency.0, gain, all, ends)
             });
         }
         features.low = asymptote(look, first * FAR.recip());
@@ -279,8 +280,8 @@ fn found(
 /// The value at a frequency; `None` at a pole.
 pub(super) type Look<'a> = dyn Fn(Frequency, Asked) -> Option<Value> + 'a;
 
-/// The steepness in doubles.
-pub(super) type Glance<'a> = dyn Fn(f64) -> Option<f64> + 'a;
+/// The magnitude and its steepness in doubles.
+pub(super) type Glance<'a> = dyn Fn(f64) -> Option<(f64, f64)> + 'a;
 
 /// Two frequencies between which the steepness changes its sign, and the steepness there, by proof.
 type Bracket = ([DoubleDouble; 2], [f64; 2]);
@@ -316,7 +317,7 @@ fn near(
         if middle <= low || middle >= high || high - low < 1e-13 * high {
             break;
         }
-        let rise = glance(middle)?;
+        let (_, rise) = glance(middle)?;
         match rise * before > 0.0 {
             true => (low, before) = (middle, rise),
             false => (high, after) = (middle, rise),
@@ -346,6 +347,46 @@ fn share(before: f64, after: f64, width: f64, step: usize) -> f64 {
     }
 }
 
+/// The place of a pole in a bracket in which the magnitude rises and falls: values beside it are real, but for rounding, and change
+/// their sign.
+fn pole(
+    look: &Look<'_>,
+    [low, high]: [DoubleDouble; 2],
+    [before, after]: [f64; 2],
+) -> Option<(f64, f64)> {
+    /// How near to it signs are looked at, in parts of its frequency.
+    const NEAR: [f64; 3] = [1e-18, 1e-17, 1e-16];
+    let at = |middle: DoubleDouble, asked: Asked| {
+        let frequency = Frequency {
+            middle,
+            radius: 0.0,
+            scale: 0,
+        };
+        look(frequency, asked)
+    };
+    let changes_sign = |ends: [DoubleDouble; 2]| {
+        let value = |middle: DoubleDouble| {
+            let value = at(middle, Asked::Value)?.value;
+            (value.im == 0.0).then_some(value.re)
+        };
+        Some(value(ends[0])? * value(ends[1])? < 0.0)
+    };
+    if !changes_sign([low, high])? {
+        return None;
+    }
+    let width = (high - low).to_f64();
+    let middle = low + DoubleDouble::from(width * share(before, after, width, 0));
+    let frequency = middle.to_f64();
+    NEAR.into_iter().find_map(|near| {
+        let near = DoubleDouble::from(near * frequency);
+        let sides = [middle - near, middle + near];
+        let [left, right] = sides.map(|side| at(side, Asked::Sign).as_ref().and_then(rise));
+        let fits = left? > 0.0 && right? < 0.0 && changes_sign(sides)?;
+        let off = (middle - DoubleDouble::from(frequency)).abs() + near;
+        fits.then_some((frequency, off.to_f64() * (1.0 + 4.0 * f64::EPSILON)))
+    })
+}
+
 /// The zero of the steepness within a bracket.
 fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 2]) -> Peak {
     const MOST: usize = 160;
@@ -362,6 +403,10 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
         };
         look(frequency, Asked::Sign)
     };
+    let pole = || pole(look, [low, high], [before, after]);
+    if let Some(pole) = (before > 0.0).then(pole).flatten() {
+        return Peak::pole(pole);
+    }
     for k in 0..MOST {
         let width = (high - low).to_f64();
         let steep = before.abs().max(after.abs()) * width;
@@ -442,9 +487,10 @@ fn turn(look: &Look<'_>, [low, high]: [DoubleDouble; 2], [before, after]: [f64; 
     }
 }
 
-/// Where the magnitude is 1/√2 of a peak's, below and above.
+/// Where the magnitude is 1/√2 of a peak's, below and above: sought by glances, if there are any, and found by looks.
 fn half_power(
     look: &Look<'_>,
+    glance: Option<&Glance<'_>>,
     peak: f64,
     gain: f64,
     dips: &[Peak],
@@ -454,12 +500,45 @@ fn half_power(
     let low = dips().filter(|dip| *dip < peak).fold(ends[0], f64::max);
     let high = dips().filter(|dip| *dip > peak).fold(ends[1], f64::min);
     let level = gain * std::f64::consts::FRAC_1_SQRT_2;
-    // How far above the level, on a logarithmic scale, and how steep.
     let above = |frequency: f64| {
         let value = look(frequency.into(), Asked::Steepness)?;
         let (rise, _) = value.steepness?;
         Some(((value.value.norm() / level).ln(), rise))
     };
+    let nearly = glance.and_then(|glance| {
+        let above = |frequency: f64| {
+            let (size, rise) = glance(frequency)?;
+            Some(((size / level).ln(), rise))
+        };
+        crossings(&above, peak, [low, high])
+    });
+    let closer = |from: f64| {
+        /// Steps of Newton's method from what doubles say.
+        const STEPS: usize = 4;
+        /// Farther from there it may be another crossing.
+        const NEAR: f64 = 1e-6;
+        let mut at = from;
+        for _ in 0..STEPS {
+            let (height, rise) = above(at)?;
+            let next = at - height / rise;
+            if (next - at).abs() <= next * f64::EPSILON {
+                return Some(next);
+            }
+            at = Some(next).filter(|next| (next - from).abs() <= NEAR * from)?;
+        }
+        None
+    };
+    let near = nearly.and_then(|[low, high]| Some([closer(low)?, closer(high)?]));
+    near.or_else(|| crossings(&above, peak, [low, high]))
+}
+
+/// Where the magnitude crosses a level below and above a peak, given how far above the level it is on a logarithmic scale and
+/// how steep that is.
+fn crossings(
+    above: &dyn Fn(f64) -> Option<(f64, f64)>,
+    peak: f64,
+    [low, high]: [f64; 2],
+) -> Option<[f64; 2]> {
     // A peak by itself is 1/(1 + (x/σ)²), of which the steepness is −x/(x² + σ²).
     let mut x = peak * 1e-4;
     let mut width = 0.0;

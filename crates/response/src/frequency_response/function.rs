@@ -88,8 +88,8 @@ pub enum FrequencyMethod {
     /// An inverse in doubles for each frequency, corrected by what it leaves of the equations: quicker than elimination for more
     /// than 16 coordinates that are joined to many others.
     Inverse,
-    /// Sums of modes, corrected by what they leave of the equations: quicker than elimination beyond 40 coordinates; in
-    /// doubles uncorrected, with bounds of what they leave.
+    /// Sums of modes, corrected by what they leave of the equations: quicker than elimination beyond 12 coordinates, or 40 of a
+    /// chain; in doubles uncorrected, with bounds of what they leave.
     Modes,
     /// One Hessenberg form for all frequencies, in doubles.
     Hessenberg,
@@ -107,7 +107,7 @@ impl fmt::Display for FrequencyMethod {
                 "inverses: one for each frequency in doubles, corrected by what it leaves"
             }
             FrequencyMethod::Modes => {
-                "modes: quicker than elimination beyond 40 coordinates, and in doubles"
+                "modes: quicker than elimination for so many coordinates, and in doubles"
             }
             FrequencyMethod::Hessenberg => "Hessenberg form: one for all frequencies, in doubles",
             FrequencyMethod::SparseFactor => {

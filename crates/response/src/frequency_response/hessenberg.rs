@@ -28,7 +28,7 @@ use pulp::Arch;
 
 use super::dynamic_stiffness::losses;
 use super::enclosure::{Push, Reading};
-use super::in_doubles::{Ports, Value, turn};
+use super::in_doubles::{Ports, Value, dense, turn};
 use super::random::Random;
 
 /// As many frequencies as one product of matrices takes.
@@ -191,7 +191,7 @@ impl Hessenberg {
     ) -> Option<Column> {
         let x = self.first_order.x();
         let (n, states) = (x.nrows(), x.ncols());
-        let ports = Ports::of(n, pushes, readings);
+        let ports = Ports::of(pushes, readings);
         let halves = self.scale.len() / states;
         let mut shapes = Mat::zeros(halves * n, halves * states);
         for half in 0..halves {
@@ -207,7 +207,8 @@ impl Hessenberg {
             forms: Vec::new(),
             ports,
         };
-        for (power, force) in &column.ports.acts {
+        for (power, acts) in &column.ports.acts {
+            let force = &dense(n, acts);
             let parts: [fn(&Complex<f64>) -> f64; 2] = [|force| force.re, |force| force.im];
             let rows = parts.into_iter().take(halves).flat_map(|part| {
                 (0..states).map(move |i| {
@@ -352,7 +353,8 @@ impl Column {
                 *bound += self.lengths[row] * off * frequency.powi(order);
             }
         }
-        for &(index, power, coefficient) in &self.ports.direct {
+        for (index, part) in &self.ports.direct {
+            let (index, (power, coefficient)) = (*index, part.factor());
             values[index].0 += turn(frequency, power) * coefficient;
             values[index].1 += coefficient.norm() * frequency.powi(power) * rounding(1);
         }

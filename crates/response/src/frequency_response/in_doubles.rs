@@ -1,11 +1,11 @@
 //! Frequency response functions in plain doubles by modes: many frequencies by one product of matrices, and single values
 //! in O(n) each, with bounds from what the modes leave of I − SZ (see `modal_sum`).
 
-use eigentone_digits::DoubleDouble;
+use eigentone_digits::{DoubleDouble, Real, WideComplex};
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
-use super::dynamic_stiffness::Frequency;
+use super::dynamic_stiffness::{Frequency, Part};
 use super::enclosure::{Push, Reading};
 use super::modal_sum::ModalSum;
 use super::refinement::UPWARD;
@@ -14,13 +14,14 @@ use super::refinement::UPWARD;
 pub(super) struct InDoubles<'a> {
     pub(super) sum: &'a ModalSum,
     /// A row for each output and each power of s in it.
-    pub(super) outputs: Mat<f64>,
+    pub(super) outputs: Vec<Vec<DoubleDouble>>,
+    /// The same in doubles.
+    pub(super) rounded: Mat<f64>,
     /// Which output, and which power.
     pub(super) rows: Vec<(usize, i32)>,
-    /// By power of s, what acts on the modes.
-    pub(super) inputs: Vec<(i32, Vec<f64>)>,
+    pub(super) inputs: Vec<Input>,
     /// What passes by the modes: which output, which power, and the coefficient.
-    pub(super) direct: Vec<(usize, i32, f64)>,
+    pub(super) direct: Vec<(usize, i32, DoubleDouble)>,
     /// Lengths of the outputs: factors times the lengths of the coordinates.
     pub(super) lengths: Vec<(usize, i32, f64)>,
     /// By power, a bound of |D||f| in the lengths of the coordinates.
@@ -36,33 +37,46 @@ pub(super) struct InDoubles<'a> {
     fastest: f64,
 }
 
+/// What acts on the modes by one power of s.
+pub(super) struct Input {
+    pub(super) power: i32,
+    pub(super) modal: Vec<DoubleDouble>,
+    /// Sums of the sizes of what it is the sum of.
+    pub(super) sizes: Vec<f64>,
+}
+
 /// A value and how far it may be off.
 pub(super) type Value = (Complex<f64>, f64);
 
 /// As many frequencies as one product of matrices takes.
 const BATCH: usize = 128;
 
-/// Relative errors of a block's inverse, of which the determinant has the digits of double-double.
-pub(super) const BLOCK: f64 = 16.0 * f64::EPSILON;
-
 /// Coordinates, and what they are multiplied by.
-type Factors = Vec<(usize, Complex<f64>)>;
+type Factors = Vec<(usize, Part)>;
 
 /// What acts and what is read off, as sums by powers of s = iΩ; losses of springs make some of their factors imaginary.
 pub(super) struct Ports {
     /// By power of s, what acts on the coordinates.
-    pub(super) acts: Vec<(i32, Vec<Complex<f64>>)>,
+    pub(super) acts: Vec<(i32, Factors)>,
     /// Of each sum of coordinates which output it belongs to, by which power of s, and its coordinates with factors.
     pub(super) sums: Vec<(usize, i32, Factors)>,
-    /// What is added to the outputs: which, which power, and the coefficient.
-    pub(super) direct: Vec<(usize, i32, Complex<f64>)>,
+    /// What is added to the outputs: which, and the coefficient.
+    pub(super) direct: Vec<(usize, Part)>,
     /// How many outputs there are.
     pub(super) count: usize,
 }
 
+/// Sums of factors by coordinate, n of them.
+pub(super) fn dense(n: usize, factors: &Factors) -> Vec<Complex<f64>> {
+    let mut sums = vec![Complex::ZERO; n];
+    for (coordinate, part) in factors {
+        sums[*coordinate] += part.factor().1;
+    }
+    sums
+}
+
 impl Ports {
-    /// Of a system of n coordinates.
-    pub(super) fn of(n: usize, pushes: &[Push], readings: &[Reading]) -> Ports {
+    pub(super) fn of(pushes: &[Push], readings: &[Reading]) -> Ports {
         let mut ports = Ports {
             acts: Vec::new(),
             sums: Vec::new(),
@@ -70,31 +84,28 @@ impl Ports {
             count: readings.len(),
         };
         for push in pushes {
-            let (power, factor) = push.part.factor();
+            let (power, _) = push.part.factor();
             let acts = &mut ports.acts;
             let at = acts.iter().position(|(known, _)| *known == power);
             let at = at.unwrap_or_else(|| {
-                acts.push((power, vec![Complex::ZERO; n]));
+                acts.push((power, Vec::new()));
                 acts.len() - 1
             });
-            acts[at].1[push.coordinate] += factor;
+            acts[at].1.push((push.coordinate, push.part));
         }
         for (index, reading) in readings.iter().enumerate() {
             let own = ports.sums.len();
             for (coordinate, part) in &reading.of {
-                let (power, factor) = part.factor();
+                let (power, _) = part.factor();
                 let sums = &mut ports.sums;
                 let known = sums[own..].iter().position(|(_, known, _)| *known == power);
                 let at = own + known.unwrap_or(sums.len() - own);
                 if at == sums.len() {
                     sums.push((index, power, Vec::new()));
                 }
-                sums[at].2.push((*coordinate, factor));
+                sums[at].2.push((*coordinate, *part));
             }
-            let direct = reading.more.iter().map(|part| {
-                let (power, factor) = part.factor();
-                (index, power, factor)
-            });
+            let direct = reading.more.iter().map(|part| (index, *part));
             ports.direct.extend(direct);
         }
         ports
@@ -111,7 +122,7 @@ impl Ports {
             for (row, (.., parts)) in self.sums.iter().enumerate() {
                 let terms = parts
                     .iter()
-                    .map(|(i, factor)| part(factor) * shapes[(*i, k)]);
+                    .map(|(i, factor)| part(&factor.factor().1) * shapes[(*i, k)]);
                 outputs[(row, k)] = terms.sum();
             }
         }
@@ -126,57 +137,70 @@ impl<'a> InDoubles<'a> {
         pushes: &[Push],
         readings: &[Reading],
     ) -> Option<InDoubles<'a>> {
-        let (n, states) = (sum.shapes.nrows(), sum.shapes.ncols());
-        let ports = Ports::of(n, pushes, readings);
-        let outputs = ports.outputs(sum.shapes.as_ref(), |factor| factor.re);
+        let (n, states) = (sum.coordinates(), sum.shapes.len());
         let Ports {
             acts,
             sums,
             direct,
             count,
-        } = ports;
-        let acts = acts.into_iter().map(|(power, force)| {
-            let real = force.into_iter().map(|force| force.re);
-            (power, real.collect::<Vec<f64>>())
-        });
-        let acts: Vec<(i32, Vec<f64>)> = acts.collect();
-        let direct = direct.into_iter();
-        let direct = direct.map(|(index, power, factor)| (index, power, factor.re));
-        let mut direct: Vec<(usize, i32, f64)> = direct.collect();
+        } = Ports::of(pushes, readings);
         let lengths = sum.common_lengths()?;
+        let added = direct.iter();
+        let added = added.map(|(index, part)| (*index, part.factor().0, part.product()));
+        let mut direct: Vec<(usize, i32, DoubleDouble)> = added.collect();
         let mut passed = Vec::new();
         if let (Some(matrix), Some(size)) = (&sum.direct, &sum.sizes.2) {
-            for (power, force) in &acts {
+            for (power, acts) in &acts {
                 let mut largest = 0.0f64;
                 for j in 0..n {
-                    let terms = (0..n).map(|i| size[(j, i)] * force[i].abs());
+                    let terms = acts.iter();
+                    let terms = terms.map(|(i, part)| size[(j, *i)] * part.factor().1.norm());
                     largest = largest.max(terms.sum::<f64>() / lengths[j]);
                 }
                 passed.push((*power, largest));
                 for (index, order, parts) in &sums {
-                    let terms = parts
-                        .iter()
-                        .map(|&(coordinate, Complex { re: factor, .. })| {
-                            let row = (0..n).map(|i| matrix[(coordinate, i)] * force[i]);
-                            factor * row.sum::<f64>()
-                        });
-                    direct.push((*index, order + power, terms.sum()));
+                    let pairs = parts.iter().flat_map(|(to, read)| {
+                        acts.iter().map(move |(i, act)| (*to, read, *i, act))
+                    });
+                    let terms = pairs
+                        .map(|(to, read, i, act)| read.product() * act.product() * matrix[(to, i)]);
+                    let total = terms.fold(DoubleDouble::ZERO, |sum, term| sum + term);
+                    direct.push((*index, order + power, total));
                 }
             }
         }
-        let inputs = acts.into_iter().map(|(power, force)| {
+        let inputs = acts.iter().map(|(power, acts)| {
             // What forces on several coordinates cancel of each other loses no digit of a double.
-            let mut modal = vec![DoubleDouble::ZERO; states];
-            for (j, value) in force.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                let weight = |k: usize| sum.weights[(k, j)];
-                (0..states).for_each(|k| modal[k] += DoubleDouble::product(*value, weight(k)));
+            let modal = (0..states).map(|k| {
+                let terms = acts
+                    .iter()
+                    .map(|(j, part)| sum.weights[k][*j] * part.product());
+                let total = terms.fold(DoubleDouble::ZERO, |sum, term| sum + term);
+                let sizes = acts
+                    .iter()
+                    .map(|(j, part)| sum.sizes.1[(k, *j)] * part.factor().1.norm());
+                (total, sizes.sum::<f64>())
+            });
+            let (modal, sizes) = modal.unzip();
+            Input {
+                power: *power,
+                modal,
+                sizes,
             }
-            (power, modal.into_iter().map(DoubleDouble::to_f64).collect())
         });
+        let inputs: Vec<Input> = inputs.collect();
+        let outputs = sums.iter().map(|(.., parts)| {
+            let of = |shape: &Vec<DoubleDouble>| {
+                let terms = parts.iter().map(|(i, part)| shape[*i] * part.product());
+                terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+            };
+            sum.shapes.iter().map(of).collect()
+        });
+        let outputs: Vec<Vec<DoubleDouble>> = outputs.collect();
         let each = sums.iter().map(|(index, power, parts)| {
             let terms = parts
                 .iter()
-                .map(|&(i, factor)| factor.re.abs() * lengths[i]);
+                .map(|(i, part)| part.factor().1.norm() * lengths[*i]);
             (*index, *power, terms.sum())
         });
         let largest = |matrix: &Mat<f64>, weigh: &dyn Fn(usize) -> f64, j: usize| {
@@ -198,7 +222,7 @@ impl<'a> InDoubles<'a> {
         Some(InDoubles {
             fastest: sum.rates().iter().fold(0.0, |most, rate| rate[1].max(most)),
             count,
-            inputs: inputs.collect(),
+            inputs,
             lengths: each.collect(),
             columns: columns.collect(),
             residual: residual.collect(),
@@ -207,6 +231,7 @@ impl<'a> InDoubles<'a> {
                 .map(|(index, power, _)| (*index, *power))
                 .collect(),
             sum,
+            rounded: Mat::from_fn(outputs.len(), states, |row, k| outputs[row][k].high()),
             outputs,
             direct,
             passed,
@@ -228,24 +253,30 @@ impl<'a> InDoubles<'a> {
         );
         let mut sizes = Vec::with_capacity(frequencies.len());
         for (column, &frequency) in frequencies.iter().enumerate() {
-            let (mut moved, mut left) = (0.0, 0.0);
+            let mut sizes_of = Sizes::default();
             let force = self.force(frequency);
-            let known = self.sum.each_block(frequency, |start, width, inverse| {
-                for a in 0..width {
-                    let (mut y, mut rest) = (Complex::ZERO, 0.0);
-                    for b in 0..width {
-                        y += inverse[a * width + b] * force(start + b);
-                        rest += inverse[a * width + b].norm() * self.residual[start + b];
+            let known = self
+                .sum
+                .each_block(frequency, |start, width, inverse, off| {
+                    for a in 0..width {
+                        let (mut y, mut rest, mut size) = (Complex::ZERO, 0.0, 0.0);
+                        for b in 0..width {
+                            let (force, terms) = force(start + b);
+                            let entry = inverse[a * width + b];
+                            y += entry * force;
+                            rest += entry.norm() * self.residual[start + b];
+                            size += entry.norm() * (off * force.norm() + terms);
+                        }
+                        (re[(start + a, column)], im[(start + a, column)]) = (y.re, y.im);
+                        sizes_of.moved += self.columns[start + a] * y.norm();
+                        sizes_of.left += self.columns[start + a] * rest;
+                        sizes_of.lost += self.columns[start + a] * size;
                     }
-                    (re[(start + a, column)], im[(start + a, column)]) = (y.re, y.im);
-                    moved += self.columns[start + a] * y.norm();
-                    left += self.columns[start + a] * rest;
-                }
-            });
-            sizes.push(known.map(|()| (moved, left)));
+                });
+            sizes.push(known.map(|()| sizes_of));
         }
-        let re = &self.outputs * re;
-        let im = &self.outputs * im;
+        let re = &self.rounded * re;
+        let im = &self.rounded * im;
         let columns = frequencies.iter().zip(sizes).enumerate();
         columns
             .map(|(column, (&frequency, sizes))| {
@@ -255,25 +286,34 @@ impl<'a> InDoubles<'a> {
             .collect()
     }
 
-    /// What acts on each mode.
-    fn force(&self, frequency: f64) -> impl Fn(usize) -> Complex<f64> + '_ {
+    /// What acts on each mode, and a bound of what sums in double-double lose of it.
+    fn force(&self, frequency: f64) -> impl Fn(usize) -> (Complex<f64>, f64) + '_ {
         let powers: Vec<Complex<f64>> = self
             .inputs
             .iter()
-            .map(|(power, _)| turn(frequency, *power))
+            .map(|input| turn(frequency, input.power))
             .collect();
+        let lost = self.lost();
         move |k| {
-            let terms = self.inputs.iter().zip(&powers);
-            terms.map(|((_, modal), power)| power * modal[k]).sum()
+            let mut force = (Complex::ZERO, 0.0);
+            for (input, power) in self.inputs.iter().zip(&powers) {
+                force.0 += power * input.modal[k].high();
+                force.1 += power.norm() * input.sizes[k] * lost;
+            }
+            force
         }
     }
 
-    /// Values with bounds, from the products of the rows with what moves, whose size is known in lengths of the
-    /// coordinates, as is that of what the residual of the modes makes of it.
+    /// The relative error of sums in double-double over all coordinates.
+    pub(super) fn lost(&self) -> f64 {
+        (self.sum.coordinates() as f64 + 16.0) * DoubleDouble::unit().to_f64()
+    }
+
+    /// Values with bounds, from the products of the rows with what moves.
     fn read(
         &self,
         frequency: f64,
-        (moved, left): (f64, f64),
+        Sizes { moved, left, lost }: Sizes,
         product: impl Fn(usize) -> Complex<f64>,
     ) -> Option<Vec<Value>> {
         let passed = self.passed.iter();
@@ -295,8 +335,8 @@ impl<'a> InDoubles<'a> {
         const LARGEST: f64 = 1e-3;
         /// What the modes leave is of the size of rounding.
         const NEARLY_NOTHING: f64 = 1e-6;
-        let rounding = self.rounding();
-        let off = moved * (norm / (1.0 - norm) + rounding) * UPWARD;
+        let rounding = self.rounding::<f64>();
+        let off = (moved * (norm / (1.0 - norm) + rounding) + lost) * UPWARD;
         let mut values = vec![(Complex::ZERO, 0.0); self.count];
         for (row, &(index, power)) in self.rows.iter().enumerate() {
             values[index].0 += product(row) * turn(frequency, power);
@@ -305,6 +345,7 @@ impl<'a> InDoubles<'a> {
             values[index].1 += length * off * frequency.powi(power);
         }
         for &(index, power, coefficient) in &self.direct {
+            let coefficient = coefficient.high();
             values[index].0 += turn(frequency, power) * coefficient;
             values[index].1 += coefficient.abs() * frequency.powi(power) * rounding;
         }
@@ -318,14 +359,17 @@ impl<'a> InDoubles<'a> {
         good.then_some(values)
     }
 
-    /// The relative error of sums over all modes.
-    pub(super) fn rounding(&self) -> f64 {
-        (self.columns.len() as f64 + 64.0) * f64::EPSILON + BLOCK
+    /// The relative error of sums over all modes in the precision of T.
+    pub(super) fn rounding<T: Real>(&self) -> f64 {
+        (self.columns.len() as f64 + 80.0) * 2.0 * T::unit().to_f64()
     }
 
-    /// The derivative of ln|H| with respect to Ω of the only output, without a bound.
-    pub(super) fn steepness(&self, frequency: f64) -> Option<f64> {
-        let powers = || self.inputs.iter();
+    /// |H| and the derivative of its logarithm with respect to Ω, of the only output, without bounds.
+    pub(super) fn glance(&self, frequency: f64) -> Option<(f64, f64)> {
+        let powers = || {
+            let inputs = self.inputs.iter();
+            inputs.map(|input| (input.power, &input.modal))
+        };
         let (mut value, mut change) = (Complex::<f64>::ZERO, Complex::<f64>::ZERO);
         let unit = Complex::<f64>::I;
         let sums: Vec<(Complex<f64>, Complex<f64>)> = self
@@ -334,19 +378,19 @@ impl<'a> InDoubles<'a> {
             .enumerate()
             .map(|(row, _)| {
                 let (mut y, mut rate) = (Complex::<f64>::ZERO, Complex::<f64>::ZERO);
-                let known = self.sum.each_block(frequency, |start, width, inverse| {
+                let known = self.sum.each_block(frequency, |start, width, inverse, _| {
                     let mut state = [Complex::<f64>::ZERO; 2];
                     let mut speed = [Complex::<f64>::ZERO; 2];
                     for b in 0..width {
                         let force: Complex<f64> = powers()
-                            .map(|(power, modal)| turn(frequency, *power) * modal[start + b])
+                            .map(|(power, modal)| turn(frequency, power) * modal[start + b].high())
                             .sum();
                         let slope: Complex<f64> = powers()
                             .map(|(power, modal)| {
                                 turn(frequency, power - 1)
                                     * unit
-                                    * f64::from(*power)
-                                    * modal[start + b]
+                                    * f64::from(power)
+                                    * modal[start + b].high()
                             })
                             .sum();
                         for a in 0..width {
@@ -358,8 +402,8 @@ impl<'a> InDoubles<'a> {
                         // The derivative of (s − Λ)⁻¹ is minus its square.
                         let back: Complex<f64> =
                             (0..width).map(|b| inverse[a * width + b] * state[b]).sum();
-                        y += state[a] * self.outputs[(row, start + a)];
-                        rate += (speed[a] - unit * back) * self.outputs[(row, start + a)];
+                        y += state[a] * self.rounded[(row, start + a)];
+                        rate += (speed[a] - unit * back) * self.rounded[(row, start + a)];
                     }
                 });
                 known.map(|()| (y, rate))
@@ -371,12 +415,27 @@ impl<'a> InDoubles<'a> {
                 + turn(frequency, power - 1) * unit * f64::from(power) * y;
         }
         for &(_, power, coefficient) in &self.direct {
+            let coefficient = coefficient.high();
             value += turn(frequency, power) * coefficient;
             change += turn(frequency, power - 1) * unit * f64::from(power) * coefficient;
         }
         let ratio = (change / value).re;
-        ratio.is_finite().then_some(ratio)
+        ratio.is_finite().then(|| (value.norm(), ratio))
     }
+}
+
+/// What is known of sizes at one frequency, in lengths of the coordinates: of what moves, of what the residual of the modes makes of
+/// it, and of what is lost in blocks that are near to a root.
+#[derive(Clone, Copy, Default)]
+struct Sizes {
+    moved: f64,
+    left: f64,
+    lost: f64,
+}
+
+/// In the precision of T, double-double at most.
+pub(super) fn narrowed<T: Real>(value: DoubleDouble) -> T {
+    T::from(value.high()) + T::from(value.low())
 }
 
 /// (iΩ)^power.
@@ -388,48 +447,69 @@ pub(super) fn turn(frequency: f64, power: i32) -> Complex<f64> {
 }
 
 impl ModalSum {
-    /// Calls `visit` with start, width and inverse of each block of s − Λ; `None` where one is nearly singular.
+    /// Calls `visit` with start, width, and the inverse of each block of s − Λ by rows, and a bound of the relative error of
+    /// that beside rounding; `None` where one is nearly singular.
     pub(super) fn each_block(
         &self,
         frequency: f64,
-        mut visit: impl FnMut(usize, usize, &[Complex<f64>; 4]),
+        mut visit: impl FnMut(usize, usize, &[Complex<f64>; 4], f64),
     ) -> Option<()> {
+        self.each_inverse::<f64>(frequency, |start, width, inverse, off| {
+            let inverse = inverse
+                .each_ref()
+                .map(|entry| Complex::new(entry.re, entry.im));
+            visit(start, width, &inverse, off);
+        })
+    }
+
+    /// The same in the precision of T, double-double at most.
+    pub(super) fn each_inverse<T: Real>(
+        &self,
+        frequency: f64,
+        mut visit: impl FnMut(usize, usize, &[WideComplex<T>; 4], f64),
+    ) -> Option<()> {
+        /// Nearer to a root there are no digits.
+        const NEAREST: f64 = 1e-20;
         let square = DoubleDouble::product(frequency, frequency);
-        let s = Complex::new(0.0, frequency);
+        let zero = WideComplex::<T>::ZERO;
+        let inverted = |re: T, im: T| {
+            let size = re * re + im * im;
+            WideComplex {
+                re: re / size,
+                im: -im / size,
+            }
+        };
         for block in &self.blocks {
             match *block.generator.as_slice() {
                 [a] => {
-                    let divisor = s - a.to_f64();
-                    if divisor.norm() < f64::MIN_POSITIVE {
+                    let (re, im) = (narrowed::<T>(-a), T::from(frequency));
+                    if re.to_f64().hypot(frequency) < f64::MIN_POSITIVE {
                         return None;
                     }
-                    visit(
-                        block.start,
-                        1,
-                        &[divisor.inv(), Complex::ZERO, Complex::ZERO, Complex::ZERO],
-                    );
+                    visit(block.start, 1, &[inverted(re, im), zero, zero, zero], 0.0);
                 }
                 [a, b, c, d] => {
                     let product = a * d - b * c;
-                    let re = (product - square).to_f64();
-                    let im = -((a + d).to_f64() * frequency);
-                    let determinant = Complex::new(re, im);
-                    let least = (product.abs().to_f64() + square.to_f64()) * 1e-14;
-                    if determinant.norm() <= least * 1e-10 {
+                    let re = product - square;
+                    let im = -((a + d) * frequency);
+                    let size = (a * d).abs().to_f64() + (b * c).abs().to_f64() + square.to_f64();
+                    let distance = re.to_f64().hypot(im.to_f64());
+                    if distance <= size * NEAREST {
                         return None;
                     }
-                    let inverse = determinant.inv();
-                    let [a, b, c, d] = [a, b, c, d].map(DoubleDouble::to_f64);
-                    visit(
-                        block.start,
-                        2,
-                        &[
-                            (s - d) * inverse,
-                            inverse * b,
-                            inverse * c,
-                            (s - a) * inverse,
-                        ],
-                    );
+                    let inverse = inverted(narrowed(re), narrowed(im));
+                    let minus = |entry: DoubleDouble| WideComplex {
+                        re: narrowed::<T>(-entry),
+                        im: T::from(frequency),
+                    };
+                    let real = |entry: DoubleDouble| WideComplex {
+                        re: narrowed::<T>(entry),
+                        im: T::ZERO,
+                    };
+                    let entries = [minus(d), real(b), real(c), minus(a)];
+                    let entries = entries.map(|entry| entry * inverse);
+                    let off = 8.0 * DoubleDouble::unit().to_f64() * size / distance;
+                    visit(block.start, 2, &entries, off);
                 }
                 _ => return None,
             }
@@ -460,7 +540,7 @@ impl ModalSum {
 
     /// Lengths for all frequencies: they have the units of the coordinates.
     fn common_lengths(&self) -> Option<Vec<f64>> {
-        let n = self.shapes.nrows();
+        let n = self.coordinates();
         let largest = self
             .rates()
             .iter()

@@ -8,9 +8,9 @@ use super::elimination::Row;
 use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
 
 /// S ≈ Z⁻¹.
-pub(super) struct Inverse<'a> {
-    /// Z.
-    rows: &'a [Row<DoubleDouble>],
+pub(super) struct Inverse {
+    /// Z: row, column and entry.
+    entries: Vec<(usize, usize, Ball<DoubleDouble>)>,
     inverse: Mat<Complex<f64>>,
     /// |S|.
     size: Mat<f64>,
@@ -18,9 +18,9 @@ pub(super) struct Inverse<'a> {
     norm: f64,
 }
 
-impl Inverse<'_> {
+impl Inverse {
     /// Of rows whose entries are about 1 at most; `None` where their inverse in doubles proves nothing.
-    pub(super) fn of(rows: &[Row<DoubleDouble>]) -> Option<Inverse<'_>> {
+    pub(super) fn of(rows: &[Row<DoubleDouble>]) -> Option<Inverse> {
         let n = rows.len();
         let mut z = Mat::<Complex<f64>>::zeros(n, n);
         let mut z_size = Mat::<f64>::zeros(n, n);
@@ -55,8 +55,10 @@ impl Inverse<'_> {
         });
         let norm = largest(ratios) * UPWARD;
         let lengths = lengths.col_as_slice(0).to_vec();
-        (norm < 0.5).then_some(Inverse {
-            rows,
+        let entries = rows.iter().enumerate();
+        let entries = entries.flat_map(|(i, row)| row.iter().map(move |&(j, entry)| (i, j, entry)));
+        (norm < 0.5).then(|| Inverse {
+            entries: entries.collect(),
             inverse,
             size,
             lengths,
@@ -65,9 +67,9 @@ impl Inverse<'_> {
     }
 }
 
-impl ApproximateInverse for Inverse<'_> {
-    fn apply(&self, right: &[Complex<f64>]) -> Vec<Complex<f64>> {
-        let mut x = vec![Complex::ZERO; right.len()];
+impl ApproximateInverse<DoubleDouble> for Inverse {
+    fn apply(&self, right: &[Complex<f64>]) -> Vec<ComplexDoubleDouble> {
+        let mut x = vec![Complex::<f64>::ZERO; right.len()];
         for (j, value) in right
             .iter()
             .enumerate()
@@ -78,7 +80,9 @@ impl ApproximateInverse for Inverse<'_> {
                 .zip(column)
                 .for_each(|(x, entry)| *x += entry * value);
         }
-        x
+        x.into_iter()
+            .map(|x| ComplexDoubleDouble::new(x.re, x.im))
+            .collect()
     }
 
     fn sizes(&self, right: &[f64]) -> Vec<f64> {
@@ -92,17 +96,8 @@ impl ApproximateInverse for Inverse<'_> {
         x.iter().map(|size| size * UPWARD).collect()
     }
 
-    fn left(
-        &self,
-        right: &[Ball<DoubleDouble>],
-        x: &[ComplexDoubleDouble],
-    ) -> Vec<Ball<DoubleDouble>> {
-        let rows = self.rows.iter().zip(right);
-        let left = rows.map(|(row, right)| {
-            let terms = row.iter();
-            terms.fold(*right, |left, &(j, entry)| left - entry * Ball::from(x[j]))
-        });
-        left.collect()
+    fn entries(&self) -> &[(usize, usize, Ball<DoubleDouble>)] {
+        &self.entries
     }
 
     fn defect(&self) -> (&[f64], f64) {

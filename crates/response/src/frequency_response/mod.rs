@@ -14,6 +14,7 @@ mod in_doubles;
 mod inverse;
 mod level_set;
 mod limit;
+mod modal_refinement;
 mod modal_series;
 mod modal_sum;
 mod orders;

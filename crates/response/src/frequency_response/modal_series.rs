@@ -11,12 +11,15 @@
 //! residue r of H is within ρE of it, and not 0 where that is less; the pole then is within (17/16)ρ²E/|r| of that of the modes,
 //! by the first moments of H and H̃ on the circle.
 
-use eigentone_digits::{Ball, DoubleDouble, WideComplex};
+use eigentone_digits::{Ball, DoubleDouble, Real, WideComplex};
 use num_complex::Complex;
 
-use super::in_doubles::{BLOCK, InDoubles, turn};
+use super::in_doubles::{InDoubles, Input, narrowed, turn};
 use super::power_series::PowerSeries;
 use super::refinement::UPWARD;
+
+/// What the modes may leave of 1.
+const LARGEST: f64 = 0.25;
 
 /// (I − ρ|G|)⁻¹|G| of a block.
 struct Reach {
@@ -27,8 +30,8 @@ struct Reach {
 
 impl Reach {
     /// `None` where the spectral radius is not shown to be less than 1.
-    fn of(width: usize, inverse: &[Complex<f64>; 4], radius: f64) -> Option<Reach> {
-        let size = inverse.map(|entry| entry.norm() * (1.0 + 2.0 * BLOCK));
+    fn of(width: usize, sizes: [f64; 4], radius: f64) -> Option<Reach> {
+        let size = sizes.map(|size| size * UPWARD);
         let [a, b, c, d] = size.map(|entry| radius * entry * UPWARD);
         let (left, right) = (1.0 - a, 1.0 - d);
         if width == 1 {
@@ -113,7 +116,7 @@ impl Bounds {
             self.lost += column * off[a];
             self.left += column * rest[a];
             for (row, size) in self.rows.iter_mut().enumerate() {
-                *size += form.outputs[(row, start + a)].abs() * y[a];
+                *size += form.rounded[(row, start + a)].abs() * y[a];
             }
         }
     }
@@ -126,7 +129,7 @@ impl Bounds {
         });
         let [zeroth, first, second] = form.defects;
         let norm = (zeroth + first * far + second * far * far + self.left) * UPWARD;
-        if norm.is_nan() || norm > 0.25 {
+        if norm.is_nan() || norm > LARGEST {
             return None;
         }
         let off = (moved * (norm / (1.0 - norm) + rounding) + self.lost) * UPWARD;
@@ -138,7 +141,7 @@ impl Bounds {
             .sum();
         let direct = form.direct.iter();
         let direct: f64 = direct
-            .map(|&(_, power, part)| part.abs() * far.powi(power))
+            .map(|&(_, power, part)| part.high().abs() * far.powi(power))
             .sum();
         let error = (error + direct * rounding) * UPWARD;
         let largest = (modal + direct + error) * UPWARD;
@@ -147,17 +150,30 @@ impl Bounds {
 }
 
 /// (i(x + ρt))^power by powers of t.
-fn turned(x: f64, radius: f64, power: i32) -> Vec<Complex<f64>> {
-    let mut parts = vec![Complex::ONE];
+fn turned<T: Real>(x: f64, radius: f64, power: i32) -> Vec<WideComplex<T>> {
+    let mut parts = vec![WideComplex::new(1.0, 0.0)];
     for _ in 0..power {
-        let mut next = vec![Complex::ZERO; parts.len() + 1];
+        let mut next = vec![WideComplex::ZERO; parts.len() + 1];
         for (k, part) in parts.iter().enumerate() {
-            next[k] += part * Complex::new(0.0, x);
-            next[k + 1] += part * Complex::new(0.0, radius);
+            next[k] += *part * WideComplex::new(0.0, x);
+            next[k + 1] += *part * WideComplex::new(0.0, radius);
         }
         parts = next;
     }
     parts
+}
+
+fn scaled<T: Real>(value: WideComplex<T>, factor: T) -> WideComplex<T> {
+    WideComplex {
+        re: value.re * factor,
+        im: value.im * factor,
+    }
+}
+
+/// A double, or a double-double.
+fn widened<T: Real>(value: T) -> DoubleDouble {
+    let high = value.to_f64();
+    DoubleDouble::from(high) + (value - T::from(high)).to_f64()
 }
 
 impl InDoubles<'_> {
@@ -173,18 +189,24 @@ impl InDoubles<'_> {
         (most > 0.0 && least.is_finite()).then_some([least, most])
     }
 
+    /// Whether what the modes leave is small enough for series up to this frequency.
+    pub(super) fn serve_up_to(&self, frequency: f64) -> bool {
+        let [zeroth, first, second] = self.defects;
+        zeroth + first * frequency + second * frequency * frequency < LARGEST
+    }
+
     /// How many coefficients of modes so many of the function take.
     pub(super) fn products(&self, count: usize) -> u64 {
         (self.columns.len() * (count + 1) * (self.rows.len() + 1)) as u64
     }
 
-    /// The only output about x, with a radius ρ of `least` or more; `None` where the modes do not prove
+    /// The only output about x, with a radius ρ of `least` or more, in the precision of T; `None` where the modes do not prove
     /// that it is analytic there.
-    pub(super) fn series(&self, x: f64, least: f64, count: usize) -> Option<PowerSeries> {
+    pub(super) fn series<T: Real>(&self, x: f64, least: f64, count: usize) -> Option<PowerSeries> {
         /// Beyond it nothing is gained.
         const MOST: f64 = 0.5;
         let mut steepest = 0.0f64;
-        self.sum.each_block(x, |_, _, inverse| {
+        self.sum.each_block(x, |_, _, inverse, _| {
             let [a, b, c, d] = inverse.map(|entry| entry.norm());
             let apart = (a - d).hypot(2.0 * (b * c).sqrt());
             steepest = steepest.max(f64::midpoint(a + d, apart));
@@ -197,74 +219,81 @@ impl InDoubles<'_> {
             radius *= 2.0;
         }
         let far = (x + radius) * UPWARD;
-        let rounding = self.rounding();
-        let inputs: Vec<(Vec<Complex<f64>>, &[f64])> = self
+        let (rounding, lost) = (self.rounding::<T>(), self.lost());
+        let inputs: Vec<(Vec<WideComplex<T>>, &Input)> = self
             .inputs
             .iter()
-            .map(|(power, modal)| (turned(x, radius, *power), &modal[..]))
+            .map(|input| (turned(x, radius, input.power), input))
             .collect();
-        let turn = Complex::new(0.0, radius);
-        let mut sums = vec![vec![Complex::<f64>::ZERO; count]; self.rows.len()];
+        let turn = WideComplex::<T>::new(0.0, radius);
+        let mut sums = vec![vec![WideComplex::<T>::ZERO; count]; self.rows.len()];
         let mut bounds = Bounds::of(self);
         let mut regular = true;
-        self.sum.each_block(x, |start, width, inverse| {
-            let Some(reach) = Reach::of(width, inverse, radius) else {
-                regular = false;
-                return;
-            };
-            let at = |b: usize| (b < width).then_some(start + b);
-            let force = |k: usize, b: usize| -> Complex<f64> {
-                let parts = inputs
-                    .iter()
-                    .filter_map(|(turned, modal)| Some(turned.get(k)? * modal[at(b)?]));
-                parts.sum()
-            };
-            let mut before = [Complex::<f64>::ZERO; 2];
-            let (mut forces, mut errors) = ([0.0; 2], [0.0; 2]);
-            for k in 0..count {
-                let own = [force(k, 0), force(k, 1)];
-                let right = [0, 1].map(|b| own[b] - turn * before[b]);
-                for b in 0..width {
-                    let parts = inputs.iter().filter_map(|(turned, modal)| {
-                        Some((turned.get(k)? * modal[at(b)?]).norm())
-                    });
-                    let size: f64 = parts.sum();
-                    forces[b] += size;
-                    errors[b] += rounding * (size + radius * before[b].norm());
-                }
-                before = [0, 1].map(|a| match a < width {
-                    true => (0..width).map(|b| inverse[a * width + b] * right[b]).sum(),
-                    false => Complex::ZERO,
-                });
-                for (row, sum) in sums.iter_mut().enumerate() {
-                    for (a, state) in before.iter().enumerate().take(width) {
-                        sum[k] += state * self.outputs[(row, start + a)];
+        self.sum
+            .each_inverse::<T>(x, |start, width, inverse, off| {
+                let Some(reach) = Reach::of(width, inverse.map(WideComplex::norm), radius) else {
+                    regular = false;
+                    return;
+                };
+                let rounding = rounding + off;
+                let mut before = [WideComplex::<T>::ZERO; 2];
+                let (mut forces, mut errors) = ([0.0; 2], [0.0; 2]);
+                for k in 0..count {
+                    let mut right = before.map(|before| -(turn * before));
+                    for b in 0..width {
+                        errors[b] += rounding * radius * before[b].norm();
+                        for (turned, input) in &inputs {
+                            if let Some(power) = turned.get(k) {
+                                let modal = input.modal[start + b];
+                                right[b] += scaled(*power, narrowed(modal));
+                                let size = power.norm();
+                                let own = size * modal.high().abs();
+                                forces[b] += own;
+                                errors[b] += rounding * own + lost * size * input.sizes[start + b];
+                            }
+                        }
+                    }
+                    for a in 0..width {
+                        before[a] = inverse[a * width] * right[0];
+                        if width == 2 {
+                            before[a] += inverse[a * width + 1] * right[1];
+                        }
+                    }
+                    for (row, sum) in sums.iter_mut().enumerate() {
+                        for (a, state) in before.iter().enumerate().take(width) {
+                            sum[k] += scaled(*state, narrowed(self.outputs[row][start + a]));
+                        }
                     }
                 }
-            }
-            bounds.add(self, start, &reach, forces, errors);
-        })?;
+                bounds.add(self, start, &reach, forces, errors);
+            })?;
         let [largest, error] = bounds.ends(self, far, rounding).filter(|_| regular)?;
-        let mut coefficients = vec![Complex::<f64>::ZERO; count];
+        let mut coefficients = vec![WideComplex::<T>::ZERO; count];
         for (sum, &(_, power)) in sums.iter().zip(&self.rows) {
-            for (j, part) in turned(x, radius, power).into_iter().enumerate().take(count) {
+            for (j, part) in turned::<T>(x, radius, power)
+                .into_iter()
+                .enumerate()
+                .take(count)
+            {
                 for (to, from) in coefficients[j..].iter_mut().zip(sum) {
-                    *to += part * from;
+                    *to += part * *from;
                 }
             }
         }
         for &(_, power, coefficient) in &self.direct {
             for (to, part) in coefficients.iter_mut().zip(turned(x, radius, power)) {
-                *to += part * coefficient;
+                *to += scaled(part, narrowed(coefficient));
             }
         }
         let known = coefficients.iter().all(|value| value.is_finite());
-        let number = |value: Complex<f64>| {
-            let middle = WideComplex {
-                re: value.re.into(),
-                im: value.im.into(),
-            };
-            Ball::new(middle, error.into())
+        let number = |value: WideComplex<T>| {
+            Ball::new(
+                WideComplex {
+                    re: widened(value.re),
+                    im: widened(value.im),
+                },
+                error.into(),
+            )
         };
         known.then(|| PowerSeries {
             coefficients: coefficients.into_iter().map(number).collect(),
@@ -306,18 +335,18 @@ impl InDoubles<'_> {
         let force = |k: usize| -> f64 {
             let parts = self.inputs.iter();
             parts
-                .map(|(power, modal)| modal[k].abs() * size(*power))
+                .map(|input| input.modal[k].high().abs() * size(input.power))
                 .sum()
         };
         let (mut bounds, mut regular) = (Bounds::of(self), true);
-        self.sum.each_block(x, |start, width, inverse| {
+        self.sum.each_block(x, |start, width, inverse, _| {
             let reach = match start == own {
                 true => Some(Reach::around(
                     generator,
                     far,
                     [radius * (15.0 / 16.0), x + place - radius],
                 )),
-                false => Reach::of(width, inverse, radius),
+                false => Reach::of(width, inverse.map(|entry| entry.norm()), radius),
             };
             let forces = [0, 1].map(|b| if b < width { force(start + b) } else { 0.0 });
             match reach {
@@ -326,7 +355,7 @@ impl InDoubles<'_> {
             }
         })?;
         let [largest, error] = bounds
-            .ends(self, far, self.rounding())
+            .ends(self, far, self.rounding::<f64>())
             .filter(|_| regular)?;
         let (residue, rounding) = self.residue(own, place, generator);
         let residue = residue - rounding;
@@ -351,10 +380,11 @@ impl InDoubles<'_> {
         let adjugate = [s - d, b.into(), c.into(), s - a];
         let (mut sum, mut size) = (Complex::<f64>::ZERO, 0.0);
         for (row, &(_, outer)) in self.rows.iter().enumerate() {
-            for (inner, modal) in &self.inputs {
+            for input in &self.inputs {
                 for (at, entry) in adjugate.iter().enumerate() {
-                    let factor = self.outputs[(row, start + at / 2)] * modal[start + at % 2];
-                    let power = turn(place, outer + inner);
+                    let modal = input.modal[start + at % 2].high();
+                    let factor = self.rounded[(row, start + at / 2)] * modal;
+                    let power = turn(place, outer + input.power);
                     sum += entry * power * factor;
                     size += entry.norm() * (factor * power.norm()).abs();
                 }

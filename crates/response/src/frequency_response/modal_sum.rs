@@ -1,6 +1,6 @@
-//! Solutions of the dynamic equations by modes, proved by what modes in doubles leave of them.
+//! Solutions of the dynamic equations by modes, proved by what the modes leave of them.
 //!
-//! Let columns of U and rows of W be shapes in doubles, with blocks Λ on the diagonal, so that
+//! Let columns of U and rows of W be shapes in double-double (see `modal_refinement`), with blocks Λ on the diagonal, so that
 //! S(s) = U (s − Λ)⁻¹ W + D is nearly the inverse of Z(s) = K + sC + s²M. With the residual R = WK + ΛWC + Λ²WM of
 //! the shapes, which is small, exactly
 //!
@@ -8,25 +8,28 @@
 //!
 //! The matrices in it are bounded once, by products in double-double. At each frequency they bound I − SZ in O(n²).
 
-use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Real, WideComplex};
+use std::sync::OnceLock;
+
+use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble, Real, Wide, WideComplex};
 use eigentone_modes::{MatrixKind, Precision, System};
 use faer::Mat;
 use num_complex::Complex;
 
 use super::dynamic_stiffness::{DynamicStiffness, Frequency};
+use super::modal_refinement::{Block, Rows, corrected_shapes, corrected_weights};
 use super::refinement::{ApproximateInverse, FLOOR, UPWARD, largest};
 use crate::march::Basis;
 
 /// (s − Λ)⁻¹ of a block by rows, and bounds of the sizes of its entries.
 type Inverse = ([Complex<f64>; 4], [f64; 4]);
 
-/// Modes in doubles as an approximate inverse at every frequency.
+/// Modes as an approximate inverse at every frequency.
 #[derive(Debug)]
 pub(super) struct ModalSum {
-    /// U.
-    pub(super) shapes: Mat<f64>,
-    /// W.
-    pub(super) weights: Mat<f64>,
+    /// U, by columns.
+    pub(super) shapes: Rows,
+    /// W, by rows.
+    pub(super) weights: Rows,
     /// D.
     pub(super) direct: Option<Mat<f64>>,
     pub(super) blocks: Vec<Block>,
@@ -36,26 +39,23 @@ pub(super) struct ModalSum {
     pub(super) residual: Mat<f64>,
     /// |U|, |W|, |D|.
     pub(super) sizes: (Mat<f64>, Mat<f64>, Option<Mat<f64>>),
-    stiffness: Vec<(usize, usize, [Ball<DoubleDouble>; 3])>,
+    stiffness: DynamicStiffness,
+    entries: Vec<Entry<DoubleDouble>>,
+    more_entries: OnceLock<Vec<Entry<Wide<4>>>>,
 }
 
-/// One or two rows of Λ.
-#[derive(Debug)]
-pub(super) struct Block {
-    pub(super) start: usize,
-    /// By rows.
-    pub(super) generator: Vec<DoubleDouble>,
-}
+/// Row, column, and the parts of K, C and M.
+pub(super) type Entry<T> = (usize, usize, [Ball<T>; 3]);
 
-/// What the sum is at one frequency.
-pub(super) struct At<'a> {
+/// What the sum is at one frequency, and the equations there in the precision of T.
+pub(super) struct At<'a, T> {
     sum: &'a ModalSum,
     /// By block.
     inverses: Vec<Inverse>,
-    /// Z, in the order of the entries.
-    entries: Vec<Ball<DoubleDouble>>,
+    /// Z: row, column and entry.
+    entries: Vec<(usize, usize, Ball<T>)>,
     /// Z′ likewise.
-    slopes: Vec<Ball<DoubleDouble>>,
+    slopes: Vec<(usize, usize, Ball<T>)>,
     /// Lengths in which F is small, one for each coordinate.
     lengths: Vec<f64>,
     /// The norm of F in them.
@@ -64,7 +64,7 @@ pub(super) struct At<'a> {
 
 impl ModalSum {
     /// `None` where modes do not span the motion, or too badly.
-    pub(super) fn of(system: &System, stiffness: &DynamicStiffness) -> Option<ModalSum> {
+    pub(super) fn of(system: &System, stiffness: DynamicStiffness) -> Option<ModalSum> {
         let basis = Basis::of(system, Precision::Double).ok()?;
         let n = system.len();
         let shapes = eigentone_digits::product(basis.form.x(), basis.t.as_ref());
@@ -80,7 +80,41 @@ impl ModalSum {
             start += block.width;
         }
         let states = start;
-        let sizes = (size(&shapes), size(&weights), direct.as_ref().map(size));
+        let entries = stiffness.balls();
+        let exact = Products::of(n, &entries);
+        let d = direct.as_ref().map(rows);
+        let with = |product: Rows, order: usize| match &d {
+            Some(direct) => plus(product, &exact.times(direct, order)),
+            None => product,
+        };
+        // W, ΛW and Λ²W times K, C and M.
+        let left = |w: &Rows, blocks: &[Block]| {
+            let once = by_blocks(blocks, w);
+            let twice = by_blocks(blocks, &once);
+            let sum = plus(exact.times(w, 0), &exact.times(&once, 1));
+            (plus(sum, &exact.times(&twice, 2)), once)
+        };
+        let (mut u, mut w) = (rows(&shapes), rows(&weights));
+        let (residual, _) = left(&w, &blocks);
+        corrected_weights(&mut w, &mut blocks, &shapes, direct.as_ref(), &residual);
+        let (residual, once) = left(&w, &blocks);
+        let inner = [
+            plus(exact.times(&w, 1), &exact.times(&once, 2)),
+            exact.times(&w, 2),
+        ];
+        // What is left of 1 and 0 (see above), by powers of s.
+        let defects = |u: &Rows| {
+            let mut zeroth = with(product(u, &inner[0], n), 0);
+            for (i, row) in zeroth.iter_mut().enumerate() {
+                row[i] -= DoubleDouble::from(1.0);
+            }
+            let none = vec![vec![DoubleDouble::ZERO; n]; n];
+            [zeroth, with(product(u, &inner[1], n), 1), with(none, 2)]
+        };
+        let [zeroth, first, _] = defects(&u);
+        corrected_shapes(&mut u, &blocks, [&zeroth, &first]);
+        let defects = defects(&u);
+        let sizes = (size(&u, states), size(&w, n), direct.as_ref().map(abs));
         let kinds = [MatrixKind::Stiffness, MatrixKind::Damping, MatrixKind::Mass];
         let [k_size, c_size, m_size] = kinds.map(|kind| {
             let mut size = Mat::<f64>::zeros(n, n);
@@ -105,26 +139,6 @@ impl ModalSum {
         };
         let once_size = turned(&sizes.1);
         let twice_size = turned(&once_size);
-        let exact = Products::of(n, stiffness);
-        let w = rows(&weights);
-        let once = by_blocks(&blocks, &w);
-        let twice = by_blocks(&blocks, &once);
-        let [wk, gc, hm] = [
-            exact.times(&w, 0),
-            exact.times(&once, 1),
-            exact.times(&twice, 2),
-        ];
-        let [wc, gm, wm] = [
-            exact.times(&w, 1),
-            exact.times(&once, 2),
-            exact.times(&w, 2),
-        ];
-        let u = rows(&shapes);
-        let d = direct.as_ref().map(rows);
-        let with = |product: Rows, order: usize| match &d {
-            Some(direct) => plus(product, &exact.times(direct, order)),
-            None => product,
-        };
         let size_with = |product: Mat<f64>, size: &Mat<f64>| match &sizes.2 {
             Some(direct) => product + direct * size,
             None => product,
@@ -137,33 +151,31 @@ impl ModalSum {
                 (value[i][j].to_f64().abs() + lost * size[(i, j)]) * UPWARD + FLOOR
             })
         };
-        let mut zeroth = with(product(&u, &plus(wc, &gm), n), 0);
-        for (i, row) in zeroth.iter_mut().enumerate() {
-            row[i] -= DoubleDouble::from(1.0);
-        }
         let inner = &sizes.1 * &c_size + &once_size * &m_size;
         let zeroth_size = size_with(&sizes.0 * inner, &k_size) + Mat::<f64>::identity(n, n);
-        let first = with(product(&u, &wm, n), 1);
         let first_size = size_with(&sizes.0 * (&sizes.1 * &m_size), &c_size);
-        let second = with(vec![vec![DoubleDouble::ZERO; n]; n], 2);
         let second_size = size_with(Mat::zeros(n, n), &m_size);
+        let [zeroth, first, second] = &defects;
         let defects = [
-            bound(&zeroth, zeroth_size),
-            bound(&first, first_size),
-            bound(&second, second_size),
+            bound(zeroth, zeroth_size),
+            bound(first, first_size),
+            bound(second, second_size),
         ];
         let residual = bound(
-            &plus(plus(wk, &gc), &hm),
+            &residual,
             &sizes.1 * &k_size + &once_size * &c_size + &twice_size * &m_size,
         );
         let is_finite = |matrix: &Mat<f64>| {
             (0..matrix.ncols()).all(|j| (0..matrix.nrows()).all(|i| matrix[(i, j)].is_finite()))
         };
         let finite = defects.iter().all(is_finite) && is_finite(&residual);
+        let column = |k: usize| u.iter().map(|row| row[k]).collect();
         finite.then(|| ModalSum {
-            stiffness: stiffness.balls(),
-            shapes,
-            weights,
+            entries,
+            more_entries: OnceLock::new(),
+            stiffness,
+            shapes: (0..states).map(column).collect(),
+            weights: w,
             direct,
             blocks,
             defects,
@@ -174,12 +186,26 @@ impl ModalSum {
 
     /// How many coordinates there are.
     pub(super) fn coordinates(&self) -> usize {
-        self.shapes.nrows()
+        self.defects[0].nrows()
     }
 
-    /// At a frequency; `None` where the modes do not prove that Z is regular.
-    pub(super) fn at(&self, frequency: Frequency) -> Option<At<'_>> {
-        let n = self.shapes.nrows();
+    /// The entries of Z in double-double.
+    pub(super) fn entries(&self) -> &[Entry<DoubleDouble>] {
+        &self.entries
+    }
+
+    /// The entries of Z in more digits.
+    pub(super) fn more_entries(&self) -> &[Entry<Wide<4>>] {
+        self.more_entries.get_or_init(|| self.stiffness.balls())
+    }
+
+    /// At a frequency, with the entries of Z; `None` where the modes do not prove that Z is regular.
+    pub(super) fn at<T: Real>(
+        &self,
+        frequency: Frequency,
+        entries: &[Entry<T>],
+    ) -> Option<At<'_, T>> {
+        let n = self.coordinates();
         let s = frequency.power::<DoubleDouble>(1);
         let inverses = self.inverses(s)?;
         let lengths = self.lengths(&inverses);
@@ -201,30 +227,29 @@ impl ModalSum {
             .iter()
             .zip(&lengths)
             .map(|(moved, length)| moved / length);
-        let norm = largest(ratios);
-        let powers = [0, 1, 2].map(|order| frequency.power::<DoubleDouble>(order));
+        let norm = largest(ratios) * UPWARD;
+        if norm.is_nan() || norm >= 0.5 {
+            return None;
+        }
+        let powers = [0, 1, 2].map(|order| frequency.power::<T>(order));
         let rates = super::dynamic_stiffness::slopes(frequency);
-        let entries = self.stiffness.iter().map(|(_, _, [k, c, m])| {
-            let with = |sum: Ball<DoubleDouble>, part: Ball<DoubleDouble>, power| {
-                if part.upper().is_zero() {
-                    sum
-                } else {
-                    sum + part * power
-                }
-            };
-            (
-                with(with(*k, *c, powers[1]), *m, powers[2]),
-                with(with(Ball::ZERO, *c, rates[0]), *m, rates[1]),
-            )
+        let with = |sum: Ball<T>, part: Ball<T>, power| match part.upper().is_zero() {
+            true => sum,
+            false => sum + part * power,
+        };
+        let values = entries.iter().map(|&(row, column, [k, c, m])| {
+            let entry = with(with(k, c, powers[1]), m, powers[2]);
+            let slope = with(with(Ball::ZERO, c, rates[0]), m, rates[1]);
+            ((row, column, entry), (row, column, slope))
         });
-        let (entries, slopes) = entries.unzip();
-        (norm * UPWARD < 0.5).then_some(At {
+        let (entries, slopes) = values.unzip();
+        Some(At {
             sum: self,
             inverses,
             entries,
             slopes,
             lengths,
-            norm: norm * UPWARD,
+            norm,
         })
     }
 
@@ -239,7 +264,7 @@ impl ModalSum {
 
     /// The square roots of what the diagonal of S is at most: they have the units of the coordinates.
     fn lengths(&self, inverses: &[Inverse]) -> Vec<f64> {
-        let n = self.shapes.nrows();
+        let n = self.coordinates();
         let (shapes, weights, direct) = &self.sizes;
         let mut squares: Vec<f64> = (0..n)
             .map(|i| direct.as_ref().map_or(0.0, |direct| direct[(i, i)]))
@@ -274,10 +299,6 @@ impl ModalSum {
 }
 
 impl Block {
-    fn width(&self) -> usize {
-        self.generator.len().isqrt()
-    }
-
     fn inverse(&self, s: Ball<DoubleDouble>) -> Option<Inverse> {
         let real = |value: DoubleDouble| {
             Ball::from(WideComplex {
@@ -309,41 +330,55 @@ impl Block {
     }
 }
 
-impl At<'_> {
+impl<T: Real> At<'_, T> {
     /// Z′x.
-    pub(super) fn slope(&self, x: &[Ball<DoubleDouble>]) -> Vec<Ball<DoubleDouble>> {
+    pub(super) fn slope(&self, x: &[Ball<T>]) -> Vec<Ball<T>> {
         let mut product = vec![Ball::ZERO; x.len()];
-        for ((row, column, _), slope) in self.sum.stiffness.iter().zip(&self.slopes) {
+        for &(row, column, slope) in &self.slopes {
             if !slope.upper().is_zero() {
-                product[*row] = product[*row] + *slope * x[*column];
+                product[row] = product[row] + slope * x[column];
             }
         }
         product
     }
 }
 
-impl ApproximateInverse for At<'_> {
-    fn apply(&self, right: &[Complex<f64>]) -> Vec<Complex<f64>> {
+impl<T: Real> ApproximateInverse<T> for At<'_, T> {
+    fn apply(&self, right: &[Complex<f64>]) -> Vec<ComplexDoubleDouble> {
         let sum = self.sum;
-        let states = sum.weights.nrows();
-        let mut modal = vec![Complex::<f64>::ZERO; states];
-        let mut x = vec![Complex::<f64>::ZERO; right.len()];
-        for (j, &value) in right.iter().enumerate() {
-            if value == Complex::ZERO {
-                continue;
-            }
-            (0..states).for_each(|k| modal[k] += value * sum.weights[(k, j)]);
-            if let Some(direct) = &sum.direct {
-                (0..x.len()).for_each(|i| x[i] += value * direct[(i, j)]);
-            }
-        }
+        let acting: Vec<(usize, Complex<f64>)> = right.iter().copied().enumerate().collect();
+        let acting = acting.iter().filter(|(_, value)| *value != Complex::ZERO);
+        let modal = sum.weights.iter().map(|weights| {
+            let terms = acting.clone().map(|&(j, value)| value * weights[j].high());
+            terms.sum::<Complex<f64>>()
+        });
+        let modal: Vec<Complex<f64>> = modal.collect();
+        let mut terms: [Vec<(DoubleDouble, &[DoubleDouble])>; 2] = Default::default();
         for (block, (inverse, _)) in sum.blocks.iter().zip(&self.inverses) {
             let width = block.width();
             for a in 0..width {
-                let terms = (0..width).map(|b| inverse[a * width + b] * modal[block.start + b]);
-                let total: Complex<f64> = terms.sum();
-                let column = block.start + a;
-                (0..x.len()).for_each(|i| x[i] += total * sum.shapes[(i, column)]);
+                let parts = (0..width).map(|b| inverse[a * width + b] * modal[block.start + b]);
+                let Complex { re, im } = parts.sum::<Complex<f64>>();
+                for (terms, part) in terms.iter_mut().zip([re, im]) {
+                    terms.push((part.into(), &sum.shapes[block.start + a][..]));
+                }
+            }
+        }
+        let [re, im] = terms.map(|terms| {
+            let mut part = vec![DoubleDouble::ZERO; right.len()];
+            let moving = terms.into_iter().filter(|(factor, _)| !factor.is_zero());
+            DoubleDouble::add_multiples(&mut part, &moving.collect::<Vec<_>>());
+            part
+        });
+        let parts = re.into_iter().zip(im);
+        let mut x: Vec<ComplexDoubleDouble> =
+            parts.map(|(re, im)| WideComplex { re, im }).collect();
+        if let Some(direct) = &sum.direct {
+            for &(j, value) in acting {
+                for (i, x) in x.iter_mut().enumerate() {
+                    x.re += DoubleDouble::product(value.re, direct[(i, j)]);
+                    x.im += DoubleDouble::product(value.im, direct[(i, j)]);
+                }
             }
         }
         x
@@ -363,25 +398,14 @@ impl ApproximateInverse for At<'_> {
         x.iter().map(|size| size * UPWARD).collect()
     }
 
-    fn left(
-        &self,
-        right: &[Ball<DoubleDouble>],
-        x: &[ComplexDoubleDouble],
-    ) -> Vec<Ball<DoubleDouble>> {
-        let mut left = right.to_vec();
-        for ((row, column, _), entry) in self.sum.stiffness.iter().zip(&self.entries) {
-            left[*row] = left[*row] - *entry * Ball::from(x[*column]);
-        }
-        left
+    fn entries(&self) -> &[(usize, usize, Ball<T>)] {
+        &self.entries
     }
 
     fn defect(&self) -> (&[f64], f64) {
         (&self.lengths, self.norm)
     }
 }
-
-/// A matrix in double-double, row by row.
-type Rows = Vec<Vec<DoubleDouble>>;
 
 fn rows(matrix: &Mat<f64>) -> Rows {
     let row = |i: usize| (0..matrix.ncols()).map(move |j| matrix[(i, j)].into());
@@ -433,12 +457,12 @@ struct Products {
 }
 
 impl Products {
-    fn of(n: usize, stiffness: &DynamicStiffness) -> Products {
+    fn of(n: usize, entries: &[Entry<DoubleDouble>]) -> Products {
         let mut rows = [(); 3].map(|()| vec![Vec::new(); n]);
-        for (row, column, parts) in stiffness.balls::<DoubleDouble>() {
+        for (row, column, parts) in entries {
             for (rows, part) in rows.iter_mut().zip(parts) {
                 if !part.upper().is_zero() {
-                    rows[row].push((column, part.middle().re));
+                    rows[*row].push((*column, part.middle().re));
                 }
             }
         }
@@ -477,7 +501,11 @@ impl Products {
     }
 }
 
-fn size(matrix: &Mat<f64>) -> Mat<f64> {
+fn size(rows: &Rows, width: usize) -> Mat<f64> {
+    Mat::from_fn(rows.len(), width, |i, j| rows[i][j].to_f64().abs() * UPWARD)
+}
+
+fn abs(matrix: &Mat<f64>) -> Mat<f64> {
     Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)].abs())
 }
 
@@ -492,9 +520,9 @@ mod tests {
     /// Both ways enclose the same numbers, and modes answer all of the frequencies given.
     fn assert_agreement(system: &System, frequencies: &[f64]) {
         let stiffness = DynamicStiffness::of(system, &[]);
-        let sum = ModalSum::of(system, &stiffness).expect("modes");
         let parts: Vec<usize> = stiffness.reached(0..system.len());
         let block = stiffness.block(&parts);
+        let sum = ModalSum::of(system, stiffness).expect("modes");
         let push = [Push {
             coordinate: 1,
             part: Part::of(0, [1.0; 2]),
@@ -507,7 +535,8 @@ mod tests {
             })
             .collect();
         for &frequency in frequencies {
-            assert!(sum.at(frequency.into()).is_some(), "{frequency}");
+            let at = sum.at(frequency.into(), sum.entries());
+            assert!(at.is_some(), "{frequency}");
             let [by_modes, by_elimination] = [Some(&sum), None].map(|modes| {
                 let found = enclose(&Question {
                     block: &block,
@@ -530,6 +559,35 @@ mod tests {
                 assert!((a - b).abs() <= a_off + b_off, "{frequency}: {a} {b}");
                 assert!(a_off <= 1e-9 * a.abs(), "{frequency}: {a} ± {a_off:e}");
             }
+        }
+    }
+
+    /// At the doubles nearest to the roots of given matrices; those of a free beam have two rigid motions that rounding moves.
+    #[test]
+    fn modes_of_finite_elements_have_digits_beside_poles() {
+        for (end, damping) in [(BeamEnd::Free, 0.0), (BeamEnd::Clamped, 1e-9)] {
+            let beam = System::builder().beam(Beam {
+                name: "rod".to_owned(),
+                length: 2.0,
+                elements: 12,
+                flexural_rigidity: 1500.0,
+                mass_per_length: 3.1,
+                ends: [end, BeamEnd::Free],
+                lumped: false,
+            });
+            let beam = beam.build().expect("a beam");
+            let n = beam.len();
+            let [m, k] = [beam.mass_matrix(), beam.stiffness_matrix()];
+            let mut c = Mat::<f64>::zeros(n, n);
+            c[(n - 1, n - 1)] = damping;
+            let beam = System::from_matrices(m.as_ref(), c.as_ref(), k.as_ref());
+            let beam = beam.expect("a system");
+            let modes = beam.modes().expect("modes");
+            let roots = modes.eigenvalues().iter();
+            let poles = roots.map(|root| root.value.im).filter(|im| *im > 1.0);
+            let poles: Vec<f64> = poles.collect();
+            assert_eq!(poles.len(), 24);
+            assert_agreement(&beam, &poles);
         }
     }
 

@@ -42,6 +42,15 @@ pub(super) struct Center {
     growth: [Vec<f64>; 2],
 }
 
+/// Why there is no centre.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum NoCenter {
+    /// The matrix may be singular at the point.
+    Singular,
+    /// It may be within the radius.
+    TooWide,
+}
+
 /// The coefficients of an analytic function of t, and a bound of its size where |t| ≤ 1.
 pub(super) struct PowerSeries {
     pub(super) coefficients: Vec<Number>,
@@ -51,9 +60,13 @@ pub(super) struct PowerSeries {
 }
 
 impl Center {
-    /// About x, with a radius of `least` or more; `None` where it is not proved that A is regular within it. The second is
-    /// how many products it took.
-    pub(super) fn of(n: usize, entries: &[Entry], x: f64, least: f64) -> (Option<Center>, u64) {
+    /// About x, with a radius of `least` or more. The second is how many products it took.
+    pub(super) fn of(
+        n: usize,
+        entries: &[Entry],
+        x: f64,
+        least: f64,
+    ) -> (Result<Center, NoCenter>, u64) {
         let local: Vec<Entry> = entries
             .iter()
             .map(|(row, column, polynomial)| (*row, *column, about(polynomial, x)))
@@ -77,7 +90,7 @@ impl Center {
         }
         let (outcome, work) = Factor::of(rows);
         let Outcome::Regular(factor) = outcome else {
-            return (None, work);
+            return (Err(NoCenter::Singular), work);
         };
         let work = work + (n * (4 * n + changes.len())) as u64;
         let mut center = Center {
@@ -91,7 +104,7 @@ impl Center {
             growth: [Vec::new(), Vec::new()],
         };
         let known = center.contract(n, least);
-        (known.map(|()| center), work)
+        (known.map(|()| center).ok_or(NoCenter::TooWide), work)
     }
 
     /// Finds lengths and a radius of contraction.

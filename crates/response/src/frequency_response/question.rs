@@ -252,8 +252,8 @@ impl<'a> FrequencyResponse<'a> {
 
     /// The same with proven bounds, by modes, inverses or elimination.
     fn proven(&self, frequencies: &[f64]) -> Result<FrequencyFunctions, FrequencyError> {
-        /// Up to so many coordinates elimination in balls is as quick.
-        const SMALL: usize = 40;
+        /// Up to so many coordinates elimination in balls is as quick, and with a few entries in each row up to the second.
+        const SMALL: [usize; 2] = [12, 40];
         let (columns, blocks, modes) = self.parts(SMALL)?;
         let names = self.output_names();
         let mut functions = self.functions(&columns);
@@ -398,7 +398,7 @@ impl<'a> FrequencyResponse<'a> {
         if self.system.len() > MOST_DENSE {
             return self.features_of_large(&grid);
         }
-        let (columns, blocks, modes) = self.parts(FEW)?;
+        let (columns, blocks, modes) = self.parts([FEW; 2])?;
         let last = grid.iter().copied().rfind(|last| *last > 0.0);
         let middle = f64::exp2(last.map_or(0.0, |last| last.log2().round().clamp(-500.0, 500.0)));
         let proven = OnceLock::new();
@@ -430,7 +430,7 @@ impl<'a> FrequencyResponse<'a> {
                     InDoubles::of(modes, &column.pushes, std::slice::from_ref(reading))
                 });
                 let glance = in_doubles.as_ref();
-                let glance = glance.map(|known| |frequency: f64| known.steepness(frequency));
+                let glance = glance.map(|known| |frequency: f64| known.glance(frequency));
                 let glance = glance.as_ref().map(|glance| glance as &Glance<'_>);
                 let block = &blocks[column.block];
                 let mut turns = turns(
@@ -479,7 +479,7 @@ impl<'a> FrequencyResponse<'a> {
         let first = self.columns()?.into_iter().next();
         Ok(first.map(|first| {
             let reading = &first.readings[..1];
-            let ports = Ports::of(self.system.len(), &first.pushes, reading);
+            let ports = Ports::of(&first.pushes, reading);
             Transfer::of(self.system, ports, losses)
         }))
     }
@@ -502,8 +502,8 @@ impl<'a> FrequencyResponse<'a> {
     }
 
     /// The inputs, the parts of the system that they act on, and its modes where there are parts of more than so many
-    /// coordinates.
-    fn parts(&self, few: usize) -> Result<Parts<'_>, FrequencyError> {
+    /// coordinates, or of more than the second where they are thin.
+    fn parts(&self, few: [usize; 2]) -> Result<Parts<'_>, FrequencyError> {
         self.check_loss_factors()?;
         let mut columns = self.columns()?;
         let stiffness = DynamicStiffness::of(self.system, &self.loss_factors);
@@ -518,9 +518,11 @@ impl<'a> FrequencyResponse<'a> {
         }
         let blocks: Vec<Block> = groups.iter().map(|group| stiffness.block(group)).collect();
         let is_large = self.precision == Precision::Double
-            || blocks.iter().any(|block| block.coordinates().len() > few);
+            || blocks
+                .iter()
+                .any(|block| block.coordinates().len() > few[usize::from(block.is_thin())]);
         let has_modes = is_large && self.loss_factors.iter().all(|factor| *factor == 0.0);
-        let find = || ModalSum::of(self.system, &stiffness);
+        let find = || ModalSum::of(self.system, stiffness);
         let modes = has_modes.then(|| self.modes.get_or_init(find).as_ref());
         Ok((columns, blocks, modes.flatten()))
     }

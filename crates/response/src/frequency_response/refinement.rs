@@ -3,7 +3,7 @@
 //! With any S and F = I − SZ the error of any x̃ is e = S(f − Zx̃) + Fe. Where F is small in some lengths, a residual
 //! bounds e, whatever x̃ is (Rump 2010, *Acta Numerica* 19, section 10).
 
-use eigentone_digits::{Ball, ComplexDoubleDouble, DoubleDouble};
+use eigentone_digits::{Ball, ComplexDoubleDouble, Real, WideComplex};
 use num_complex::Complex;
 
 /// By so much bounds are rounded up: they are sums of doubles, of a few thousand terms at most.
@@ -23,48 +23,63 @@ pub(super) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
     })
 }
 
-/// S, and what it leaves of the dynamic stiffness Z.
-pub(super) trait ApproximateInverse {
-    /// S f in doubles.
-    fn apply(&self, right: &[Complex<f64>]) -> Vec<Complex<f64>>;
+/// S, and what it leaves of the dynamic stiffness Z, whose entries have the digits of T.
+pub(super) trait ApproximateInverse<T: Real> {
+    /// S f, in so many digits that errors of doubles are within the span of the columns of S.
+    fn apply(&self, right: &[Complex<f64>]) -> Vec<ComplexDoubleDouble>;
 
     /// |S| f, from above.
     fn sizes(&self, right: &[f64]) -> Vec<f64>;
 
-    /// f − Zx.
-    fn left(
-        &self,
-        right: &[Ball<DoubleDouble>],
-        x: &[ComplexDoubleDouble],
-    ) -> Vec<Ball<DoubleDouble>>;
+    /// Z: row, column and entry.
+    fn entries(&self) -> &[(usize, usize, Ball<T>)];
 
     /// Lengths, and the norm of F in them, which is below ½.
     fn defect(&self) -> (&[f64], f64);
 
     /// An enclosure of Z⁻¹f.
-    fn solve(&self, right: &[Ball<DoubleDouble>]) -> Option<Vec<Ball<DoubleDouble>>> {
-        /// Each leaves as much of the error as the norm of F says, or what double-double does not hold.
-        const STEPS: usize = 2;
-        let mut x = vec![ComplexDoubleDouble::ZERO; right.len()];
-        let mut residual = right.to_vec();
-        for _ in 0..=STEPS {
-            let middles = residual.iter().map(|residual| {
-                let middle = residual.middle();
-                Complex::new(middle.re.to_f64(), middle.im.to_f64())
-            });
-            let step = self.apply(&middles.collect::<Vec<_>>());
-            for (x, step) in x.iter_mut().zip(step) {
-                x.re += DoubleDouble::from(step.re);
-                x.im += DoubleDouble::from(step.im);
+    fn solve(&self, right: &[Ball<T>]) -> Option<Vec<Ball<T>>> {
+        /// Each leaves as much of the error as the norm of F says, or what the digits do not hold.
+        const STEPS: usize = 3;
+        const MOST: usize = 12;
+        /// Steps that leave more of the work of the residual are the last.
+        const WORTH: f64 = 1e-2;
+        let (lengths, norm) = self.defect();
+        let entries = self.entries();
+        let mut x = vec![WideComplex::<T>::ZERO; right.len()];
+        let middles = right.iter().map(|right| right.middle());
+        let middles: Vec<WideComplex<T>> = middles.collect();
+        let mut rest = middles.clone();
+        let mut before = f64::INFINITY;
+        for step in 0..MOST {
+            let doubles = rest.iter();
+            let doubles = doubles.map(|rest| Complex::new(rest.re.to_f64(), rest.im.to_f64()));
+            let change = self.apply(&doubles.collect::<Vec<_>>());
+            for (x, change) in x.iter_mut().zip(change) {
+                for (part, change) in [(&mut x.re, change.re), (&mut x.im, change.im)] {
+                    *part = *part + T::from(change.high()) + T::from(change.low());
+                }
             }
-            residual = self.left(right, &x);
+            rest.copy_from_slice(&middles);
+            for &(row, column, entry) in entries {
+                rest[row] = rest[row] - entry.middle() * x[column];
+            }
+            let terms = rest.iter().zip(lengths);
+            let work = terms.map(|(rest, length)| rest.norm() * length).sum();
+            if step + 1 >= STEPS && work > before * WORTH {
+                break;
+            }
+            before = work;
+        }
+        let mut residual = right.to_vec();
+        for &(row, column, entry) in entries {
+            residual[row] = residual[row] - entry * Ball::from(x[column]);
         }
         let left: Vec<f64> = residual
             .iter()
             .map(|residual| residual.upper().to_f64() * UPWARD + FLOOR)
             .collect();
         let error = self.sizes(&left);
-        let (lengths, norm) = self.defect();
         let ratios = error.iter().zip(lengths);
         let ratio = largest(ratios.map(|(error, length)| error / length));
         let more = ratio * norm / (1.0 - norm) * UPWARD;

@@ -3,7 +3,7 @@
 use eigentone_modes::{MatrixKind, System};
 use num_complex::Complex;
 
-use super::in_doubles::{Ports, turn};
+use super::in_doubles::{Ports, dense, turn};
 
 /// One frequency response function H of a system in doubles: for many designs, of which each is asked for little.
 ///
@@ -88,16 +88,23 @@ impl Transfer {
             matrices,
             sizes,
             losses: losses.map(flat),
-            acts: ports.acts,
+            acts: ports
+                .acts
+                .into_iter()
+                .map(|(power, of)| (power, dense(n, &of)))
+                .collect(),
             reads: ports
                 .sums
                 .into_iter()
-                .map(|(_, power, of)| (power, of))
+                .map(|(_, power, of)| {
+                    let factors = of.into_iter().map(|(i, part)| (i, part.factor().1));
+                    (power, factors.collect())
+                })
                 .collect(),
             direct: ports
                 .direct
                 .into_iter()
-                .map(|(_, power, by)| (power, by))
+                .map(|(_, part)| part.factor())
                 .collect(),
         }
     }

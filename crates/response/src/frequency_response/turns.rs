@@ -9,14 +9,14 @@
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
-use eigentone_digits::{Ball, DoubleDouble, Magnitude};
+use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real};
 
 use super::dynamic_stiffness::{Block, Part};
 use super::enclosure::{Push, Reading};
 use super::in_doubles::InDoubles;
 use super::orders::{Orders, Terms};
 use super::power_series::{
-    Center, Entry, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
+    Center, Entry, NoCenter, Number, Polynomial, PowerSeries, REACH, at_most, real, times,
 };
 use super::refinement::UPWARD;
 
@@ -56,11 +56,13 @@ impl Turn {
     }
 }
 
+type Known = Result<Rc<Center>, NoCenter>;
+
 /// Series about the points of one input's axes.
 #[derive(Default)]
 pub(super) struct Centers {
     /// By the number of equations, which outputs out of reach have none of, the direction and both ends.
-    known: HashMap<(usize, bool, u64, u64), Option<Rc<Center>>>,
+    known: HashMap<(usize, bool, u64, u64), Known>,
     work: u64,
     /// Those of modes, in doubles, for one output.
     products: u64,
@@ -92,7 +94,7 @@ struct Axis<'a> {
     orders: Rc<Orders>,
 }
 
-/// The turns of what one input does to one output; `None` where they are not proved to be all. Modes, where they are known,
+/// The turns of what one input does to one output; `None` where they are not proved to be all. Modes, where they serve,
 /// answer between the slowest and the fastest of them, at a hundredth of the time that a factor takes; else the axes meet at `middle`.
 pub(super) fn turns(
     block: &Block,
@@ -105,15 +107,15 @@ pub(super) fn turns(
     /// So much slower and faster than all modes one series is enough, to 0 and to ∞.
     const BEYOND: f64 = 16.0;
     centers.products = 0;
-    let axes = Axis::both(block, pushes, reading)?;
-    let by_modes = |centers: &mut Centers| {
-        let (modes, [least, most]) = (modes?, modes?.rates()?);
-        let middle = f64::exp2((most * BEYOND).log2().ceil());
-        let mut axes = Axis::both(block, pushes, reading)?;
+    let mut axes = Axis::both(block, pushes, reading)?;
+    let modes = modes.and_then(|modes| Some((modes, modes.rates()?)));
+    let modes = modes.filter(|(modes, [_, most])| modes.serve_up_to(*most));
+    let mut middle = middle;
+    if let Some((modes, [least, most])) = modes {
+        middle = f64::exp2((most * BEYOND).log2().ceil());
         axes[0].modes = Some((modes, least / BEYOND));
-        covered(&axes, middle, centers)
-    };
-    by_modes(centers).or_else(|| covered(&axes, middle, centers))
+    }
+    covered(&axes, middle, centers)
 }
 
 /// The same of the function in Ω and in 1/Ω.
@@ -189,7 +191,7 @@ impl Axis<'_> {
             .chain(own.iter().map(|(_, part)| *part))
             .chain(&reading.more)
             .collect();
-        let lossless = !block.has_losses() && parts.iter().all(|part| part.real().is_some());
+        let lossless = !block.has_losses() && parts.iter().all(|part| part.is_real());
         let exact = || -> Option<Vec<Terms>> {
             let mut terms: Vec<Terms> = block.terms().collect();
             let own = own.iter().map(|(column, part)| ((n, *column), *part, 1.0));
@@ -279,6 +281,8 @@ impl Axis<'_> {
         const NARROW: f64 = 1e-13;
         /// So near to 0 there is no use in looking.
         const NEAR: f64 = 1e-24;
+        /// Where modes have no digits, narrower parts have none either.
+        const BLIND: f64 = 1e-4;
         /// Where intervals are divided: no place of its own.
         const SHARE: f64 = 0.487_139;
         let mut cover = Cover {
@@ -287,14 +291,22 @@ impl Axis<'_> {
         };
         let mut open = vec![[0.0, end]];
         while let Some([low, high]) = open.pop() {
-            if let Some(decided) = self.decide(low, high, centers) {
-                if low == 0.0 {
-                    cover.rises_at_zero = decided.rises_at_zero;
+            let undecided = match self.decide(low, high, centers) {
+                Ok(decided) => {
+                    if low == 0.0 {
+                        cover.rises_at_zero = decided.rises_at_zero;
+                    }
+                    cover.turns.extend(decided.turns);
+                    continue;
                 }
-                cover.turns.extend(decided.turns);
-                continue;
-            }
-            let hopeless = high - low < NARROW * high || high < NEAR * end;
+                Err(undecided) => undecided,
+            };
+            let narrow = match undecided {
+                Undecided::Wide => NARROW,
+                Undecided::Blind => BLIND,
+                Undecided::Always => return None,
+            };
+            let hopeless = high - low < narrow * high || high < NEAR * end;
             // Modes need few centres, but at 0 and ∞.
             let spent = match self.modes {
                 Some(_) => centers.products > MOST_PRODUCTS || centers.work > 5 * MOST_WORK,
@@ -311,43 +323,60 @@ impl Axis<'_> {
     }
 
     /// One interval.
-    fn decide(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Cover> {
+    fn decide(&self, low: f64, high: f64, centers: &mut Centers) -> Result<Cover, Undecided> {
         /// Poles so near to the axis are not stepped around: by factors, and by modes, whose steps take hardly any time.
         const SHARP: [f64; 2] = [0.02, 1e-7];
         // Modes answer away from 0, as far as their digits go.
-        let mut by_factor = true;
+        let mut undecided = Undecided::Blind;
         if let Some((modes, first)) = self.modes {
             if low == 0.0 && high > first {
-                return None;
+                return Err(Undecided::Wide);
             }
             if low > 0.0 {
-                match by_modes(modes, low, high, self.is_real, centers) {
-                    Ok(cover) => return Some(cover),
-                    Err(undecided) => by_factor = undecided == Undecided::Blind,
+                let mut decided = by_modes::<f64>(modes, low, high, self.is_real, centers);
+                if decided.as_ref().is_err_and(|why| *why == Undecided::Blind) {
+                    decided = by_modes::<DoubleDouble>(modes, low, high, self.is_real, centers);
+                }
+                match decided {
+                    Ok(cover) => return Ok(cover),
+                    Err(why) => undecided = why,
                 }
             }
         }
-        let direct = match by_factor {
-            true => self.direct(low, high, centers),
-            false => None,
-        };
-        if let Some(center) = direct
-            && let Some(cover) = self.by_series(&center, false, low, high, centers)
-        {
-            return Some(cover);
+        let mut regular = true;
+        if undecided == Undecided::Blind {
+            match self.direct(low, high, centers) {
+                Ok(center) => {
+                    if let Some(cover) = self.by_series(&center, false, low, high, centers) {
+                        return Ok(cover);
+                    }
+                }
+                Err(why) => regular = why != NoCenter::Singular,
+            }
+        }
+        if self.modes.is_none() || low == 0.0 {
+            undecided = Undecided::Wide;
         }
         let sharp = SHARP[usize::from(self.modes.is_some())];
         if low > 0.0 && high - low > sharp * high {
-            return None;
+            return Err(undecided);
         }
         let (x, least) = about(low, high);
         let (center, work) = Center::of(self.n + 1, &self.entries, x, least);
         centers.work += work;
-        self.by_series(&center?, true, low, high, centers)
+        let center =
+            center.map_err(
+                |why| match why == NoCenter::Singular && !regular && low == 0.0 {
+                    true => Undecided::Always,
+                    false => undecided,
+                },
+            )?;
+        self.by_series(&center, true, low, high, centers)
+            .ok_or(undecided)
     }
 
     /// The equations of the system alone, which all outputs share.
-    fn direct(&self, low: f64, high: f64, centers: &mut Centers) -> Option<Rc<Center>> {
+    fn direct(&self, low: f64, high: f64, centers: &mut Centers) -> Result<Rc<Center>, NoCenter> {
         let key = (self.n, self.backward, low.to_bits(), high.to_bits());
         if let Some(known) = centers.known.get(&key) {
             return known.clone();
@@ -457,10 +486,10 @@ impl Axis<'_> {
     /// The limit of |H| for x → 0.
     fn at_zero(&self, centers: &mut Centers) -> Option<(f64, f64)> {
         let found = centers.known.iter();
-        let found = found.filter(|((n, backward, low, _), _)| {
+        let mut found = found.filter(|((n, backward, low, _), _)| {
             (*n, *backward, *low) == (self.n, self.backward, 0)
         });
-        let center = found.filter_map(|(_, center)| center.clone()).next()?;
+        let center = found.find_map(|(_, center)| center.clone().ok())?;
         let power = usize::try_from(self.power).ok()?;
         let mut series = self.series(&center, false, power + 1, f64::INFINITY);
         self.clear(&mut series, false);
@@ -479,29 +508,32 @@ impl Axis<'_> {
     }
 }
 
-/// Why modes do not decide an interval.
+/// Why an interval is not decided.
 #[derive(Clone, Copy, PartialEq)]
 enum Undecided {
-    /// A narrower one may be decided.
+    /// A narrower one may be.
     Wide,
-    /// What is lost in doubles hides the slope and its derivative at the centre, as where a function falls steeply.
+    /// What is lost in the digits of modes hides the slope and its derivative at the centre, as where a function falls steeply.
     Blind,
+    /// No narrower one at 0 will be: the matrix there, with the function and without, may be singular.
+    Always,
 }
 
-/// One interval away from 0, by modes: a series of H, or a pole of a function that is real.
-fn by_modes(
+/// One interval away from 0, by modes in the precision of T: a series of H, or a pole of a function that is real.
+fn by_modes<T: Real>(
     modes: &InDoubles<'_>,
     low: f64,
     high: f64,
     is_real: bool,
     centers: &mut Centers,
 ) -> Result<Cover, Undecided> {
-    const COUNT: usize = 20;
+    // What digits do not hide, the rest would.
+    let count = if T::UNIT_LOG2 < -53 { 40 } else { 20 };
     let (x, least) = about(low, high);
-    centers.products += modes.products(COUNT);
+    centers.products += modes.products(count);
     let mut undecided = Undecided::Wide;
     let mut by_series = || {
-        let series = modes.series(x, least, COUNT)?;
+        let series = modes.series::<T>(x, least, count)?;
         let slope = Slope::of(&series, 0, false, x)?;
         if slope.is_blind((high - x) / series.radius) {
             undecided = Undecided::Blind;
@@ -784,7 +816,7 @@ mod tests {
             let system = full(n, seed, is_damped);
             let stiffness = DynamicStiffness::of(&system, &[]);
             let block = stiffness.block(&stiffness.reached(0..n));
-            let sum = ModalSum::of(&system, &stiffness).expect("modes");
+            let sum = ModalSum::of(&system, stiffness).expect("modes");
             let pushes = [Push {
                 coordinate: 0,
                 part: Part::of(0, [1.0; 2]),
@@ -814,9 +846,9 @@ mod tests {
                 assert_eq!(by_modes.rises_at_last, by_factors.rises_at_last);
                 // Without damping poles may be near.
                 for x in [0.37, 1.9, 3.1].into_iter().filter(|_| is_damped) {
-                    let one = modes.series(x, 1e-3, 12).expect("regular");
+                    let one = modes.series::<f64>(x, 1e-3, 12).expect("regular");
                     let center = axes[0].direct(x - 4e-4, x + 4e-4, &mut centers);
-                    let center = center.expect("regular");
+                    let center = center.ok().expect("regular");
                     assert_eq!(center.place(), x);
                     let other = axes[0].series(&center, false, 12, 4e-4);
                     let (radius, own) = (one.radius, other.radius);

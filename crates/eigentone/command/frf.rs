@@ -91,7 +91,9 @@ impl Frf {
                     .map_err(Failure::sparse(file))?,
                 false => {
                     let modes = scene.system().modes_to(self.question.precision());
-                    modes.map_err(Failure::modes(file))?
+                    let modes = modes.map_err(Failure::modes(file))?;
+                    self.question.report_rounding(scene.system(), &modes);
+                    modes
                 }
             };
             let mut grid = peak_grid(scene.system(), &modes, scene.loss_factors());

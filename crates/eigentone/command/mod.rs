@@ -318,7 +318,11 @@ impl Question {
         if places.is_empty() {
             return;
         }
-        let numbers: Vec<String> = places.iter().map(|place| (place + 1).to_string()).collect();
+        let number = |place: &usize| {
+            let rate = modes[*place].eigenvalue().value.norm();
+            format!("{} ({rate:.1e} rad/s)", place + 1)
+        };
+        let numbers: Vec<String> = places.iter().map(number).collect();
         let (mode, are) = match numbers.len() {
             1 => ("mode", "a rigid motion"),
             _ => ("modes", "rigid motions"),

@@ -170,3 +170,25 @@ fn what_rounding_leaves_unsymmetric_is_noted() {
     assert_eq!(noted(-1.0), "");
     assert_eq!(noted(-0.9), "");
 }
+
+/// 0.1 + 0.2 beside 0.3: the free motion of two masses is a pole of 5e-9 rad/s, of which lists of modes and peaks say what it may be.
+#[test]
+fn rigid_motions_that_rounding_moved_are_said_to_be() {
+    let folder = fresh("rounded-rigid");
+    fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("two.json");
+    let text = r#"{"matrices": {"mass": [[1, 0], [0, 1]],
+        "stiffness": [[0.30000000000000004, -0.3], [-0.3, 0.3]]}}"#;
+    fs::write(&file, text).expect("a file");
+    let file = file.to_str().expect("a UTF-8 path");
+    for arguments in [
+        &["modes", file][..],
+        &["frf", file, "--from", "x1", "--to", "x2"],
+    ] {
+        let output = eigentone(arguments);
+        assert!(output.status.success(), "{arguments:?}");
+        let said = String::from_utf8(output.stderr).expect("UTF-8");
+        let note = "mode 1 (5.3e-9 rad/s) may be a rigid motion: rounding";
+        assert!(said.contains(note), "{said}");
+    }
+}

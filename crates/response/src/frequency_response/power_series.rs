@@ -43,12 +43,12 @@ pub(super) struct Center {
 }
 
 /// Why there is no centre.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub(super) enum NoCenter {
     /// The matrix may be singular at the point.
     Singular,
-    /// It may be within the radius.
-    TooWide,
+    /// It may be within the radius, and is not within this one.
+    TooWide(f64),
 }
 
 /// The coefficients of an analytic function of t, and a bound of its size where |t| ≤ 1.
@@ -104,11 +104,11 @@ impl Center {
             growth: [Vec::new(), Vec::new()],
         };
         let known = center.contract(n, least);
-        (known.map(|()| center).ok_or(NoCenter::TooWide), work)
+        (known.map(|()| center).map_err(NoCenter::TooWide), work)
     }
 
-    /// Finds lengths and a radius of contraction.
-    fn contract(&mut self, n: usize, least: f64) -> Option<()> {
+    /// Finds lengths and a radius of contraction, or the largest there is below `least`, 0 where there is none.
+    fn contract(&mut self, n: usize, least: f64) -> Result<(), f64> {
         /// Steps towards the vector of Perron, whose lengths make the norm least.
         const STEPS: usize = 12;
         /// Beyond it nothing is gained.
@@ -137,7 +137,9 @@ impl Center {
         let mut radius = f64::exp2(least.log2().ceil());
         let mut contraction = norm(radius);
         if contraction.is_nan() || contraction > 0.9 || !radius.is_normal() {
-            return None;
+            let mut narrower = std::iter::successors(Some(radius), |radius| Some(0.5 * radius));
+            let known = narrower.find(|radius| norm(*radius) <= 0.9 || !radius.is_normal());
+            return Err(known.filter(|radius| radius.is_normal()).unwrap_or(0.0));
         }
         for _ in 0..16 {
             let wider = norm(2.0 * radius);
@@ -152,7 +154,7 @@ impl Center {
         }
         (self.radius, self.contraction, self.lengths) = (radius, contraction, lengths);
         self.growth = [first, second];
-        Some(())
+        Ok(())
     }
 
     /// Bounds of |A₀⁻¹A₁| and |A₀⁻¹A₂| for ρ = 1, by rows.

@@ -301,12 +301,13 @@ impl Axis<'_> {
                 }
                 Err(undecided) => undecided,
             };
-            let narrow = match undecided {
-                Undecided::Wide => NARROW,
-                Undecided::Blind => BLIND,
-                Undecided::Always => return None,
+            // A wider part at 0 than up to there is not decided.
+            let (narrow, reach) = match undecided {
+                Undecided::Wide => (NARROW, high),
+                Undecided::Blind => (BLIND, high),
+                Undecided::Beyond(reach) => (NARROW, reach),
             };
-            let hopeless = high - low < narrow * high || high < NEAR * end;
+            let hopeless = high - low < narrow * high || reach < NEAR * end;
             // Modes need few centres, but at 0 and ∞.
             let spent = match self.modes {
                 Some(_) => centers.products > MOST_PRODUCTS || centers.work > 5 * MOST_WORK,
@@ -315,7 +316,7 @@ impl Axis<'_> {
             if hopeless || spent {
                 return None;
             }
-            let between = low + SHARE * (high - low);
+            let between = (low + SHARE * (high - low)).min(reach);
             open.push([between, high]);
             open.push([low, between]);
         }
@@ -343,15 +344,17 @@ impl Axis<'_> {
                 }
             }
         }
-        let mut regular = true;
+        // How far series at 0 may reach.
+        let mut reach = 0.0f64;
         if undecided == Undecided::Blind {
             match self.direct(low, high, centers) {
-                Ok(center) => {
-                    if let Some(cover) = self.by_series(&center, false, low, high, centers) {
-                        return Ok(cover);
-                    }
-                }
-                Err(why) => regular = why != NoCenter::Singular,
+                Ok(center) => match self.by_series(&center, false, low, high, centers) {
+                    Ok(cover) => return Ok(cover),
+                    Err(Undecided::Beyond(to)) => reach = to,
+                    Err(_) => reach = high,
+                },
+                Err(NoCenter::TooWide(radius)) => reach = REACH * radius,
+                Err(NoCenter::Singular) => {}
             }
         }
         if self.modes.is_none() || low == 0.0 {
@@ -364,15 +367,19 @@ impl Axis<'_> {
         let (x, least) = about(low, high);
         let (center, work) = Center::of(self.n + 1, &self.entries, x, least);
         centers.work += work;
-        let center =
-            center.map_err(
-                |why| match why == NoCenter::Singular && !regular && low == 0.0 {
-                    true => Undecided::Always,
-                    false => undecided,
-                },
-            )?;
-        self.by_series(&center, true, low, high, centers)
-            .ok_or(undecided)
+        let center = match center {
+            Ok(center) => center,
+            Err(_) if low > 0.0 => return Err(undecided),
+            Err(NoCenter::TooWide(radius)) => {
+                return Err(Undecided::Beyond(reach.max(REACH * radius)));
+            }
+            Err(NoCenter::Singular) => return Err(Undecided::Beyond(reach)),
+        };
+        let found = self.by_series(&center, true, low, high, centers);
+        found.map_err(|why| match why {
+            Undecided::Beyond(to) => Undecided::Beyond(reach.max(to)),
+            _ => undecided,
+        })
     }
 
     /// The equations of the system alone, which all outputs share.
@@ -427,7 +434,7 @@ impl Axis<'_> {
         low: f64,
         high: f64,
         centers: &mut Centers,
-    ) -> Option<Cover> {
+    ) -> Result<Cover, Undecided> {
         /// At 0 the first powers may be missing, four for each mass on the way.
         const COUNTS: [usize; 4] = [20, 40, 80, 160];
         let counts = if low == 0.0 {
@@ -444,23 +451,26 @@ impl Axis<'_> {
                 self.clear(&mut series, inverse);
             }
             let power = if inverse { -self.power } else { self.power };
-            let slope = Slope::of(&series, power, self.even, x)?;
+            let slope = Slope::of(&series, power, self.even, x).ok_or(Undecided::Wide)?;
+            if low == 0.0 && slope.is_hidden() {
+                return Err(Undecided::Beyond(0.0));
+            }
             // |h|² is a ratio of polynomials of degree 4n + 4 or less: it is constant if it is for so many coefficients.
             if slope.is_zero() && count < 8 * self.n + 20 {
                 continue;
             }
             let Some(turns) = slope.turns_between(low, high, x, radius) else {
                 if 2 * slope.coefficients.len() > count {
-                    return None;
+                    return Err(Undecided::Wide);
                 }
                 continue;
             };
-            return Some(Cover {
+            return Ok(Cover {
                 turns,
                 rises_at_zero: slope.rises_at_zero() != inverse,
             });
         }
-        None
+        Err(Undecided::Wide)
     }
 
     /// Makes the first coefficients at 0 what they are exactly, where they might be 0.
@@ -515,8 +525,8 @@ enum Undecided {
     Wide,
     /// What is lost in the digits of modes hides the slope and its derivative at the centre, as where a function falls steeply.
     Blind,
-    /// No narrower one at 0 will be: the matrix there, with the function and without, may be singular.
-    Always,
+    /// One at 0; none is that goes beyond this.
+    Beyond(f64),
 }
 
 /// One interval away from 0, by modes in the precision of T: a series of H, or a pole of a function that is real.
@@ -641,6 +651,12 @@ impl Slope {
     /// Whether all that is known of it is 0.
     fn is_zero(&self) -> bool {
         self.coefficients.is_empty()
+    }
+
+    /// Whether its sign at the centre is not known.
+    fn is_hidden(&self) -> bool {
+        let mut first = self.coefficients.iter();
+        first.next().is_some_and(|(value, off)| value.abs() <= *off)
     }
 
     /// Whether a narrower interval than |t| ≤ `reach` does not help: its value at 0 is hidden, and so is its derivative, or what

@@ -321,7 +321,7 @@ impl Rest {
         let t = instant.time().to_f64();
         let piece = begun.saturating_sub(1);
         let timeline = problem.timeline();
-        timeline.signals(piece, t, 0, |on, value| force[on] += value);
+        timeline.signals(piece, t, |on, [value, ..]| force[on] += value);
         for (coordinate, moved) in &self.loaded {
             let force = force[*coordinate];
             let pairs = displacement.col_mut(column).iter_mut().zip(moved);

@@ -4,15 +4,29 @@ use std::f64::consts::TAU;
 
 use eigentone_digits::DoubleDouble;
 
+/// Up to here whole turns times 2π in double-double leave what a double shows of the rest.
+const SMALL: f64 = (1u64 << 45) as f64;
+
 /// Ωt + φ less whole turns, to units of rounding of a turn, however large Ωt and φ are.
 pub(crate) fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f64 {
-    /// Up to here whole turns times 2π in double-double leave what a double shows of the rest.
-    const SMALL: f64 = (1u64 << 45) as f64;
+    let angle = time * frequency;
+    let rest = match angle.high().abs() <= SMALL && phase.abs() <= SMALL {
+        true => angle + DoubleDouble::from(phase),
+        false => reduced_parts(frequency, time, phase),
+    };
+    let turns = (rest.to_f64() / TAU).round_ties_even();
+    (rest - DoubleDouble::TAU * turns).to_f64()
+}
+
+/// The same angle from parts whose sum is exact: what is too large for 2π in double-double is reduced by itself, with as
+/// many digits as it takes.
+#[cold]
+fn reduced_parts(frequency: f64, time: DoubleDouble, phase: f64) -> DoubleDouble {
     let [high, low] = [time.high(), time.low()].map(|time| DoubleDouble::product(frequency, time));
-    let mut rest = DoubleDouble::ZERO;
-    // Their sum is exact; what is too large for 2π in double-double is reduced by itself, with as many digits as it takes.
-    for part in [high.high(), low.high(), high.low(), low.low(), phase] {
-        rest += DoubleDouble::from(match part.abs() <= SMALL {
+    let parts = [high.high(), low.high(), high.low(), low.low(), phase];
+    let mut sum = DoubleDouble::ZERO;
+    for part in parts {
+        sum += DoubleDouble::from(match part.abs() <= SMALL {
             true => part,
             false => {
                 let (sine, cosine) = part.sin_cos();
@@ -20,8 +34,7 @@ pub(crate) fn reduced_angle(frequency: f64, time: DoubleDouble, phase: f64) -> f
             }
         });
     }
-    let turns = (rest.to_f64() / TAU).round();
-    (rest - DoubleDouble::TAU * turns).to_f64()
+    sum
 }
 
 #[cfg(test)]

@@ -66,7 +66,8 @@ impl Courses {
                 *sum += power * (straight.value + straight.slope * time / (times + 1.0));
             }
         }
-        timeline.waves(piece, |on, [sine, cosine], angle, rate| {
+        let start = begun.start.time;
+        timeline.waves(piece, start, |on, [sine, cosine], angle, rate| {
             if on != own {
                 return;
             }
@@ -110,16 +111,12 @@ impl Courses {
         mut push: impl FnMut(usize, [f64; 5]),
     ) {
         let mut all = vec![[0.0; 5]; channels.len()];
-        for order in 0..5u8 {
-            timeline.signals(piece, t, order, |on, value| {
-                if let Some(channel) = on.checked_sub(self.coordinates)
-                    && let Some(into) =
-                        all[channel].get_mut(channels[channel].integrals + order as usize)
-                {
-                    *into += value;
-                }
-            });
-        }
+        timeline.signals(piece, t, |on, derivatives| {
+            if let Some(channel) = on.checked_sub(self.coordinates) {
+                let all = all[channel].iter_mut().skip(channels[channel].integrals);
+                all.zip(derivatives).for_each(|(sum, part)| *sum += part);
+            }
+        });
         let time = t - timeline.pieces()[piece].start();
         for (channel, mut derivatives) in all.into_iter().enumerate() {
             let integrated = self.at(timeline, channels, channel, piece, time);

@@ -398,9 +398,9 @@ impl<'a> Problem<'a> {
     pub fn forces(&self, piece: usize, t: f64, order: u8, mut push: impl FnMut(usize, f64)) {
         assert!(order <= 2, "only two derivatives are kept");
         let (n, timeline) = (self.system.len(), self.timeline());
-        timeline.signals(piece, t, order, |on, value| {
+        timeline.signals(piece, t, |on, derivatives| {
             if on < n {
-                push(on, value);
+                push(on, derivatives[usize::from(order)]);
             }
         });
         self.channel_forces(piece, t, order, &mut push);

@@ -164,7 +164,7 @@ mod tests {
             for (at, piece) in pieces.iter().enumerate() {
                 let (mut found, t) = ([0.0], piece.start() + 0.01);
                 let timeline = problem.timeline();
-                timeline.signals(at, t, 0, |on, value| found[on] += value);
+                timeline.signals(at, t, |on, [value, ..]| found[on] += value);
                 let each = problem.loads().iter().map(|applied| match &applied.load {
                     crate::Load::Step(step) if step.start <= piece.start() => step.force,
                     crate::Load::Ramp(ramp) if ramp.start <= piece.start() => {

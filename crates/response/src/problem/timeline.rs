@@ -133,47 +133,50 @@ impl Timeline {
         &self.pulses
     }
 
-    /// Calls `push` with every part of the `order`-th time derivative of the signals at time `t` s, by the law of the given
-    /// piece and without impulses: the index of the coordinate, or beyond them of the channel, and its value.
-    pub fn signals(&self, piece: usize, t: f64, order: u8, mut push: impl FnMut(usize, f64)) {
+    /// Calls `push` with every part of the signals at time `t` s, by the law of the given piece and without impulses: the
+    /// index of the coordinate, or beyond them of the channel, its value and its first four time derivatives.
+    pub(crate) fn signals(&self, piece: usize, t: f64, mut push: impl FnMut(usize, [f64; 5])) {
         let begun = &self.pieces[piece];
-        let elapsed = DoubleDouble::from(t) - begun.start.time;
+        let now = DoubleDouble::from(t);
         for straight in &begun.straight {
-            let value = match order {
-                0 => straight.value + straight.slope * elapsed.to_f64(),
-                1 => straight.slope,
-                _ => 0.0,
-            };
-            push(straight.coordinate, value);
+            let elapsed = (now - begun.start.time).to_f64();
+            let value = straight.value + straight.slope * elapsed;
+            push(straight.coordinate, [value, straight.slope, 0.0, 0.0, 0.0]);
         }
-        self.waves(piece, |on, [sine, cosine], start, rate| {
-            let (s, c) = reduced_angle(rate, elapsed, start).sin_cos();
-            let value = match order % 4 {
-                0 => sine * s + cosine * c,
-                1 => sine * c - cosine * s,
-                2 => -sine * s - cosine * c,
-                _ => cosine * s - sine * c,
-            };
-            push(on, value * rate.powi(order.into()));
+        self.waves(piece, now, |on, [sine, cosine], angle, rate| {
+            let (s, c) = angle.sin_cos();
+            let (value, growth) = (sine * s + cosine * c, sine * c - cosine * s);
+            let mut power = 1.0;
+            push(
+                on,
+                [value, growth, -value, -growth, value].map(|part| {
+                    let derivative = part * power;
+                    power *= rate;
+                    derivative
+                }),
+            );
         });
     }
 
     /// Calls `visit` with every sinusoid in a piece: the index of the coordinate, or beyond them of the channel, what
-    /// sine and cosine are multiplied by, the angle at the piece's start, and the rate.
-    pub(super) fn waves(&self, piece: usize, mut visit: impl FnMut(usize, [f64; 2], f64, f64)) {
-        let piece = &self.pieces[piece];
+    /// sine and cosine are multiplied by, the angle at a time `now` in s, and the rate.
+    pub(super) fn waves(
+        &self,
+        piece: usize,
+        now: DoubleDouble,
+        mut visit: impl FnMut(usize, [f64; 2], f64, f64),
+    ) {
         for (coordinate, harmonic) in &self.harmonics {
-            let angle = reduced_angle(harmonic.frequency, piece.start.time, harmonic.phase);
-            visit(
-                *coordinate,
-                [harmonic.amplitude, 0.0],
-                angle,
-                harmonic.frequency,
-            );
+            let (parts, rate) = ([harmonic.amplitude, 0.0], harmonic.frequency);
+            let angle = reduced_angle(rate, now, harmonic.phase);
+            visit(*coordinate, parts, angle, rate);
         }
+        let piece = &self.pieces[piece];
         for pulse in piece.pulses.iter().map(|index| &self.pulses[*index]) {
-            let (parts, angle) = ([pulse.sine, pulse.cosine], pulse.angle(&piece.start));
-            visit(pulse.coordinate, parts, angle, pulse.rate.to_f64());
+            let (parts, rate) = ([pulse.sine, pulse.cosine], pulse.rate.to_f64());
+            let elapsed = now - piece.start.time;
+            let angle = reduced_angle(rate, elapsed, pulse.angle(&piece.start));
+            visit(pulse.coordinate, parts, angle, rate);
         }
     }
 
@@ -355,7 +358,7 @@ mod tests {
         for piece in [0, 1] {
             let mut force = 0.0;
             let timeline = problem.timeline();
-            timeline.signals(piece, 3.3, 0, |_, value| force += value);
+            timeline.signals(piece, 3.3, |_, [value, ..]| force += value);
             let wanted = -0.329_619_931_339_242_55;
             assert!((force - wanted).abs() < 1e-14, "{piece}: {force}");
         }
@@ -375,7 +378,7 @@ mod tests {
         for (piece, time, straight) in [(0, 0.75, 0.0), (1, 1.5, 5.0), (2, 4.0, 19.0)] {
             let mut force = 0.0;
             let timeline = problem.timeline();
-            timeline.signals(piece, time, 0, |_, value| force += value);
+            timeline.signals(piece, time, |_, [value, ..]| force += value);
             let wanted = straight + 3.0 * (0.5 * time + 0.25).sin();
             assert!((force - wanted).abs() < 1e-14, "{time}: {force}");
         }

@@ -44,7 +44,7 @@ pub enum SwitchingError {
     },
     /// Events come ever more quickly.
     #[error(
-        "{events} events came before t = {time:?} s, and more come without end: the last was of switch {switch}"
+        "{events} events came before t = {time:?} s, ever closer together, the last of switch {switch}: ask for less time or, where bounces die out slowly, take a smaller restitution"
     )]
     Endless {
         /// How many.
@@ -56,7 +56,9 @@ pub enum SwitchingError {
     },
     /// The motion is too quick beside the time asked for.
     #[error(
-        "it would take about {steps:.0e} more short steps, as the quickest motion is of {rate:.1e} rad/s: ask for less time or take softer springs"
+        "it would take {} more short steps, as the quickest motion is of {} rad/s: ask for less time or take softer springs",
+        shown(*steps, 0),
+        shown(*rate, 1)
     )]
     TooLong {
         /// How many.
@@ -100,5 +102,12 @@ pub(crate) fn named(error: &impl Display, switch: Option<usize>, names: &[String
     match switch.and_then(|switch| names.get(switch).map(|name| (switch, name))) {
         Some((switch, name)) => text.replacen(&format!("switch {switch}"), name, 1),
         None => text,
+    }
+}
+
+fn shown(number: f64, decimals: usize) -> String {
+    match number.is_finite() {
+        true => format!("about {number:.decimals$e}"),
+        false => "over 1e308".to_owned(),
     }
 }

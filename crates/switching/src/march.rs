@@ -1009,7 +1009,7 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
         self.budget -= self.cost;
         const MOST_EVENTS: usize = 5_000_000;
         const MOST_STEPS: f64 = 3e7;
-        const WINDOW: usize = 50_000;
+        const WINDOW: usize = 500_000;
         let steps = (until - self.now).to_f64() / self.current.step;
         if steps > MOST_STEPS || self.budget < 0.0 {
             let rate = self.current.reach / self.current.step;

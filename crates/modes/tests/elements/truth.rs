@@ -129,67 +129,88 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
     }
 }
 
-/// Holds modes against the roots of a model: all are there, each within its bound. What is proven is so to `tight` of its
-/// size, but for those below `hidden` of the largest root; what is not is right to 1e-9, within its estimate, or has no bound.
+/// Holds modes against the roots of their model.
 pub fn check(name: &str, model: &Model, modes: &Modes, tight: f64) {
-    check_beside(name, model, modes, modes, tight);
+    Truth::of(model, modes).check(name, modes, tight);
 }
 
-/// The same where other modes are nearer to the roots, to begin with.
-pub fn check_beside(name: &str, model: &Model, modes: &Modes, near: &Modes, tight: f64) {
-    let found = modes.eigenvalues();
-    assert_eq!(found.len(), near.eigenvalues().len(), "{name}");
-    assert_eq!(found.len() + modes.infinite(), 2 * model.order(), "{name}");
-    let values: Vec<_> = found.iter().map(|root| root.value).collect();
-    // Those of one size may stand in another order.
-    let mut open = near.eigenvalues().to_vec();
-    let nearest = |value: &Complex<f64>| {
-        let distance = |i: &usize| (open[*i].value - value).norm();
-        let first = (0..open.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)));
-        open.swap_remove(first.expect("a root for each"))
-    };
-    let starts = values.iter().map(nearest);
-    let (starts, reach): (Vec<_>, Vec<f64>) = starts
-        .map(|root| (root.value, root.bound.unwrap_or(0.0)))
-        .unzip();
-    let mut truth = roots(model, &starts, &reach);
-    // Of roots with one value the nearest is that of the smallest bound.
-    for (i, j) in (0..values.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
-        let off = |i: usize| {
-            let value = Number::new(values[i].re, values[i].im);
-            (value - truth.centres[i]).norm()
-        };
-        let bound = |i: usize| found[i].bound.unwrap_or(f64::INFINITY);
-        if values[i] == values[j] && (bound(i) < bound(j)) != (off(i) < off(j)) {
-            truth.centres.swap(i, j);
-            truth.radii.swap(i, j);
+/// The roots of a model, and the modes that they were found from.
+pub struct Truth<'a> {
+    order: usize,
+    near: &'a Modes,
+    roots: Roots,
+}
+
+impl Truth<'_> {
+    pub fn of<'a>(model: &Model, near: &'a Modes) -> Truth<'a> {
+        let starts = near.eigenvalues().iter();
+        let (starts, reach): (Vec<_>, Vec<f64>) = starts
+            .map(|root| (root.value, root.bound.unwrap_or(0.0)))
+            .unzip();
+        Truth {
+            order: model.order(),
+            near,
+            roots: roots(model, &starts, &reach),
         }
     }
-    for i in 0..found.len() {
-        let (value, radius) = (values[i], truth.radii[i]);
-        let difference = Number::new(value.re, value.im) - truth.centres[i];
-        let (off, off_real) = (difference.norm(), difference.re.to_f64().abs());
-        let size = value.norm();
-        let smallest = 1e-18 * values.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        match (modes.bounds(), found[i].bound, found[i].real_bound) {
-            (Bounds::Proven, Some(bound), Some(real_bound)) => {
-                assert!(
-                    off <= bound * (1.0 + 1e-9) + radius
-                        && off_real <= real_bound * (1.0 + 1e-9) + radius,
-                    "{name}: {value} is {off:e} off, real part {off_real:e}; bounds {bound:e} {real_bound:e}, known to {radius:e}"
-                );
-                let is_tight = |bound: f64| bound <= tight * size.max(smallest);
-                assert!(
-                    is_tight(bound) && (size == 0.0 || is_tight(radius)),
-                    "{name}: {value} has a bound of {bound:e}, known to {radius:e}"
-                );
+
+    /// All roots are there, each within its bound. What is proven is so to `tight` of its size, but for those below 1e-18
+    /// of the largest root; what is not is right to 1e-9, within its estimate, or has no bound.
+    pub fn check(&self, name: &str, modes: &Modes, tight: f64) {
+        let found = modes.eigenvalues();
+        assert_eq!(found.len(), self.near.eigenvalues().len(), "{name}");
+        assert_eq!(found.len() + modes.infinite(), 2 * self.order, "{name}");
+        let values: Vec<_> = found.iter().map(|root| root.value).collect();
+        // Those of one size may stand in another order.
+        let mut open: Vec<usize> = (0..found.len()).collect();
+        let nearest = |value: &Complex<f64>| {
+            let distance = |i: &usize| (self.near.eigenvalues()[open[*i]].value - value).norm();
+            let first = (0..open.len()).min_by(|i, j| distance(i).total_cmp(&distance(j)));
+            open.remove(first.expect("a root for each"))
+        };
+        let order: Vec<usize> = values.iter().map(nearest).collect();
+        let mut truth = Roots {
+            centres: order.iter().map(|i| self.roots.centres[*i]).collect(),
+            radii: order.iter().map(|i| self.roots.radii[*i]).collect(),
+        };
+        // Of roots with one value the nearest is that of the smallest bound.
+        for (i, j) in (0..values.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let off = |i: usize| {
+                let value = Number::new(values[i].re, values[i].im);
+                (value - truth.centres[i]).norm()
+            };
+            let bound = |i: usize| found[i].bound.unwrap_or(f64::INFINITY);
+            if values[i] == values[j] && (bound(i) < bound(j)) != (off(i) < off(j)) {
+                truth.centres.swap(i, j);
+                truth.radii.swap(i, j);
             }
-            (Bounds::Estimated, Some(bound), _) => assert!(
-                off <= bound.max(1e-9 * size) + radius,
-                "{name}: {value} is {off:e} off, estimated {bound:e}, known to {radius:e}"
-            ),
-            (Bounds::Estimated, None, _) => {}
-            other => panic!("{name}: {value} has {other:?}"),
+        }
+        for i in 0..found.len() {
+            let (value, radius) = (values[i], truth.radii[i]);
+            let difference = Number::new(value.re, value.im) - truth.centres[i];
+            let (off, off_real) = (difference.norm(), difference.re.to_f64().abs());
+            let size = value.norm();
+            let smallest = 1e-18 * values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            match (modes.bounds(), found[i].bound, found[i].real_bound) {
+                (Bounds::Proven, Some(bound), Some(real_bound)) => {
+                    assert!(
+                        off <= bound * (1.0 + 1e-9) + radius
+                            && off_real <= real_bound * (1.0 + 1e-9) + radius,
+                        "{name}: {value} is {off:e} off, real part {off_real:e}; bounds {bound:e} {real_bound:e}, known to {radius:e}"
+                    );
+                    let is_tight = |bound: f64| bound <= tight * size.max(smallest);
+                    assert!(
+                        is_tight(bound) && (size == 0.0 || is_tight(radius)),
+                        "{name}: {value} has a bound of {bound:e}, known to {radius:e}"
+                    );
+                }
+                (Bounds::Estimated, Some(bound), _) => assert!(
+                    off <= bound.max(1e-9 * size) + radius,
+                    "{name}: {value} is {off:e} off, estimated {bound:e}, known to {radius:e}"
+                ),
+                (Bounds::Estimated, None, _) => {}
+                other => panic!("{name}: {value} has {other:?}"),
+            }
         }
     }
 }

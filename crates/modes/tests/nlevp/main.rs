@@ -14,7 +14,7 @@ use std::fs;
 use eigentone_modes::{Bounds, BuildError, Precision, System};
 use mesh::Model;
 use problems::*;
-use truth::{check, check_beside};
+use truth::{Truth, check};
 
 /// Of up to 30 coordinates.
 fn small() -> Vec<Problem> {
@@ -104,19 +104,10 @@ fn small_problems_are_proven() {
 #[test]
 fn small_problems_in_doubles_are_right_or_have_no_bound() {
     for Problem { name, model } in small() {
-        let modes = model.modes(Precision::Double);
-        // What is doubtful need not be near any root.
-        if modes.eigenvalues().iter().any(|root| root.is_doubtful()) {
-            check_beside(
-                name,
-                &model,
-                &modes,
-                &model.modes(Precision::default()),
-                1.0,
-            );
-        } else {
-            check(name, &model, &modes, 1.0);
-        }
+        // What is doubtful in doubles need not be near any root.
+        let near = model.modes(Precision::default());
+        let doubles = model.modes(Precision::Double);
+        Truth::of(&model, &near).check(name, &doubles, 1.0);
     }
 }
 

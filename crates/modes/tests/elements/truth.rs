@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use eigentone_digits::{Real, Wide, WideComplex};
-use eigentone_modes::{Bounds, Modes};
+use eigentone_modes::{Bounds, Modes, Precision};
 use num_complex::Complex;
 
 use crate::mesh::Model;
@@ -129,20 +129,31 @@ fn roots(model: &Model, approximations: &[Complex<f64>], reach: &[f64]) -> Roots
     }
 }
 
+/// The modes of a model, proven: right, and in doubles right or without a bound.
+pub fn examine(name: &str, model: &Model, tight: f64) -> Modes {
+    let modes = model.modes(Precision::default());
+    assert_eq!(modes.bounds(), Bounds::Proven, "{name}: {}", modes.plan());
+    // What is doubtful in doubles need not be near any root.
+    let truth = Truth::of(model, &modes);
+    truth.check(name, &modes, tight);
+    truth.check(name, &model.modes(Precision::Double), 1.0);
+    modes
+}
+
 /// Holds modes against the roots of their model.
 pub fn check(name: &str, model: &Model, modes: &Modes, tight: f64) {
     Truth::of(model, modes).check(name, modes, tight);
 }
 
 /// The roots of a model, and the modes that they were found from.
-pub struct Truth<'a> {
+struct Truth<'a> {
     order: usize,
     near: &'a Modes,
     roots: Roots,
 }
 
 impl Truth<'_> {
-    pub fn of<'a>(model: &Model, near: &'a Modes) -> Truth<'a> {
+    fn of<'a>(model: &Model, near: &'a Modes) -> Truth<'a> {
         let starts = near.eigenvalues().iter();
         let (starts, reach): (Vec<_>, Vec<f64>) = starts
             .map(|root| (root.value, root.bound.unwrap_or(0.0)))
@@ -156,7 +167,7 @@ impl Truth<'_> {
 
     /// All roots are there, each within its bound. What is proven is so to `tight` of its size, but for those below 1e-18
     /// of the largest root; what is not is right to 1e-9, within its estimate, or has no bound.
-    pub fn check(&self, name: &str, modes: &Modes, tight: f64) {
+    fn check(&self, name: &str, modes: &Modes, tight: f64) {
         let found = modes.eigenvalues();
         assert_eq!(found.len(), self.near.eigenvalues().len(), "{name}");
         assert_eq!(found.len() + modes.infinite(), 2 * self.order, "{name}");

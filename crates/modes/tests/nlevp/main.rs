@@ -14,7 +14,7 @@ use std::fs;
 use eigentone_modes::{Bounds, BuildError, Precision, System};
 use mesh::Model;
 use problems::*;
-use truth::{Truth, check};
+use truth::{check, examine};
 
 /// Of up to 30 coordinates.
 fn small() -> Vec<Problem> {
@@ -81,13 +81,11 @@ fn full() -> Vec<Problem> {
 const TIGHT: f64 = 2.0 * f64::EPSILON;
 
 #[test]
-fn small_problems_are_proven() {
+fn small_problems_are_right() {
     let mut table = "| problem | n | finite roots | infinite ones | largest multiplicity |\n|---|--:|--:|--:|--:|\n".to_owned();
     for Problem { name, model } in small() {
-        let modes = model.modes(Precision::default());
-        assert_eq!(modes.bounds(), Bounds::Proven, "{name}: {}", modes.plan());
+        let modes = examine(name, &model, TIGHT);
         assert!(modes.is_complete(), "{name}");
-        check(name, &model, &modes, TIGHT);
         let counts: Option<Vec<usize>> = modes.iter().map(|mode| mode.multiplicity()).collect();
         let most = counts.expect(name).into_iter().max().unwrap_or(0);
         let (n, finite, infinite) = (model.order(), modes.eigenvalues().len(), modes.infinite());
@@ -99,16 +97,6 @@ fn small_problems_are_proven() {
         page.contains(&table),
         "docs/validation.md is to show\n{table}"
     );
-}
-
-#[test]
-fn small_problems_in_doubles_are_right_or_have_no_bound() {
-    for Problem { name, model } in small() {
-        // What is doubtful in doubles need not be near any root.
-        let near = model.modes(Precision::default());
-        let doubles = model.modes(Precision::Double);
-        Truth::of(&model, &near).check(name, &doubles, 1.0);
-    }
 }
 
 #[test]

@@ -45,6 +45,7 @@ mod series;
 mod settle;
 mod switch;
 mod switching;
+mod together;
 
 pub use cycle::{LimitCycle, Period};
 pub use cycle_error::CycleError;

@@ -77,7 +77,7 @@ pub(crate) struct March<'a, 'b, T> {
     pub(crate) question: &'a Question<'a, 'b>,
     pub(crate) driven: Driven<'a, 'b, T>,
     /// W without switches, with the constant.
-    w: Vec<T>,
+    pub(crate) w: Vec<T>,
     w_error: f64,
     /// The last entry of ζ, which stands for 1.
     pub(crate) constant: T,
@@ -926,10 +926,11 @@ impl<'a, 'b, T: Real> March<'a, 'b, T> {
             .map(|(a, b)| a - b.to_f64() * ratio)
             .collect();
         let leap = length(&jump);
-        if leap > 1e-14 * length(&before) {
-            if fall >= 0.0 {
-                return Err(self.undecided(due[0]));
-            }
+        let beside = length(&before);
+        if fall >= 0.0 && leap > 1e-14 * beside {
+            return Err(self.undecided(due[0]));
+        }
+        if fall < 0.0 && !self.is_tiny(leap, beside) {
             // e ← e − jump·(guard·e₀)/fall, with e₀ the error before.
             let mut shift = vec![0.0; n * n];
             for i in 0..n {

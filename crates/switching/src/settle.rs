@@ -19,6 +19,7 @@ use crate::march::{Doubt, Halt, March};
 use crate::phase::Phase;
 use crate::rows::{Row, SLACK, dot, length, unit};
 use crate::switch::Switch;
+use crate::together::Last;
 
 /// Why bounces that affect each other have no end that is known.
 const TOGETHER: &str = "bounces of several rigid stops die out together";
@@ -29,6 +30,17 @@ const INTERRUPTED: &str = "bounces die out just as a load or another switch chan
 /// Why it is not known which friction slides.
 const AT_ONCE: &str =
     "several frictions are at their limits at once, and which of them gives way is not determined";
+
+/// The end of bounces that are too small to be seen.
+struct Closing {
+    /// After how long they have died out, in s, and how well that is known.
+    delay: f64,
+    bound: f64,
+    /// The largest speed left out.
+    left: f64,
+    /// With those of other rigid stops.
+    together: Option<Last>,
+}
 
 /// How many derivatives decide a sign.
 const ORDERS: usize = 7;
@@ -126,7 +138,7 @@ impl<T: Real> March<'_, '_, T> {
     }
 
     /// Adds an error of the settling itself.
-    fn blur(&mut self, errors: &[f64]) {
+    pub(crate) fn blur(&mut self, errors: &[f64]) {
         self.errors.add_each(errors);
         for (added, error) in self.added.iter_mut().zip(errors) {
             *added += error;
@@ -155,9 +167,12 @@ impl<T: Real> March<'_, '_, T> {
                     true => 0,
                     false => self.sign_of(switch, &beyond, is_due)?,
                 };
-                // At the start, or where a support jumps.
                 if place > 0 {
-                    return Err(self.beyond_gap(switch));
+                    // At the start, or where a support jumps.
+                    return Err(match due.is_empty() {
+                        true => self.beyond_gap(switch),
+                        false => self.undecided(switch),
+                    });
                 }
                 // Of what is held, only a jump of the rate counts.
                 let settled = held && !self.jumped;
@@ -188,10 +203,7 @@ impl<T: Real> March<'_, '_, T> {
             self.jumped = true;
             let speed = rate.at(&self.zeta);
             let closing = self.closing(switch, &rate, speed, restitution)?;
-            if let Some((delay, ..)) = closing {
-                self.check_alone(switch, delay)?;
-            }
-            let factor = match closing {
+            let factor = match &closing {
                 Some(_) => T::ONE,
                 None => T::ONE + T::from(restitution),
             };
@@ -237,7 +249,12 @@ impl<T: Real> March<'_, '_, T> {
             self.errors.map(&map);
             change.compose(&map, n);
             match closing {
-                Some((delay, bound, left)) => {
+                Some(Closing {
+                    delay,
+                    bound,
+                    left,
+                    together,
+                }) => {
                     let until = self.now + T::from(2.0 * delay);
                     let until = match until > self.hidden.0 {
                         true => until,
@@ -250,7 +267,18 @@ impl<T: Real> March<'_, '_, T> {
                         .map(|push| push.to_f64().abs() * share)
                         .collect();
                     self.blur(&blurred);
-                    self.delays[switch] = Some((delay, bound));
+                    let group = match together {
+                        None => vec![switch],
+                        Some(last) => self
+                            .rest_together(&last)
+                            .ok_or_else(|| self.undecided(switch))?,
+                    };
+                    for switch in group {
+                        self.bounced[switch] = false;
+                        self.delays[switch] = Some((delay, bound));
+                        rests.retain(|rest| *rest != switch);
+                        rests.push(switch);
+                    }
                 }
                 None => {
                     self.bounced[switch] = restitution > 0.0;
@@ -260,6 +288,7 @@ impl<T: Real> March<'_, '_, T> {
                     }
                     turns.push(self.now);
                     change.happened.push((switch, EventKind::Impact, 0.0, 0.0));
+                    self.close_gaps()?;
                 }
             }
         }
@@ -279,7 +308,7 @@ impl<T: Real> March<'_, '_, T> {
         rate: &Row<T>,
         speed: T,
         restitution: f64,
-    ) -> Result<Option<(f64, f64, f64)>, Halt> {
+    ) -> Result<Option<Closing>, Halt> {
         /// Beside the largest speed: what digits need not hide, what an instant among bounces need not know, what may last.
         const SMALL: f64 = 1e-6;
         const UNSEEN: f64 = 1e-19;
@@ -295,8 +324,22 @@ impl<T: Real> March<'_, '_, T> {
         if restitution == 0.0 || restitution >= 1.0 || left > SMALL * largest || ends {
             return Ok(None);
         }
-        let Some((delay, off, away)) = self.dying(switch, rate, speed, restitution) else {
-            return Ok(None);
+        let alone = self.dying(switch, rate, speed, restitution);
+        let beside = self.beside(switch, alone.map(|(delay, ..)| delay));
+        let together = match beside.is_empty() {
+            true => None,
+            false => match self.last_bounces(switch, &beside) {
+                None => return Ok(None),
+                last => last,
+            },
+        };
+        let ((delay, off, away), share) = match (&together, alone) {
+            (Some(last), _) => {
+                let half = 0.5 * last.longest;
+                ((half, half, last.presses), last.share)
+            }
+            (None, Some(alone)) => (alone, left / largest),
+            (None, None) => return Ok(None),
         };
         let rest = self
             .change
@@ -305,7 +348,7 @@ impl<T: Real> March<'_, '_, T> {
             Some(rest) if rest <= delay => (LASTING, rest.abs() <= off),
             _ => (UNSEEN, true),
         };
-        let is_over = left <= least * largest && ends_there;
+        let is_over = share <= least && ends_there;
         let stretch = &self.places[switch].stretch;
         let hidden = match self.doubt {
             Doubt::Ignored => stretch.own_error(self.size()),
@@ -314,12 +357,25 @@ impl<T: Real> March<'_, '_, T> {
         let is_hidden = left * left <= 2.0 * away * HIDDEN * hidden;
         match self.doubt {
             _ if !is_over && !is_hidden => return Ok(None),
-            Doubt::Ignored => {}
             Doubt::Refused => return Err(self.undecided(switch)),
+            // What they do to each other is followed as far as digits show it, and is not known beyond.
+            _ if !is_over && together.is_some() => {
+                return Err(Halt::Undecided(SwitchingError::Undecided {
+                    time: self.now.to_f64(),
+                    switch,
+                    reason: TOGETHER,
+                }));
+            }
+            Doubt::Ignored => {}
             Doubt::Coincidence if !ends_there => return Err(self.interrupted(switch)),
             Doubt::Coincidence => self.is_cut |= !is_over,
         }
-        Ok(Some((delay, off, left)))
+        Ok(Some(Closing {
+            delay,
+            bound: off,
+            left,
+            together,
+        }))
     }
 
     /// After how long bounces have died out if nothing interrupts them, how well that is known, and what slows the next.
@@ -443,23 +499,6 @@ impl<T: Real> March<'_, '_, T> {
         (ratio < 1.0 && change <= ALIKE * ratio).then_some((delay, off))
     }
 
-    /// Whether no other rigid stop bounces where the bounces of one die out, in `delay` s.
-    fn check_alone(&self, switch: usize, delay: f64) -> Result<(), Halt> {
-        /// Beside what is left the bounces before it were long.
-        const BEFORE: f64 = 1e3;
-        let lasts = self.turns.iter().map(|turns| turns.last());
-        let is_near = |last: &T| (self.now - *last).to_f64() < BEFORE * delay;
-        let mut near = lasts.enumerate().filter(|(other, _)| *other != switch);
-        match near.any(|(_, last)| last.is_some_and(is_near)) {
-            false => Ok(()),
-            true => Err(Halt::Failed(SwitchingError::Undecided {
-                time: self.now.to_f64(),
-                switch,
-                reason: TOGETHER,
-            })),
-        }
-    }
-
     /// Whether a form of another switch (0: its stretch, 1: b) is the stretch of this one: 1, or −1 the other way round.
     fn along(&self, switch: usize, other: usize, form: usize) -> Option<i8> {
         let (a, b) = (
@@ -479,7 +518,7 @@ impl<T: Real> March<'_, '_, T> {
         }
     }
 
-    fn beyond(&self, switch: usize, gap: f64) -> Row<T> {
+    pub(crate) fn beyond(&self, switch: usize, gap: f64) -> Row<T> {
         let own = T::from(gap) / self.constant;
         self.places[switch].stretch.plus_constant(-own)
     }

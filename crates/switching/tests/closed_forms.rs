@@ -879,8 +879,74 @@ fn bounces_side_by_side_die_out_each_in_its_time() {
             close(contact.time, wanted, 1e-15);
         }
     }
-    let error = run(0.0).expect_err("they end together").to_string();
-    assert!(error.contains("die out together"), "{error}");
+    // Both at once.
+    let motion = run(0.0).unwrap_or_else(|error| panic!("{error}"));
+    let [.., one, other] = motion.events() else {
+        panic!("events")
+    };
+    for (event, switch) in [(one, 0), (other, 1)] {
+        assert_eq!((event.switch, event.kind), (switch, EventKind::Contact));
+        close(event.time, 3.0, 1e-15);
+    }
+}
+
+/// Masses fall on each other and on the ground, where all bounces die out together, and are lifted later. The instants at which all
+/// lie still are those of a simulation with 600 digits.
+#[test]
+fn bounces_on_each_other_die_out_together() {
+    let gravity = 9.8125;
+    let run = |masses: &[f64], gaps: &[f64], restitutions: &[f64]| {
+        let names = [GROUND, "a", "b", "c"];
+        let all = masses.iter().zip(&names[1..]);
+        let mut system = System::builder();
+        for (mass, name) in all.clone() {
+            system = system.mass(*name, *mass);
+        }
+        let system = system.build().expect("a system");
+        let weight: f64 = masses.iter().map(|mass| mass * gravity).sum();
+        let mut ask = Response::of(&system).load("a", Step::of(-2.0 * weight).starting_at(4.0));
+        for (mass, name) in all {
+            ask = ask.load(*name, Step::of(mass * gravity));
+        }
+        let impacts = gaps.iter().zip(restitutions).zip(names.windows(2));
+        let impacts = impacts.map(|((gap, r), names)| impact(names[0], names[1], *gap, *r));
+        let problem = ask.every(5.0).until(5.0).problem().expect("a problem");
+        Switching::new(&problem, impacts.collect())
+            .expect("switches")
+            .run()
+    };
+    for (masses, gaps, restitutions, wanted) in [
+        (
+            &[1.0, 2.0][..],
+            &[1.0, 0.5][..],
+            &[0.25, 0.125][..],
+            0.560_527_360_684_709_2,
+        ),
+        (&[1.0, 0.125], &[1.0, 0.5], &[0.25, 0.0], 0.0),
+    ] {
+        let motion = run(masses, gaps, restitutions).unwrap_or_else(|error| panic!("{error}"));
+        let contacts = motion.events().iter();
+        let contacts: Vec<_> = contacts
+            .filter(|event| event.kind == EventKind::Contact)
+            .collect();
+        assert!(contacts.len() >= masses.len());
+        if wanted > 0.0 {
+            close(contacts[contacts.len() - 1].time, wanted, 1e-15);
+        }
+        let (mut place, trajectory) = (0.0, motion.trajectory());
+        for (i, gap) in gaps.iter().enumerate() {
+            place += gap;
+            // Lifted for 1 s by twice the weight.
+            close(
+                trajectory.displacement()[(i, 1)],
+                place - 0.5 * gravity,
+                1e-14,
+            );
+        }
+    }
+    // Where those of one mass die out between two bounces of another, digits run out.
+    let refused = run(&[4.0, 1.0], &[1.0, 1.5], &[0.5, 0.75]);
+    assert!(matches!(refused, Err(SwitchingError::Undecided { .. })));
 }
 
 /// A ball that keeps 0.9995 of its speed lies still after 87 500 bounces.

@@ -164,6 +164,8 @@ fn comfort_as_people_feel_it_is_least_where_a_grid_has_it() {
         "rms-wk comfrot",
     ];
     assert!(refused(&unknown, 2).contains("did you mean \"comfort\"?"));
+    let of_a_place = [&unknown[..5], &["rms-wk body"]].concat();
+    assert!(refused(&of_a_place, 2).contains("body is in m: name an output"));
 }
 
 #[test]

@@ -127,8 +127,8 @@ pub struct EventsFound {
     pub found: usize,
     /// How many from the first on are the same, of the same switches, in the same order, and not a step apart.
     pub in_order: usize,
-    /// The largest error of the time of any of these, in s.
-    pub time: f64,
+    /// The largest error of the time of any of these, in s; `None` if there are none.
+    pub time: Option<f64>,
 }
 
 /// How much a comparison may cost.

@@ -71,6 +71,9 @@ impl Kind {
             Kind::Damping => "roots are doubtful",
             Kind::Frequency(_) => "there are fewer modes, or this one is doubtful",
             Kind::Gain(..) => "it is infinite or not known, or something grows",
+            Kind::Rms(_, Some(_)) => {
+                "it is infinite or not known; under noise of a `band` it is not computed"
+            }
             Kind::Rms(..) => "it is infinite or not known",
             Kind::Peak(_) => "it is not known",
             Kind::Settling(_) => {
@@ -125,6 +128,15 @@ impl FromStr for Metric {
 impl Metric {
     /// The same with the ends of a gain that names of the scene leave no choice about.
     pub fn of(self, scene: &Scene) -> Result<Metric, String> {
+        if let Kind::Rms(name, Some(_)) = &self.kind {
+            let (text, unit) = (&self.text, self.kind.unit(scene));
+            if !unit.is_empty() && !unit.ends_with("/s²") {
+                return Err(format!(
+                    "{text}: this weighting is one of accelerations, and {name} is in {unit}: name an output such as \
+                     {{\"name\": \"comfort\", \"acceleration\": {{\"{name}\": 1}}}}"
+                ));
+            }
+        }
         let Kind::Gain(ends, to, None) = &self.kind else {
             return Ok(self);
         };

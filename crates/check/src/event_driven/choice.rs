@@ -154,16 +154,24 @@ impl Law<'_> {
         }
     }
 
-    /// The state of a moment later.
+    /// The state of a moment later, by Heun's method: what sets out from rest may do so with the jerk alone.
     fn later(&self, phases: &[Phase], place: Place<'_>) -> Option<Vec<f64>> {
-        let accelerations = self.moment(phases, place)?.accelerations;
         let n = self.equation.len();
         let soon = self.soon();
-        let mut state = place.state.to_vec();
-        for i in 0..n {
-            state[i] += soon * (state[n + i] + 0.5 * soon * accelerations[i]);
-            state[n + i] += soon * accelerations[i];
-        }
+        let moved = |accelerations: &[f64]| {
+            let mut state = place.state.to_vec();
+            for i in 0..n {
+                state[i] += soon * (state[n + i] + 0.5 * soon * accelerations[i]);
+                state[n + i] += soon * accelerations[i];
+            }
+            state
+        };
+        let mut accelerations = self.moment(phases, place)?.accelerations;
+        let first = moved(&accelerations);
+        let then = self.moment(phases, self.soon_after(place, &first))?;
+        let pairs = accelerations.iter_mut().zip(&then.accelerations);
+        pairs.for_each(|(now, then)| *now = f64::midpoint(*now, *then));
+        let mut state = moved(&accelerations);
         self.project(phases, place.piece, place.elapsed + soon, &mut state);
         Some(state)
     }
@@ -191,7 +199,7 @@ impl Law<'_> {
                 Phase::High => 2.0 * NOTHING * NOTHING,
                 _ => 0.0,
             };
-            self.guard(k, *phase, later, &moment) >= least
+            self.guard(k, *phase, later, &moment) >= least && self.stays_open(k, *phase, later)
         })
     }
 }

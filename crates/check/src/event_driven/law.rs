@@ -120,6 +120,9 @@ pub(super) struct Place<'a> {
 /// What counts as 0 beside the largest so far.
 pub(super) const NOTHING: f64 = 1e-11;
 
+/// What may be at a limit is as near to it.
+const NEAR: f64 = 10.0 * NOTHING;
+
 /// How far accelerations that are equal may differ beside the largest.
 const ROUNDING: f64 = 1e-9;
 
@@ -364,9 +367,19 @@ impl<'a> Law<'a> {
         }
     }
 
+    /// Whether a rigid stop that is not pressed comes no nearer, where it touches.
+    pub(super) fn stays_open(&self, k: usize, phase: Phase, place: Place<'_>) -> bool {
+        let placed = &self.placed[k];
+        let (x, v) = place.state.split_at(self.equation.len());
+        let supports = self.supports(place);
+        let is_open = matches!((placed.switch, phase), (Switch::Impact(_), Phase::Open));
+        let beyond = placed.stretch.value(x, &supports, 0) - gap(placed.switch);
+        let rate = placed.stretch.value(v, &supports, 1);
+        !(is_open && beyond >= -NEAR * self.sizes[0] && rate > NOTHING * self.sizes[1])
+    }
+
     /// The phases that a switch may have, those that hold first.
     pub(super) fn candidates(&self, k: usize, place: Place<'_>) -> Vec<Phase> {
-        const NEAR: f64 = 10.0 * NOTHING;
         let placed = &self.placed[k];
         let (x, v) = place.state.split_at(self.equation.len());
         let supports = self.supports(place);
@@ -423,6 +436,7 @@ impl<'a> Law<'a> {
     /// Reverses what hits rigid stops, and gives the stops that were hit.
     pub(super) fn apply_impacts(
         &self,
+        phases: &[Phase],
         piece: usize,
         elapsed: f64,
         state: &mut [f64],
@@ -443,32 +457,44 @@ impl<'a> Law<'a> {
                 };
                 let beyond = placed.stretch.value(&state[..n], &supports, 0) - impact.gap;
                 let rate = placed.stretch.value(&state[n..], &supports, 1);
-                let hits =
-                    beyond >= -10.0 * NOTHING * self.sizes[0] && rate > NOTHING * self.sizes[1];
+                let hits = beyond >= -NEAR * self.sizes[0] && rate > NOTHING * self.sizes[1];
                 hits.then_some((k, impact.restitution, rate))
             });
             let Some((k, restitution, rate)) = impact else {
                 return Ok(hit);
             };
-            let factor = if rate > SLOW * self.sizes[1] {
-                1.0 + restitution
-            } else {
-                1.0
-            };
             let direction = &self.placed[k].stretch;
+            // A bounce is over in a moment that is brought back in it.
+            let mut free = phases.to_vec();
+            free.iter_mut()
+                .skip(k)
+                .take(1)
+                .for_each(|phase| *phase = Phase::Open);
+            let place = Place {
+                piece,
+                elapsed,
+                state,
+            };
+            let moment = self.moment(&free, place);
+            let back = moment.map_or(0.0, |moment| {
+                direction.value(&moment.accelerations, &supports, 2)
+            });
+            let bounces = rate > SLOW * self.sizes[1]
+                && (restitution == 0.0 || restitution * rate > back * self.soon());
+            let factor = if bounces { 1.0 + restitution } else { 1.0 };
             add(
                 &mut state[n..],
                 -factor * rate / direction.reply,
                 &direction.mobility,
             );
-            if factor > 1.0 && !hit.contains(&k) {
+            if bounces {
                 hit.push(k);
             }
         }
         Err("rigid stops hit each other without end".to_owned())
     }
 
-    /// Takes away what rounding left of the rates that are held.
+    /// Takes away what rounding left of the rates that are held, and brings what is pressed to its stop.
     pub(super) fn project(&self, phases: &[Phase], piece: usize, elapsed: f64, state: &mut [f64]) {
         let n = self.equation.len();
         let supports = self.supports(Place {
@@ -481,6 +507,14 @@ impl<'a> Law<'a> {
                 if let Some(relation) = self.holds(k, *phase) {
                     let left = relation.value(&state[n..], &supports, 1);
                     add(&mut state[n..], -left / relation.reply, &relation.mobility);
+                    if let Switch::Impact(impact) = self.placed[k].switch {
+                        let beyond = relation.value(&state[..n], &supports, 0) - impact.gap;
+                        add(
+                            &mut state[..n],
+                            -beyond / relation.reply,
+                            &relation.mobility,
+                        );
+                    }
                 }
             }
         }

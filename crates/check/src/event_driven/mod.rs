@@ -156,7 +156,9 @@ impl March<'_> {
             elapsed,
             state,
         });
-        let hit = self.law.apply_impacts(piece, elapsed, state)?;
+        let hit = self
+            .law
+            .apply_impacts(&self.phases, piece, elapsed, state)?;
         let place = Place {
             piece,
             elapsed,

@@ -6,7 +6,7 @@ use eigentone_response::{
     Harmonic, Problem, Quantity, Ramp, Response, ResponseError, State, Step, Trajectory,
 };
 use eigentone_switching::{
-    ControlledDamper, DamperLaw, EventKind, Friction, Impact, Stop, Switch, Switching,
+    ControlledDamper, DamperLaw, Event, EventKind, Friction, Impact, Stop, Switch, Switching,
     SwitchingError,
 };
 use proptest::collection::vec;
@@ -231,6 +231,67 @@ fn orders(switches: &[Switch]) -> Vec<Vec<Switch>> {
         }
     }
     all
+}
+
+/// Bounces that die out, impacts that do not rebound and contacts that open again, and a damper that sets out from rest.
+#[test]
+fn what_comes_to_lie_and_what_sets_out_is_followed() {
+    let impact = |[a, b]: [&str; 2], gap: f64, restitution: f64| {
+        let between = [a, b].map(str::to_owned);
+        Switch::Impact(Impact {
+            between,
+            gap,
+            restitution,
+        })
+    };
+    let mass = || System::builder().mass("m", 1.0);
+    let free = mass().build().expect("a system");
+    let held = mass().spring(GROUND, "m", 100.0).build();
+    let held = held.expect("a system");
+    let pair = System::builder().mass("w", 1.0).mass("b", 1.0);
+    let pair = pair.spring(GROUND, "w", 100.0).spring("w", "b", 20.0);
+    let pair = pair.build().expect("a system");
+    let ball = Response::of(&free).from(State::at_rest().displace("m", 1.0));
+    let ball = ball.load("m", Step::of(-9.81));
+    let driven = || Response::of(&held).load("m", Harmonic::of(30.0, 3.0));
+    let sky = Response::of(&pair).load("b", Harmonic::of(10.0, 4.0));
+    let damper = Switch::ControlledDamper(ControlledDamper {
+        between: ["w", "b"].map(str::to_owned),
+        low: 0.5,
+        high: 5.0,
+        law: DamperLaw::OnOffSkyhook,
+    });
+    for (ask, switch, is_counted) in [
+        (ball, impact(["m", GROUND], 0.0, 0.5), false),
+        (driven(), impact([GROUND, "m"], 0.1, 0.0), true),
+        (driven(), impact([GROUND, "m"], 0.1, 0.5), false),
+        (sky, damper, true),
+    ] {
+        let problem = ask.every(0.01).until(2.0).problem().expect("a problem");
+        let switches = [switch];
+        let method = EventDriven {
+            method: OneStep::Dop853,
+            substeps: 2,
+        };
+        let motion = method.integrate(&problem, &switches, Limit::default());
+        let motion = motion.unwrap_or_else(|error| panic!("{error}"));
+        let exact = Switching::new(&problem, switches.to_vec()).expect("switches");
+        let exact = exact.run().unwrap_or_else(|error| panic!("{error}"));
+        let error = TrajectoryError::between(&motion.trajectory, exact.trajectory());
+        assert!(error.worst() < 1e-10, "{error:?}");
+        // Bounces that are too small to be seen are not counted.
+        assert!(!is_counted || motion.events.len() == exact.events().len());
+        let last = |events: &[Event]| events.last().map(|event| (event.kind, event.time));
+        let (Some((kind, time)), Some((wanted, exact))) =
+            (last(&motion.events), last(exact.events()))
+        else {
+            panic!("there are events");
+        };
+        assert!(
+            kind == wanted && (time - exact).abs() < 1e-5,
+            "{time} {exact}"
+        );
+    }
 }
 
 fn stepped(problem: &Problem<'_>, switches: &[Switch]) -> Result<Trajectory, ResponseError> {

@@ -128,7 +128,7 @@ struct EventsJson {
     expected: usize,
     found: usize,
     in_order: usize,
-    time_error: f64,
+    time_error: Option<f64>,
 }
 
 #[derive(Serialize)]

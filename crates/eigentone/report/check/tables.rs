@@ -145,7 +145,7 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
             .column(
                 "their times, s",
                 Align::Right,
-                rows().map(|row| or_none(events(row).map(|events| events.time))),
+                rows().map(|row| or_none(events(row).and_then(|events| events.time))),
             ),
         false => table,
     };

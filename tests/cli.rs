@@ -2636,6 +2636,19 @@ fn a_check_of_some_methods_prints_json() {
 }
 
 #[test]
+fn a_check_says_of_integrators_that_they_are_unstable() {
+    let text = r#"{ "masses": [{"name": "m", "mass": 1}],
+                    "springs": [{"between": ["ground", "m"], "stiffness": 1e6}],
+                    "initial": {"m": {"displacement": 1}}, "time": {"end": 40, "step": 0.1} }"#;
+    let table = piped(&["check", "-"], text);
+    assert!(
+        table.contains("it is unstable with steps as long as these"),
+        "{table}"
+    );
+    assert!(!table.contains("it grows too fast"), "{table}");
+}
+
+#[test]
 fn an_analysis_shows_shapes_and_forces_and_explains_itself_when_asked() {
     let text = r#"{ "masses": [{"name": "m", "mass": 1}],
                     "springs": [{"between": ["ground", "m"], "stiffness": 4}],

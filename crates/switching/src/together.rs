@@ -2,7 +2,7 @@
 //!
 //! What one of them does to the speeds of the others follows no law of its own, so that there is no series to sum. But each
 //! impact takes of the relative speeds, and contacts that all press bring them back: once every speed is next to nothing, so is the
-//! time that is left (Glocker, Set-Valued Force Laws, 2001, on accumulation points of impacts).
+//! time that is left.
 
 use eigentone_digits::{Cholesky, Real};
 use faer::Mat;

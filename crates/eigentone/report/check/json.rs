@@ -9,7 +9,7 @@ use eigentone_check::{
 use eigentone_response::ResponseError;
 use serde::Serialize;
 
-use super::{CheckReport, measured, setting};
+use super::{CheckReport, failure, measured, setting};
 use crate::report::worth;
 
 pub(super) fn write(report: &CheckReport<'_>, mut out: impl io::Write) -> io::Result<()> {
@@ -231,7 +231,7 @@ impl<'a> MethodJson<'a> {
         let (outcome, reason) = match &row.outcome {
             Outcome::Measured(_) => ("measured", None),
             Outcome::Refused { reason } => ("refused", Some(reason.clone())),
-            Outcome::Failed(error) => ("failed", Some(error.to_string())),
+            Outcome::Failed(error) => ("failed", Some(failure(row, error))),
             Outcome::LeftOut { reason } => ("left out", Some(reason.clone())),
         };
         let measurement = measured(row);

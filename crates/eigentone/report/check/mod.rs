@@ -115,6 +115,16 @@ fn measured(row: &WorkPrecisionRow) -> Option<&Measurement> {
     }
 }
 
+/// Why a method has no answer: what an integrator makes of a motion may grow where the motion does not.
+fn failure(row: &WorkPrecisionRow, error: &ResponseError) -> String {
+    match error {
+        ResponseError::Overflow { .. } if row.knob.is_some() => {
+            "its values exceed the largest double: unless those of the motion do so too, it is unstable with steps as long as these".to_owned()
+        }
+        error => error.to_string(),
+    }
+}
+
 fn setting(row: &WorkPrecisionRow) -> String {
     row.knob.map(|knob| knob.to_string()).unwrap_or_default()
 }

@@ -7,7 +7,7 @@ use eigentone_check::{
 
 use eigentone_response::ResponseError;
 
-use super::{Section, measured, named, setting};
+use super::{Section, failure, measured, named, setting};
 use crate::report::number::{NONE, count, scientific, short};
 use crate::report::table::{Align, Table};
 use crate::report::worth;
@@ -111,7 +111,7 @@ pub(super) fn response(response: &WorkPrecision) -> Section {
         Outcome::Measured(_) if Some(at) == pick => "picked".to_owned(),
         Outcome::Measured(_) => String::new(),
         Outcome::Refused { reason } => format!("does not apply: {reason}"),
-        Outcome::Failed(error) => format!("failed: {error}"),
+        Outcome::Failed(error) => format!("failed: {}", failure(row, error)),
         Outcome::LeftOut { reason } => format!("left out: {reason}"),
     });
     let stable = |row: &WorkPrecisionRow| match &row.outcome {

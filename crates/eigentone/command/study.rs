@@ -126,7 +126,7 @@ impl FromStr for Metric {
 }
 
 impl Metric {
-    /// The same with the ends of a gain that names of the scene leave no choice about.
+    /// The same for a scene: weightings are of accelerations alone, and the ends of a gain are those that its names leave no choice about.
     pub fn of(self, scene: &Scene) -> Result<Metric, String> {
         if let Kind::Rms(name, Some(_)) = &self.kind {
             let (text, unit) = (&self.text, self.kind.unit(scene));

@@ -466,10 +466,9 @@ impl<'a> Law<'a> {
             let direction = &self.placed[k].stretch;
             // A bounce is over in a moment that is brought back in it.
             let mut free = phases.to_vec();
-            free.iter_mut()
-                .skip(k)
-                .take(1)
-                .for_each(|phase| *phase = Phase::Open);
+            if let Some(phase) = free.get_mut(k) {
+                *phase = Phase::Open;
+            }
             let place = Place {
                 piece,
                 elapsed,

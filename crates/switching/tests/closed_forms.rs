@@ -926,7 +926,7 @@ fn bounces_on_each_other_die_out_together() {
             &[1.0, 0.125],
             &[1.0, 0.5],
             &[0.25, 0.0],
-            0.648_682_061_867_357_05,
+            0.648_682_061_867_357,
         ),
     ] {
         let motion = run(masses, gaps, restitutions).unwrap_or_else(|error| panic!("{error}"));

@@ -59,7 +59,12 @@ pub(super) fn comes_to_rest(system: &System) -> Result<(), StateSpaceError> {
             false => format!("the rigid motion of {}", names.join(", ")),
         }
     } else {
-        match counted(structure.undamped_modes()) {
+        // Forces that do no work damp none.
+        let undamped = match structure.is_gyroscopic() {
+            true => Some(system.len()),
+            false => structure.undamped_modes(),
+        };
+        match counted(undamped) {
             None => return Ok(()),
             Some(1) => "an undamped mode".to_owned(),
             Some(count) => format!("each of {count} undamped modes"),

@@ -258,6 +258,15 @@ fn what_does_not_come_to_rest_is_refused_by_name() {
     let what = "an undamped mode".to_owned();
     assert_eq!(refused, Err(StateSpaceError::NotStationary { what }));
 
+    // Gyroscopic forces do no work.
+    let whirl = faer::mat![[0.0, 0.5], [-0.5, 0.0]];
+    let rotor = System::builder().mass("x", 1.0).mass("y", 1.0);
+    let rotor = rotor.spring(GROUND, "x", 4.0).spring(GROUND, "y", 5.0);
+    let rotor = system(rotor.matrix(MatrixKind::Damping, whirl.as_ref()));
+    let refused = RandomVibration::of(&rotor).force("x", 1.0).solve();
+    let what = "each of 2 undamped modes".to_owned();
+    assert_eq!(refused, Err(StateSpaceError::NotStationary { what }));
+
     let free = System::builder().mass("a", 1.0).mass("b", 1.0);
     let free = system(free.spring("a", "b", 1.0).damper("a", "b", 1.0));
     let refused = RandomVibration::of(&free).force("a", 1.0).solve();

@@ -55,6 +55,22 @@ pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
         .then_some(independent.rows.len())
 }
 
+/// Whether a square matrix of so many rows is singular, whose entries are the sums without rounding of what is given for them, as
+/// (row, column, value); `None` where it is not decided within a second.
+///
+/// ```
+/// use eigentone_modes::is_singular;
+///
+/// // A third and two thirds are no doubles, and yet [3 1; 6 2] is singular.
+/// let rows = [(0, 0, 3.0), (0, 1, 1.0), (1, 0, 6.0), (1, 1, 2.0)];
+/// assert_eq!(is_singular(2, rows.to_vec()), Some(true));
+/// let beside = rows.into_iter().chain([(1, 1, 1e-300)]);
+/// assert_eq!(is_singular(2, beside.collect()), Some(false));
+/// ```
+pub fn is_singular(size: usize, parts: Vec<(usize, usize, f64)>) -> Option<bool> {
+    rank(&ExactMatrix::from_parts(size, parts)).map(|rank| rank < size)
+}
+
 fn rows(matrix: &ExactMatrix, field: &PrimeField) -> Vec<Row> {
     let image = matrix.image(field);
     let row = |i| Row::new(field, &image.row(i).collect::<Vec<_>>());

@@ -532,3 +532,30 @@ fn damping_may_differ_by_many_powers_of_ten() {
     is(of(motion.displacement(), "a"), 1e13, 2e-16);
     is(of(motion.displacement(), "b"), (1.0f64 / 2e6).sqrt(), 2e-16);
 }
+
+/// Neither share of the support's motion, 3/7, is a double, and both are the same: the spring does not follow. Integrals of S|H|² with
+/// 30 digits (mpmath).
+#[test]
+fn what_cancels_exactly_does_not_wander() {
+    let pair = System::builder().support("s").mass("a", 1.0).mass("b", 1.0);
+    let pair = pair.spring("s", "a", 3.0).spring(GROUND, "a", 4.0);
+    let pair = pair.spring("a", "b", 2.0).named("k");
+    let pair = pair.damper("s", "a", 0.1).damper("a", "b", 0.1).named("c");
+    let pair = system(pair);
+    let noise = |quantity| {
+        let noise = RandomVibration::of(&pair).motion("s", quantity, 1e-3);
+        noise.output(pull("k")).output(pull("c"))
+    };
+    let on_road = solved(noise(Velocity));
+    is(of(on_road.outputs(), "k"), 0.054_781_356_399_536_88, 1e-15);
+    is_infinite(of(on_road.displacement(), "b"), "s velocity");
+    let square = noise(Velocity).mean_square("k", None);
+    let square = square.unwrap().expect("it is finite");
+    assert!((square.value().sqrt() / 0.054_781_356_399_536_88 - 1.0).abs() < 1e-13);
+
+    let shaken = solved(noise(Acceleration));
+    is(of(shaken.outputs(), "c"), 0.002_739_067_819_976_844, 1e-15);
+    is(of(shaken.outputs(), "k"), 0.041_407_946_708_452_89, 1e-15);
+    is_infinite(of(shaken.displacement(), "a"), "s acceleration");
+    is_infinite(of(shaken.velocity(), "b"), "s acceleration");
+}

@@ -121,7 +121,7 @@ impl MeanSquare {
             // A root at 0 that doubles take for one that decays leaves as much in either equation again, however often.
             let again = |lacks: &Mat<f64>, parts: &Parts| {
                 let last = parts.last()?;
-                Some((lacks - last).norm_max() <= ALIKE * last.norm_max())
+                Some((lacks - last).norm_max() < ALIKE * last.norm_max())
             };
             if again(&lacks, &self.p)? || again(&lacks_x, &self.x)? {
                 return None;
@@ -449,7 +449,7 @@ impl RandomVibration<'_> {
         for (input, (_, _, noise)) in self.sources.iter().enumerate() {
             let wanders = |power: i32| {
                 let order = (power + 2) as usize;
-                !settled[0][input][order] && !form.direct(input, power).is_zero()
+                settled[0][input][order] != Some(true) && !form.direct(input, power).is_zero()
             };
             if noise.density != 0.0 && (-2..0).any(wanders) {
                 return Ok(None);

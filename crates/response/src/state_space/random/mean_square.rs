@@ -29,8 +29,8 @@ pub(super) struct MeanSquares<'a> {
     pub(super) noises: Vec<Noise>,
     /// The time with which the integral over all the time begins.
     pub(super) step: f64,
-    /// By output and input, whether it is proven to follow nothing of [u/s², u/s].
-    pub(super) settled: Vec<Vec<[bool; 2]>>,
+    /// By output and input, whether it follows nothing of [u/s², u/s], where that is decided exactly.
+    pub(super) settled: Vec<Vec<[Option<bool>; 2]>>,
 }
 
 /// The least power of s in Σ Lₖsᵏ.
@@ -65,7 +65,7 @@ impl MeanSquares<'_> {
                 for (part, _) in direct
                     .iter_mut()
                     .zip(settled)
-                    .filter(|(_, settled)| **settled)
+                    .filter(|(_, settled)| **settled == Some(true))
                 {
                     part.set(output, input, T::ZERO, Magnitude::ZERO);
                 }
@@ -125,15 +125,18 @@ impl MeanSquares<'_> {
                 Some([0.0, _]) => 0..-LEAST as usize,
                 Some(_) => 0..0,
             };
-            direct[range].iter()
+            range.filter(move |at| !direct[*at].is_zero(row, input))
         };
         let inputs = || 0..self.noises.len();
-        let certain = |part: &BallMatrix<T>, input| !entry(part, row, input).contains_zero();
-        let passed = |input: &usize| parts(*input).any(|part| certain(part, *input));
+        let certain = |at: usize, input: usize| {
+            let decided = self.settled[row][input].get(at);
+            decided == Some(&Some(false)) || !entry(&direct[at], row, input).contains_zero()
+        };
+        let passed = |input: &usize| parts(*input).any(|at| certain(at, *input));
         if let Some(input) = inputs().find(passed) {
             return Some((input, true));
         }
-        let possible = |input: &usize| parts(*input).any(|part| !part.is_zero(row, *input));
+        let possible = |input: &usize| parts(*input).next().is_some();
         inputs().find(possible).map(|input| (input, false))
     }
 

@@ -1,126 +1,91 @@
 //! Which outputs do not follow a support that wanders, decided exactly.
 //!
 //! A support whose velocity or acceleration has power down to frequency 0 wanders without end. At low frequencies the system
-//! follows its displacement u with x = r u + r₁u′ + …, where K r + K_s = 0 and K r₁ + C r + C_s = 0, whatever the masses.
+//! follows its displacement u with x = r u + r₁u′ + …, where K r + K_s = 0 and K r₁ + C r + C_s = 0, whatever the masses. For a regular K
+//! an output c x + d u follows nothing of u where [K K_s; c d] is singular, for its determinant is |K|(d + c r). So is what a velocity
+//! adds to it that of K, C and K once more.
 
-use eigentone_digits::{BallMatrix, Magnitude, Real, Wide};
-use eigentone_modes::MatrixKind;
+use eigentone_modes::{MatrixKind, is_singular};
 
 use crate::problem::Source;
 use crate::state_space::asked::Asked;
 
-/// Of one input: what follows the displacement of its support at low frequencies.
-struct Static {
-    /// r, of coordinates and supports; empty where it is not known exactly.
-    shares: Vec<f64>,
-    /// Whether r₁ = 0.
-    undamped: bool,
-}
+/// Entries of a matrix, each a sum without rounding.
+type Parts = Vec<(usize, usize, f64)>;
 
-/// By output, then by input: whether it is proven to follow nothing of [u/s², u/s].
-pub(super) fn settled(asked: &Asked<'_>) -> Vec<Vec<[bool; 2]>> {
-    let all: Vec<Static> = (0..asked.channels.len())
-        .map(|input| Static::of(asked, input))
-        .collect();
-    let none = Vec::new();
+/// By output, then by input: whether it follows nothing of [u/s², u/s]; `None` where that is not decided.
+pub(super) fn settled(asked: &Asked<'_>) -> Vec<Vec<[Option<bool>; 2]>> {
+    let n = asked.system.len();
+    let integrates = asked.channels.iter().any(|channel| channel.integrals > 0);
+    let regular = integrates && is_singular(n, stiffness(asked, 0, 0)) == Some(false);
     let of = |source: &Source, order: usize| {
-        let terms = |k: usize| k.checked_sub(order).map_or(&none, |k| &source.terms[k]);
-        let with = |(input, at): (usize, &Static)| match asked.channels[input].integrals {
-            0 => [true, true],
-            1 => [true, at.follows_nothing(terms(0))],
-            _ => {
-                let rates = at.undamped || terms(0).is_empty();
-                let once = rates && at.follows_nothing(terms(1));
-                [at.follows_nothing(terms(0)), once]
-            }
+        // What is read of x and of x′.
+        let terms = |k: usize| k.checked_sub(order).map_or(&[][..], |k| &source.terms[k]);
+        let read = [terms(0), terms(1)];
+        let with = |input: usize| match asked.channels[input].integrals {
+            0 => [Some(true); 2],
+            1 => [
+                Some(true),
+                follows_nothing(asked, regular, input, &read[..1]),
+            ],
+            _ => [1, 2].map(|count| follows_nothing(asked, regular, input, &read[..count])),
         };
-        all.iter().enumerate().map(with).collect()
+        (0..asked.channels.len()).map(with).collect()
     };
     let motions = asked.sources.iter().map(|source| of(source, 0));
     let rates = asked.sources.iter().map(|source| of(source, 1));
     motions.chain(rates).collect()
 }
 
-impl Static {
-    fn of(asked: &Asked<'_>, input: usize) -> Static {
-        let (system, channel) = (asked.system, &asked.channels[input]);
-        let n = system.len();
-        let unknown = Static {
-            shares: Vec::new(),
-            undamped: false,
-        };
-        let (Some(support), 1..) = (channel.support, channel.integrals) else {
-            return unknown;
-        };
-        let mut stiffness = BallMatrix::<Wide<4>>::zeros(n, n);
-        for term in system.terms(MatrixKind::Stiffness) {
-            stiffness.add(term.row, term.column, term.value.into(), Magnitude::ZERO);
-        }
-        let mut pull = BallMatrix::zeros(n, 1);
-        for (row, force) in &channel.directions[0] {
-            pull.add(*row, 0, (*force).into(), Magnitude::ZERO);
-        }
-        let Some(solved) = stiffness.solve(&pull) else {
-            return unknown;
-        };
-        let mut shares: Vec<f64> = (0..n).map(|i| solved.middle(i, 0).to_f64()).collect();
-        let kinds = [MatrixKind::Stiffness, MatrixKind::Damping];
-        let mut both = kinds.iter().zip(&channel.directions);
-        let mut unstretched = || {
-            let (kind, forces) = both.next()?;
-            let mut sums = vec![Vec::new(); n];
-            for term in system.terms(*kind) {
-                sums[term.row].push([term.value, shares[term.column], 1.0]);
-            }
-            for (row, force) in forces {
-                sums[*row].push([-force, 1.0, 1.0]);
-            }
-            sums.into_iter()
-                .all(|sum| vanishes(sum) == Some(true))
-                .then_some(())
-        };
-        if unstretched().is_none() {
-            return unknown;
-        }
-        let undamped = unstretched().is_some();
-        let own = |s: usize| f64::from(u8::from(s == support));
-        shares.extend((0..system.supports().len()).map(own));
-        Static { shares, undamped }
-    }
-
-    fn follows_nothing(&self, terms: &[(usize, [f64; 2])]) -> bool {
-        let products = terms
-            .iter()
-            .map(|&(i, [a, b])| Some([a, b, *self.shares.get(i)?]));
-        let products: Option<Vec<[f64; 3]>> = products.collect();
-        products.and_then(vanishes) == Some(true)
-    }
+/// K with its first entry there.
+fn stiffness(asked: &Asked<'_>, row: usize, column: usize) -> Parts {
+    let terms = asked.system.terms(MatrixKind::Stiffness);
+    terms
+        .map(|term| (row + term.row, column + term.column, term.value))
+        .collect()
 }
 
-/// Whether a sum of products is 0, decided exactly: it is an expansion of doubles that do not overlap (Shewchuk 1997, *Discrete
-/// Comput. Geom.* 18), of which none is left. `None` where products leave the range in which their errors are doubles.
-fn vanishes(products: impl IntoIterator<Item = [f64; 3]>) -> Option<bool> {
-    let mut parts: Vec<f64> = Vec::new();
-    for [a, b, c] in products {
-        for factor in two_product(a, b)? {
-            for mut term in two_product(factor, c)? {
-                let mut kept = Vec::new();
-                for part in parts {
-                    let sum = term + part;
-                    let back = sum - term;
-                    let error = (term - (sum - back)) + (part - back);
-                    kept.extend((error != 0.0).then_some(error));
-                    term = sum;
-                }
-                kept.extend((term != 0.0).then_some(term));
-                parts = kept;
-            }
+/// Of what is read of x, and of x′ beside it, the last that the support's displacement makes: d + c r, or d + c r₁ + c′r.
+fn follows_nothing(
+    asked: &Asked<'_>,
+    regular: bool,
+    input: usize,
+    read: &[&[(usize, [f64; 2])]],
+) -> Option<bool> {
+    if read.iter().all(|terms| terms.is_empty()) {
+        return Some(true);
+    }
+    if !regular {
+        return None;
+    }
+    let (n, channel) = (asked.system.len(), &asked.channels[input]);
+    let last = read.len() * n;
+    let mut parts = Parts::new();
+    for (at, directions) in channel.directions[..read.len()].iter().enumerate() {
+        parts.extend(stiffness(asked, at * n, at * n));
+        parts.extend(
+            directions
+                .iter()
+                .map(|(row, force)| (at * n + row, last, -force)),
+        );
+    }
+    if read.len() > 1 {
+        let terms = asked.system.terms(MatrixKind::Damping);
+        parts.extend(terms.map(|term| (n + term.row, term.column, term.value)));
+    }
+    // What is read of the k-th derivative meets r in the first columns, r₁ in the next.
+    for (order, terms) in read.iter().rev().enumerate() {
+        for &(i, [a, b]) in *terms {
+            let column = match i.checked_sub(n) {
+                None => order * n + i,
+                // Of the support itself the last derivative alone.
+                Some(support) if Some(support) == channel.support && order == 0 => last,
+                Some(_) => continue,
+            };
+            parts.extend(two_product(a, b)?.map(|factor| (last, column, factor)));
         }
     }
-    parts
-        .iter()
-        .all(|part| part.is_finite())
-        .then_some(parts.is_empty())
+    is_singular(last + 1, parts)
 }
 
 /// a·b as its rounded value and the rest.

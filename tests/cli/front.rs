@@ -168,6 +168,36 @@ fn comfort_as_people_feel_it_is_least_where_a_grid_has_it() {
     assert!(refused(&of_a_place, 2).contains("body is in m: name an output"));
 }
 
+/// Of one mass, ∫|W|²|s²/(s² + s + 400)|² df from 0.5 to 20 Hz with 30 digits (mpmath's quadrature).
+#[test]
+fn comfort_on_a_road_within_a_band_is_that_of_quadrature() {
+    let folder = fresh("band-weighted");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = written(
+        &folder.join("one.json"),
+        &json!({
+            "masses": [{"name": "m", "mass": 1}],
+            "springs": [{"between": ["ground", "m"], "stiffness": 400}],
+            "dampers": [{"between": ["ground", "m"], "damping": 1}],
+            "outputs": [{"name": "ride", "acceleration": {"m": 1}}],
+            "noise": [{"on": "m", "force": 1, "band": [0.5, 20]}]
+        }),
+    );
+    for (metric, truth) in [
+        ("rms-wk ride", 9.187_733_582_418_648),
+        ("rms-wd ride", 6.331_264_796_762_155),
+    ] {
+        for precision in ["double", "certified"] {
+            let sweep = [
+                "sweep", &scene, "--vary", "m.mass=1", "--metric", metric, "--json",
+            ];
+            let line = parsed(&[&sweep[..], &["--precision", precision]].concat());
+            let found = number(&line["metrics"][metric]);
+            assert!((found / truth - 1.0).abs() < 1e-15, "{metric}: {found}");
+        }
+    }
+}
+
 #[test]
 fn no_design_of_a_grid_is_better_in_both() {
     let folder = fresh("front-grid");

@@ -71,9 +71,6 @@ impl Kind {
             Kind::Damping => "roots are doubtful",
             Kind::Frequency(_) => "there are fewer modes, or this one is doubtful",
             Kind::Gain(..) => "it is infinite or not known, or something grows",
-            Kind::Rms(_, Some(_)) => {
-                "it is infinite or not known; under noise of a `band` it is not computed"
-            }
             Kind::Rms(..) => "it is infinite or not known",
             Kind::Peak(_) => "it is not known",
             Kind::Settling(_) => {
@@ -485,14 +482,17 @@ impl Varied {
                 if !is_moved(scene, name) {
                     return Err(unknown(scene, name));
                 }
-                if self.precision == Precision::Double || weighting.is_some() {
+                if self.precision == Precision::Double {
                     let square = mean_square(scene, name, *weighting)?;
-                    let rms = square.map(|square| square.value().sqrt());
-                    if rms.is_some() || weighting.is_some() {
-                        return Ok(rms);
+                    if let Some(square) = square {
+                        return Ok(Some(square.value().sqrt()));
                     }
                 }
-                let motion = match noise.solve() {
+                let solved = match weighting {
+                    None => noise.solve(),
+                    Some(weighting) => noise.weighted(*weighting),
+                };
+                let motion = match solved {
                     Ok(motion) => motion,
                     // It is infinite, or not known.
                     Err(

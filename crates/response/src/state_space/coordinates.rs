@@ -49,7 +49,7 @@ impl<T: Real> Coordinates<T> {
             true => within,
             false => Magnitude::from(step),
         };
-        let strength = |column: &BallMatrix<T>| {
+        let strength = |column: &BallMatrix<T>, time: Magnitude| {
             let pushed = energy.r.times(&column.block(0, 0, own, 1));
             let (norm, spread) = (frobenius(&pushed), pushed.spread());
             // A column of rounding alone has the unit of the terms that cancel in it. In one of its own size its error would be 1
@@ -58,14 +58,23 @@ impl<T: Real> Coordinates<T> {
                 true => spread / T::unit(),
                 false => norm,
             };
-            (!norm.is_zero()).then(|| (norm * within).exponent())
+            (!norm.is_zero()).then(|| (norm * time).exponent())
         };
         let mut units = vec![0; size - own];
         for at in 0..size - own {
             let column = form.a.block(0, own + at, size, 1);
             let feeds = (0..at).filter(|row| !column.is_zero(own + row, 0));
-            let fed = feeds.map(|row| units[row] + epoch).max();
-            units[at] = strength(&column).max(fed).unwrap_or(0);
+            // Integrals add up over a step. What also acts on itself, or by later states, lasts until it has died out.
+            let rates = (own + at..size).map(|row| column.middle(row, 0).upper());
+            let slowest = rates
+                .filter(|rate| !rate.is_zero())
+                .reduce(|a, b| if b < a { b } else { a });
+            let (lasting, adding) = match slowest {
+                None => (within, epoch),
+                Some(rate) => (Magnitude::from(1.0) / rate, 0),
+            };
+            let fed = feeds.map(|row| units[row] + adding).max();
+            units[at] = strength(&column, lasting).max(fed).unwrap_or(0);
             let (there, back) = (T::ONE.scale(units[at]), T::ONE.scale(-units[at]));
             enter.set(own + at, own + at, there, Magnitude::ZERO);
             leave.set(own + at, own + at, back, Magnitude::ZERO);
@@ -74,7 +83,7 @@ impl<T: Real> Coordinates<T> {
             let column = form.b.block(0, input, size, 1);
             let feeds = (own..size).filter(|row| !column.is_zero(*row, 0));
             let fed = feeds.map(|row| units[row - own] + epoch).max();
-            strength(&column).max(fed).unwrap_or(0)
+            strength(&column, within).max(fed).unwrap_or(0)
         };
         let units: Vec<i64> = (0..inputs).map(of_input).collect();
         let mut scales = BallMatrix::zeros(inputs, inputs);

@@ -11,6 +11,7 @@ use super::asked::Asked;
 use super::error::StateSpaceError;
 use crate::enclosed::add_multiple;
 
+#[derive(Clone)]
 pub(super) struct Realisation<T> {
     pub(super) a: BallMatrix<T>,
     pub(super) b: BallMatrix<T>,

@@ -3,7 +3,7 @@
 use eigentone_modes::{GROUND, MatrixKind, System};
 use eigentone_response::{
     Combination, Noise, Quantity, RandomVibration, Rms, StateSpaceError, StationaryMotion,
-    Statistics, Sum,
+    Statistics, Sum, Weighting,
 };
 
 use Quantity::{Acceleration, Displacement, Velocity};
@@ -558,4 +558,91 @@ fn what_cancels_exactly_does_not_wander() {
     is(of(shaken.outputs(), "k"), 0.041_407_946_708_452_89, 1e-15);
     is_infinite(of(shaken.displacement(), "a"), "s acceleration");
     is_infinite(of(shaken.velocity(), "b"), "s acceleration");
+}
+
+/// Integrals of S|WH|² with 30 digits (mpmath's quadrature), W with the frequencies and quality factors of the standard.
+#[test]
+fn weighted_motions_agree_with_quadrature() {
+    let car = System::builder()
+        .support("road")
+        .mass("body", 290.0)
+        .mass("wheel", 59.0);
+    let car = car
+        .spring("wheel", "body", 16812.0)
+        .damper("wheel", "body", 1000.0);
+    let car = system(
+        car.spring("road", "wheel", 190_000.0)
+            .damper("road", "wheel", 20.0),
+    );
+    let road = |quantity, band| {
+        let noise = RandomVibration::of(&car).motion("road", quantity, Noise::within(1e-4, band));
+        noise.output(between("relative", Acceleration, "road", "wheel"))
+    };
+    let force = Noise::within(3.0, [0.1, 200.0]);
+    let both = road(Velocity, [0.5, 20.0]).force("body", force);
+    let alone = RandomVibration::of(&car).force("body", force);
+    let cases = [
+        (
+            road(Velocity, [0.5, 20.0]),
+            "body",
+            [0.248_943_786_544_320_9, 0.178_484_467_561_684_9],
+        ),
+        (
+            road(Velocity, [0.0, 20.0]),
+            "body",
+            [0.248_991_856_979_495_94, 0.178_760_374_132_645_88],
+        ),
+        (
+            road(Velocity, [9.5, 10.0]),
+            "wheel",
+            [1.225_423_930_902_393, 0.254_947_603_285_759_06],
+        ),
+        (
+            road(Displacement, [1.0, 30.0]),
+            "relative",
+            [606.611_709_586_616, 100.645_033_872_401_53],
+        ),
+        (
+            road(Acceleration, [0.0, 5.0]),
+            "body",
+            [0.011_348_108_731_397_3, 0.022_342_494_835_230_096],
+        ),
+        (
+            alone,
+            "body",
+            [0.028_308_726_640_464_855, 0.015_651_864_564_427_128],
+        ),
+        (both, "body", [0.250_548_184_713_098_6, f64::NAN]),
+    ];
+    for (noise, name, truths) in cases {
+        let weightings = [Weighting::Vertical, Weighting::Horizontal].into_iter();
+        for (weighting, truth) in weightings.zip(truths).filter(|(_, truth)| !truth.is_nan()) {
+            let motion = noise.weighted(weighting).expect("a stationary motion");
+            let all = motion.outputs().iter().chain(motion.acceleration());
+            let all: Vec<Statistics> = all.cloned().collect();
+            is(of(&all, name), truth, 1e-15);
+        }
+    }
+
+    // White noise, of one mass: what doubles have is the proven value, and what wanders is held back.
+    let one = one(1.0, 1.0, 400.0);
+    let noise = RandomVibration::of(&one).motion("base", Acceleration, 2.0);
+    let noise = noise.output(between("ride", Acceleration, "base", "m"));
+    let white = RandomVibration::of(&one).motion("base", Velocity, 2.0);
+    let white = white.output(Combination {
+        name: "ride".into(),
+        of: Sum::Motions(vec![(Acceleration, "m".into(), 1.0)]),
+    });
+    for weighting in [Weighting::Vertical, Weighting::Horizontal] {
+        assert!(
+            noise.weighted(weighting).unwrap().displacement()[0]
+                .rms
+                .finite()
+                .is_some()
+        );
+        let square = white.mean_square("ride", Some(weighting));
+        let square = square.unwrap().expect("doubles determine it");
+        let motion = white.weighted(weighting).expect("a stationary motion");
+        is(of(motion.outputs(), "ride"), square.value().sqrt(), 1e-12);
+    }
 }

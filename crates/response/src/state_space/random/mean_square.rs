@@ -11,6 +11,7 @@ use faer::Mat;
 use super::Noise;
 use super::band::of_band;
 use super::statistics::Rms;
+use super::weighting::Weighting;
 use crate::enclosed::Normed;
 use crate::problem::{Known, Rate};
 use crate::state_space::asked::Asked;
@@ -31,6 +32,8 @@ pub(super) struct MeanSquares<'a> {
     pub(super) step: f64,
     /// By output and input, whether it follows nothing of [u/s², u/s], where that is decided exactly.
     pub(super) settled: Vec<Vec<[Option<bool>; 2]>>,
+    /// What all is read through.
+    pub(super) weighting: Option<Weighting>,
 }
 
 /// The least power of s in Σ Lₖsᵏ.
@@ -73,23 +76,34 @@ impl MeanSquares<'_> {
         }
         direct.push(form.d.clone());
         direct.append(&mut form.of_derivatives);
-        let coordinates = Coordinates::of(self.asked, &form, self.step)?;
-
         let rows = form.c.rows();
         let nothing = Sum {
             value: Ball::ZERO,
             nothing: Magnitude::ZERO,
         };
         let mut sums = vec![nothing; rows];
-        let mut bands: Vec<Option<[f64; 2]>> = Vec::new();
-        for noise in self.noises.iter().filter(|noise| noise.density != 0.0) {
-            if !bands.contains(&noise.band) {
-                bands.push(noise.band);
+        let noises = 0..self.noises.len();
+        let inputs: Vec<usize> = noises
+            .filter(|at| self.noises[*at].density != 0.0)
+            .collect();
+        let direct = match self.weighting {
+            None => {
+                self.add_all(&mut sums, &inputs, &form, &direct)?;
+                direct
             }
-        }
-        for band in bands {
-            self.add(&mut sums, band, &coordinates, &form, &direct)?;
-        }
+            // What is read through it is what inputs make that come through it.
+            Some(weighting) => {
+                let mut passed = vec![BallMatrix::zeros(rows, self.noises.len()); direct.len()];
+                for input in inputs {
+                    let (form, direct) = weighting.before(&form, &direct, input);
+                    self.add_all(&mut sums, &[input], &form, &direct)?;
+                    for (sum, part) in passed.iter_mut().zip(&direct) {
+                        *sum = sum.plus(part);
+                    }
+                }
+                passed
+            }
+        };
 
         let (mut all, mut good) = (Vec::new(), true);
         for (row, sum) in sums.into_iter().enumerate() {
@@ -112,6 +126,26 @@ impl MeanSquares<'_> {
             all.push(Rms::of_variance(variance, radius)?);
         }
         Some((all, good))
+    }
+
+    /// Adds what the noises on these inputs make of each output, of a form whose other inputs have none.
+    fn add_all<T: Real>(
+        &self,
+        sums: &mut [Sum<T>],
+        inputs: &[usize],
+        form: &Realisation<T>,
+        direct: &Direct<T>,
+    ) -> Option<()> {
+        let coordinates = Coordinates::of(self.asked, form, self.step)?;
+        let mut bands: Vec<Option<[f64; 2]>> = Vec::new();
+        for input in inputs {
+            let band = self.noises[*input].band;
+            if !bands.contains(&band) {
+                bands.push(band);
+            }
+        }
+        let mut each = bands.into_iter();
+        each.try_for_each(|band| self.add(sums, band, &coordinates, form, direct))
     }
 
     /// The noise that makes an output infinite, and whether that is certain: what is white without end passes on by any power

@@ -655,6 +655,87 @@ fn peaks_of_finite_elements_are_complete() {
     }
 }
 
+/// At low frequencies a mass hangs on another without any force: |H| falls as Ω³, by terms that cancel exactly, also where parallel
+/// springs have a sum that is no double. Peaks by mpmath with 40 digits, zeros of d|H|/dΩ of the exact doubles.
+#[test]
+fn relative_motions_are_complete_whatever_springs_add_up_to() {
+    let system = System::builder()
+        .mass("a", 8.0)
+        .mass("b", 4.0)
+        .spring(GROUND, "a", 8.0)
+        .spring("a", "b", 0.1)
+        .spring("a", "b", 0.2)
+        .damper("a", "b", 0.05)
+        .build()
+        .expect("a system");
+    let apart = [("a", 1.0), ("b", -1.0)];
+    let apart = apart.map(|(name, factor)| (Quantity::Velocity, name.to_owned(), factor));
+    let apart = Combination {
+        name: "apart".to_owned(),
+        of: Sum::Motions(apart.to_vec()),
+    };
+    let asked = FrequencyResponse::of(&system).from("a").output(apart);
+    let found = &asked.features(&[0.1, 3.0]).expect("features")[0];
+    assert!(found.is_complete(), "{found:?}");
+    let truth = [
+        (0.268_767_284_500_098_1, 0.809_201_091_881_559_3),
+        (1.019_960_709_042_062_4, 18.559_751_499_347_474),
+    ];
+    assert_eq!(found.peaks().len(), truth.len());
+    for (peak, (frequency, gain)) in found.peaks().iter().zip(truth) {
+        assert_near(peak.frequency().0, frequency, 1e-15);
+        assert_near(peak.gain().expect("damped").0, gain, 1e-15);
+    }
+}
+
+/// Of the velocity of one mass it is 1/√2 of the peak where |k − mΩ²| = cΩ, wherever the grid ends.
+#[test]
+fn half_power_is_found_beyond_the_grid() {
+    let damping = 3.0;
+    let system = System::builder()
+        .mass("m", 1.0)
+        .spring(GROUND, "m", 1.0)
+        .damper(GROUND, "m", damping)
+        .build()
+        .expect("a system");
+    let asked = FrequencyResponse::of(&system).from("m").to("m");
+    let asked = asked.quantity(Quantity::Velocity);
+    let found = &asked.features(&[0.5, 2.0]).expect("features")[0];
+    let [low, high] = found.peaks()[0].half_power().expect("it falls to 0");
+    let root = f64::sqrt(damping * damping + 4.0);
+    assert_near(high, 0.5 * (root + damping), 1e-15);
+    assert_near(low, 2.0 / (root + damping), 1e-15);
+}
+
+/// Parts that nothing joins do not move each other, and no rounding makes them.
+#[test]
+fn what_is_not_reached_is_exactly_0() {
+    let system = System::builder()
+        .mass("a", 1.0)
+        .mass("b", 1.0)
+        .mass("c", 2.0)
+        .spring(GROUND, "a", 1.0)
+        .spring(GROUND, "b", 4.0)
+        .spring("b", "c", 0.3)
+        .build()
+        .expect("a system");
+    let modes = system.modes().expect("modes");
+    let grid = peak_grid(&system, &modes, &[]);
+    for precision in [Precision::Double, Precision::default()] {
+        let asked = FrequencyResponse::of(&system).from("c").to("a");
+        let asked = asked.precision(precision);
+        let found = &asked.features(&grid).expect("features")[0];
+        let Some(LargestGain::Finite { gain, bound, .. }) = found.largest_gain() else {
+            panic!("{precision:?}: {found:?}")
+        };
+        assert_eq!((gain, bound), (0.0, 0.0));
+        let values = asked.at(&[0.7, 2.0]).expect("values");
+        for value in values.functions()[0].values() {
+            assert_eq!(value.known(), Some((Complex::ZERO, Some(0.0))));
+        }
+    }
+}
+
 /// Between two frequencies that lie below and above all of them.
 #[test]
 fn peaks_need_no_grid() {

@@ -127,13 +127,13 @@ impl Part {
         (self.power, turned(product, turns as u8))
     }
 
-    /// Power and factor, where there is no loss and the product is a double.
-    pub(super) fn exact(&self) -> Option<(i32, f64)> {
+    /// Power, and two doubles whose sum is the factor, where there is no loss and these are exact.
+    pub(super) fn exact(&self) -> Option<(i32, [f64; 2])> {
         let [a, b, ..] = self.factors;
         let product = DoubleDouble::product(a, b);
-        let is_whole = product.low() == 0.0 && product.high().abs() > 1e-200;
+        let is_whole = product.high().abs() > 1e-200 && product.high().is_finite();
         let known = self.turns == 0 && self.factors[2..] == [1.0; 2] && is_whole;
-        known.then(|| (self.power, product.high()))
+        known.then(|| (self.power, [product.high(), product.low()]))
     }
 
     /// Power, and what (iΩ)^power is multiplied by.
@@ -260,9 +260,14 @@ impl DynamicStiffness {
         reached
     }
 
+    /// Whether a coordinate belongs to one of these parts.
+    pub(super) fn is_within(&self, parts: &[usize], coordinate: usize) -> bool {
+        parts.binary_search(&self.part[coordinate]).is_ok()
+    }
+
     /// The rows and columns of these parts. The rest moves by itself, which nothing that acts on them changes.
     pub(super) fn block(&self, parts: &[usize]) -> Block {
-        let within = |i: usize| parts.binary_search(&self.part[i]).is_ok();
+        let within = |i: usize| self.is_within(parts, i);
         let coordinates: Vec<usize> = (0..self.part.len()).filter(|i| within(*i)).collect();
         let place = |i: usize| coordinates.binary_search(&i).expect("it is within");
         let entries = self.entries.iter().filter(|((row, _), _)| within(*row));
@@ -495,19 +500,6 @@ fn sum<T: Real>(terms: &[f64]) -> Ball<T> {
     terms.fold(Ball::ZERO, |sum, term| sum + term)
 }
 
-/// The sum of doubles, where it is a double.
-pub(super) fn exact_sum(terms: &[f64]) -> Option<f64> {
-    let ball = sum::<DoubleDouble>(terms);
-    let nearest = ball.middle().re.to_f64();
-    let parts = terms.iter().copied().filter(|term| *term != 0.0);
-    let Some(grain) = parts.map(last_bit).min() else {
-        return Some(0.0);
-    };
-    // Two multiples of a grain that differ by less are the same.
-    let off = (ball - real(nearest)).upper() < Magnitude::power_of_two(grain);
-    (off && (nearest == 0.0 || last_bit(nearest) >= grain)).then_some(nearest)
-}
-
 /// A double, exactly.
 fn real<T: Real>(value: f64) -> Ball<T> {
     Ball::from(WideComplex {
@@ -532,17 +524,7 @@ fn last_bit(value: f64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{exact_sum, last_bit};
-
-    #[test]
-    fn sums_that_are_doubles() {
-        assert_eq!(exact_sum(&[]), Some(0.0));
-        assert_eq!(exact_sum(&[0.1, -0.1]), Some(0.0));
-        assert_eq!(exact_sum(&[16_812.0, 190_000.0, 0.5]), Some(206_812.5));
-        assert_eq!(exact_sum(&[0.1, 0.2]), None);
-        assert_eq!(exact_sum(&[1.0, 1e-40]), None);
-        assert_eq!(exact_sum(&[1e300, 1.0, -1e300]), None);
-    }
+    use super::last_bit;
 
     #[test]
     fn the_last_bit_of_a_double() {

@@ -197,11 +197,14 @@ impl Features {
         let (Some(&first), Some(&last)) = (known.clone().next(), known.clone().next_back()) else {
             return features;
         };
+        // Where all turns are known, the magnitude falls on beyond the grid.
+        let beyond = if features.complete { FAR } else { 1.0 };
         for peak in &mut features.peaks {
             peak.half_power = peak.gain.and_then(|(gain, _)| {
-                let ends = [first.min(peak.frequency.0), last.max(peak.frequency.0)];
+                let place = peak.frequency.0;
+                let ends = [first.min(place) / beyond, last.max(place) * beyond];
                 let all = &features.dips;
-                half_power(look, glance, peak.frequency.0, gain, all, ends)
+                half_power(look, glance, place, gain, all, ends)
             });
         }
         features.low = asymptote(look, first * FAR.recip());

@@ -510,6 +510,12 @@ impl<'a> FrequencyResponse<'a> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for column in &mut columns {
             let reached = stiffness.reached(column.pushes.iter().map(|push| push.coordinate));
+            // What is not reached stays at rest, and rounding is to have no share in that.
+            for reading in &mut column.readings {
+                reading
+                    .of
+                    .retain(|(i, _)| stiffness.is_within(&reached, *i));
+            }
             let known = groups.iter().position(|group| *group == reached);
             column.block = known.unwrap_or_else(|| {
                 groups.push(reached);

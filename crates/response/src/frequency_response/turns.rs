@@ -109,7 +109,8 @@ pub(super) fn turns(
     centers.products = 0;
     let mut axes = Axis::both(block, pushes, reading)?;
     let modes = modes.and_then(|modes| Some((modes, modes.rates()?)));
-    let modes = modes.filter(|(modes, [_, most])| modes.serve_up_to(*most));
+    // Where nothing that is read is reached they have nothing to add.
+    let modes = modes.filter(|(modes, [_, most])| axes[0].n > 0 && modes.serve_up_to(*most));
     let mut middle = middle;
     if let Some((modes, [least, most])) = modes {
         middle = f64::exp2((most * BEYOND).log2().ceil());
@@ -199,7 +200,7 @@ impl Axis<'_> {
             let acts = acts.filter_map(|(at, part)| Some(((place(at)?, n), part, 1.0)));
             let more = reading.more.iter().map(|part| ((n, n), part, -1.0));
             for ((row, column), part, sign) in own.chain(acts).chain(more) {
-                let (power, value) = part.exact()?;
+                let (power, product) = part.exact()?;
                 let at = terms
                     .iter()
                     .position(|term| (term.0, term.1) == (row, column));
@@ -207,7 +208,8 @@ impl Axis<'_> {
                     terms.push((row, column, Default::default()));
                     terms.len() - 1
                 });
-                terms[at].2[usize::try_from(power).ok()?].push(sign * value);
+                let product = product.into_iter().map(|value| sign * value);
+                terms[at].2[usize::try_from(power).ok()?].extend(product);
             }
             Some(terms)
         };

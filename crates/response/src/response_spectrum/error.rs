@@ -32,11 +32,13 @@ pub enum SpectrumError {
     },
     /// The search for the largest values ends before much is known of them.
     #[error(
-        "the largest motion at {frequency:?} Hz is not found: it turns too often while the base is shaken: leave this frequency out, or give a shorter shake"
+        "the largest motion at {frequency:?} Hz is not known to six digits: within {interval:?} s, from one sample to the next or during a pulse, it turns too often or decays too fast: take a lower frequency or damping ratio, or give samples that are closer together"
     )]
     Undecided {
         /// In Hz.
         frequency: f64,
+        /// Between two samples, or the duration of a pulse, in s.
+        interval: f64,
     },
     /// Motions, or what they are computed from, leave the range of doubles.
     #[error(

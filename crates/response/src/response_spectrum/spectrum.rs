@@ -61,12 +61,12 @@ pub struct ResponseSpectrum {
 
 impl ResponseSpectrum {
     /// At frequencies in Hz. With [`Precision::Certified`] the recursion has 32 digits and the values are right to about
-    /// their last one; with [`Precision::Double`] it has those of doubles, is several times as fast, and the bounds are
-    /// wider.
+    /// their last one; with [`Precision::Double`] it has those of doubles wherever these leave six, is several times as fast, and the
+    /// bounds are wider.
     ///
     /// # Errors
     /// [`SpectrumError`]: an acceleration, frequency or ratio that none can be, or that leads out of range; a motion that
-    /// turns too often to find its largest value to six digits.
+    /// is too fast within an interval to find its largest value to six digits.
     pub fn of(
         base: impl Into<BaseAcceleration>,
         ratio: f64,
@@ -92,20 +92,27 @@ impl ResponseSpectrum {
             acceleration: Vec::with_capacity(frequencies.len()),
         };
         for &frequency in frequencies {
-            let peaks =
-                Oscillator::of(frequency, ratio, &base).and_then(|oscillator| match precision {
-                    Precision::Double => Shaken::<f64>::by(&oscillator, &base).peaks(),
-                    Precision::Certified { .. } => {
-                        Shaken::<DoubleDouble>::by(&oscillator, &base).peaks()
-                    }
-                });
-            let Some([displacement, velocity, pseudo, acceleration]) = peaks else {
-                return Err(SpectrumError::OutOfRange { frequency });
+            let oscillator = Oscillator::of(frequency, ratio, &base);
+            let oscillator = oscillator.ok_or(SpectrumError::OutOfRange { frequency })?;
+            let is_known = |peaks: &[SpectralPeak; 4]| !peaks.iter().any(SpectralPeak::is_unknown);
+            let quick = match precision {
+                Precision::Double => Shaken::<f64>::by(&oscillator, &base).peaks(),
+                Precision::Certified { .. } => None,
             };
-            let all = [&displacement, &velocity, &pseudo, &acceleration];
-            if all.into_iter().any(SpectralPeak::is_unknown) {
-                return Err(SpectrumError::Undecided { frequency });
+            // Where doubles leave nothing that is known, more digits may.
+            let peaks = match quick.filter(is_known) {
+                None => Shaken::<DoubleDouble>::by(&oscillator, &base).peaks(),
+                known => known,
+            };
+            let peaks = peaks.ok_or(SpectrumError::OutOfRange { frequency })?;
+            if !is_known(&peaks) {
+                let interval = base.interval();
+                return Err(SpectrumError::Undecided {
+                    frequency,
+                    interval,
+                });
             }
+            let [displacement, velocity, pseudo, acceleration] = peaks;
             spectrum.displacement.push(displacement);
             spectrum.pseudo_velocity.push(velocity);
             spectrum.pseudo_acceleration.push(pseudo);

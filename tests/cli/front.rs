@@ -311,23 +311,82 @@ fn gains_between_two_frequencies_are_those_of_one_mass() {
             );
         }
     }
-    for wrong in ["gain m m 3", "gain m m 3:1", "gain m m a:b"] {
-        let error = refused(
-            &[
-                "sweep",
-                &scene,
-                "--vary",
-                "k.stiffness=50",
-                "--metric",
-                wrong,
-            ],
-            2,
-        );
-        assert!(
-            error.contains("write the frequencies of a gain as lo:hi"),
-            "{error}"
-        );
+    let spelt = "write the frequencies of a gain as lo:hi";
+    for (wrong, says) in [
+        ("gain m m 3", spelt),
+        ("gain m m a:b", spelt),
+        ("gain m m 3:1", "nothing is between 3 and 1"),
+        ("gain m m 1Hz:1Hz", "nothing is between 1Hz and 1Hz"),
+    ] {
+        let asked = ["--vary", "k.stiffness=50", "--metric", wrong];
+        let error = refused(&[&["sweep", &scene], &asked[..]].concat(), 2);
+        assert!(error.contains(says), "{error}");
     }
+}
+
+/// A mass beside the one that is shaken, and joined to it by nothing: the gain is 0, and no number changes it.
+#[test]
+fn gains_of_what_is_not_reached_are_0() {
+    let folder = fresh("not-reached");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let beside = |damping: f64| {
+        json!({
+            "masses": [{"name": "m", "mass": 2}, {"name": "x", "mass": 3}],
+            "supports": ["s"],
+            "springs": [
+                {"name": "k", "between": ["s", "m"], "stiffness": 50},
+                {"between": ["ground", "x"], "stiffness": 3}
+            ],
+            "dampers": [
+                {"between": ["s", "m"], "damping": damping},
+                {"between": ["ground", "x"], "damping": damping}
+            ]
+        })
+    };
+    for damping in [0.0, 0.5] {
+        let scene = written(&folder.join("scene.json"), &beside(damping));
+        for (metric, precision) in [
+            ("gain s x", "double"),
+            ("gain s x 1:2", "double"),
+            ("gain s x", "certified"),
+        ] {
+            let asked = ["--metric", metric, "--precision", precision, "--json"];
+            let asked = [&["sweep", &scene, "--vary", "k.stiffness=40"], &asked[..]].concat();
+            assert_eq!(parsed(&asked)["metrics"][metric], json!(0.0), "{metric}");
+        }
+        let asked = ["optimise", &scene, "--vary", "k.stiffness=40:60"];
+        let asked = [&asked[..], &["--minimise", "gain s x"]].concat();
+        let text = printed(&asked);
+        assert!(text.contains("nothing that varies changes it"), "{text}");
+        let answer = parsed(&[&asked[..], &["--json"]].concat());
+        assert_eq!(answer["metric"]["value"], json!(0.0));
+        assert_eq!(answer["certificate"]["constant"], json!(true));
+    }
+}
+
+/// Without damping a gain is infinite, while a root mean square is asked of a place that nothing damps: each says why of itself alone.
+#[test]
+fn each_metric_without_a_value_says_why() {
+    let folder = fresh("each-why");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = json!({
+        "masses": [{"name": "m", "mass": 2}],
+        "springs": [{"name": "k", "between": ["ground", "m"], "stiffness": 50}],
+        "time": {"end": 1, "step": 0.1},
+        "initial": {"m": {"displacement": 1}}
+    });
+    let scene = written(&folder.join("scene.json"), &scene);
+    let refused_for = |metrics: [&str; 2]| {
+        let asked = ["optimise", &scene, "--vary", "k.stiffness=40:60"];
+        let aims = metrics.map(|metric| ["--minimise", metric]);
+        refused(&[&asked[..], &aims.concat()].concat(), 2)
+    };
+    let error = refused_for(["gain m m", "damping"]);
+    assert!(error.contains("of gain m m, it is infinite"), "{error}");
+    assert!(!error.contains("of damping"), "{error}");
+    let error = refused_for(["settling m", "gain m m"]);
+    assert!(error.contains("of settling m, it drifts"), "{error}");
+    assert!(error.contains("; of gain m m, it is infinite"), "{error}");
 }
 
 /// Where the least damped roots meet, no derivative tells how far a step may go. Two masses of small whole numbers, all alike in
@@ -674,6 +733,8 @@ fn absorbers_are_tuned_as_the_literature_has_it() {
         "h2",
     ];
     assert!(refused(&again, 2).contains("is there already"));
+    let ground = error(&["--on", "ground", "--mass", "1"]);
+    assert!(ground.contains("that can move by itself"), "{ground}");
 }
 
 /// Three equal masses on one: what swings between the three has one frequency, and two shapes that are a choice. A mass moves with 2/3 of

@@ -42,6 +42,8 @@ pub struct Optimum {
     pub curvature: Option<f64>,
     /// Which parameters are at a limit of their range: −1 at the lower one, 1 at the upper one, 0 between.
     pub limits: Vec<i8>,
+    /// Whether the largest function has the same value, but for rounding, wherever it was evaluated.
+    pub is_constant: bool,
     /// What other starts have led to, the least first; this optimum is not among them.
     pub others: Vec<f64>,
     /// How many points have been evaluated.
@@ -182,6 +184,7 @@ pub(crate) fn minimise_from(
         gradients,
         evaluations: 0,
         least: None,
+        most: f64::NEG_INFINITY,
     };
     let starts = match start {
         Some(start) => search.station(inside(limits, start)).into_iter().collect(),
@@ -196,7 +199,7 @@ pub(crate) fn minimise_from(
     let mut found = found.into_iter();
     let best = found.next().ok_or(OptimumError::Nowhere { tried })?;
     let mut optimum = search.finish(best);
-    let mut is_left = !optimum.is_shown();
+    let mut is_left = !optimum.is_shown() && !search.is_constant();
     for _ in 0..MESHES {
         let least = search.least.clone();
         let Some(least) = least.filter(|least| is_left || surpasses(least.worst(), optimum.value))
@@ -212,10 +215,11 @@ pub(crate) fn minimise_from(
         is_left = false;
     }
     // What is beside a place without derivatives may still be better than it.
-    let least = search.least.take();
+    let least = search.least.clone();
     if let Some(least) = least.filter(|least| surpasses(least.worst(), optimum.value)) {
         optimum = search.unshown(&least);
     }
+    optimum.is_constant = search.is_constant();
     optimum.others = found.map(|station| station.worst()).collect();
     optimum.evaluations = search.evaluations;
     Ok(optimum)
@@ -228,6 +232,8 @@ struct Search<'a, F, G> {
     evaluations: usize,
     /// The best of all points.
     least: Option<Station>,
+    /// The largest value of all.
+    most: f64,
 }
 
 /// A point in parts of the ranges, and the functions there.
@@ -271,6 +277,12 @@ where
     F: FnMut(&[f64]) -> Option<Vec<Piece>>,
     G: FnMut(&[f64]) -> Option<Vec<(Piece, Vec<f64>)>>,
 {
+    /// Whether no point is better than another.
+    fn is_constant(&self) -> bool {
+        let least = self.least.as_ref().map(Station::worst);
+        !least.is_some_and(|least| surpasses(least, self.most))
+    }
+
     /// Parameters from parts of the ranges.
     fn outside(&self, at: &[f64]) -> Vec<f64> {
         let each = self.limits.iter().zip(at);
@@ -322,6 +334,7 @@ where
         let pieces = (self.pieces)(&point)?;
         let known = !pieces.is_empty() && pieces.iter().all(|piece| piece.value.is_finite());
         let station = known.then_some(Station { at, pieces })?;
+        self.most = self.most.max(station.worst());
         let is_least = |least: &Station| station.worst() < least.worst();
         if self.least.as_ref().is_none_or(is_least) {
             self.least = Some(station.clone());
@@ -615,6 +628,7 @@ where
             gradient: f64::INFINITY,
             curvature: None,
             limits: here.at.iter().map(|u| limit(*u)).collect(),
+            is_constant: false,
             others: Vec::new(),
             evaluations: 0,
         }
@@ -673,6 +687,7 @@ where
             },
             curvature: least_curvature(&curvature, &free, &across).map(|least| least / scale),
             limits,
+            is_constant: false,
             others: Vec::new(),
             evaluations: 0,
         }

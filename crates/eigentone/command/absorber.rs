@@ -104,6 +104,12 @@ impl Absorber {
             let hint = did_you_mean(&self.on, &known);
             refuse(format!("--on {}: {hint}", self.on))
         })?;
+        if form.coordinates.is_empty() {
+            let on = &self.on;
+            return Err(refuse(format!(
+                "--on {on}: it is the ground or a support, or moves with these alone, and no absorber changes that: take a mass or a point that can move by itself"
+            )));
+        }
         let undamped = Scene::parse(&undamped(varied.scene()).to_string(), &self.scene)?;
         let system = undamped.system();
         let all = Participation::along(system, &vec![1.0; system.len()]);

@@ -16,8 +16,8 @@ use serde_json::{Value, json};
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{
-    Kind, METRICS, Metric, Varied, mean_square, object, peaks_by_values, peaks_in_doubles, rates,
-    ratios, sensitivities, transfer,
+    Kind, METRICS, Metric, Varied, decays, mean_square, object, peaks_by_values, peaks_in_doubles,
+    rates, ratios, sensitivities, transfer,
 };
 use super::{Failure, print, report_switches, source};
 
@@ -119,15 +119,18 @@ struct Tried<'a> {
     progress: Progress,
     count: usize,
     why: Option<String>,
+    /// Which aims some design has no value of.
+    missing: Vec<bool>,
 }
 
 impl Tried<'_> {
-    fn of(varied: &Varied) -> Tried<'_> {
+    fn of<'a>(varied: &'a Varied, aims: &[Aim<'_>]) -> Tried<'a> {
         Tried {
             varied,
             progress: Progress::of("designs"),
             count: 0,
             why: None,
+            missing: vec![false; aims.len()],
         }
     }
 
@@ -135,7 +138,12 @@ impl Tried<'_> {
         self.count += 1;
         self.progress.say(&format!("{} designs", self.count));
         match self.varied.pieces(aims, values) {
-            Ok(pieces) => pieces,
+            Ok(pieces) => {
+                for (missing, pieces) in self.missing.iter_mut().zip(&pieces) {
+                    *missing |= pieces.is_none();
+                }
+                pieces.into_iter().collect()
+            }
             Err(message) => {
                 let varied = self.varied;
                 self.why
@@ -150,8 +158,18 @@ impl Tried<'_> {
         let why = match (error, self.why) {
             (OptimumError::Nowhere { .. }, Some(why)) => why,
             (error @ OptimumError::Nowhere { .. }, None) => {
-                let kinds = aims.iter().map(|aim| aim.metric.kind.is_missing());
-                format!("{error}: {}", kinds.collect::<Vec<_>>().join(", or "))
+                let missing = aims.iter().zip(&self.missing);
+                let missing = missing.filter(|(_, missing)| **missing);
+                let mut whys: Vec<String> = missing
+                    .map(|(aim, _)| match aims {
+                        [_] => aim.metric.kind.is_missing().to_owned(),
+                        _ => format!("of {}, {}", aim.metric.text, aim.metric.kind.is_missing()),
+                    })
+                    .collect();
+                if whys.is_empty() {
+                    whys.push("what is found leaves the range of doubles".to_owned());
+                }
+                format!("{error}: {}", whys.join("; "))
             }
             (error, _) => error.to_string(),
         };
@@ -168,7 +186,7 @@ fn is_followed(proven: Option<f64>, followed: f64) -> bool {
 /// The best design for one metric.
 fn best(aim: Aim<'_>, limits: &[(f64, f64)], varied: Varied, json: bool) -> Result<(), Failure> {
     let Aim { metric, sign } = aim;
-    let mut tried = Tried::of(&varied);
+    let mut tried = Tried::of(&varied, &[aim]);
     let found = minimise_with(
         limits,
         |values| tried.pieces(&[aim], values)?.pop(),
@@ -209,7 +227,7 @@ fn between(
     json: bool,
     files: Option<Files>,
 ) -> Result<(), Failure> {
-    let mut tried = Tried::of(&varied);
+    let mut tried = Tried::of(&varied, &aims);
     let found = front_with(
         limits,
         count as usize,
@@ -308,6 +326,7 @@ impl Answer<'_> {
         let certificate = json!({
             "local_optimum": self.is_shown,
             "proven": self.is_proven,
+            "constant": optimum.is_constant,
             "active": active,
             "spread": optimum.spread,
             "gradient": optimum.gradient,
@@ -342,6 +361,14 @@ impl Answer<'_> {
         }
         let (name, value) = (&self.metric.text, significant(self.value));
         let _ = writeln!(text, "{name:<width$}  {value}");
+        if optimum.is_constant {
+            let _ = writeln!(
+                text,
+                "the same at all {} points within the limits that were tried: nothing that varies changes it",
+                optimum.evaluations
+            );
+            return text;
+        }
         let word = match self.sign > 0.0 {
             true => "minimum",
             false => "maximum",
@@ -385,8 +412,8 @@ impl Answer<'_> {
 type Held<'a> = Box<dyn Fn(&Scene) -> Option<Vec<f64>> + 'a>;
 
 impl Varied {
-    /// For each aim the functions of which the largest is minimised: ± the metric.
-    fn pieces(&self, aims: &[Aim<'_>], values: &[f64]) -> Result<Option<Vec<Vec<Piece>>>, String> {
+    /// For each aim the functions of which the largest is minimised: ± the metric; `None` for one that has no value.
+    fn pieces(&self, aims: &[Aim<'_>], values: &[f64]) -> Result<Vec<Option<Vec<Piece>>>, String> {
         let (scene, modes) = self.solve(values)?;
         let each = aims.iter().map(|aim| self.pieces_of(aim, &scene, &modes));
         each.collect()
@@ -404,8 +431,13 @@ impl Varied {
         };
         match &aim.metric.kind {
             Kind::Gain(from, to, band) if aim.sign > 0.0 => {
+                // Beside a pole on the axis values are finite wherever it is no double.
+                let is_finite = || -> Result<bool, String> {
+                    let all_decay = modes.eigenvalues().iter().all(decays);
+                    Ok(all_decay || self.measure(&aim.metric.kind, scene, modes)?.is_some())
+                };
                 let peaks = match peaks_in_doubles(scene, from, to, *band)? {
-                    None => peaks_by_values(scene, modes, from, to, *band)?,
+                    None if is_finite()? => peaks_by_values(scene, modes, from, to, *band)?,
                     known => known,
                 };
                 let limit = match (band, &peaks) {

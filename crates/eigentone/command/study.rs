@@ -200,6 +200,9 @@ fn band(text: &str) -> Result<(f64, f64), String> {
     let number = |text: &str| text.parse::<Asked>().map(|at| at.radians_per_second(false));
     match (number(low), number(high)) {
         (Ok(low), Ok(high)) if low < high => Ok((low, high)),
+        (Ok(_), Ok(_)) => Err(format!(
+            "nothing is between {low} and {high}: give the lower frequency first, and a higher one after it"
+        )),
         _ => Err(RIGHT.to_owned()),
     }
 }
@@ -513,7 +516,7 @@ impl Varied {
 }
 
 /// Whether a root is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
-fn decays(root: &Eigenvalue) -> bool {
+pub fn decays(root: &Eigenvalue) -> bool {
     !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
 }
 

@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use num_complex::Complex;
+
 use super::{fresh, number, parsed, printed, refused};
 
 /// The parameters that are looked for, and what they are where measured and where the search starts.
@@ -396,4 +398,59 @@ fn what_doubles_do_not_show_is_fitted_with_proof() {
         name == "natural_frequency [rad/s]" || name == "damping_ratio"
     });
     assert!((found(&beam(3.3), &table, "k.stiffness") - 3.16).abs() < 1e-12);
+}
+
+/// The receptance of one mass of 0.9 kg on 95.1 N/m with 0.05 N s/m, and beside it that of another part, at 25 frequencies.
+fn receptance(beside: f64) -> String {
+    let mut table = "frequency [rad/s],m → m re [m/N],m → m im [m/N]\n".to_owned();
+    for i in 0..25 {
+        let w = 3.0 + 13.0 * f64::from(i) / 24.0;
+        let of = |k: f64, m: f64| Complex::new(k - m * w * w, 0.05 * w).inv();
+        let h = of(95.1, 0.9) + beside * of(140.0, 1.0);
+        table += &format!("{w:?},{:?},{:?}\n", h.re, h.im);
+    }
+    table
+}
+
+/// A fit of the stiffness of one mass from a start.
+fn of_one_mass(folder: &Path, start: f64, table: &str) -> Vec<String> {
+    let scene = format!(
+        r#"{{"masses": [{{"name": "m", "mass": 0.9}}], "springs": [{{"name": "k", "between": ["ground", "m"], "stiffness": {start:?}}}],
+  "dampers": [{{"between": ["ground", "m"], "damping": 0.05}}]}}"#
+    );
+    let [to, from] = ["data.csv", "scene.json"].map(|name| folder.join(name));
+    fs::write(&to, table).expect("it can be written");
+    fs::write(&from, scene).expect("it can be written");
+    let [to, from] = [&to, &from].map(|file| file.to_str().expect("a UTF-8 path"));
+    ["fit", from, "--vary", "k.stiffness", "--to", to]
+        .map(str::to_owned)
+        .into()
+}
+
+/// Between samples a resonance is narrow, and least squares have a minimum beside every one of them.
+#[test]
+fn a_start_far_from_the_resonance_finds_it() {
+    let folder = fresh("fit-far-start");
+    fs::create_dir_all(&folder).expect("it can be made");
+    for start in [60.0, 70.0, 85.59, 140.0] {
+        let mut asked = of_one_mass(&folder, start, &receptance(0.0));
+        asked.push("--json".to_owned());
+        let answer = parsed(&asked.iter().map(String::as_str).collect::<Vec<_>>());
+        let off = number(&answer["parameters"]["k.stiffness"]) - 95.1;
+        assert!(off.abs() < 1e-9, "{start}: {answer}");
+        assert!(answer["misfit"].is_null(), "{start}: {answer}");
+    }
+}
+
+/// One mass has no second resonance.
+#[test]
+fn what_a_model_does_not_describe_is_doubtful() {
+    let folder = fresh("fit-misfit");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let mut asked = of_one_mass(&folder, 95.0, &receptance(1.0));
+    let text = printed(&asked.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(text.contains("\ndoubtful: "), "{text}");
+    asked.push("--json".to_owned());
+    let answer = parsed(&asked.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(answer["misfit"].is_string(), "{answer}");
 }

@@ -32,6 +32,21 @@ pub struct Fit {
     pub evaluations: usize,
 }
 
+impl Fit {
+    /// The index of the largest residual and its size in standard deviations, where normal errors leave one so large less than once in a
+    /// thousand times: an outlier, a model that is another one, or a search that ended far from the best. `None` where there is none such,
+    /// and without degrees of freedom.
+    pub fn outlier(&self) -> Option<(usize, f64)> {
+        const SELDOM: f64 = 1e-3;
+        let deviation = self.deviation.filter(|deviation| *deviation > 0.0)?;
+        let sizes = self.residuals.iter().map(|rest| rest.abs() / deviation);
+        let (index, size) = sizes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        // Beyond x of them are less than √(2/π) e^{−x²/2}/x (Gordon 1941, Annals of Mathematical Statistics 12).
+        let beyond = (-0.5 * size * size).exp() * std::f64::consts::FRAC_2_PI.sqrt() / size;
+        (size > 1.0 && self.residuals.len() as f64 * beyond < SELDOM).then_some((index, size))
+    }
+}
+
 /// Why nothing can be fitted.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]

@@ -79,6 +79,7 @@ fn intervals_hold_what_they_say() {
     for known in [true, false] {
         let mut noise = Random(20_261_123);
         let mut within = [0usize; 3];
+        let mut outliers = 0;
         const TIMES: usize = 2000;
         for _ in 0..TIMES {
             let data: Vec<f64> = exact
@@ -95,16 +96,37 @@ fn intervals_hold_what_they_say() {
             });
             let found = found.expect("a fit");
             assert!(found.is_settled);
+            outliers += usize::from(found.outlier().is_some());
             for i in 0..3 {
                 let reach = found.interval[i].expect("it is determined");
                 within[i] += usize::from((found.point[i] - truth[i]).abs() <= reach);
             }
         }
+        // One in a thousand, and up to three standard deviations of their number.
+        assert!(outliers <= 6, "{known}: {outliers}");
         for count in within {
             let share = count as f64 / TIMES as f64;
             assert!((share - 0.95).abs() <= 0.02, "{known}: {share}");
         }
     }
+}
+
+/// One of twenty residuals is far off: with normal errors the largest of twenty stays below 4.06 deviations in 999 of 1000 cases, by
+/// erfc(4.06/√2) = 4.9e-5.
+#[test]
+fn an_outlier_is_named() {
+    let known = |off: f64| {
+        let found = fit(&[1.0], true, |p| {
+            let mut left: Vec<f64> = (0..20)
+                .map(|k| p[0] - 1.0 + f64::from(k % 2) - 0.5)
+                .collect();
+            left[7] = off;
+            Some(left)
+        });
+        found.expect("a fit").outlier()
+    };
+    assert_eq!(known(4.0), None);
+    assert_eq!(known(-4.2), Some((7, 4.2)));
 }
 
 /// Frequencies determine only ratios of stiffness and mass.

@@ -9,6 +9,7 @@ use clap::Args;
 use eigentone::design::{self, FitError, fit_with};
 use eigentone::modes::Precision;
 use eigentone::report::significant;
+use eigentone_digits::sort_by_number;
 use serde_json::{Value, json};
 
 use super::measured::{Measured, Unfit};
@@ -97,23 +98,44 @@ impl Fit {
                 |values| derivatives(values, false),
             )
         };
-        let mut found = from(&start);
-        if measured.begins_relatively() {
-            let begun = fit_with(
-                &start,
-                false,
-                |values| {
-                    let each = entries().zip(model(values, Precision::Double)?);
-                    Some(each.map(|(entry, model)| entry.relative(model)).collect())
-                },
-                |values| derivatives(values, true),
-            );
-            let other = begun.and_then(|begun| from(&begun.point));
+        let relative = |values: &[f64]| -> Option<Vec<f64>> {
+            let each = entries().zip(model(values, Precision::Double)?);
+            Some(each.map(|(entry, model)| entry.relative(model)).collect())
+        };
+        let better = |one: Result<design::Fit, FitError>, other: Result<design::Fit, FitError>| {
             let left = |found: &Result<design::Fit, FitError>| {
-                found.as_ref().map_or(f64::INFINITY, length)
+                found
+                    .as_ref()
+                    .map_or(f64::INFINITY, |found| length(&found.residuals))
             };
-            if left(&other) < left(&found) {
-                found = other;
+            if left(&other) < left(&one) {
+                other
+            } else {
+                one
+            }
+        };
+        let search = |start: &[f64]| {
+            let found = from(start);
+            if !measured.begins_relatively() {
+                return found;
+            }
+            let begun = fit_with(start, false, relative, |values| derivatives(values, true));
+            better(found, begun.and_then(|begun| from(&begun.point)))
+        };
+        let mut found = search(&start);
+        if let Ok(first) = &found
+            && misfit(first, &measured, known).is_some()
+        {
+            /// Searches go out from so many points more, the best of all about the start.
+            const MORE: usize = 4;
+            let rated = around(&start).into_iter().filter_map(|point| {
+                let left = length(&relative(&point)?);
+                Some((left, point))
+            });
+            let mut rated: Vec<(f64, Vec<f64>)> = rated.collect();
+            sort_by_number(&mut rated, |(left, _)| *left);
+            for (_, point) in rated.into_iter().take(MORE) {
+                found = better(found, search(&point));
             }
         }
         let point = found.as_ref().ok().map(|found| found.point.clone());
@@ -160,9 +182,47 @@ impl Fit {
     }
 }
 
-/// Of the residuals together, whose squares may leave the doubles.
-fn length(found: &design::Fit) -> f64 {
-    found.residuals.iter().copied().fold(0.0, f64::hypot)
+/// Of residuals together, whose squares may leave the doubles.
+fn length(residuals: &[f64]) -> f64 {
+    residuals.iter().copied().fold(0.0, f64::hypot)
+}
+
+/// Points that fill the numbers within twice and half of those at the start (Martin Roberts's sequence, 2018: each is the one before and the
+/// powers of 1/φ, φ^{d+1} = φ + 1, but for whole numbers).
+fn around(start: &[f64]) -> Vec<Vec<f64>> {
+    /// So many for each number.
+    const POINTS: usize = 16;
+    let d = start.len() as i32;
+    let phi = (0..60).fold(2.0f64, |phi, _| (1.0 + phi).powf(1.0 / f64::from(d + 1)));
+    let point = |k: usize| {
+        let numbers = (1..).zip(start);
+        let part = |i: i32| (k as f64 * phi.powi(-i)).fract();
+        numbers
+            .map(|(i, value)| value * (2.0 * part(i) - 1.0).exp2())
+            .collect()
+    };
+    (1..=POINTS * start.len()).map(point).collect()
+}
+
+/// Why what was found is not to be relied on, if residuals show it.
+fn misfit(found: &design::Fit, measured: &Measured, known: bool) -> Option<String> {
+    /// Smaller ones, in parts of what was measured, are rounding.
+    const ROUNDING: f64 = 1e-9;
+    /// A model that says nothing leaves 1, and 1/√2 of complex values.
+    const MOST: f64 = 0.5;
+    let mean = length(&found.residuals) / (found.residuals.len() as f64).sqrt();
+    if !known && mean > MOST {
+        return Some("more than half of what was measured is left".to_owned());
+    }
+    let (index, size) = found.outlier().filter(|_| known || mean > ROUNDING)?;
+    let columns = measured.columns.iter();
+    let mut all =
+        columns.flat_map(|column| column.entries.iter().map(move |entry| (column, entry)));
+    let (column, entry) = all.nth(index)?;
+    Some(format!(
+        "the residual of {} in line {} is {size:.1} standard deviations, which normal errors leave less than once in a thousand times",
+        column.name, entry.line
+    ))
 }
 
 struct Answer<'a> {
@@ -174,6 +234,10 @@ struct Answer<'a> {
 }
 
 impl Answer<'_> {
+    fn misfit(&self) -> Option<String> {
+        misfit(&self.found, self.measured, self.known)
+    }
+
     fn json(&self) -> String {
         let found = &self.found;
         let names = || self.varied.names();
@@ -194,12 +258,13 @@ impl Answer<'_> {
             .map(|way| object(names().zip(way.iter().map(|part| Some(*part)))))
             .collect();
         format!(
-            "{{\"parameters\": {}, \"interval\": {}, \"deviation\": {}, \"known_deviations\": {}, \"local_minimum\": {}, \"undetermined\": [{}], \"residuals\": {}, \"evaluations\": {}}}",
+            "{{\"parameters\": {}, \"interval\": {}, \"deviation\": {}, \"known_deviations\": {}, \"local_minimum\": {}, \"misfit\": {}, \"undetermined\": [{}], \"residuals\": {}, \"evaluations\": {}}}",
             object(names().zip(found.point.iter().map(|value| Some(*value)))),
             object(names().zip(found.interval.iter().copied())),
             Value::from(found.deviation),
             self.known,
             self.is_settled,
+            Value::from(self.misfit()),
             undetermined.join(", "),
             Value::from(residuals),
             found.evaluations,
@@ -234,7 +299,7 @@ impl Answer<'_> {
             };
             let _ = writeln!(text, "±: 95 % confidence intervals, {rest}");
         }
-        let mean = length(found) / (found.residuals.len() as f64).sqrt();
+        let mean = length(&found.residuals) / (found.residuals.len() as f64).sqrt();
         let _ = match self.known {
             true => writeln!(
                 text,
@@ -245,6 +310,12 @@ impl Answer<'_> {
                 "residuals: {mean:.1e} of the measured values, root mean square"
             ),
         };
+        if let Some(why) = self.misfit() {
+            let _ = writeln!(
+                text,
+                "doubtful: {why}: the model is another one, measurements are outliers, or other starts lead to less; the intervals hold for none of these"
+            );
+        }
         if self.is_settled && found.undetermined.is_empty() && found.deviation.is_none() {
             let _ = writeln!(
                 text,

@@ -275,7 +275,7 @@ fn what_cannot_be_is_refused() {
 /// piece from the roots of λ² + 2ζωλ + ω² = 0, ω = 2π, to where y′ = 0, 5e-7 s after the third sample.
 #[test]
 fn where_doubles_leave_nothing_more_digits_are_taken() {
-    const TRUTH: f64 = 7.957_722_154_626_829e-8;
+    const TRUTH: f64 = 7.957_722_154_626_83e-8;
     let record = Samples {
         step: 0.1,
         values: vec![0.0, 1.0, 0.0, -1.0, 0.0],

@@ -199,7 +199,7 @@ pub(crate) fn minimise_from(
     let mut found = found.into_iter();
     let best = found.next().ok_or(OptimumError::Nowhere { tried })?;
     let mut optimum = search.finish(best);
-    let mut is_left = !optimum.is_shown() && !search.is_constant();
+    let mut is_left = !optimum.is_shown();
     for _ in 0..MESHES {
         let least = search.least.clone();
         let Some(least) = least.filter(|least| is_left || surpasses(least.worst(), optimum.value))

@@ -16,8 +16,8 @@ use serde_json::{Value, json};
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{
-    Kind, METRICS, Metric, Varied, decays, mean_square, object, peaks_by_values, peaks_in_doubles,
-    rates, ratios, sensitivities, transfer,
+    Kind, METRICS, Metric, Varied, mean_square, object, peaks_by_values, peaks_in_doubles, rates,
+    ratios, sensitivities, transfer,
 };
 use super::{Failure, print, report_switches, source};
 
@@ -431,13 +431,8 @@ impl Varied {
         };
         match &aim.metric.kind {
             Kind::Gain(from, to, band) if aim.sign > 0.0 => {
-                // Beside a pole on the axis values are finite wherever it is no double.
-                let is_finite = || -> Result<bool, String> {
-                    let all_decay = modes.eigenvalues().iter().all(decays);
-                    Ok(all_decay || self.measure(&aim.metric.kind, scene, modes)?.is_some())
-                };
                 let peaks = match peaks_in_doubles(scene, from, to, *band)? {
-                    None if is_finite()? => peaks_by_values(scene, modes, from, to, *band)?,
+                    None => peaks_by_values(scene, modes, from, to, *band)?,
                     known => known,
                 };
                 let limit = match (band, &peaks) {

@@ -516,7 +516,7 @@ impl Varied {
 }
 
 /// Whether a root is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
-pub fn decays(root: &Eigenvalue) -> bool {
+fn decays(root: &Eigenvalue) -> bool {
     !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
 }
 

@@ -24,9 +24,9 @@ pub(super) const SLICES: usize = 3;
 
 /// A form Σ_e k_e (y_a − y_b)(x_a − x_b) + yᵀAx of elements e = (a, b) and a matrix A.
 pub(super) struct Form<'a> {
-    n: usize,
+    pub(super) n: usize,
     elements: Vec<Element>,
-    matrix: Option<MatRef<'a, f64>>,
+    pub(super) matrix: Option<MatRef<'a, f64>>,
     /// What is left of the entries of the matrix.
     tails: &'a [Term],
 }
@@ -35,12 +35,24 @@ pub(super) struct Form<'a> {
 pub(super) struct Gram {
     /// How many columns X has.
     pub(super) size: usize,
-    is_symmetric: bool,
     /// By rows.
-    entries: Vec<DoubleDouble>,
-    /// Entry (i, j), i ≤ j where symmetric, is off by at most the sum of unit·first_i·second_j over these, and `floor`.
-    roundings: Vec<Rounding>,
-    floor: f64,
+    pub(super) entries: Vec<DoubleDouble>,
+    /// How far each may be off.
+    pub(super) errors: Vec<f64>,
+    /// Where XᵀAX of columns nearby is found from this.
+    pub(super) kept: Option<Kept>,
+}
+
+/// What the form of columns nearby is found from.
+pub(super) struct Kept {
+    /// X, and AX with how far it may be off beside rounding, node by column.
+    pub(super) columns: Vec<Vec<DoubleDouble>>,
+    pub(super) forces: Vec<Vec<DoubleDouble>>,
+    pub(super) of_forces: Option<Rounding>,
+    pub(super) slices: usize,
+    /// How far the columns have moved, as |A| counts it, since AX was found, and how many times as large errors have become.
+    pub(super) moved: Vec<f64>,
+    pub(super) growth: f64,
 }
 
 impl<'a> Form<'a> {
@@ -133,7 +145,7 @@ impl<'a> Form<'a> {
         slices: usize,
     ) -> Gram {
         let weights = Weights::of(self);
-        let (mut nodal, of_forces) = self.nodal_forces(&weights, left);
+        let (mut nodal, of_forces) = self.nodal_forces(&weights, left, slices);
         let left = left.iter().zip(&mut nodal);
         let mut left: Vec<Side> = left
             .map(|(x, nodal)| self.side(&weights, x, Some(std::mem::take(nodal))))
@@ -155,20 +167,19 @@ impl<'a> Form<'a> {
         let largest = each.fold(0.0, f64::max);
         let size = outer.len();
         let length = outer.first().map_or(0, Vec::len);
-        // Both stretches, k·stretch, the rest of an entry and the sum of forces; then the sum of products.
         let factors = Rounding {
-            unit: (6.0 + weights.roundings()) * 2f64.powi(-102),
+            unit: weights.unit(of_forces.is_some()),
             first,
             second,
         };
-        let of_forces = of_forces.map(|rounding| {
+        let on_columns = of_forces.as_ref().map(|rounding| {
             let felt = |x: &Vec<DoubleDouble>| {
                 let nodes = rounding.first.iter().zip(&x[length - self.n..]);
                 nodes.map(|(size, x)| size * x.to_f64().abs()).sum()
             };
             Rounding {
                 unit: rounding.unit,
-                first: rounding.second,
+                first: rounding.second.clone(),
                 second: outer.iter().map(felt).collect(),
             }
         });
@@ -186,16 +197,52 @@ impl<'a> Form<'a> {
                 (entries, vec![both])
             }
         };
-        roundings.extend(of_forces);
+        roundings.extend(on_columns);
+        // Of others AX costs less than what finds the form of columns nearby.
+        let keeps = is_sliced && is_symmetric && self.elements.is_empty() && weights.is_full();
+        // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
+        let floor = 1e-300 * (1.0 + largest);
         Gram {
             size,
-            is_symmetric,
             entries,
-            roundings,
-            // Products that underflow err by 2^-1060 each, and those of a force are multiplied on.
-            floor: 1e-300 * (1.0 + largest),
+            errors: errors(&roundings, floor, is_symmetric),
+            kept: keeps.then(|| Kept {
+                columns: outer,
+                forces: inner,
+                of_forces,
+                slices,
+                moved: vec![0.0; size],
+                growth: 1.0,
+            }),
         }
     }
+}
+
+/// Bounds of the errors of all entries by rows, the sums of `floor` and all roundings; where symmetric those of entry (j, i) are
+/// those of (i, j), i ≤ j.
+pub(super) fn errors(roundings: &[Rounding], floor: f64, is_symmetric: bool) -> Vec<f64> {
+    let Some(Rounding { first, second, .. }) = roundings.first() else {
+        return Vec::new();
+    };
+    let (count, size) = (first.len(), second.len());
+    let mut errors = vec![floor; count * size];
+    for (i, row) in errors.chunks_exact_mut(size.max(1)).enumerate() {
+        for rounding in roundings {
+            let factor = rounding.unit * rounding.first[i];
+            for (error, second) in row.iter_mut().zip(&rounding.second) {
+                *error += factor * second;
+            }
+        }
+        row.iter_mut().for_each(|error| *error *= UPWARD);
+    }
+    if is_symmetric {
+        for i in 0..size {
+            for j in 0..i {
+                errors[i * size + j] = errors[j * size + i];
+            }
+        }
+    }
+    errors
 }
 
 impl Form<'_> {
@@ -204,12 +251,12 @@ impl Form<'_> {
         &self,
         weights: &Weights,
         columns: &[Vec<DoubleDouble>],
+        slices: usize,
     ) -> (Vec<Vec<DoubleDouble>>, Option<Rounding>) {
         if weights.entries.is_empty() {
             return (vec![vec![DoubleDouble::ZERO; self.n]; columns.len()], None);
         }
-        let filled: usize = weights.entries.iter().map(Vec::len).sum();
-        let is_full = columns.len() >= FULL && 2 * filled >= self.n * self.n;
+        let is_full = columns.len() >= FULL && weights.is_full();
         let whole = |entries: &Vec<(usize, f64)>| {
             let mut column = vec![DoubleDouble::ZERO; self.n];
             for (i, entry) in entries {
@@ -219,7 +266,7 @@ impl Form<'_> {
         };
         let in_slices = || {
             let matrix: Vec<Vec<DoubleDouble>> = weights.entries.iter().map(whole).collect();
-            sliced::products(&matrix, columns, SLICES, false)
+            sliced::products(&matrix, columns, slices, false)
         };
         let (entries, rounding) = match is_full.then(in_slices).flatten() {
             Some((entries, rounding)) => (entries, Some(rounding)),
@@ -235,7 +282,7 @@ impl Form<'_> {
 }
 
 /// What a form has for each node.
-struct Weights {
+pub(super) struct Weights {
     /// Whether entries are summed over elements, and whether over nodes.
     by_stretch: bool,
     by_force: bool,
@@ -249,7 +296,7 @@ struct Weights {
 }
 
 impl Weights {
-    fn of(form: &Form<'_>) -> Weights {
+    pub(super) fn of(form: &Form<'_>) -> Weights {
         let n = form.n;
         let by_stretch = form.elements.len() <= 4 * n;
         let mut weights = Weights {
@@ -294,12 +341,33 @@ impl Weights {
 }
 
 impl Weights {
+    /// What each product errs by, relative: both stretches, k·stretch, the rest of an entry and the sum of forces, unless those of
+    /// the matrix are taken in slices.
+    pub(super) fn unit(&self, is_sliced: bool) -> f64 {
+        (6.0 + self.roundings(is_sliced)) * 2f64.powi(-102)
+    }
+
+    /// Whether half of the entries of the matrix and more are not 0.
+    fn is_full(&self) -> bool {
+        let filled: usize = self.entries.iter().map(Vec::len).sum();
+        2 * filled >= self.rows.len() * self.rows.len()
+    }
+
+    /// Σ|A_rs|x_r² over all entries, no smaller than the truth by more than `UPWARD`.
+    pub(super) fn over_rows(&self, x: &[DoubleDouble]) -> f64 {
+        let each = self.rows.iter().zip(x);
+        each.map(|(weight, x)| square(*weight, x.to_f64())).sum()
+    }
+
     /// How many roundings the sum of the forces on a node is.
-    fn roundings(&self) -> f64 {
+    fn roundings(&self, is_sliced: bool) -> f64 {
         let elements = self.terms.iter().max().map_or(0, |most| *most) as f64;
         let most = self.entries.iter().map(Vec::len).max().unwrap_or(0);
         // Of the terms that are summed at once, and of their sums.
         let (at_once, sums) = (most.min(Lanes::<1>::AT_ONCE), most / Lanes::<1>::AT_ONCE);
+        if is_sliced {
+            return elements + 1.0;
+        }
         let at_once = if most == 0 {
             0.0
         } else {
@@ -362,7 +430,7 @@ impl Form<'_> {
         Side {
             forces,
             stretches: right,
-            first: (first + over(&weights.rows)).sqrt() * UPWARD,
+            first: (first + weights.over_rows(x)).sqrt() * UPWARD,
             second: (second + over(&weights.columns)).sqrt() * UPWARD,
         }
     }
@@ -415,14 +483,7 @@ impl Gram {
 
     /// How far entry (i, j) may be off.
     pub(super) fn error(&self, i: usize, j: usize) -> f64 {
-        let (a, b) = if self.is_symmetric {
-            (i.min(j), i.max(j))
-        } else {
-            (i, j)
-        };
-        let each = self.roundings.iter();
-        let each = each.map(|rounding| rounding.unit * rounding.first[a] * rounding.second[b]);
-        (each.sum::<f64>() + self.floor) * UPWARD
+        self.errors[i * self.size + j]
     }
 
     /// A bound of ‖E‖ for this matrix = δ^{1/2}(D + E)δ^{1/2}, D its computed diagonal over δ but 0 from `zeros` on; the

@@ -8,6 +8,7 @@ mod exactly;
 mod gram;
 pub(crate) mod groups;
 mod inert;
+mod moved;
 pub(crate) mod pairs;
 mod pencil;
 pub(crate) mod quadratic;

@@ -16,6 +16,7 @@ use pulp::Arch;
 type Columns = [Vec<DoubleDouble>];
 
 /// A bound of the errors of all entries (i, j) of a product: unit·first_i·second_j, which are sums in doubles.
+#[derive(Clone)]
 pub(super) struct Rounding {
     pub(super) unit: f64,
     pub(super) first: Vec<f64>,
@@ -31,16 +32,16 @@ pub(super) fn products(
     is_symmetric: bool,
 ) -> Option<(Vec<DoubleDouble>, Rounding)> {
     let length = a.first().map_or(0, Vec::len);
-    let bits = (53 - i64::from(usize::BITS - length.leading_zeros())) / 2;
     // Compiled for vectors of doubles.
     let (left, right) = Arch::new().dispatch(|| {
         let rows = row_scales(a, b, length)?;
-        let left = Side::of(a, &rows, slices, bits)?;
+        let left = Side::of(a, &rows, slices, 1)?;
         let inverse = |row: f64| if row == 0.0 { 0.0 } else { 1.0 / row };
         let rows: Vec<f64> = rows.into_iter().map(inverse).collect();
-        Some((left, Side::of(b, &rows, slices, bits)?))
+        Some((left, Side::of(b, &rows, slices, slices + 1)?))
     })?;
     let (count, size) = (a.len(), b.len());
+    let start = |i: usize| if is_symmetric { i } else { 0 };
     // The rows of AᵀB are the columns of BᵀA.
     let mut part = Mat::<f64>::zeros(size, count);
     let multiply = |a: &Mat<f64>, b: &Mat<f64>, accum: Accum, to: &mut Mat<f64>| {
@@ -55,7 +56,6 @@ pub(super) fn products(
     };
     // Highs and lows apart, for vectors of each.
     let [mut high, mut low] = [0, 1].map(|_| vec![0.0; count * size]);
-    let start = |i: usize| if is_symmetric { i } else { 0 };
     let mut add = |part: &Mat<f64>| {
         for i in 0..count {
             let row = i * size + start(i)..(i + 1) * size;
@@ -69,15 +69,17 @@ pub(super) fn products(
             });
         }
     };
-    multiply(
-        &left.tails[slices],
-        &right.tails[0],
-        Accum::Replace,
-        &mut part,
-    );
-    for s in 1..=slices {
-        let (a, b) = (&left.slices[s - 1], &right.tails[slices + 1 - s]);
-        multiply(a, b, Accum::Add, &mut part);
+    let behind = (1..=slices).map(|s| (&left.slices[s - 1], &right.tails[slices + 1 - s]));
+    // Slices hold all of a double, and leave nothing.
+    let is_zero = |matrix: &Mat<f64>| {
+        matrix
+            .col_iter()
+            .all(|column| column.iter().all(|x| *x == 0.0))
+    };
+    for (a, b) in std::iter::once((&left.tails[0], &right.tails[0])).chain(behind) {
+        if !is_zero(a) && !is_zero(b) {
+            multiply(a, b, Accum::Add, &mut part);
+        }
     }
     add(&part);
     for s in 1..=slices {
@@ -99,23 +101,32 @@ pub(super) fn products(
             }
         }
     }
-    // Each of the p + 1 sums in doubles has n terms, whose factors round once each, and they are added; the sums of
-    // exact parts round in double-double.
-    let sums = (slices + 1) as f64;
-    let rounded =
-        2f64.powi(-53 - slices as i32 * bits as i32) * sums * (length as f64 + sums + 4.0);
     let rounding = Rounding {
-        unit: rounded + 2f64.powi(-98),
+        unit: unit(slices, length),
         first: left.sizes,
         second: right.sizes,
     };
     Some((entries, rounding))
 }
 
+/// What products of columns of a length err by, relative to their sizes: each of the p + 1 sums in doubles has n terms, whose
+/// factors round once each, and they are added; the sums of exact parts round in double-double.
+pub(super) fn unit(slices: usize, length: usize) -> f64 {
+    let added = slices * (slices + 1) / 2 + 1;
+    let sums = (slices + 1) as f64;
+    let rounded = 2f64.powi(-53 - slices as i32 * bits(length));
+    rounded * sums * (length as f64 + sums + 4.0) + added as f64 * 2f64.powi(-103)
+}
+
+/// β for columns of a length.
+fn bits(length: usize) -> i32 {
+    (53 - (usize::BITS - length.leading_zeros()) as i32) / 2
+}
+
 /// Columns scaled to a largest entry between ½ and 1, in slices.
 struct Side {
     slices: Vec<Mat<f64>>,
-    /// What the first t slices leave, from t = 0 on.
+    /// What the first t slices leave, up to all of them.
     tails: Vec<Mat<f64>>,
     /// 2 to these powers are the scales.
     exponents: Vec<i64>,
@@ -124,13 +135,15 @@ struct Side {
 }
 
 impl Side {
+    /// With so many tails, the last ones.
     #[inline(always)]
-    fn of(columns: &Columns, rows: &[f64], slices: usize, bits: i64) -> Option<Side> {
+    fn of(columns: &Columns, rows: &[f64], slices: usize, tails: usize) -> Option<Side> {
         let length = rows.len();
+        let bits = bits(length);
         let zeros = || Mat::<f64>::zeros(length, columns.len());
         let mut side = Side {
             slices: (0..slices).map(|_| zeros()).collect(),
-            tails: (0..=slices).map(|_| zeros()).collect(),
+            tails: (0..tails).map(|_| zeros()).collect(),
             exponents: Vec::with_capacity(columns.len()),
             sizes: Vec::with_capacity(columns.len()),
         };
@@ -143,18 +156,19 @@ impl Side {
             }
             let mut largest = 0.0f64;
             for t in 0..=slices {
-                let unit = 2f64.powi((t as i64 * bits) as i32);
-                let mut squares = 0.0;
-                for (to, rest) in side.tails[t].col_mut(j).iter_mut().zip(&scaled) {
-                    *to = rest.high();
-                    squares += *to * *to;
+                let unit = 2f64.powi(t as i32 * bits);
+                let squares: f64 = scaled.iter().map(|rest| rest.high() * rest.high()).sum();
+                if let Some(at) = (t + tails).checked_sub(slices + 1) {
+                    for (to, rest) in side.tails[at].col_mut(j).iter_mut().zip(&scaled) {
+                        *to = rest.high();
+                    }
                 }
                 largest = largest.max(squares.sqrt() * unit);
                 if t == slices {
                     break;
                 }
                 // Added and taken away, it rounds to multiples of 2^{-β(t+1)}.
-                let step = 1.5 * 2f64.powi((52 - (t as i64 + 1) * bits) as i32);
+                let step = 1.5 * 2f64.powi(52 - (t as i32 + 1) * bits);
                 let mut squares = 0.0;
                 for (to, rest) in side.slices[t].col_mut(j).iter_mut().zip(&mut scaled) {
                     *to = (rest.high() + step) - step;

@@ -120,12 +120,17 @@ impl Basis<'_> {
         const STEPS: usize = 16;
         /// One correction makes this less than what one slice shows.
         const SMALL: f64 = 1e-10;
-        /// Where two slices do.
+        /// Where two slices do. So little is asked of shapes that have lost many digits.
         const ROUGH: f64 = 1e-16;
         let is_sliced = [&self.stiffness, &self.mass].map(|form| form.is_sliced(self.elastic));
-        let most = if goal.spread > ROUGH { 2 } else { SLICES };
-        self.slices = if is_sliced.contains(&true) { 1 } else { most };
-        let mut forms = self.forms();
+        let is_rough = goal.spread > ROUGH;
+        let most = if is_rough { 2 } else { SLICES };
+        self.slices = if is_rough && is_sliced.contains(&true) {
+            1
+        } else {
+            most
+        };
+        let mut forms = self.forms(None);
         for _ in 0..STEPS {
             let Some(known) = forms.as_ref().filter(|known| !known.meet(goal)) else {
                 break;
@@ -142,7 +147,7 @@ impl Basis<'_> {
                     break;
                 }
                 self.slices = most;
-                forms = self.forms();
+                forms = self.forms(None);
             }
         }
         forms.filter(Forms::are_distinguished)
@@ -165,7 +170,7 @@ impl Basis<'_> {
         let corrected = matches!(step, Step::Correct(_));
         self.inert
             .follow(&self.stiffness, &mut self.columns[..self.elastic]);
-        let next = done.and_then(|()| self.forms());
+        let next = done.and_then(|()| self.forms(Some(forms)));
         let better = next.and_then(|next| {
             let closer = next.is_closer(forms);
             let gains = !corrected || next.spread < forms.spread || closer;

@@ -24,7 +24,7 @@ impl Pairs<'_> {
         /// The largest discs, relative to their roots, that are of use.
         const LARGEST: f64 = 1e-3;
         self.project()?;
-        let mut rows = self.rows()?;
+        let mut rows = self.rows(None)?;
         for _ in 0..STEPS {
             if rows.spread() <= GOAL {
                 break;
@@ -68,13 +68,13 @@ impl Pairs<'_> {
         if !separated {
             self.correct(rows);
         }
-        let mut next = self.project().and_then(|()| self.rows());
+        let mut next = self.project().and_then(|()| self.rows(Some(rows)));
         // What is separated may still hold shares of all others.
         let gains_little = |next: &mut Rows| separated && next.spread() > 0.5 * spread;
         if let Some(rows) = next.take_if(gains_little) {
             separated = false;
             self.correct(&rows);
-            next = self.project().and_then(|()| self.rows());
+            next = self.project().and_then(|()| self.rows(None));
         }
         let measures: [fn(&Rows) -> f64; 2] = [Rows::spread, Rows::spread_of_distinguished];
         let last = measures.map(|measure| measure(rows));
@@ -88,7 +88,7 @@ impl Pairs<'_> {
             && let Some(rows) = next.take_if(is_worse)
         {
             self.correct(&rows);
-            next = self.project().and_then(|()| self.rows());
+            next = self.project().and_then(|()| self.rows(None));
         }
         let better = next.filter(|next| separated || gains(next, 1.0));
         if better.is_none() {
@@ -132,7 +132,7 @@ impl Pairs<'_> {
             if !self.resolve(last.as_ref().unwrap_or(rows), &separated, end) {
                 return None;
             }
-            let next = self.project().and_then(|()| self.rows())?;
+            let next = self.project().and_then(|()| self.rows(None))?;
             if next.mixing() < mixing || next.spread() < 0.5 * spread {
                 return Some(next);
             }
@@ -150,7 +150,7 @@ impl Pairs<'_> {
         let before = self.pairs.clone();
         let rows = self.span(rows, group).and_then(|()| {
             self.project()?;
-            self.rows()
+            self.rows(None)
         });
         let done = rows.is_some_and(|rows| self.separate(&rows, group).is_some());
         if !done {

@@ -4,7 +4,9 @@ use eigentone_digits::{ComplexDoubleDouble, DoubleDouble};
 use faer::c64;
 
 use super::pair::{Column, Origin, Pair, Pairs, plain};
-use crate::inclusion::gram::{Form, Gram, UPWARD};
+use crate::inclusion::gram::{Form, Gram, SLICES, UPWARD};
+
+type Columns = Vec<Vec<DoubleDouble>>;
 
 /// What a few operations on double-doubles err by, of the sizes that they begin with.
 const ROUNDING: f64 = 2.5e-29;
@@ -25,6 +27,8 @@ pub(super) struct Rows {
     twin: Vec<Option<usize>>,
     /// Where the column of each pair stands.
     places: Vec<usize>,
+    /// Of M, C and K.
+    forms: [Gram; 3],
 }
 
 pub(super) struct Row {
@@ -39,8 +43,8 @@ pub(super) struct Row {
 }
 
 impl Pairs<'_> {
-    /// `None` where a shape has no root or a number leaves its range.
-    pub(super) fn rows(&self) -> Option<Rows> {
+    /// `None` where a shape has no root or a number leaves its range. From the rows of shapes nearby where there are any.
+    pub(super) fn rows(&self, before: Option<&Rows>) -> Option<Rows> {
         let (mut columns, places) = self.real_columns(Pair::right);
         let count = columns.len();
         columns.extend(self.drifting.clone());
@@ -48,20 +52,29 @@ impl Pairs<'_> {
         if let Some(left) = &mut left {
             left.extend(self.drifting.clone());
         }
-        let mass = gram(&Form::mass(self.system), left.as_deref(), &columns);
+        let forms = [Form::mass, Form::damping, Form::stiffness].map(|form| form(self.system));
+        // yᵀAx for all columns, those on the left being the same where there are no others.
+        let gram = |which: usize, left: Option<&Columns>, columns: &Columns| {
+            let before = before.map(|before| &before.forms[which]);
+            match left {
+                None => forms[which].gram_near(before, SLICES, columns),
+                Some(left) => forms[which].between(left, columns),
+            }
+        };
+        let mass = gram(0, left.as_ref(), &columns);
         columns.truncate(count);
         if let Some(left) = &mut left {
             left.truncate(count);
         }
-        let damping = gram(&Form::damping(self.system), left.as_deref(), &columns);
-        let stiffness = gram(&Form::stiffness(self.system), left.as_deref(), &columns);
-        let forms = Products {
+        let damping = gram(1, left.as_ref(), &columns);
+        let stiffness = gram(2, left.as_ref(), &columns);
+        let products = Products {
             pairs: &self.pairs,
             places: &places,
         };
         // What coordinates that follow at once leave of each shape, by the size that K gives it.
         let follow = |columns: &[Vec<DoubleDouble>]| -> Vec<f64> {
-            let left = self.inert.left(&Form::stiffness(self.system), columns);
+            let left = self.inert.left(&forms[2], columns);
             let of = |i: usize| {
                 let parts = if self.pairs[i].is_real() { 1 } else { 2 };
                 let sum: f64 = left[places[i]..places[i] + parts].iter().sum();
@@ -100,6 +113,10 @@ impl Pairs<'_> {
             }
         };
         let sizes: Vec<f64> = self.pairs.iter().map(|pair| pair.value.norm()).collect();
+        let own = |pair: usize| Column {
+            pair,
+            conjugate: false,
+        };
         let of = |i: usize, other: Column, rho: ComplexDoubleDouble| -> Entry {
             let fixed = [i, other.pair]
                 .map(|i| self.pairs[i].origin)
@@ -107,11 +124,11 @@ impl Pairs<'_> {
             let (k, k_error) = if fixed {
                 (ComplexDoubleDouble::ZERO, 0.0)
             } else {
-                forms.of(&stiffness, i, other)
+                products.of(&stiffness, i, other)
             };
             let k_error = k_error + follow_left[i] * follow_right[other.pair];
-            let (m, m_error) = forms.of(&mass, i, other);
-            let (c, c_error) = forms.of(&damping, i, other);
+            let (m, m_error) = products.of(&mass, i, other);
+            let (c, c_error) = products.of(&damping, i, other);
             let m_error = m_error + losses_left[i] * losses_right[other.pair];
             let (first, second) = (self.pairs[i].value, value(other));
             let (product, sum) = (first * second, first + second);
@@ -122,18 +139,14 @@ impl Pairs<'_> {
             let (a_size, b_size) = (k + product * m, c + sum * m);
             let a_error = k_error + product * m_error + ROUNDING * a_size;
             let b_error = c_error + sum * m_error + ROUNDING * b_size;
+            let rounding = ROUNDING * (a_size + rho.norm() * b_size);
             Entry {
                 a,
                 b,
                 h: plain(a - rho * b),
-                h_error: (a_error + rho.norm() * (b_error + ROUNDING * b_size) + ROUNDING * a_size)
-                    * UPWARD,
+                h_error: (a_error + rho.norm() * b_error + rounding) * UPWARD,
                 b_error: b_error * UPWARD,
             }
-        };
-        let own = |pair: usize| Column {
-            pair,
-            conjugate: false,
         };
         let mut rho = Vec::with_capacity(self.pairs.len());
         for i in 0..self.pairs.len() {
@@ -156,23 +169,22 @@ impl Pairs<'_> {
             });
         }
         let row = |i: usize| {
-            let own = plain(of(i, own(i), ComplexDoubleDouble::ZERO).b);
-            let size = own.norm() / UPWARD;
+            let of_own = plain(of(i, own(i), ComplexDoubleDouble::ZERO).b);
+            let size = of_own.norm() / UPWARD;
             let mut row = Row {
                 h: Vec::with_capacity(columns.len()),
                 b: Vec::with_capacity(columns.len()),
                 reach: Vec::with_capacity(columns.len()),
                 mixed: Vec::with_capacity(columns.len()),
-                own,
+                own: of_own,
             };
             for other in &columns {
                 let entry = of(i, *other, rho[i]);
-                let is_own = *other
-                    == Column {
-                        pair: i,
-                        conjugate: false,
-                    };
-                let mixed = if is_own { 0.0 } else { entry.b.norm() };
+                let mixed = if *other == own(i) {
+                    0.0
+                } else {
+                    entry.b.norm()
+                };
                 row.h.push(entry.h);
                 row.b.push(plain(entry.b));
                 row.reach.push((entry.h.norm() + entry.h_error) / size);
@@ -203,6 +215,7 @@ impl Pairs<'_> {
             origins,
             twin: self.twins(&mass, &places),
             places,
+            forms: [mass, damping, stiffness],
         })
     }
 }
@@ -228,18 +241,6 @@ impl Pairs<'_> {
             }
         }
         twin
-    }
-}
-
-/// yᵀAx for all columns, those on the left being the same where there are no others.
-fn gram(
-    form: &Form<'_>,
-    left: Option<&[Vec<DoubleDouble>]>,
-    columns: &[Vec<DoubleDouble>],
-) -> Gram {
-    match left {
-        None => form.gram(columns),
-        Some(left) => form.between(left, columns),
     }
 }
 

@@ -384,6 +384,9 @@ fn each_metric_without_a_value_says_why() {
     let error = refused_for(["settling m", "gain m m"]);
     assert!(error.contains("of settling m, it drifts"), "{error}");
     assert!(error.contains("; of gain m m, it is infinite"), "{error}");
+    // No double is the pole, and beside it there is a value.
+    let error = refused_for(["gain m m", "damping"]);
+    assert!(error.contains("of gain m m, it is infinite"), "{error}");
 }
 
 /// Where the least damped roots meet, no derivative tells how far a step may go. Two masses of small whole numbers, all alike in

@@ -16,8 +16,8 @@ use serde_json::{Value, json};
 use super::files::Files;
 use super::progress::Progress;
 use super::study::{
-    Kind, METRICS, Metric, Varied, mean_square, object, peaks_by_values, peaks_in_doubles, rates,
-    ratios, sensitivities, transfer,
+    Kind, METRICS, Metric, Varied, decays, mean_square, object, peaks_by_values, peaks_in_doubles,
+    rates, ratios, sensitivities, transfer,
 };
 use super::{Failure, print, report_switches, source};
 
@@ -430,7 +430,7 @@ impl Varied {
             value: aim.sign * value,
         };
         match &aim.metric.kind {
-            Kind::Gain(from, to, band) if aim.sign > 0.0 => {
+            Kind::Gain(from, to, band) if aim.sign > 0.0 && decays(scene, modes)? => {
                 let peaks = match peaks_in_doubles(scene, from, to, *band)? {
                     None => peaks_by_values(scene, modes, from, to, *band)?,
                     known => known,

@@ -6,7 +6,7 @@ use std::slice::from_ref;
 use std::str::FromStr;
 
 use eigentone::design::difference;
-use eigentone::modes::{Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
+use eigentone::modes::{Bounds, Eigenvalue, Mode, Modes, Motion, Precision, Sensitivity};
 use eigentone::report::Units;
 use eigentone::response::{
     Combination, Extrema, FrequencyValue, LargestGain, MeanSquare, Peak, Problem, Quantity,
@@ -434,7 +434,7 @@ impl Varied {
                 if grows(modes) {
                     return Ok(None);
                 }
-                let decays = modes.eigenvalues().iter().all(decays);
+                let decays = all_decay(modes);
                 // Doubles do not show of a root near the axis on which side it is.
                 if self.precision == Precision::Double && !decays {
                     let proven = scene.system().modes().map_err(|error| error.to_string())?;
@@ -515,9 +515,24 @@ impl Varied {
     }
 }
 
-/// Whether a root is clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
-fn decays(root: &Eigenvalue) -> bool {
-    !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm()
+/// Whether all roots are clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
+fn all_decay(modes: &Modes) -> bool {
+    let decays =
+        |root: &Eigenvalue| !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm();
+    modes.eigenvalues().iter().all(decays)
+}
+
+/// Whether all roots are to the left of the axis, by a proof where doubles do not show it.
+pub fn decays(scene: &Scene, modes: &Modes) -> Result<bool, String> {
+    if all_decay(modes) {
+        return Ok(true);
+    }
+    let proven = scene.system().modes().map_err(|error| error.to_string())?;
+    let decays = |root: &Eigenvalue| {
+        root.real_bound
+            .is_some_and(|bound| root.value.re + bound < 0.0)
+    };
+    Ok(proven.bounds() == Bounds::Proven && proven.eigenvalues().iter().all(decays))
 }
 
 /// Whether something grows: there is no steady motion then that a frequency response would describe.

@@ -56,7 +56,7 @@ pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
 }
 
 /// Whether a square matrix of so many rows is singular, whose entries are the sums without rounding of what is given for them, as
-/// (row, column, value); `None` where it is not decided within a second.
+/// (row, column, value); `None` where it is not decided within a second, a value is not finite, or one stands outside of the matrix.
 ///
 /// ```
 /// use eigentone_modes::is_singular;
@@ -66,8 +66,18 @@ pub(crate) fn rank(matrix: &ExactMatrix) -> Option<usize> {
 /// assert_eq!(is_singular(2, rows.to_vec()), Some(true));
 /// let beside = rows.into_iter().chain([(1, 1, 1e-300)]);
 /// assert_eq!(is_singular(2, beside.collect()), Some(false));
+/// assert_eq!(is_singular(usize::MAX, rows.to_vec()), Some(true));
+/// assert_eq!(is_singular(1, rows.to_vec()), None);
 /// ```
 pub fn is_singular(size: usize, parts: Vec<(usize, usize, f64)>) -> Option<bool> {
+    let is_part = |part: &(usize, usize, f64)| part.0 < size && part.1 < size && part.2.is_finite();
+    if !parts.iter().all(is_part) {
+        return None;
+    }
+    // A row is empty.
+    if parts.len() < size {
+        return Some(true);
+    }
     rank(&ExactMatrix::from_parts(size, parts)).map(|rank| rank < size)
 }
 

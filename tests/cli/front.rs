@@ -389,6 +389,32 @@ fn each_metric_without_a_value_says_why() {
     assert!(error.contains("of gain m m, it is infinite"), "{error}");
 }
 
+/// Of a force on one of two free bodies the stretch between them has the largest gain 1/(m·2ζω·√(ω² − ζ²ω²)).
+#[test]
+fn rigid_motions_leave_relative_gains() {
+    let folder = fresh("free-gain");
+    fs::create_dir_all(&folder).expect("it can be made");
+    let scene = json!({
+        "masses": [{"name": "a", "mass": 1}, {"name": "b", "mass": 2}],
+        "springs": [{"between": ["a", "b"], "stiffness": 10}],
+        "dampers": [{"name": "c", "between": ["a", "b"], "damping": 0.5}],
+        "outputs": [{"name": "s", "displacement": {"a": 1, "b": -1}}]
+    });
+    let scene = written(&folder.join("scene.json"), &scene);
+    let asked = [
+        "optimise",
+        &scene,
+        "--vary",
+        "c.damping=0.1:2",
+        "--minimise",
+    ];
+    let answer = parsed(&[&asked[..], &["gain a s", "--json"]].concat());
+    let exact = 1.0 / (3.0 * (15.0f64 - 2.25).sqrt());
+    assert!((number(&answer["value"]) - exact).abs() < 1e-12, "{answer}");
+    let error = refused(&[&asked[..], &["gain a a"]].concat(), 2);
+    assert!(error.contains("it is infinite"), "{error}");
+}
+
 /// Where the least damped roots meet, no derivative tells how far a step may go. Two masses of small whole numbers, all alike in
 /// every run.
 #[test]

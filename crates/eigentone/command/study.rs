@@ -522,15 +522,15 @@ fn all_decay(modes: &Modes) -> bool {
     modes.eigenvalues().iter().all(decays)
 }
 
-/// Whether all roots are to the left of the axis, by a proof where doubles do not show it.
+/// Whether all roots but those at 0 are to the left of the axis, by a proof where doubles do not show it.
 pub fn decays(scene: &Scene, modes: &Modes) -> Result<bool, String> {
     if all_decay(modes) {
         return Ok(true);
     }
     let proven = scene.system().modes().map_err(|error| error.to_string())?;
     let decays = |root: &Eigenvalue| {
-        root.real_bound
-            .is_some_and(|bound| root.value.re + bound < 0.0)
+        let left = |bound| root.value.re + bound < 0.0;
+        root.value.norm() == 0.0 || root.real_bound.is_some_and(left)
     };
     Ok(proven.bounds() == Bounds::Proven && proven.eigenvalues().iter().all(decays))
 }

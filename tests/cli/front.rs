@@ -410,7 +410,8 @@ fn rigid_motions_leave_relative_gains() {
     ];
     let answer = parsed(&[&asked[..], &["gain a s", "--json"]].concat());
     let exact = 1.0 / (3.0 * (15.0f64 - 2.25).sqrt());
-    assert!((number(&answer["value"]) - exact).abs() < 1e-12, "{answer}");
+    let gain = number(&answer["metric"]["value"]);
+    assert!((gain - exact).abs() < 1e-12, "{answer}");
     let error = refused(&[&asked[..], &["gain a a"]].concat(), 2);
     assert!(error.contains("it is infinite"), "{error}");
 }

@@ -515,14 +515,16 @@ impl Varied {
     }
 }
 
-/// Whether all roots are clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
+/// Whether all roots but those at 0 are clearly to the left of the axis: near it, only a proof shows whether a gain is finite.
 fn all_decay(modes: &Modes) -> bool {
-    let decays =
-        |root: &Eigenvalue| !root.is_doubtful() && root.value.re < -1e-9 * root.value.norm();
+    let decays = |root: &Eigenvalue| {
+        let left = root.value.re < -1e-9 * root.value.norm();
+        !root.is_doubtful() && (left || root.value.norm() == 0.0)
+    };
     modes.eigenvalues().iter().all(decays)
 }
 
-/// Whether all roots but those at 0 are to the left of the axis, by a proof where doubles do not show it.
+/// The same by a proof where doubles do not show it.
 pub fn decays(scene: &Scene, modes: &Modes) -> Result<bool, String> {
     if all_decay(modes) {
         return Ok(true);
@@ -530,7 +532,7 @@ pub fn decays(scene: &Scene, modes: &Modes) -> Result<bool, String> {
     let proven = scene.system().modes().map_err(|error| error.to_string())?;
     let decays = |root: &Eigenvalue| {
         let left = |bound| root.value.re + bound < 0.0;
-        root.value.norm() == 0.0 || root.real_bound.is_some_and(left)
+        root.real_bound.is_some_and(left) || root.value.norm() == 0.0
     };
     Ok(proven.bounds() == Bounds::Proven && proven.eigenvalues().iter().all(decays))
 }

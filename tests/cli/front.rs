@@ -364,7 +364,7 @@ fn gains_of_what_is_not_reached_are_0() {
     }
 }
 
-/// Without damping a gain is infinite, while a root mean square is asked of a place that nothing damps: each says why of itself alone.
+/// Without damping a gain is infinite, and nothing settles: each metric says why of itself alone.
 #[test]
 fn each_metric_without_a_value_says_why() {
     let folder = fresh("each-why");

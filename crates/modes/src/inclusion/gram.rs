@@ -1,6 +1,7 @@
 //! XᵀAX and YᵀAX of a matrix A given by elements, in double-double, with bounds of their errors.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use eigentone_digits::{DoubleDouble, Lanes};
 use faer::MatRef;
@@ -50,6 +51,7 @@ pub(super) struct Kept {
     pub(super) forces: Vec<Vec<DoubleDouble>>,
     pub(super) of_forces: Option<Rounding>,
     pub(super) slices: usize,
+    pub(super) weights: Rc<Weights>,
     /// How far the columns have moved, as |A| counts it, since AX was found, and how many times as large errors have become.
     pub(super) moved: Vec<f64>,
     pub(super) growth: f64,
@@ -173,10 +175,7 @@ impl<'a> Form<'a> {
             second,
         };
         let on_columns = of_forces.as_ref().map(|rounding| {
-            let felt = |x: &Vec<DoubleDouble>| {
-                let nodes = rounding.first.iter().zip(&x[length - self.n..]);
-                nodes.map(|(size, x)| size * x.to_f64().abs()).sum()
-            };
+            let felt = |x: &Vec<DoubleDouble>| rounding.felt(&x[length - self.n..]);
             Rounding {
                 unit: rounding.unit,
                 first: rounding.second.clone(),
@@ -211,6 +210,7 @@ impl<'a> Form<'a> {
                 forces: inner,
                 of_forces,
                 slices,
+                weights: weights.into(),
                 moved: vec![0.0; size],
                 growth: 1.0,
             }),
@@ -296,7 +296,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    pub(super) fn of(form: &Form<'_>) -> Weights {
+    fn of(form: &Form<'_>) -> Weights {
         let n = form.n;
         let by_stretch = form.elements.len() <= 4 * n;
         let mut weights = Weights {
@@ -362,12 +362,12 @@ impl Weights {
     /// How many roundings the sum of the forces on a node is.
     fn roundings(&self, is_sliced: bool) -> f64 {
         let elements = self.terms.iter().max().map_or(0, |most| *most) as f64;
-        let most = self.entries.iter().map(Vec::len).max().unwrap_or(0);
-        // Of the terms that are summed at once, and of their sums.
-        let (at_once, sums) = (most.min(Lanes::<1>::AT_ONCE), most / Lanes::<1>::AT_ONCE);
         if is_sliced {
             return elements + 1.0;
         }
+        let most = self.entries.iter().map(Vec::len).max().unwrap_or(0);
+        // Of the terms that are summed at once, and of their sums.
+        let (at_once, sums) = (most.min(Lanes::<1>::AT_ONCE), most / Lanes::<1>::AT_ONCE);
         let at_once = if most == 0 {
             0.0
         } else {

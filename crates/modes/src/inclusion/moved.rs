@@ -6,7 +6,7 @@
 use eigentone_digits::{DoubleDouble, product};
 use faer::Mat;
 
-use super::gram::{self, Form, Gram, Kept, UPWARD, Weights};
+use super::gram::{self, Form, Gram, Kept, UPWARD};
 use super::sliced::{self, Rounding};
 
 impl Form<'_> {
@@ -30,7 +30,7 @@ impl Form<'_> {
         let pairs = columns.iter().zip(&kept.columns);
         let change = pairs.map(|(x, old)| x.iter().zip(old).map(|(x, old)| *x - *old).collect());
         let change: Vec<Vec<DoubleDouble>> = change.collect();
-        let weights = Weights::of(self);
+        let weights = &kept.weights;
         // Σ|d_ri||A_rs||x_sj| is no more than the product of these sizes of d_i and x_j.
         let sizes = |columns: &[Vec<DoubleDouble>]| -> Vec<f64> {
             let each = columns.iter();
@@ -60,11 +60,8 @@ impl Form<'_> {
         let moved = kept.moved.iter().zip(&of_change);
         let moved: Vec<f64> = moved.map(|(before, now)| before + now).collect();
         let felt = kept.of_forces.as_ref().map(|rounding| {
-            let felt = |d: &Vec<DoubleDouble>| {
-                let each = rounding.first.iter().zip(d);
-                each.map(|(size, x)| size * x.to_f64().abs()).sum::<f64>() * UPWARD
-            };
-            let felt: Vec<f64> = change.iter().map(felt).collect();
+            let felt = change.iter().map(|d| rounding.felt(d) * UPWARD);
+            let felt: Vec<f64> = felt.collect();
             (rounding.unit, &rounding.second, felt)
         });
         // Of GᵀD; of D and of AX, beside slices; of AD; and of AX in slices.
@@ -111,6 +108,7 @@ impl Form<'_> {
                 forces: pulled(1.0),
                 of_forces: kept.of_forces.clone(),
                 slices: kept.slices,
+                weights: weights.clone(),
                 moved,
                 growth,
             }),

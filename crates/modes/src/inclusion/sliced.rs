@@ -23,6 +23,14 @@ pub(super) struct Rounding {
     pub(super) second: Vec<f64>,
 }
 
+impl Rounding {
+    /// What it makes of the rows of a product that a column x multiplies on the left.
+    pub(super) fn felt(&self, x: &[DoubleDouble]) -> f64 {
+        let rows = self.first.iter().zip(x);
+        rows.map(|(size, x)| size * x.to_f64().abs()).sum()
+    }
+}
+
 /// AᵀB by rows, in p slices; with `is_symmetric` from what is on and above its diagonal. `None` where entries are so
 /// large or small that their scales leave the range of doubles.
 pub(super) fn products(

@@ -63,8 +63,7 @@ pub(in crate::inclusion) struct Forms {
 }
 
 impl Basis<'_> {
-    /// `None` where a shape has no frequency or a number leaves its range.
-    /// From those of columns nearby where there are any.
+    /// From those of columns nearby where there are any; `None` where a shape has no frequency or a number leaves its range.
     pub(super) fn forms(&self, before: Option<&Forms>) -> Option<Forms> {
         let elastic = &self.columns[..self.elastic];
         let of_stiffness = before.map(|before| &before.stiffness);

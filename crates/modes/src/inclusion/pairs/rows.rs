@@ -43,7 +43,7 @@ pub(super) struct Row {
 }
 
 impl Pairs<'_> {
-    /// `None` where a shape has no root or a number leaves its range. From the rows of shapes nearby where there are any.
+    /// From those of shapes nearby where there are any; `None` where a shape has no root or a number leaves its range.
     pub(super) fn rows(&self, before: Option<&Rows>) -> Option<Rows> {
         let (mut columns, places) = self.real_columns(Pair::right);
         let count = columns.len();

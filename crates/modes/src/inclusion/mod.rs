@@ -4,6 +4,7 @@
 pub(crate) mod bounded_shape;
 pub(crate) mod classical;
 pub(crate) mod congruence;
+mod contraction;
 mod exactly;
 mod gram;
 pub(crate) mod groups;
@@ -21,6 +22,8 @@ pub(crate) mod springless;
 mod summed;
 mod weierstrass;
 
+use std::cell::OnceCell;
+
 use eigentone_digits::{Ball, DoubleDouble, Magnitude, Real, Wide, WideComplex, decimal_digits};
 
 use num_complex::Complex;
@@ -29,6 +32,7 @@ use crate::first_order::Massless;
 use crate::structure::Structure;
 use crate::system::System;
 
+use contraction::{Approximate, Equations};
 use exactly::{Terms, exact, lower, radius, size, terms, upper};
 use pencil::{Eliminated, Pencil, Scaled, product};
 use refine::{Goal, Level, refine};
@@ -53,12 +57,35 @@ pub(crate) struct Certified {
     disc: Disc,
 }
 
-/// Proves a disc for each of the nonzero finite roots, given approximations of all of them
-/// (conjugates included), with whether each is wanted, and the decimal digits that took, by not many more than `most_work` operations; `None` where the count of roots is not known or no proof was reached.
+/// What is known of a root beforehand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Approximation<'a> {
+    pub(crate) value: Complex<f64>,
+    /// Whether its disc has to be small.
+    pub(crate) is_wanted: bool,
+    /// For Im λ ≥ 0; of no use where it is empty.
+    pub(crate) shape: &'a [Complex<f64>],
+}
+
+#[cfg(test)]
+impl Approximation<'_> {
+    /// Of a root whose shape is not known.
+    fn of(value: Complex<f64>) -> Self {
+        Approximation {
+            value,
+            is_wanted: true,
+            shape: &[],
+        }
+    }
+}
+
+/// Proves a disc for each of the nonzero finite roots, given approximations of all of them (conjugates included), and the decimal
+/// digits that took, by not many more than `most_work` operations; `None` where the count of roots is not known or no proof was
+/// reached.
 pub(crate) fn certify(
     system: &System,
     structure: &Structure,
-    approximations: &[(Complex<f64>, bool)],
+    approximations: &[Approximation<'_>],
     tolerance: f64,
     most_work: f64,
 ) -> Option<(Vec<Certified>, usize)> {
@@ -70,7 +97,7 @@ pub(crate) fn certify(
     if approximations.is_empty() {
         return Some((Vec::new(), 0));
     }
-    let values = approximations.iter().map(|(z, _)| z.norm());
+    let values = approximations.iter().map(|root| root.value.norm());
     let size = values.fold(0.0, f64::max);
     if !size.is_finite() || size == 0.0 {
         return None;
@@ -84,7 +111,7 @@ pub(crate) fn certify(
         z.im > 0.0 || z.im == 0.0 && reals % 2 == 1
     };
     let chosen: Vec<usize> = (0..approximations.len())
-        .filter(|i| !in_square || stands_for_pair(approximations[*i].0))
+        .filter(|i| !in_square || stands_for_pair(approximations[*i].value))
         .collect();
     let job = Job {
         system,
@@ -93,14 +120,16 @@ pub(crate) fn certify(
         in_square,
         degree,
         zeros,
-        determined: Massless::of_system(system).degree() == degree,
         tolerance,
-        wanted: chosen.iter().map(|i| approximations[*i].1).collect(),
+        wanted: chosen
+            .iter()
+            .map(|i| approximations[*i].is_wanted)
+            .collect(),
     };
     let start: Vec<Complex<f64>> = chosen
         .iter()
         .map(|i| {
-            let z = approximations[*i].0 * 2f64.powi(-unit);
+            let z = approximations[*i].value * 2f64.powi(-unit);
             if in_square {
                 let size = if z.im == 0.0 { z.re } else { z.im };
                 Complex::from(-size * size)
@@ -109,32 +138,12 @@ pub(crate) fn certify(
             }
         })
         .collect();
-    let mut points: Vec<[Terms; 2]> = start
-        .iter()
-        .map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0]))
-        .collect();
-    let mut best = None;
-    let mut digits = 0;
-    let mut left = most_work;
-    for (limbs, level) in LEVELS {
-        if limbs > 2 && (limbs < job.limbs(&best) || !job.pencil.affords(limbs, job.degree)) {
-            continue;
-        }
-        let product = product(limbs);
-        let outcome = level(&job, unit, &points, (left / product) as u64);
-        left -= product * outcome.products as f64;
-        points = outcome.points;
-        let done = outcome.done;
-        if outcome.proven.is_some() {
-            best = outcome.proven;
-            digits = decimal_digits(limbs);
-        }
-        if done {
-            break;
-        }
-    }
-    let mut found = best?;
-    job.shape(unit, &mut found);
+    let shapes: Vec<&[Complex<f64>]> = chosen.iter().map(|i| approximations[*i].shape).collect();
+    let contracted = job.contracted(unit, &start, &shapes);
+    let (mut found, digits) = match contracted {
+        Some(found) => (found, decimal_digits(2)),
+        None => job.levels(unit, &start, most_work)?,
+    };
     for disc in &mut found {
         for member in &mut disc.members {
             *member = chosen[*member];
@@ -226,8 +235,6 @@ struct Job<'a> {
     in_square: bool,
     degree: usize,
     zeros: usize,
-    /// Whether the leading coefficient is that of [`leading`].
-    determined: bool,
     tolerance: f64,
     /// Which points have roots that are wanted.
     wanted: Vec<bool>,
@@ -255,10 +262,102 @@ impl Job<'_> {
         }
     }
 
+    /// Every root by itself with its shape; `None` where one is not proved, or not as closely as it has to be.
+    fn contracted(
+        &self,
+        unit: i32,
+        start: &[Complex<f64>],
+        shapes: &[&[Complex<f64>]],
+    ) -> Option<Vec<Certified>> {
+        let (precise, _) = self.pencil.precise::<DoubleDouble>(unit);
+        let equations = Equations::of(&precise)?;
+        let goal = self.goal(0);
+        let mut discs: Vec<Inclusion<DoubleDouble>> = Vec::with_capacity(start.len());
+        let mut known = Vec::with_capacity(start.len());
+        for (i, root) in start.iter().enumerate() {
+            let disc = |centre| Inclusion {
+                members: vec![i],
+                centre,
+            };
+            match discs.last() {
+                Some(before) if root.im < 0.0 && start[i - 1] == root.conj() => {
+                    let ball = before.centre;
+                    discs.push(disc(Ball::new(ball.middle().conj(), ball.radius())));
+                    known.push(Vec::new());
+                }
+                _ => {
+                    let shape = precise.in_units(shapes[i])?;
+                    let is_close = |root| goal.meets(&disc(root));
+                    let found = equations.solve(Approximate { root: *root, shape }, is_close)?;
+                    discs.push(disc(found.root));
+                    known.push(precise.in_coordinates(&found.shape));
+                    if !is_close(found.root) {
+                        return None;
+                    }
+                }
+            }
+        }
+        if !are_apart(&discs) {
+            return None;
+        }
+        let mut found = self.proven(&discs, unit)?;
+        self.shape(unit, &mut found, &known);
+        Some(found)
+    }
+
+    /// Discs by determinants, level by level, and the decimal digits that they took.
+    fn levels(
+        &self,
+        unit: i32,
+        start: &[Complex<f64>],
+        most_work: f64,
+    ) -> Option<(Vec<Certified>, usize)> {
+        let mut points: Vec<[Terms; 2]> = start
+            .iter()
+            .map(|z| [z.re, z.im].map(|part| [part, 0.0, 0.0, 0.0]))
+            .collect();
+        let mut best = None;
+        let mut digits = 0;
+        let mut left = most_work;
+        for (limbs, level) in LEVELS {
+            if limbs > 2 && (limbs < self.limbs(&best) || !self.pencil.affords(limbs, self.degree))
+            {
+                continue;
+            }
+            let product = product(limbs);
+            let outcome = level(self, unit, &points, (left / product) as u64);
+            left -= product * outcome.products as f64;
+            points = outcome.points;
+            let done = outcome.done;
+            if outcome.proven.is_some() {
+                best = outcome.proven;
+                digits = decimal_digits(limbs);
+            }
+            if done {
+                break;
+            }
+        }
+        let mut found = best?;
+        self.shape(unit, &mut found, &[]);
+        Some((found, digits))
+    }
+
+    /// How small discs must become, by so many products.
+    fn goal(&self, most: u64) -> Goal<'_> {
+        Goal {
+            tolerance: self.tolerance,
+            limit: LIMIT,
+            real_parts: !self.in_square,
+            wanted: &self.wanted,
+            most,
+        }
+    }
+
     /// One level: the polynomial in the precision of T, refined from the given points by about so many products at most.
     fn level<T: Real>(&self, unit: i32, start: &[[Terms; 2]], most: u64) -> Outcome {
         let (precise, total) = self.pencil.precise::<T>(unit);
-        let leading = self.determined.then(|| {
+        let is_determined = Massless::of_system(self.system).degree() == self.degree;
+        let leading = is_determined.then(|| {
             let mut leading = leading::<T>(self.system, &self.pencil);
             leading.exponent += i64::from(unit) * self.degree as i64 - total;
             leading
@@ -279,31 +378,13 @@ impl Job<'_> {
             .map(|[re, im]| exact(sum(*re), sum(*im)))
             .collect();
         let mut points = Points::new(z);
-        let goal = Goal {
-            tolerance: self.tolerance,
-            limit: LIMIT,
-            real_parts: !self.in_square,
-            wanted: &self.wanted,
-            most,
-        };
-        let (discs, done) = match refine(&polynomial, &mut points, &goal) {
+        let (discs, done) = match refine(&polynomial, &mut points, &self.goal(most)) {
             Level::Done(discs) => (Some(discs), true),
             Level::Proven(discs) => (Some(discs), false),
             Level::Failed => (None, false),
         };
-        let proven = discs.filter(|discs| useful(discs)).and_then(|discs| {
-            if self.in_square {
-                discs.iter().map(|disc| square_root(disc, unit)).collect()
-            } else {
-                let found = self.in_plane(&discs, unit);
-                let pairs = |root: &Certified| if root.value.im == 0.0 { 1 } else { 2 };
-                let count: usize = found
-                    .iter()
-                    .map(|root| pairs(root) * root.members.len())
-                    .sum();
-                (count == self.degree - self.zeros).then_some(found)
-            }
-        });
+        let useful = discs.filter(|discs| useful(discs));
+        let proven = useful.and_then(|discs| self.proven(&discs, unit));
         let products = points.products;
         let points = points
             .z
@@ -316,6 +397,20 @@ impl Job<'_> {
             proven,
             products,
         }
+    }
+
+    /// Roots from discs that are apart from each other, each of which holds as many as it has members; `None` where they are not all.
+    fn proven<T: Real>(&self, discs: &[Inclusion<T>], unit: i32) -> Option<Vec<Certified>> {
+        if self.in_square {
+            return discs.iter().map(|disc| square_root(disc, unit)).collect();
+        }
+        let found = self.in_plane(discs, unit);
+        let pairs = |root: &Certified| if root.value.im == 0.0 { 1 } else { 2 };
+        let count: usize = found
+            .iter()
+            .map(|root| pairs(root) * root.members.len())
+            .sum();
+        (count == self.degree - self.zeros).then_some(found)
     }
 
     /// Discs in λ as doubles with bounds; of conjugate discs the upper one.
@@ -366,14 +461,14 @@ impl Job<'_> {
         found
     }
 
-    /// Gives each root its shapes.
-    fn shape(&self, unit: i32, found: &mut [Certified]) {
+    /// Gives each root its shapes, some of which may be known by its first member.
+    fn shape(&self, unit: i32, found: &mut [Certified], known: &[Vec<Ball<DoubleDouble>>]) {
         let goal = shape::Goal {
             tolerance: self.tolerance,
             symmetric: self.structure.is_symmetric(),
             roots: self.degree,
         };
-        let shaper = Shaper::of(&self.pencil, unit, goal);
+        let shaper = OnceCell::new();
         let still = self.undamped_ones_are_known(found);
         for root in found {
             let is_simple = root.members.len() == 1;
@@ -383,7 +478,12 @@ impl Job<'_> {
                     || self.in_square
                     || self.structure.is_classical()
                     || (still && root.value.re == 0.0));
-            root.shapes = shaper.shapes(root.disc, Kind { is_simple, is_real });
+            let kind = Kind { is_simple, is_real };
+            let known = known.get(root.members[0]);
+            root.shapes = known.and_then(|known| goal.known(known, kind)).or_else(|| {
+                let shaper = shaper.get_or_init(|| Shaper::of(&self.pencil, unit, goal));
+                shaper.shapes(root.disc, kind)
+            });
         }
     }
 
@@ -440,6 +540,13 @@ impl Job<'_> {
             disc: Disc::of(ball),
         }
     }
+}
+
+/// Whether no two discs meet.
+fn are_apart(discs: &[Inclusion<DoubleDouble>]) -> bool {
+    let meets = |a: &Inclusion<_>, b: &Inclusion<_>| (a.centre - b.centre).contains_zero();
+    let mut pairs = (1..discs.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    !pairs.any(|(i, j)| meets(&discs[i], &discs[j]))
 }
 
 /// Whether every disc gives at least the size of its roots to some digits.

@@ -5,6 +5,8 @@ use crate::system::System;
 
 use eigentone_digits::{Ball, Magnitude, Real, WideComplex};
 
+use num_complex::Complex;
+
 use super::exactly::{is_zero, lower, middle, real, scaled, upper};
 
 /// A number with a power of two apart, so that long products stay within range.
@@ -77,13 +79,13 @@ impl<T: Real> Scaled<T> {
     }
 }
 
-/// One entry of λ²M + λC + K that is not always zero.
-#[derive(Clone, Debug)]
-struct Entry {
-    row: usize,
-    column: usize,
-    /// The doubles whose exact sums are the entries of K, C and M.
-    terms: [Vec<f64>; 3],
+/// One of the doubles whose exact sums are the entries of K, C and M.
+#[derive(Clone, Copy, Debug)]
+struct Term {
+    /// Of [`Pencil::entries`].
+    entry: usize,
+    power: usize,
+    value: f64,
 }
 
 /// Operations of a product with so many limbs.
@@ -95,7 +97,9 @@ pub(crate) fn product(limbs: usize) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct Pencil {
     n: usize,
-    entries: Vec<Entry>,
+    /// Row and column of every entry of λ²M + λC + K that is not always zero.
+    entries: Vec<[usize; 2]>,
+    terms: Vec<Term>,
     pub(crate) in_square: bool,
 }
 
@@ -112,20 +116,9 @@ pub(crate) struct PencilIn<T> {
 impl Pencil {
     pub(crate) fn of(system: &System, in_square: bool) -> Pencil {
         let n = system.len();
-        let mut entries: Vec<Entry> = Vec::new();
+        let mut entries: Vec<[usize; 2]> = Vec::with_capacity(3 * n);
+        let mut terms: Vec<Term> = Vec::with_capacity(8 * n);
         let mut index = vec![usize::MAX; n * n];
-        let mut add = |row: usize, column: usize, power: usize, value: f64| {
-            let at = &mut index[row * n + column];
-            if *at == usize::MAX {
-                *at = entries.len();
-                entries.push(Entry {
-                    row,
-                    column,
-                    terms: Default::default(),
-                });
-            }
-            entries[*at].terms[power].push(value);
-        };
         for (kind, power) in [
             (MatrixKind::Stiffness, 0),
             (MatrixKind::Damping, 1),
@@ -135,12 +128,22 @@ impl Pencil {
                 continue;
             }
             for term in system.terms(kind) {
-                add(term.row, term.column, power, term.value);
+                let entry = &mut index[term.row * n + term.column];
+                if *entry == usize::MAX {
+                    *entry = entries.len();
+                    entries.push([term.row, term.column]);
+                }
+                terms.push(Term {
+                    entry: *entry,
+                    power,
+                    value: term.value,
+                });
             }
         }
         Pencil {
             n,
             entries,
+            terms,
             in_square,
         }
     }
@@ -163,13 +166,10 @@ impl Pencil {
     pub(crate) fn block<T: Real>(&self, power: usize, parts: &[Vec<usize>]) -> Vec<Ball<T>> {
         let part = |i: usize| parts.iter().position(|part| part.contains(&i));
         let mut block = vec![Ball::ZERO; parts.len() * parts.len()];
-        for entry in &self.entries {
-            let (Some(row), Some(column)) = (part(entry.row), part(entry.column)) else {
-                continue;
-            };
-            let at = &mut block[row * parts.len() + column];
-            for term in &entry.terms[power] {
-                *at = *at + real(*term);
+        for term in self.terms.iter().filter(|term| term.power == power) {
+            if let [Some(row), Some(column)] = self.entries[term.entry].map(part) {
+                let at = &mut block[row * parts.len() + column];
+                *at = *at + real(term.value);
             }
         }
         block
@@ -179,19 +179,17 @@ impl Pencil {
     /// so that its largest entry for |μ| = 1 is about 1.
     pub(crate) fn precise<T: Real>(&self, unit: i32) -> (PencilIn<T>, i64) {
         let step = if self.in_square { 2 * unit } else { unit };
-        let coefficient = |terms: &[f64], exponent: i32| {
-            let sum = terms.iter().map(|term| real::<T>(*term));
-            scaled(sum.fold(Ball::ZERO, |a, b| a + b), i64::from(exponent))
-        };
-        let entries: Vec<(usize, usize, [Ball<T>; 3])> = self
-            .entries
-            .iter()
-            .map(|entry| {
-                let coefficients = [0, 1, 2]
-                    .map(|power: usize| coefficient(&entry.terms[power], step * power as i32));
-                (entry.row, entry.column, coefficients)
-            })
-            .collect();
+        let new = |[row, column]: &[usize; 2]| (*row, *column, [Ball::ZERO; 3]);
+        let mut entries: Vec<(usize, usize, [Ball<T>; 3])> = self.entries.iter().map(new).collect();
+        for term in &self.terms {
+            let sum = &mut entries[term.entry].2[term.power];
+            *sum = *sum + real(term.value);
+        }
+        for (_, _, coefficients) in &mut entries {
+            for (power, sum) in (0..).zip(coefficients) {
+                *sum = scaled(*sum, i64::from(step * power));
+            }
+        }
         let mut scale = vec![Magnitude::ZERO; self.n];
         let larger = |a: Magnitude, b: Magnitude| if b > a { b } else { a };
         for (row, column, coefficients) in &entries {
@@ -211,14 +209,10 @@ impl Pencil {
                 }
             })
             .collect();
-        let scaled = entries.into_iter().map(|(row, column, coefficients)| {
-            let down = -(exponents[row] + exponents[column]);
-            (
-                row,
-                column,
-                coefficients.map(|ball| scaled(ball, i64::from(down))),
-            )
-        });
+        for (row, column, coefficients) in &mut entries {
+            let down = -i64::from(exponents[*row] + exponents[*column]);
+            *coefficients = coefficients.map(|ball| scaled(ball, down));
+        }
         let total = exponents
             .iter()
             .map(|exponent| 2 * i64::from(*exponent))
@@ -226,7 +220,7 @@ impl Pencil {
         (
             PencilIn {
                 n: self.n,
-                entries: scaled.collect(),
+                entries,
                 exponents,
             },
             total,
@@ -235,6 +229,16 @@ impl Pencil {
 }
 
 impl<T: Real> PencilIn<T> {
+    /// n.
+    pub(crate) fn size(&self) -> usize {
+        self.n
+    }
+
+    /// Row, column, and the coefficients of 1, μ and μ², which are real.
+    pub(crate) fn entries(&self) -> &[(usize, usize, [Ball<T>; 3])] {
+        &self.entries
+    }
+
     /// The units of a vector's entries: powers of two by which its columns were divided.
     pub(crate) fn exponents(&self) -> &[i32] {
         &self.exponents
@@ -304,6 +308,14 @@ impl<T: Real> PencilIn<T> {
         let each = x.iter().zip(&self.exponents);
         each.map(|(x, exponent)| scaled(*x, -largest - i64::from(*exponent)))
             .collect()
+    }
+
+    /// Components of a vector of the system in units of the scaled columns, up to a factor; `None` where they are not as many.
+    pub(crate) fn in_units(&self, x: &[Complex<f64>]) -> Option<Vec<Complex<f64>>> {
+        let largest = *self.exponents.iter().max()?;
+        let unit = |exponent: &i32| 2f64.powi((exponent - largest).max(-1000));
+        let each = x.iter().zip(&self.exponents);
+        (x.len() == self.n).then(|| each.map(|(x, exponent)| x * unit(exponent)).collect())
     }
 
     /// A disc that holds every root that `disc` holds, given its shapes as [`null_vector`](Self::null_vector)

@@ -47,7 +47,7 @@ impl Disc {
         disc
     }
 
-    fn ball<T: Real>(&self) -> Ball<T> {
+    pub(super) fn ball<T: Real>(&self) -> Ball<T> {
         let part = |terms: &Terms| {
             let sum = terms.iter().map(|term| real(*term));
             sum.fold(Ball::<T>::ZERO, |sum, term| sum + term)
@@ -246,6 +246,16 @@ const WIDER: [(usize, Search); 3] = [
 fn in_precision<T: Real>(shaper: &Shaper<'_>, known: &mut Known, kind: Kind) -> Option<Shapes> {
     let (precise, _) = shaper.pencil.precise::<T>(shaper.unit);
     shaper.search(&precise, known, kind)
+}
+
+impl Goal {
+    /// The shapes of a symmetric system from balls about the components of one, if they are all that more digits would show.
+    pub(crate) fn known(&self, components: &[Ball<DoubleDouble>], kind: Kind) -> Option<Shapes> {
+        let right = Enclosed::of(components, kind.is_real).filter(|_| self.symmetric)?;
+        let found = Shapes { right, left: None };
+        let open = components.len() <= FEW && found.both().any(Enclosed::is_doubtful);
+        (found.meet(self.tolerance) && !open).then_some(found)
+    }
 }
 
 impl<'a> Shaper<'a> {

@@ -7,7 +7,8 @@ use crate::inclusion::bounded_shape::Shape;
 use crate::inclusion::quadratic::Damped;
 use crate::inclusion::slow::Slow;
 use crate::inclusion::{
-    at_rest, certify, classical as classically, congruence, pairs, rayleigh, shapes_at, springless,
+    Approximation, at_rest, certify, classical as classically, congruence, pairs, rayleigh,
+    shapes_at, springless,
 };
 use crate::modes::{Bounds, Mode, Modes, Repeats};
 use crate::quality::real_forms::Entries;
@@ -487,10 +488,18 @@ pub(super) fn discs(
                 Complex::ZERO
             };
             let point = value + offset;
-            approximations.push((point, is_wanted));
+            let approximation = Approximation {
+                value: point,
+                is_wanted,
+                shape: if count == 1 { &root.shape } else { &[] },
+            };
+            approximations.push(approximation);
             owner.push(index);
             if value.im != 0.0 {
-                approximations.push((point.conj(), is_wanted));
+                approximations.push(Approximation {
+                    value: point.conj(),
+                    ..approximation
+                });
                 owner.push(index);
             }
         }

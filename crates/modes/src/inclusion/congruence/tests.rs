@@ -6,11 +6,10 @@ use faer::Mat;
 use super::*;
 use crate::system::System;
 
-use crate::inclusion;
+use crate::inclusion::{self, Approximation};
 use crate::modes::{Bounds, Modes, Precision};
 use crate::solver::solvers;
 use crate::{GROUND, SystemBuilder};
-use num_complex::Complex;
 use proptest::prelude::*;
 
 const UNIT: f64 = f64::EPSILON / 2.0;
@@ -213,11 +212,11 @@ fn no_proof_without_its_conditions() {
 /// What Weierstrass corrections prove of the same frequencies.
 fn by_discs(system: &System) -> Option<Vec<(f64, f64)>> {
     let structure = system.structure();
-    let roots: Vec<(Complex<f64>, bool)> = approximate(system)
+    let roots: Vec<Approximation<'_>> = approximate(system)
         .eigenvalues()
         .iter()
-        .map(|root| (root.value, true))
-        .filter(|(value, _)| value.norm() > 0.0)
+        .map(|root| Approximation::of(root.value))
+        .filter(|root| root.value.norm() > 0.0)
         .collect();
     let (found, _) = inclusion::certify(system, structure, &roots, 4.0 * UNIT, f64::INFINITY)?;
     let mut found: Vec<(f64, f64)> = found

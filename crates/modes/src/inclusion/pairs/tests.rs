@@ -5,7 +5,7 @@ use num_complex::Complex;
 
 use super::*;
 
-use crate::inclusion;
+use crate::inclusion::{self, Approximation};
 use crate::{Bounds, GROUND, MatrixKind, Modes, Precision, SystemBuilder};
 use eigentone_digits::{Real, Wide, WideComplex};
 use proptest::prelude::*;
@@ -462,8 +462,9 @@ fn agree(system: &System) -> Result<(), TestCaseError> {
         prop_assert!((0..roots.len()).any(near), "{:?}", roots);
         return Ok(());
     };
-    let nonzero = modes.eigenvalues().iter().map(|root| (root.value, true));
-    let start: Vec<(Complex<f64>, bool)> = nonzero.filter(|(z, _)| z.norm() > 0.0).collect();
+    let nonzero = modes.eigenvalues().iter().map(|root| root.value);
+    let nonzero = nonzero.filter(|z| z.norm() > 0.0);
+    let start: Vec<Approximation<'_>> = nonzero.map(Approximation::of).collect();
     let structure = system.structure();
     let found_at = inclusion::certify(system, structure, &start, 4.0 * UNIT, f64::INFINITY);
     let (discs, _) = found_at.unwrap();
